@@ -1,0 +1,190 @@
+"""Single static contacts: shape, place and resultant of a load on the cover of the array."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+import numpy.typing as npt
+from scipy import special
+
+from tfra.model.sensor import Floats
+
+
+class ContactShape(StrEnum):
+    """How the pressure is spread, in the scaled coordinates u = x / half_x, v = y / half_y.
+
+    =========  =========  ==================================  =================================
+    Name       Footprint  Pressure ~                          Unit-force transform, s = k half
+    =========  =========  ==================================  =================================
+    hertz      ellipse    sqrt(1 - u^2 - v^2)                 3 (sin s - s cos s) / s^3
+    uniform    rectangle  1                                   sin(s_x)/s_x * sin(s_y)/s_y
+    rounded    rectangle  sqrt(1 - u^2) sqrt(1 - v^2)         2 J1(s_x)/s_x * 2 J1(s_y)/s_y
+    =========  =========  ==================================  =================================
+
+    For the ellipse s = hypot(s_x, s_y).
+    """
+
+    HERTZ = "hertz"
+    UNIFORM = "uniform"
+    ROUNDED = "rounded"
+
+    def transform(self, s_x: npt.ArrayLike, s_y: npt.ArrayLike) -> Floats:
+        """Return the cosine transform of the unit-force profile at s_x = kx half_x, s_y = ky half_y.
+
+        Dimensionless, 1 at s = 0 and never larger in magnitude.  The arguments broadcast against each other.
+        """
+        return _TRANSFORMS[self](np.asarray(s_x, dtype=np.float64), np.asarray(s_y, dtype=np.float64))
+
+    def density(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+        """Return the profile at (u, v), scaled to integral 1 over the plane; zero off the footprint."""
+        return _DENSITIES[self](np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64))
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """One contact on the cover; SI units and radians.
+
+    The normal load is compressive, q_z < 0, and the tangential load is proportional to it (Eq. 32):
+    (q_x, q_y) = mu |q_z| (cos phi, sin phi), so that F_x = mu |F_z| cos phi and F_y = mu |F_z| sin phi as in
+    the paper's Tables 1 and 2.  Eqs. 13, 14 and 32 print F_z and q_z without the modulus; with F_z < 0 that
+    would turn phi by 180 degrees against the tables and against Eq. 11.
+
+    Attributes:
+        shape: Pressure profile; a ``ContactShape`` or its name.
+        center_x, center_y: Centre of the footprint, origin in the first taxel, m.
+        half_x, half_y: Semi-axes of the ellipse or half sides of the rectangle, m, > 0.
+        normal_force: Resultant F_z, N, < 0 (compression).
+        mu: Ratio of the tangential to the normal resultant (Eq. 15), >= 0.
+        phi: Direction of the tangential resultant from the x axis, rad.
+
+    Raises ``ValueError`` naming the field for a value outside these ranges or not finite.
+    """
+
+    shape: ContactShape
+    center_x: float
+    center_y: float
+    half_x: float
+    half_y: float
+    normal_force: float
+    mu: float
+    phi: float
+
+    def __post_init__(self) -> None:
+        try:
+            object.__setattr__(self, "shape", ContactShape(self.shape))
+        except ValueError:
+            known = ", ".join(ContactShape)
+            raise ValueError(f"shape: one of {known} is needed, got {self.shape!r}") from None
+        for name in ("center_x", "center_y", "phi"):
+            _require(math.isfinite(getattr(self, name)), name, "a finite number", getattr(self, name))
+        for name in ("half_x", "half_y"):
+            value = getattr(self, name)
+            _require(math.isfinite(value) and value > 0, name, "a positive, finite length", value)
+        _require(
+            math.isfinite(self.normal_force) and self.normal_force < 0,
+            "normal_force",
+            "a negative (compressive), finite force",
+            self.normal_force,
+        )
+        _require(math.isfinite(self.mu) and self.mu >= 0, "mu", "a finite number >= 0", self.mu)
+
+    @property
+    def force(self) -> tuple[float, float, float]:
+        """Resultant (F_x, F_y, F_z) on the cover, N."""
+        tangential = self.mu * abs(self.normal_force)
+        return tangential * math.cos(self.phi), tangential * math.sin(self.phi), self.normal_force
+
+    def profile(self, kx: npt.ArrayLike, ky: npt.ArrayLike) -> Floats:
+        """Return the transform of the unit-force pressure profile about the contact's centre.
+
+        That is the integral of p(x, y) cos(kx x) cos(ky y) with the integral of p equal to 1; the sine parts
+        vanish because every shape is even in x and in y.  ``kx`` and ``ky`` (rad/m) broadcast; dimensionless.
+        """
+        return self.shape.transform(np.multiply(kx, self.half_x), np.multiply(ky, self.half_y))
+
+    def pressure(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Floats:
+        """Return the contact pressure -q_z >= 0 at (x, y), Pa.
+
+        ``x`` and ``y`` (m, origin in the first taxel) broadcast.
+        """
+        u = np.subtract(x, self.center_x) / self.half_x
+        v = np.subtract(y, self.center_y) / self.half_y
+        return abs(self.normal_force) / (self.half_x * self.half_y) * self.shape.density(u, v)
+
+    def tractions(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Floats:
+        """Return (q_x, q_y, q_z) of Eq. 32 at (x, y), Pa, in an array of shape ``(3, ...)``."""
+        pressure = self.pressure(x, y)
+        tangential = self.mu * pressure
+        return np.stack([tangential * math.cos(self.phi), tangential * math.sin(self.phi), -pressure])
+
+
+def _require(condition: bool, name: str, needed: str, value: float) -> None:
+    if not condition:
+        raise ValueError(f"{name}: {needed} is needed, got {value}")
+
+
+def _hertz_transform(s_x: Floats, s_y: Floats) -> Floats:
+    """3 (sin s - s cos s) / s^3 with s = hypot(s_x, s_y).
+
+    Below s = 0.5, where the difference cancels, six terms of the series 3 sum_j (-s^2)^j (2j + 2) / (2j + 3)!
+    leave less than 1e-14.
+    """
+    square = s_x * s_x + s_y * s_y
+    small = square < 0.25
+    s = np.sqrt(np.where(small, 1.0, square))
+    closed = 3.0 * (np.sin(s) - s * np.cos(s)) / (s * s * s)
+    if not small.any():
+        return np.asarray(closed)
+    z = np.where(small, square, 0.0)
+    series: Floats = np.polynomial.polynomial.polyval(z, _HERTZ_SERIES)
+    return np.where(small, series, closed)
+
+
+_HERTZ_SERIES = [3.0 * (-1) ** j * (2 * j + 2) / math.factorial(2 * j + 3) for j in range(6)]
+
+
+def _uniform_transform(s_x: Floats, s_y: Floats) -> Floats:
+    return np.asarray(np.sinc(s_x / np.pi) * np.sinc(s_y / np.pi))
+
+
+def _rounded_transform(s_x: Floats, s_y: Floats) -> Floats:
+    return _jinc(s_x) * _jinc(s_y)
+
+
+def _jinc(s: Floats) -> Floats:
+    """2 J1(s) / s, 1 at s = 0."""
+    safe = np.where(s == 0.0, 1.0, s)
+    return np.asarray(np.where(s == 0.0, 1.0, 2.0 * special.j1(safe) / safe))
+
+
+def _hertz_density(u: Floats, v: Floats) -> Floats:
+    return np.asarray(1.5 / np.pi * np.sqrt(np.maximum(0.0, 1.0 - u * u - v * v)))
+
+
+def _uniform_density(u: Floats, v: Floats) -> Floats:
+    return np.where((np.abs(u) <= 1.0) & (np.abs(v) <= 1.0), 0.25, 0.0)
+
+
+def _rounded_density(u: Floats, v: Floats) -> Floats:
+    root_u = np.sqrt(np.maximum(0.0, 1.0 - u * u))
+    root_v = np.sqrt(np.maximum(0.0, 1.0 - v * v))
+    return np.asarray(4.0 / np.pi**2 * root_u * root_v)
+
+
+_Function = Callable[[Floats, Floats], Floats]
+
+_TRANSFORMS: dict[ContactShape, _Function] = {
+    ContactShape.HERTZ: _hertz_transform,
+    ContactShape.UNIFORM: _uniform_transform,
+    ContactShape.ROUNDED: _rounded_transform,
+}
+
+_DENSITIES: dict[ContactShape, _Function] = {
+    ContactShape.HERTZ: _hertz_density,
+    ContactShape.UNIFORM: _uniform_density,
+    ContactShape.ROUNDED: _rounded_density,
+}
