@@ -136,12 +136,9 @@ def _hertz_transform(s_x: Floats, s_y: Floats) -> Floats:
     square = s_x * s_x + s_y * s_y
     small = square < 0.25
     s = np.sqrt(np.where(small, 1.0, square))
-    closed = 3.0 * (np.sin(s) - s * np.cos(s)) / (s * s * s)
-    if not small.any():
-        return np.asarray(closed)
-    z = np.where(small, square, 0.0)
-    series: Floats = np.polynomial.polynomial.polyval(z, _HERTZ_SERIES)
-    return np.where(small, series, closed)
+    result = np.asarray(3.0 * (np.sin(s) - s * np.cos(s)) / (s * s * s))
+    result[small] = np.polynomial.polynomial.polyval(square[small], _HERTZ_SERIES)
+    return result
 
 
 _HERTZ_SERIES = [3.0 * (-1) ** j * (2 * j + 2) / math.factorial(2 * j + 3) for j in range(6)]

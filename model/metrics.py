@@ -1,0 +1,50 @@
+"""Errors of an estimate and stress surfaces, Eqs. 33-37 of doi:10.1016/j.mechatronics.2023.103070."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from tfra.model.sensor import Floats, SensorArray
+
+
+def error_mu(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:
+    """Return e(mu) of Eq. 33 in percent of a friction coefficient of 1; the arguments broadcast."""
+    return np.asarray(100.0 * np.abs(np.subtract(reference, estimate, dtype=np.float64)))
+
+
+def error_phi(reference_deg: npt.ArrayLike, estimate_deg: npt.ArrayLike) -> Floats:
+    """Return e(phi) of Eq. 34 in percent of a full turn; degrees, the arguments broadcast.
+
+    The difference is wrapped to [-180, 180] degrees, which Eq. 34 leaves unsaid: 359 degrees for a reference
+    of 0 are 1 degree off, and the error never exceeds 50 %.
+    """
+    difference = np.subtract(reference_deg, estimate_deg, dtype=np.float64)
+    return np.asarray(100.0 / 360.0 * np.abs(np.remainder(difference + 180.0, 360.0) - 180.0))
+
+
+def error_force(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:
+    """Return e(F_x), e(F_y), e(F_z) of Eq. 35 in percent of F_T, the modulus of the estimated resultant.
+
+    Both arguments have shape ``(..., 3)`` in newtons and broadcast; so does the result.  Where F_T is zero, a
+    component that differs from its reference has error inf and one that agrees has error 0.  Raises
+    ``ValueError`` if the last axis is not the three components.
+    """
+    expected, found = np.asarray(reference, dtype=np.float64), np.asarray(estimate, dtype=np.float64)
+    for name, value in (("reference", expected), ("estimate", found)):
+        if value.shape[-1:] != (3,):
+            raise ValueError(f"{name}: shape (..., 3) is needed, got {value.shape}")
+    difference = np.abs(expected - found)
+    modulus = np.broadcast_to(np.linalg.norm(found, axis=-1, keepdims=True), difference.shape)
+    undefined = np.where(difference > 0.0, np.inf, 0.0)
+    return np.asarray(100.0 * np.divide(difference, modulus, out=undefined, where=modulus > 0.0))
+
+
+def tangential_stress(q_x: npt.ArrayLike, q_y: npt.ArrayLike) -> Floats:
+    """Return q_t = sqrt(q_x^2 + q_y^2) of Eq. 36, Pa; the arguments broadcast."""
+    return np.asarray(np.hypot(q_x, q_y), dtype=np.float64)
+
+
+def stress_from_force(sensor: SensorArray, forces: npt.ArrayLike) -> Floats:
+    """Return q = f / (s_x s_y) of Eq. 37, Pa, for forces per taxel in N; any shape."""
+    return np.asarray(np.asarray(forces, dtype=np.float64) / sensor.taxel_area)
