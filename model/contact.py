@@ -153,9 +153,10 @@ def _rounded_transform(s_x: Floats, s_y: Floats) -> Floats:
 
 
 def _jinc(s: Floats) -> Floats:
-    """2 J1(s) / s, 1 at s = 0."""
-    safe = np.where(s == 0.0, 1.0, s)
-    return np.asarray(np.where(s == 0.0, 1.0, 2.0 * special.j1(safe) / safe))
+    """2 J1(s) / s, which rounds to 1 below s = 1e-8 (j1 itself loses digits near 1e-308)."""
+    small = np.abs(s) < 1e-8
+    safe = np.where(small, 1.0, s)
+    return np.asarray(np.where(small, 1.0, 2.0 * special.j1(safe) / safe))
 
 
 def _hertz_density(u: Floats, v: Floats) -> Floats:

@@ -194,7 +194,7 @@ def _modes(layer: ElasticLayer) -> _Modes:
     ky = _wavenumbers(layer.size_y, cutoff)
     k = np.hypot(kx[:, None], ky)
     normal, tangential = layer.transfer(k)
-    slope = np.divide(tangential, k, out=np.full_like(k, layer.thickness), where=k > 0)
+    slope = np.divide(tangential, k, out=np.zeros_like(k), where=k > 0)  # at k = 0 kx, ky vanish
     weight = np.outer(_weights(kx), _weights(ky)) / (layer.size_x * layer.size_y)
     modes = _Modes(kx, ky, weight * normal, weight * slope)
     for array in modes:
