@@ -1,0 +1,138 @@
+"""The design: every choice that shapes the model, the gateware and the reports, in one frozen object.
+
+Widths, bounds and coefficients follow from it in :mod:`tfra.model.fixed`; nothing is typed twice.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from tfra.model.sensor import SensorArray
+
+
+def _require(condition: bool, name: str, reason: str) -> None:
+    if not condition:
+        raise ValueError(f"{name}: {reason}")
+
+
+@dataclass(frozen=True, slots=True)
+class Adc:
+    """The converter behind every taxel: signed codes of ``bits``, +-``full_scale`` in Pa."""
+
+    bits: int = 14
+    full_scale: float = 200e3
+
+    def __post_init__(self) -> None:
+        _require(6 <= self.bits <= 20, "bits", f"6 to 20 is supported, got {self.bits}")
+        good = math.isfinite(self.full_scale) and self.full_scale > 0
+        _require(good, "full_scale", f"a positive, finite stress is needed, got {self.full_scale}")
+
+    @property
+    def lsb(self) -> float:
+        """Stress of one code, in Pa."""
+        return math.ldexp(self.full_scale, 1 - self.bits)
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """The sweep of mu_ind: ``steps`` + 1 candidates; a plateau reaches ``tolerance`` LSB over the minimum.
+
+    The tolerance is a B^z, a sum over taxels, in units of one converter code.
+    """
+
+    steps: int = 100
+    tolerance: float = 0.0
+
+    def __post_init__(self) -> None:
+        _require(1 <= self.steps <= 4096, "steps", f"1 to 4096 is supported, got {self.steps}")
+        good = math.isfinite(self.tolerance) and self.tolerance >= 0
+        _require(good, "plateau_tolerance", f"zero or more is needed, got {self.tolerance}")
+
+
+@dataclass(frozen=True, slots=True)
+class Formats:
+    """Word lengths of the arithmetic; integer bits of every vector follow by proof from the coefficients.
+
+    ``coefficient`` x ``operand`` is the multiplier of a lane.  Scalars (the affine coefficients, mu, gain) are
+    as long as operands.  ``vector_fraction`` are the bits that vectors keep below one converter code of the
+    normalised frame; ``force_fraction`` those of the forces below one code times the taxel's area.
+    """
+
+    name: str
+    coefficient: int
+    operand: int
+    vector_fraction: int
+    force_fraction: int
+
+    def __post_init__(self) -> None:
+        for key in ("coefficient", "operand"):
+            _require(10 <= getattr(self, key) <= 27, key, f"10 to 27 bits are supported, got {getattr(self, key)}")
+        for key in ("vector_fraction", "force_fraction"):
+            _require(0 <= getattr(self, key) <= 16, key, f"0 to 16 bits are supported, got {getattr(self, key)}")
+
+
+FORMATS = {
+    "standard": Formats("standard", coefficient=18, operand=18, vector_fraction=9, force_fraction=4),
+    "wide": Formats("wide", coefficient=24, operand=24, vector_fraction=14, force_fraction=8),
+}
+"""Named format sets; their measured exactness is stated in the README."""
+
+
+@dataclass(frozen=True, slots=True)
+class Architecture:
+    """Parallelism: ``mac_lanes`` multiply-accumulate lanes, ``sweep_lanes`` candidates at once."""
+
+    mac_lanes: int = 16
+    sweep_lanes: int = 26
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """One core: sensor, converter, search, formats and architecture.
+
+    Raises ``ValueError`` that starts with ``section.key:`` when the parts do not fit together.
+    """
+
+    sensor: SensorArray
+    name: str = "tfra"
+    adc: Adc = field(default_factory=Adc)
+    search: Search = field(default_factory=Search)
+    formats: Formats = FORMATS["standard"]
+    architecture: Architecture = field(default_factory=Architecture)
+
+    def __post_init__(self) -> None:
+        lanes, most = self.architecture.mac_lanes, 4 * self.quads
+        allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)
+        reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"
+        _require(allowed, "architecture.mac_lanes", reason)
+        lanes, most = self.architecture.sweep_lanes, self.candidates
+        reason = f"1 to {most} (steps + 1 candidates) is needed, got {lanes}"
+        _require(1 <= lanes <= most, "architecture.sweep_lanes", reason)
+        reason = f"the {self.adc.bits}-bit converter needs an operand of {self.adc.bits} bits or more"
+        _require(self.formats.operand >= self.adc.bits, "formats.operand", reason)
+
+    @property
+    def quad_rows(self) -> int:
+        """Rows of the folded array."""
+        return (self.sensor.rows + 1) // 2
+
+    @property
+    def quad_columns(self) -> int:
+        """Columns of the folded array."""
+        return (self.sensor.columns + 1) // 2
+
+    @property
+    def quads(self) -> int:
+        """Q: a vector is Q quads of four words, either four mirror taxels or four parities."""
+        return self.quad_rows * self.quad_columns
+
+    @property
+    def candidates(self) -> int:
+        """K + 1 points of the sweep."""
+        return self.search.steps + 1
+
+    @property
+    def sweep_passes(self) -> int:
+        """Times the taxels run past the sweep lanes."""
+        return -(-self.candidates // self.architecture.sweep_lanes)

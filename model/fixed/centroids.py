@@ -1,0 +1,57 @@
+"""Direction of the tangential force from the centroids of compression and traction (Eqs. 11, 19-22).
+
+With u = columns - j and v = rows - i as coordinates (prefix sums give these moments without a multiplier) and
+magnitudes of both zones, c - t is proportional to (U_t S_c - U_c S_t, V_t S_c - V_c S_t): no division.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+
+from tfra.model.design import Design
+from tfra.model.fixed.numbers import Ints, normalise, significant_bits
+from tfra.model.fixed.widths import widths
+from tfra.model.tfra import Bools
+
+
+@dataclass(frozen=True)
+class Direction:
+    """``cos`` and ``sin (n,)`` times a common factor, operand words; what is swept (Fig. 3)."""
+
+    cos: Ints
+    sin: Ints
+    sweep_y: Bools
+    negative: Bools
+    vanishing: Bools
+
+
+def pitch_ratio(design: Design) -> tuple[int, int]:
+    """Integers in the ratio pitch_x : pitch_y, within an operand's resolution."""
+    x, y = design.sensor.pitch_x, design.sensor.pitch_y
+    ratio = Fraction(min(x, y) / max(x, y)).limit_denominator(1 << (design.formats.operand - 2))
+    pair = ratio.denominator, ratio.numerator
+    return pair if x >= y else pair[::-1]
+
+
+def centroids(design: Design, codes: Ints) -> Direction:
+    """Direction of ``codes (n, m)``; frames without one get cos > 0 and sin = 0."""
+    rows, columns = design.sensor.rows, design.sensor.columns
+    i, j = np.divmod(np.arange(design.sensor.taxels), columns)
+    compression, traction = np.maximum(-codes, 0), np.maximum(codes, 0)
+    sum_c, sum_t = compression.sum(axis=1), traction.sum(axis=1)
+    exact = np.stack(
+        [(traction @ w) * sum_c - (compression @ w) * sum_t for w in (columns - j, rows - i)],
+        axis=1,
+    )
+    bits = widths(design).division
+    length = normalise(exact, significant_bits(exact, axis=1)[:, None], bits) * np.array(pitch_ratio(design))
+    x, y = length.T
+    sweep_y = np.abs(y) > np.abs(x)
+    vanishing = (x == 0) & (y == 0)
+    operand = design.formats.operand
+    words = normalise(length, significant_bits(length, axis=1)[:, None], operand)
+    cos = np.where(vanishing, (1 << (operand - 1)) - 1, words[:, 0])
+    return Direction(cos, words[:, 1], sweep_y, np.where(sweep_y, y, x) < 0, vanishing)

@@ -1,0 +1,148 @@
+"""The folded, quantised operators: what the coefficient memories hold, and the order of the products.
+
+With x^ = fold(x), every operator that commutes with the mirrors maps parity to parity, so its folded form is
+four ``Q x Q`` blocks.  Stacks group the operators that share an operand:
+
+    contact   b^ -> w = C33^-1 b,  and the sums of A-dagger b
+    residual  n^ -> g = C33 n, d1 = -C31 n, d2 = -C32 n,  and the sums of A-dagger d plus w
+    normal    e^ -> C33 A3-dagger e                 (twice: e0, then e1)
+    force     d^ -> A1-dagger d, A2-dagger d, A3-dagger d
+
+Sums are the A_pq of Eq. 12, one row each: the rows of a quad of sums work on the four parities.  Matrices are
+dimensionless (C times h^2, A-dagger over h^2); a coefficient is ``round(c * 2^fraction)`` with the largest
+fraction that its word allows, one per operator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from tfra.model.boussinesq import operators
+from tfra.model.design import Design
+from tfra.model.fixed.butterfly import EE, HADAMARD, OO, OX, OY, distinct, taxel_index
+from tfra.model.fixed.numbers import Ints
+from tfra.model.sensor import Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Operator:
+    """One quantised operator in folded form.
+
+    ``rows (n, 4, Q)``: row (i, parity) of result quad i; it multiplies the operand's parity ``parity ^ flip``.
+    A coefficient is worth ``rows / 2^fraction``.  ``gain`` bounds |result| / |operand| in the taxel domain,
+    ``folded_gain`` in the parity domain.
+    """
+
+    name: str
+    rows: Ints
+    flip: int
+    fraction: int
+    gain: float
+    folded_gain: float
+
+    @property
+    def quads(self) -> int:
+        """Result quads."""
+        return len(self.rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Operators that share an operand, computed in order."""
+
+    name: str
+    operators: tuple[Operator, ...]
+
+    @property
+    def quads(self) -> int:
+        """Result quads of the whole stack."""
+        return sum(op.quads for op in self.operators)
+
+
+STACKS = ("contact", "residual", "normal", "force")
+PRODUCTS = ("contact", "residual", "normal", "normal", "force")
+"""The products of a frame in order: b^, n^, e0^, e1^, d^."""
+
+
+def _fold_matrix(design: Design) -> tuple[Floats, Floats]:
+    """fold ``(4Q, m)`` and unfold ``(m, 4Q)`` as matrices, with ``unfold @ fold = identity``."""
+    index, m = taxel_index(design), design.sensor.taxels
+    fold = np.zeros((design.quads, 4, m))
+    unfold = np.zeros((m, design.quads, 4))
+    count = distinct(design).sum(axis=1)
+    for place in range(4):
+        quad = np.arange(design.quads)
+        for parity in range(4):
+            np.add.at(fold, (quad, parity, index[:, place]), HADAMARD[parity, place])
+            np.add.at(unfold, (index[:, place], quad, parity), HADAMARD[parity, place] * count / 16)
+    return fold.reshape(-1, m), unfold.reshape(m, -1)
+
+
+def _quantise(rows: Floats, bits: int) -> tuple[Ints, int]:
+    largest = np.abs(rows).max()
+    fraction = int(np.floor(np.log2(((1 << (bits - 1)) - 0.5) / largest)))
+    return np.rint(rows * 2.0**fraction).astype(np.int64), fraction
+
+
+def _matrix_operator(design: Design, name: str, matrix: Floats, flip: int) -> Operator:
+    fold, unfold = _fold_matrix(design)
+    q = design.quads
+    folded = (fold @ matrix @ unfold).reshape(q, 4, q, 4)
+    parity = np.arange(4)
+    rows = np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1)  # (i, parity, j)
+    rows, fraction = _quantise(rows, design.formats.coefficient)
+    exact = np.zeros((q, 4, q, 4))
+    exact[:, parity, :, parity ^ flip] = np.moveaxis(rows, 1, 0) / 2.0**fraction
+    taxel = unfold @ exact.reshape(4 * q, 4 * q) @ fold
+    return Operator(name, rows, flip, fraction, _row_sum(taxel), _row_sum(rows) / 2.0**fraction)
+
+
+def _sum_operator(design: Design, name: str, functionals: list[dict[int, Floats]]) -> Operator:
+    """Rows that sum: one quad per dict, which maps a parity to the functional ``(m,)`` of that parity."""
+    _, unfold = _fold_matrix(design)
+    rows = np.zeros((len(functionals), 4, design.quads))
+    for quad, by_parity in enumerate(functionals):
+        for parity, functional in by_parity.items():
+            rows[quad, parity] = (functional @ unfold).reshape(-1, 4)[:, parity]
+    rows, fraction = _quantise(rows, design.formats.coefficient)
+    gain = _row_sum(rows) / 2.0**fraction
+    return Operator(name, rows, 0, fraction, 4 * gain, gain)
+
+
+def _row_sum(rows: Floats | Ints) -> float:
+    return float(np.abs(rows).sum(axis=-1).max())
+
+
+@lru_cache(maxsize=16)
+def stacks(design: Design) -> dict[str, Stack]:
+    """Every stack of ``design``, by name; cached."""
+    ops, h2 = operators(design.sensor), design.sensor.thickness**2
+    c31, c32, c33 = ops.c31 * h2, ops.c32 * h2, ops.c33 * h2
+    pinv = ops.pinv1 / h2, ops.pinv2 / h2, ops.pinv3 / h2
+    s1, s2, s3 = (p.sum(axis=0) for p in pinv)
+    one = np.ones(design.sensor.taxels)
+    sums_n = [
+        {EE: one - s1 @ c31, OX: s1 @ c33, OY: s2 @ c33, OO: -s1 @ c32},  # A11, A10, A20, A12
+        {EE: one - s2 @ c32, OX: -s3 @ c31, OY: -s3 @ c32, OO: -s2 @ c31},  # A22, A31, A32, A21
+        {EE: s3 @ c33 - one},  # A30
+    ]
+    sums_b = [{EE: s3, OX: s1, OY: s2}]  # A30, A10, A20
+
+    def matrix(name: str, values: Floats, flip: int = EE) -> Operator:
+        return _matrix_operator(design, name, values, flip)
+
+    groups = {
+        "contact": (matrix("c33_inv", ops.c33_inv / h2), _sum_operator(design, "sums_b", sums_b)),
+        "residual": (
+            matrix("c33", c33),
+            matrix("c31", -c31, OX),
+            matrix("c32", -c32, OY),
+            _sum_operator(design, "sums_n", sums_n),
+        ),
+        "normal": (matrix("normal", c33 @ pinv[2]),),
+        "force": (matrix("pinv1", pinv[0], OX), matrix("pinv2", pinv[1], OY), matrix("pinv3", pinv[2])),
+    }
+    return {name: Stack(name, group) for name, group in groups.items()}

@@ -1,0 +1,15 @@
+"""Vector updates ``z + s * x``: candidates' residuals and the weights of the forces (Eqs. 7, 8, 10)."""
+
+from __future__ import annotations
+
+from tfra.model.design import Design
+from tfra.model.fixed.matvec import operand
+from tfra.model.fixed.numbers import Ints, round_shift
+from tfra.model.fixed.scalars import scalar_fraction
+
+
+def combine(design: Design, z: Ints, scalar: Ints, x: Ints) -> Ints:
+    """``z + scalar * x`` for vectors ``(n, Q, 4)`` and scalars ``(n,)``; x enters as a multiplier operand."""
+    words, significant = operand(design, x)
+    shift = scalar_fraction(design) + design.formats.operand - 1 - significant
+    return z + round_shift(scalar[:, None, None] * words, shift[:, None, :])

@@ -1,0 +1,46 @@
+"""CORDIC in vectoring mode: the modulus (times the CORDIC gain) and the angle of a vector, by additions alone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from tfra.model.design import Design
+from tfra.model.fixed.numbers import Ints
+
+ANGLE_GUARD = 4
+"""Bits of the angle beyond those of a result word."""
+
+
+def iterations(design: Design) -> int:
+    """Rotations of a run: one for each bit of an operand."""
+    return design.formats.operand
+
+
+def cordic_gain(design: Design) -> float:
+    """Product of the rotations' lengthening, about 1.6468."""
+    return math.prod(math.sqrt(1 + 4.0**-i) for i in range(iterations(design)))
+
+
+def angle_table(design: Design) -> list[int]:
+    """atan(2^-i) in units of ``2^-(operand + ANGLE_GUARD)`` turns."""
+    scale = 2.0 ** (design.formats.operand + ANGLE_GUARD) / (2 * math.pi)
+    return [round(math.atan(2.0**-i) * scale) for i in range(iterations(design))]
+
+
+def cordic(design: Design, x: Ints, y: Ints) -> tuple[Ints, Ints]:
+    """Modulus times :func:`cordic_gain`, and angle in ``2^-operand`` turns, of vectors ``(n,)``.
+
+    Vectors of the left half plane are turned by half a turn first.  Each rotation rounds towards minus infinity.
+    """
+    turn = design.formats.operand + ANGLE_GUARD
+    left = x < 0
+    x, y = np.where(left, -x, x), np.where(left, -y, y)
+    angle = np.where(left, np.int64(1) << (turn - 1), 0)
+    for i, step in enumerate(angle_table(design)):
+        up = y < 0
+        x, y = x + np.where(up, -(y >> i), y >> i), y + np.where(up, x >> i, -(x >> i))
+        angle = angle + np.where(up, -step, step)
+    rounded = (angle + (1 << (ANGLE_GUARD - 1))) >> ANGLE_GUARD
+    return x, rounded & ((1 << design.formats.operand) - 1)

@@ -1,0 +1,39 @@
+"""Matrix-vector products: block-normalised operands times folded coefficients, exact sums, one rounding."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfra.model.design import Design
+from tfra.model.fixed.coefficients import Operator, stacks
+from tfra.model.fixed.numbers import Ints, normalise, round_shift, significant_bits
+
+EXACT_DOUBLE = 1 << 53
+"""Sums of integers stay exact in float64 while every partial sum is below this."""
+
+
+def operand(design: Design, vector: Ints) -> tuple[Ints, Ints]:
+    """Multiplier words ``(n, Q, 4)`` of a folded ``vector (n, Q, 4)`` and the bits each parity needed ``(n, 4)``."""
+    significant = significant_bits(vector, axis=1)
+    return normalise(vector, significant[:, None, :], design.formats.operand), significant
+
+
+def matvec(design: Design, stack: str, vector: Ints) -> Ints:
+    """Result quads ``(n, quads, 4)`` of a stack's operators applied to ``vector (n, Q, 4)``, on the vector grid."""
+    words, significant = operand(design, vector)
+    return np.concatenate(
+        [_apply(design, op, words, significant) for op in stacks(design)[stack].operators], axis=1
+    )
+
+
+def _apply(design: Design, op: Operator, words: Ints, significant: Ints) -> Ints:
+    """Row (i, parity) works on parity ``parity ^ flip``; the sum is exact in float64 or in int64."""
+    exact = float(np.abs(op.rows).sum(axis=-1).max()) * (1 << (design.formats.operand - 1)) < EXACT_DOUBLE
+    dtype = np.float64 if exact else np.int64
+    result = np.empty((len(words), op.quads, 4), dtype=np.int64)
+    for parity in range(4):
+        source = parity ^ op.flip
+        sums = words[:, :, source].astype(dtype) @ op.rows[:, parity].T.astype(dtype)
+        shift = op.fraction + design.formats.operand - 1 - significant[:, source]
+        result[:, :, parity] = round_shift(sums.astype(np.int64), shift[:, None])
+    return result

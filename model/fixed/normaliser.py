@@ -1,0 +1,45 @@
+"""Block-floating input: the frame's largest code fills the word, the exponent is remembered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfra.model.design import Design
+from tfra.model.fixed.numbers import Ints, significant_bits
+from tfra.model.tfra import Bools
+
+
+@dataclass(frozen=True)
+class Normalised:
+    """A normalised frame: ``stress (n, m)`` = codes << ``exponent (n,)``."""
+
+    stress: Ints
+    exponent: Ints
+    magnitude: Ints
+    """Sum of |b| (Eq. 29)."""
+    contact: Bools
+    traction: Bools
+    saturated: Bools
+    """A code sits at an end of its range."""
+
+    @property
+    def regular(self) -> Bools:
+        """Frames with both compression and traction: the only ones that are swept."""
+        return self.contact & self.traction
+
+
+def normaliser(design: Design, codes: Ints) -> Normalised:
+    """Normalise ``codes (n, m)``."""
+    exponent = design.adc.bits - 1 - significant_bits(codes, axis=1)
+    stress = codes << exponent[:, None]
+    top = (1 << (design.adc.bits - 1)) - 1
+    return Normalised(
+        stress,
+        exponent,
+        np.abs(stress).sum(axis=1),
+        (codes < 0).any(axis=1),
+        (codes > 0).any(axis=1),
+        ((codes >= top) | (codes <= -top - 1)).any(axis=1),
+    )

@@ -1,0 +1,67 @@
+"""Exact integer primitives shared by every block; the hardware uses the same definitions.
+
+Rounding is half up (towards +infinity): ``floor(x / 2^s + 1/2)``, one addition before the shift.  Overflow is
+saturation wherever a format is not wide enough by proof.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+Ints = npt.NDArray[np.int64]
+
+
+def signed_bits(magnitude: float) -> int:
+    """Bits of a two's complement word that holds every integer in [-magnitude, magnitude]."""
+    return int(magnitude).bit_length() + 1
+
+
+def round_shift(value: npt.ArrayLike, shift: npt.ArrayLike) -> Ints:
+    """``value / 2^shift`` rounded half up; negative shifts multiply.  The caller bounds the result below 2^62."""
+    x, s = np.asarray(value, dtype=np.int64), np.asarray(shift, dtype=np.int64)
+    right = np.clip(s, 0, 62)
+    half = np.where(right > 0, np.int64(1) << np.maximum(right - 1, 0), 0)
+    return np.asarray(np.where(s >= 0, (x + half) >> right, x << np.clip(-s, 0, 62)), dtype=np.int64)
+
+
+def saturate(value: npt.ArrayLike, bits: int) -> Ints:
+    """``value`` limited to a signed word of ``bits``."""
+    return np.clip(np.asarray(value, dtype=np.int64), -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
+
+
+def bit_length(value: npt.ArrayLike) -> Ints:
+    """Position of the highest set bit of non-negative integers below 2^62, plus one (zero has length zero)."""
+    x = np.array(value, dtype=np.int64)
+    length = np.zeros(x.shape, dtype=np.int64)
+    for step in (32, 16, 8, 4, 2, 1):
+        big = x >= np.int64(1) << step
+        length += np.where(big, step, 0)
+        x = np.where(big, x >> step, x)
+    return length + (x > 0)
+
+
+def significant_bits(value: npt.ArrayLike, axis: int | tuple[int, ...]) -> Ints:
+    """Bits beside the sign that the words along ``axis`` need together.
+
+    It is the bit length of the OR of ``x ^ sign(x)``: what the hardware sees, with no exception for powers of
+    two or for zero.
+    """
+    x = np.asarray(value, dtype=np.int64)
+    return bit_length(np.bitwise_or.reduce(x ^ (x >> 63), axis=axis))
+
+
+def normalise(value: npt.ArrayLike, significant: npt.ArrayLike, bits: int) -> Ints:
+    """Words scaled by ``2^(bits - 1 - significant)`` to fill ``bits``, rounded half up and saturated."""
+    shift = np.asarray(significant, dtype=np.int64) - (bits - 1)
+    return saturate(round_shift(value, shift), bits)
+
+
+def divide(numerator: npt.ArrayLike, denominator: npt.ArrayLike, fraction: int) -> Ints:
+    """``numerator / denominator`` with ``fraction`` bits, magnitudes rounded half up, sign last.
+
+    Denominators must not be zero and ``|numerator| < 2^(61 - fraction)``.
+    """
+    n, d = np.asarray(numerator, dtype=np.int64), np.asarray(denominator, dtype=np.int64)
+    quotient = ((np.abs(n) << (fraction + 1)) // np.abs(d) + 1) >> 1
+    return np.asarray(np.where((n < 0) != (d < 0), -quotient, quotient), dtype=np.int64)

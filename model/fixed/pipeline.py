@@ -1,0 +1,130 @@
+"""The bit-accurate TFRA: the hardware's blocks in the order data flows through them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfra.model.design import Design
+from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
+from tfra.model.fixed.centroids import centroids
+from tfra.model.fixed.combine import combine
+from tfra.model.fixed.cordic import cordic
+from tfra.model.fixed.dependent import dependent, gather_sums
+from tfra.model.fixed.forces import forces
+from tfra.model.fixed.friction import friction
+from tfra.model.fixed.gain import gain
+from tfra.model.fixed.matvec import matvec
+from tfra.model.fixed.normaliser import normaliser
+from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.resultant import resultant
+from tfra.model.fixed.scaling import scaling
+from tfra.model.fixed.sweep import sweep
+from tfra.model.fixed.weights import weights
+from tfra.model.fixed.widths import DIVISION_GUARD
+from tfra.model.fixed.words import COUNTER_BITS, encode
+from tfra.model.tfra import Status
+
+_CHUNK = 2048  # frames at once: bounds memory
+
+
+@dataclass(frozen=True)
+class FixedResult:
+    """``words (n, frame_words)`` as the core sends them; ``stages``: what flows between blocks, by name.
+
+    Every stage is an array whose first axis is the frame, in the order of the transfers.
+    """
+
+    words: Ints
+    stages: dict[str, Ints]
+
+
+class FixedTfra:
+    """Bit-accurate model of one design."""
+
+    def __init__(self, design: Design) -> None:
+        self.design = design
+
+    def __call__(self, codes: Ints, first_frame: int = 0) -> FixedResult:
+        """Result words and stages of converter ``codes (n, rows, columns)``; frames count from ``first_frame``."""
+        flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
+        parts = [
+            self._chunk(flat[start : start + _CHUNK], first_frame + start)
+            for start in range(0, max(1, len(flat)), _CHUNK)
+        ]
+        stages = {name: np.concatenate([p.stages[name] for p in parts]) for name in parts[0].stages}
+        return FixedResult(np.concatenate([p.words for p in parts]), stages)
+
+    def _chunk(self, codes: Ints, first_frame: int) -> FixedResult:
+        design, q = self.design, self.design.quads
+        frame = normaliser(design, codes)
+        direction = centroids(design, codes)
+        stress = to_quads(design, frame.stress)
+        b = butterfly(stress) << design.formats.vector_fraction
+        contact = matvec(design, "contact", b)
+        n = weights(contact[:, :q], frame.regular)
+        residual = matvec(design, "residual", n)
+        g, d1, d2, sums_n = np.split(residual, (q, 2 * q, 3 * q), axis=1)
+        d0 = b + g
+        affine = dependent(design, gather_sums(contact[:, q:], sums_n), direction, frame.regular)
+        swap = direction.sweep_y[:, None, None]
+        d_ind, d_dep = np.where(swap, d2, d1), np.where(swap, d1, d2)
+        e0 = combine(design, d0, affine.alpha, d_dep)
+        e1 = combine(design, d_ind, affine.beta, d_dep)
+        p = butterfly(matvec(design, "normal", e0) - g)
+        slope = butterfly(matvec(design, "normal", e1))
+        found = sweep(
+            design,
+            frame.stress,
+            to_taxels(design, p),
+            to_taxels(design, slope),
+            direction.negative,
+            frame.exponent,
+        )
+        chosen = friction(design, found.index, direction, affine, frame.regular)
+        d = combine(design, e0, chosen.mu_ind, e1)
+        unscaled = forces(design, matvec(design, "force", d), chosen, n)
+        total = resultant(design, affine, chosen, frame.regular)
+        factor = gain(design, total, frame)
+        scaled = scaling(design, frame, factor, to_taxels(design, unscaled), total)
+        _, phi = cordic(design, direction.cos << DIVISION_GUARD, direction.sin << DIVISION_GUARD)
+        status = (
+            np.where(frame.contact, 0, Status.NO_CONTACT)
+            | np.where(frame.contact & ~frame.traction, Status.COMPRESSION_ONLY, 0)
+            | np.where(frame.regular & direction.vanishing, Status.NO_DIRECTION, 0)
+            | np.where(frame.regular & affine.vanishing, Status.VANISHING_DENOMINATOR, 0)
+            | np.where(frame.regular & chosen.out_of_range, Status.DEPENDENT_OUT_OF_RANGE, 0)
+            | np.where(frame.saturated, Status.INPUT_SATURATED, 0)
+            | np.where(scaled.saturated, Status.OUTPUT_SATURATED, 0)
+        )
+        words = encode(
+            design,
+            {
+                "frame": (first_frame + np.arange(len(codes))) % (1 << COUNTER_BITS),
+                "exponent": frame.exponent,
+                "sweep_index": chosen.index,
+                "phi": np.where(frame.regular, phi, 0),
+                "mu": factor.mu,
+                "mu_x": chosen.mu_x,
+                "mu_y": chosen.mu_y,
+                "resultant": scaled.resultant,
+                "forces": scaled.forces.reshape(len(codes), -1),
+                "status": status,
+            },
+        )
+        stages = {
+            "normaliser": stress,
+            "centroids": np.stack([direction.cos, direction.sin], axis=1),
+            "contact": contact,
+            "weights": n,
+            "residual": residual,
+            "dependent": np.stack([affine.alpha, affine.beta], axis=1),
+            "combine": np.concatenate([e0, e1, d], axis=1),
+            "sweep": found.index[:, None],
+            "friction": np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
+            "resultant": total.words,
+            "gain": np.stack([factor.mantissa, factor.mu], axis=1),
+            "forces": unscaled,
+        }
+        return FixedResult(words, stages)

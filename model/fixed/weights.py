@@ -1,0 +1,15 @@
+"""w_z of Eq. 9: the compressive part of C33^-1 b, as n = -w_z >= 0."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.numbers import Ints, round_shift
+from tfra.model.tfra import Bools
+
+
+def weights(solution: Ints, regular: Bools) -> Ints:
+    """Folded n ``(n, Q, 4)`` from the folded C33^-1 b; frames that are not swept keep it unclipped."""
+    n = -round_shift(butterfly(solution), 2)
+    return butterfly(np.where(regular[:, None, None], np.maximum(n, 0), n))

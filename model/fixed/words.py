@@ -1,0 +1,116 @@
+"""The result stream: one frame is a header, three planes of forces and the status, one word per transfer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from tfra.model.design import Design
+from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import widths
+from tfra.model.tfra import Result, check_frames
+
+COUNTER_BITS = 16
+STATUS_BITS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """``count`` words from ``start``: their own ``bits``, sign and the value of one LSB in ``unit``."""
+
+    name: str
+    start: int
+    count: int
+    bits: int
+    signed: bool
+    lsb: float
+    unit: str
+
+
+HEADER = ("frame", "exponent", "sweep_index", "phi", "mu", "mu_x", "mu_y")
+
+
+def layout(design: Design) -> tuple[Field, ...]:
+    """Fields of a result frame in order.
+
+    Forces and resultants are worth ``lsb * 2^-exponent``; planes are f_x, f_y, f_z, each row-major.
+    """
+    operand, m, out = design.formats.operand, design.sensor.taxels, widths(design).output
+    scalar = 2.0 ** -scalar_fraction(design)
+    force = design.adc.lsb * design.sensor.taxel_area * 2.0**-design.formats.force_fraction
+    rows = [
+        ("frame", 1, COUNTER_BITS, False, 1.0, "1"),
+        ("exponent", 1, design.adc.bits.bit_length(), False, 1.0, "1"),
+        ("sweep_index", 1, design.search.steps.bit_length(), False, 1.0, "1"),
+        ("phi", 1, operand, False, 360.0 * 2.0**-operand, "deg"),
+        ("mu", 1, operand, True, scalar, "1"),
+        ("mu_x", 1, operand, True, scalar, "1"),
+        ("mu_y", 1, operand, True, scalar, "1"),
+        ("resultant", 3, out, True, force, "N"),
+        ("forces", 3 * m, out, True, force, "N"),
+        ("status", 1, STATUS_BITS, False, 1.0, "1"),
+    ]
+    fields, start = [], 0
+    for name, count, bits, signed, lsb, unit in rows:
+        fields.append(Field(name, start, count, bits, signed, lsb, unit))
+        start += count
+    return tuple(fields)
+
+
+def frame_words(design: Design) -> int:
+    """Words of a result frame."""
+    last = layout(design)[-1]
+    return last.start + last.count
+
+
+def word_bits(design: Design) -> int:
+    """Bits of a transfer; shorter fields are extended by their sign or by zeros."""
+    return max(f.bits + (not f.signed) for f in layout(design))
+
+
+def quantise(design: Design, frames: npt.ArrayLike) -> Ints:
+    """Converter codes ``(n, rows, columns)`` of ``frames`` in Pa, rounded to nearest.
+
+    Raises ``ValueError`` naming the first taxel that is not finite or over full scale.
+    """
+    stress = check_frames(design.sensor, frames)
+    codes = np.rint(stress / design.adc.lsb)
+    limit = 1 << (design.adc.bits - 1)
+    bad = np.argwhere((codes < -limit) | (codes > limit))
+    if len(bad):
+        frame, row, column = bad[0]
+        raise ValueError(
+            f"frames: frame {frame}, row {row}, column {column} is {stress[tuple(bad[0])]:.6g} Pa, "
+            f"over the full scale of {design.adc.full_scale:.6g} Pa"
+        )
+    return np.minimum(codes, limit - 1).astype(np.int64)
+
+
+def encode(design: Design, values: dict[str, Ints]) -> Ints:
+    """Result frames ``(n, frame_words)`` from one array ``(n,)`` or ``(n, count)`` for each field."""
+    columns = [values[f.name].reshape(-1, f.count) for f in layout(design)]
+    return np.concatenate(columns, axis=1)
+
+
+def field(design: Design, words: Ints, name: str) -> Ints:
+    """Words ``(n, count)`` of one field."""
+    where = next(f for f in layout(design) if f.name == name)
+    return words[:, where.start : where.start + where.count]
+
+
+def decode(design: Design, words: Ints) -> Result:
+    """Result frames ``(n, frame_words)`` in SI units."""
+    raw = {f.name: field(design, words, f.name) for f in layout(design)}
+    value = {f.name: raw[f.name] * f.lsb for f in layout(design)}
+    scale = 2.0 ** -raw["exponent"]
+    forces = (value["forces"] * scale).reshape(-1, 3, design.sensor.rows, design.sensor.columns)
+    return Result(
+        forces,
+        value["resultant"] * scale,
+        *(value[name][:, 0] for name in ("phi", "mu", "mu_x", "mu_y")),
+        raw["sweep_index"][:, 0],
+        raw["status"][:, 0],
+    )
