@@ -1,0 +1,102 @@
+"""Amaranth expressions for the primitives of :mod:`tfra.model.fixed.numbers`; all combinational."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import reduce
+from operator import or_
+
+from amaranth import Cat, Const, Mux, Shape, Value, signed, unsigned
+from amaranth.lib import data
+
+
+def quad(bits: int) -> data.ArrayLayout:
+    """Payload of a vector stream: four signed words, mirror taxels or parities."""
+    return data.ArrayLayout(signed(bits), 4)
+
+
+def saturate(value: Value, bits: int) -> Value:
+    """Signed ``value`` limited to a signed word of ``bits``."""
+    width = len(value)
+    if width <= bits:
+        return value
+    high = value[bits - 1 :]
+    fits = (high == 0) | high.all()
+    top = (1 << (bits - 1)) - 1
+    limit = Mux(value[-1], Const(-top - 1, signed(bits)), Const(top, signed(bits)))
+    return Mux(fits, value[:bits].as_signed(), limit).as_signed()
+
+
+def shift_right(value: Value, amount: Value) -> Value:
+    """Signed ``value >> amount`` with one bit kept below the point; :func:`round_half` finishes the rounding.
+
+    The pair equals ``round_shift`` and leaves room for a register between barrel and adder.
+    """
+    return (Cat(Const(0, 1), value).as_signed() >> amount)[: len(value) + 1].as_signed()
+
+
+def round_half(value: Value) -> Value:
+    """``(value + 1) >> 1``: half up for a value with one bit below the point; one bit shorter."""
+    return ((value + 1) >> 1)[: len(value)].as_signed()
+
+
+def align(value: Value, significant: Value) -> Value:
+    """Signed ``value`` moved left by ``len(value) - 1 - significant``, so that its bits touch the sign.
+
+    ``significant`` must not be smaller than what the value needs; :func:`round_top` finishes normalisation.
+    """
+    width = len(value)
+    amount = (width - 1 - significant)[: (width - 1).bit_length()]
+    return (value << amount)[:width].as_signed()
+
+
+def round_top(aligned: Value, bits: int) -> Value:
+    """Top ``bits`` of an aligned value, rounded half up and saturated: with :func:`align` equal to ``normalise``."""
+    width = len(aligned)
+    if width <= bits:
+        return (aligned << (bits - width)).as_signed()
+    return saturate(round_half(aligned[width - bits - 1 :].as_signed()), bits)
+
+
+def magnitude_bits(value: Value) -> Value:
+    """``value ^ sign``: unsigned, its bit length is what the signed value needs beside the sign."""
+    return (value ^ value[-1].replicate(len(value)))[: len(value) - 1]
+
+
+def significant_bits(values: Iterable[Value]) -> Value:
+    """Bit length of the OR of unsigned ``values``."""
+    return bit_length(reduce(or_, values))
+
+
+def bit_length(value: Value) -> Value:
+    """Bit length of an unsigned value: a tree over halves, logarithmic depth."""
+    width = len(value)
+    if width == 1:
+        return value
+    half = 1 << ((width - 1).bit_length() - 1)
+    low, high = value[:half], value[half:]
+    return Mux(high.any(), half + bit_length(high), bit_length(low))
+
+
+def constant_product(value: Value, factor: int) -> Value:
+    """``value * factor`` by additions of shifted copies (canonical signed digits), so that no multiplier is taken."""
+    if factor < 0:
+        raise ValueError(f"factor: zero or more is needed, got {factor}")
+    shape = value.shape()
+    width = shape.width + factor.bit_length()
+    total: Value = Const(0, Shape(width, shape.signed))
+    place = 0
+    while factor:
+        if factor & 1:
+            digit = 2 - (factor & 3)
+            total = total + (value << place) if digit > 0 else total - (value << place)
+            factor -= digit
+        factor >>= 1
+        place += 1
+    sized = total[:width] if len(total) > width else total
+    return sized.as_signed() if shape.signed else sized
+
+
+def count(top: int) -> Shape:
+    """Shape of a counter that holds 0 ... ``top``."""
+    return unsigned(max(1, top.bit_length()))

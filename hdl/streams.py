@@ -1,0 +1,107 @@
+"""Plumbing between blocks: streams of ``amaranth.lib.stream`` are split, merged and routed here.
+
+Per-frame facts travel as streams with one transfer a frame.  A block may look at such a transfer for as long as
+it needs it and takes it (``ready``) in the last cycle of use, so the sender holds it and no block keeps a copy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from amaranth import Elaboratable, Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.arithmetic import count
+
+
+class Router(wiring.Component):
+    """Send the transfers of a frame to the sinks that a static table names.
+
+    Arguments:
+        table: pairs ``(transfers, sinks)`` in order; a frame is all of them, then the table starts anew.
+        ways: number of sinks.
+
+    Members: ``i``: stream in; ``o``: ``ways`` streams out.  Combinational; each sink takes a transfer at its own
+    time, and the transfer ends with the last of them.
+    """
+
+    def __init__(self, shape: Any, table: Sequence[tuple[int, Sequence[int]]], ways: int) -> None:
+        self._table, self._ways = [(n, tuple(sinks)) for n, sinks in table], ways
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)).array(ways)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.turn = turn = _Turn([n for n, _ in self._table])
+        sinks, taken, done = (Signal(self._ways, name=name) for name in ("sinks", "taken", "done"))
+        with m.Switch(turn.step):
+            for number, (_, names) in enumerate(self._table):
+                with m.Case(number):
+                    m.d.comb += sinks.eq(sum(1 << way for way in names))
+        for way, o in enumerate(self.o):
+            m.d.comb += [
+                o.payload.eq(self.i.payload),
+                o.valid.eq(self.i.valid & sinks[way] & ~taken[way]),
+                done[way].eq(taken[way] | o.ready | ~sinks[way]),
+            ]
+        m.d.comb += [self.i.ready.eq(done.all()), turn.transfer.eq(self.i.valid & self.i.ready)]
+        with m.If(self.i.valid):
+            m.d.sync += taken.eq(Mux(done.all(), 0, done & sinks))
+        return m
+
+
+class Fork(Router):
+    """Hand every transfer to all of ``ways`` sinks, each at its own time.
+
+    Members: ``i``: stream in; ``o``: ``ways`` streams out.  Combinational from valid to valid; a transfer ends
+    when the last sink has taken it.
+    """
+
+    def __init__(self, shape: Any, ways: int) -> None:
+        super().__init__(shape, [(1, range(ways))], ways)
+
+
+class Merge(wiring.Component):
+    """Take ``n`` transfers from input ``way`` for each ``(n, way)`` of ``order`` in turn, over and over.
+
+    Members: ``i``: streams in; ``o``: stream out.  Combinational.
+    """
+
+    def __init__(self, shape: Any, order: Sequence[tuple[int, int]], ways: int) -> None:
+        self._order = list(order)
+        super().__init__({"i": In(stream.Signature(shape)).array(ways), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.turn = turn = _Turn([n for n, _ in self._order])
+        with m.Switch(turn.step):
+            for number, (_, way) in enumerate(self._order):
+                with m.Case(number):
+                    m.d.comb += [
+                        self.o.payload.eq(self.i[way].payload),
+                        self.o.valid.eq(self.i[way].valid),
+                        self.i[way].ready.eq(self.o.ready),
+                    ]
+        m.d.comb += turn.transfer.eq(self.o.valid & self.o.ready)
+        return m
+
+
+class _Turn(Elaboratable):
+    """Which entry of a cyclic table of transfer counts it is the turn of."""
+
+    def __init__(self, counts: Sequence[int]) -> None:
+        self._counts = list(counts)
+        self.transfer = Signal()
+        self.step = Signal(count(len(counts) - 1))
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        done = Signal(count(max(self._counts) - 1))
+        with m.If(self.transfer):
+            m.d.sync += done.eq(done + 1)
+            with m.Switch(self.step):
+                for number, transfers in enumerate(self._counts):
+                    with m.Case(number), m.If(done == transfers - 1):
+                        m.d.sync += [done.eq(0), self.step.eq((number + 1) % len(self._counts))]
+        return m
