@@ -1,0 +1,66 @@
+"""Pydantic's findings in the words of a CONFIG file."""
+
+from __future__ import annotations
+
+import difflib
+import reprlib
+from typing import Any, get_args
+
+from pydantic import ValidationError
+
+from tfra.codegen.schema import DIRECTION_KINDS, MOST_DIRECTIONS, Document, Section
+
+_NEEDED = {
+    "int_type": "a whole number is needed",
+    "float_type": "a number is needed",
+    "finite_number": "a finite number is needed",
+    "string_type": "a text in quotes is needed",
+    "string_pattern_mismatch": "a letter, then at most 62 letters, digits and underscores are needed",
+    "list_type": "an array of tables, [[contact]], is needed",
+    "model_type": "a table is needed",
+    "literal_error": "{expected} is needed",
+    "greater_than_equal": "{ge:g} or more is needed",
+    "less_than_equal": "{le:g} or less is needed",
+    "too_short": "at least one direction is needed",
+    "too_long": f"at most {MOST_DIRECTIONS} directions are supported",
+}
+
+
+def complaint(error: ValidationError) -> tuple[str, str]:
+    """Return (key, reason) of the finding that helps most: an unknown key often explains a missing one."""
+    findings: list[Any] = error.errors(include_url=False)
+    finding = next((f for f in findings if f["type"] == "extra_forbidden"), findings[0])
+    location = tuple(part for part in finding["loc"] if part not in DIRECTION_KINDS)
+    return _key(location), _reason(finding, location)
+
+
+def _key(location: tuple[int | str, ...]) -> str:
+    """``("contact", 0, "mu")`` is ``contact#1.mu``: people count from one."""
+    parts = (f"#{part + 1}" if isinstance(part, int) else f".{part}" for part in location)
+    return "".join(parts).removeprefix(".")
+
+
+def _reason(finding: Any, location: tuple[int | str, ...]) -> str:
+    if finding["type"] == "missing":
+        return "is missing"
+    if finding["type"] == "extra_forbidden":
+        known = list(_section(location[:-1]).model_fields)
+        nearest = difflib.get_close_matches(str(location[-1]), known, n=1, cutoff=0)[0]
+        return f'unknown key, the nearest valid key is "{nearest}"'
+    needed = _NEEDED.get(finding["type"], finding["msg"])
+    return f"{needed.format(**finding.get('ctx', {}))}, got {reprlib.repr(finding['input'])}"
+
+
+def _section(location: tuple[int | str, ...]) -> type[Section]:
+    """Return the model of the table at ``location``."""
+    model: type[Section] = Document
+    for part in location:
+        if isinstance(part, str):
+            model = _model_in(model.model_fields[part].annotation)
+    return model
+
+
+def _model_in(annotation: Any) -> type[Section]:
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return annotation
+    return next(found for arg in get_args(annotation) if (found := _model_in(arg)) is not Document)

@@ -1,0 +1,220 @@
+"""From a CONFIG file in TOML to the objects of the model.
+
+The keys carry units (``pitch_x_mm``, ``full_scale_pa``, ``phi_deg``); the objects are in SI and radians.
+Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double nearest to 0.0041.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from tfra.codegen.complaints import complaint
+from tfra.codegen.schema import (
+    ArchitectureSection,
+    ContactSection,
+    Document,
+    FormatsSection,
+    SensorSection,
+    exact,
+)
+from tfra.model.contact import Contact
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats, Search
+from tfra.model.errors import InputError
+from tfra.model.layer import ElasticLayer, Sampling
+from tfra.model.sensor import SensorArray
+
+MOST_TAXELS = 4096
+"""The model holds dense matrices of taxels x taxels: 134 MB each at this limit."""
+
+TARGETS = ("portable",)
+
+_KEYS = {
+    "full_scale": "full_scale_pa",
+    "coefficient": "coefficient_bits",
+    "operand": "operand_bits",
+    "vector_fraction": "vector_fraction_bits",
+    "force_fraction": "force_fraction_bits",
+    "normal_force": "force_n",
+}
+"""Names of the model's fields in the file, where they differ and the model checks more than the schema."""
+
+
+@dataclass(frozen=True, slots=True)
+class LayerSpec:
+    """The elastic cover for simulated frames: Poisson's ratio, and sampling ``"point"`` or ``"area"``."""
+
+    poisson: float
+    sampling: Sampling
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    """Everything a CONFIG file says: the core, the simulated cover, the contacts, and the file itself."""
+
+    design: Design
+    layer: LayerSpec
+    contacts: tuple[Contact, ...]
+    path: Path
+
+
+def load(path: str | Path) -> Project:
+    """Read and check the CONFIG file at ``path``.
+
+    Raises ``InputError``, a line that names the file, the key and the reason, for anything wrong with it.
+    """
+    file = Path(path)
+    document = _document(file)
+    sensor = _sensor(file, document.sensor)
+    with _blame(file, "target"):
+        _require_one_of("name", document.target.name, TARGETS)
+    with _blame(file, "layer"):
+        ElasticLayer.under(sensor, document.layer.poisson)
+    return Project(
+        design=_design(file, document, sensor),
+        layer=LayerSpec(document.layer.poisson, document.layer.sampling),
+        contacts=tuple(_contacts(file, document)),
+        path=file,
+    )
+
+
+def _document(file: Path) -> Document:
+    try:
+        return Document.model_validate(_parse(file))
+    except ValidationError as error:
+        raise InputError(file, *complaint(error)) from None
+
+
+def _parse(file: Path) -> dict[str, Any]:
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise InputError(file, "", f"cannot be read: {error.strerror}") from None
+    try:
+        return tomllib.loads(data.decode())
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise InputError(file, f"line {line}", "is not UTF-8 text") from None
+    except tomllib.TOMLDecodeError as error:
+        reason, place = re.fullmatch(r"(.*?)(?: \(at (.*)\))?", str(error), re.DOTALL).groups()  # type: ignore[union-attr]
+        raise InputError(file, place or "", reason) from None
+    except (ValueError, RecursionError):  # an integer of thousands of digits, thousands of brackets
+        raise InputError(file, "", "is not sensible TOML") from None
+
+
+@contextmanager
+def _blame(file: Path, section: str) -> Iterator[None]:
+    """Turn the model's ``ValueError("field: reason")`` into an ``InputError`` with the file's key."""
+    try:
+        yield
+    except ValueError as error:
+        field, _, reason = str(error).partition(": ")
+        *sections, field = [*([section] if section else []), *field.split(".")]
+        raise InputError(file, ".".join([*sections, _KEYS.get(field, field)]), reason) from None
+
+
+def _require_one_of(key: str, value: str, known: Iterable[str]) -> None:
+    if value not in (names := tuple(known)):
+        raise ValueError(f"{key}: one of {', '.join(names)} is needed, got {value!r}")
+
+
+def _sensor(file: Path, section: SensorSection) -> SensorArray:
+    lengths = (section.pitch_x_mm, section.pitch_y_mm, section.thickness_mm)
+    with _blame(file, "sensor"):
+        if section.rows * section.columns > MOST_TAXELS:
+            raise ValueError(f"rows: at most {MOST_TAXELS} taxels (rows x columns) are supported")
+        return SensorArray(section.rows, section.columns, *(_metres(exact(x)) for x in lengths))
+
+
+def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
+    with _blame(file, "adc"):
+        adc = Adc(document.adc.bits, document.adc.full_scale_pa)
+    with _blame(file, "search"):
+        search = Search(document.search.steps, document.search.plateau_tolerance)
+    with _blame(file, "formats"):
+        formats = _formats(document.formats)
+    with _blame(file, ""):
+        return Design(
+            sensor=sensor,
+            name=document.name or _identifier(file.stem),
+            adc=adc,
+            search=search,
+            formats=formats,
+            architecture=_architecture(document.architecture, sensor, search),
+        )
+
+
+def _formats(section: FormatsSection) -> Formats:
+    _require_one_of("name", section.name, FORMATS)
+    overrides = {
+        field: bits
+        for field in ("coefficient", "operand", "vector_fraction", "force_fraction")
+        if (bits := getattr(section, f"{field}_bits")) is not None
+    }
+    base = FORMATS[section.name]
+    return replace(base, name="custom", **overrides) if overrides else base
+
+
+def _architecture(section: ArchitectureSection, sensor: SensorArray, search: Search) -> Architecture:
+    """Fill in defaults, limited to what a small sensor or a short sweep can keep busy."""
+    usual = Architecture()
+    most = 4 * -(-sensor.rows // 2) * -(-sensor.columns // 2)
+    mac, sweep = section.mac_lanes, section.sweep_lanes
+    return Architecture(
+        mac_lanes=min(usual.mac_lanes, most) if mac is None else mac,
+        sweep_lanes=min(usual.sweep_lanes, search.steps + 1) if sweep is None else sweep,
+    )
+
+
+def _contacts(file: Path, document: Document) -> Iterator[Contact]:
+    for number, section in enumerate(document.contact, 1):
+        with _blame(file, f"contact#{number}"):
+            center_x = _center("x", section, document.sensor.columns, document.sensor.pitch_x_mm)
+            center_y = _center("y", section, document.sensor.rows, document.sensor.pitch_y_mm)
+            for degrees in section.directions():
+                yield Contact(
+                    shape=section.shape,  # type: ignore[arg-type]  # names are converted and checked there
+                    center_x=_metres(center_x),
+                    center_y=_metres(center_y),
+                    half_x=_metres(exact(section.half_x_mm)),
+                    half_y=_metres(exact(section.half_y_mm)),
+                    normal_force=section.force_n,
+                    mu=section.mu,
+                    phi=math.radians(degrees),
+                )
+
+
+def _center(axis: str, section: ContactSection, count: int, pitch_mm: float) -> Fraction:
+    """Return the centre along ``axis`` in mm; raises ``ValueError`` when the footprint leaves the block."""
+    given = getattr(section, f"center_{axis}_mm")
+    half, pitch = exact(getattr(section, f"half_{axis}_mm")), exact(pitch_mm)
+    center = (count - 1) * pitch / 2 if given is None else exact(given)
+    low, high = -pitch / 2, (count - Fraction(1, 2)) * pitch
+    if center - half < low or center + half > high:
+        key = f"half_{axis}_mm" if 2 * half > high - low else f"center_{axis}_mm"
+        reach, block = _span(center - half, center + half), _span(low, high)
+        raise ValueError(f"{key}: the footprint {reach} leaves the block {block}")
+    return center
+
+
+def _span(low: Fraction, high: Fraction) -> str:
+    return f"from {float(low):g} to {float(high):g} mm"
+
+
+def _metres(millimetres: Fraction) -> float:
+    return float(millimetres / 1000)
+
+
+def _identifier(stem: str) -> str:
+    """Make ``stem`` a name that Verilog accepts."""
+    name = re.sub(r"[^A-Za-z0-9_]", "_", stem)[:60]
+    return name if name[:1].isalpha() else f"s_{name}"

@@ -1,0 +1,157 @@
+"""What a CONFIG file may say: one pydantic model per TOML section.
+
+Only form is checked here (keys, types, finite numbers); whether the values fit together is decided by the
+objects that :mod:`tfra.codegen.config` builds from them.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+
+from tfra.model.design import Adc, Search
+from tfra.model.layer import Sampling
+
+MOST_DIRECTIONS = 100_000
+"""Contacts that one ``phi_deg`` may expand to."""
+
+IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_]{0,62}$"
+
+Length = Annotated[float, Field(ge=1e-3, le=1e3)]
+"""Millimetres; anything beyond is a slip of the unit, and its square would lose digits."""
+
+
+def exact(value: float) -> Fraction:
+    """Return the decimal number that ``value`` is written as, so that 4.1 mm is 41/10 mm."""
+    return Fraction(repr(value))
+
+
+class Section(BaseModel):
+    """Immutable, no unknown keys, no conversions except int to float, no nan or inf."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class SensorSection(Section):
+    """``[sensor]``: the array; the cover block reaches half a pitch beyond the outer taxels."""
+
+    rows: int
+    columns: int
+    pitch_x_mm: Length
+    pitch_y_mm: Length
+    thickness_mm: Length
+
+
+class AdcSection(Section):
+    """``[adc]``: the converter."""
+
+    bits: int = Adc().bits
+    full_scale_pa: float = Adc().full_scale
+
+
+class SearchSection(Section):
+    """``[search]``: the sweep of the independent friction coefficient."""
+
+    steps: int = Search().steps
+    plateau_tolerance: float = Search().tolerance
+
+
+class FormatsSection(Section):
+    """``[formats]``: a named set of word lengths, and changes to it."""
+
+    name: str = "standard"
+    coefficient_bits: int | None = None
+    operand_bits: int | None = None
+    vector_fraction_bits: int | None = None
+    force_fraction_bits: int | None = None
+
+
+class ArchitectureSection(Section):
+    """``[architecture]``: parallelism; the defaults follow from the sensor and the search."""
+
+    mac_lanes: int | None = None
+    sweep_lanes: int | None = None
+
+
+class TargetSection(Section):
+    """``[target]``: the device family the Verilog is written for."""
+
+    name: str = "portable"
+
+
+class LayerSection(Section):
+    """``[layer]``: the elastic cover that simulated frames see."""
+
+    poisson: float = 0.48
+    sampling: Sampling = "point"
+
+
+class Directions(Section):
+    """``{start, stop, step}``: evenly spaced directions, ``stop`` excluded."""
+
+    start: float
+    stop: float
+    step: float
+
+    def values(self) -> list[float]:
+        """Return the directions, free of accumulated rounding.
+
+        Raises ``ValueError`` (``phi_deg: ...``) when there are none or more than ``MOST_DIRECTIONS``.
+        """
+        start, stop, step = exact(self.start), exact(self.stop), exact(self.step)
+        count = math.ceil((stop - start) / step) if step else 0
+        if count < 1:
+            way = f"from {self.start:g} to {self.stop:g}"
+            raise ValueError(f"phi_deg: a step of {self.step:g} does not lead {way}")
+        if count > MOST_DIRECTIONS:
+            raise ValueError(f"phi_deg: at most {MOST_DIRECTIONS} directions are supported, got {count}")
+        return [float(start + i * step) for i in range(count)]
+
+
+def _direction_kind(value: object) -> str:
+    return "list" if isinstance(value, list) else "table" if isinstance(value, dict) else "number"
+
+
+DIRECTION_KINDS = ("number", "list", "table")
+"""Tags of the forms of ``phi_deg``; they stand in pydantic's locations but not in the file."""
+
+
+class ContactSection(Section):
+    """``[[contact]]``: one load, once per direction in ``phi_deg``; the centre defaults to the block's."""
+
+    shape: str
+    center_x_mm: float | None = None
+    center_y_mm: float | None = None
+    half_x_mm: Length
+    half_y_mm: Length
+    force_n: Annotated[float, Field(ge=-1e6)]
+    mu: Annotated[float, Field(le=100)]
+    phi_deg: Annotated[
+        Annotated[float, Tag("number")]
+        | Annotated[list[float], Field(min_length=1, max_length=MOST_DIRECTIONS), Tag("list")]
+        | Annotated[Directions, Tag("table")],
+        Discriminator(_direction_kind),
+    ]
+
+    def directions(self) -> list[float]:
+        """Return every direction in degrees; raises ``ValueError`` as ``Directions.values``."""
+        if isinstance(self.phi_deg, Directions):
+            return self.phi_deg.values()
+        return self.phi_deg if isinstance(self.phi_deg, list) else [self.phi_deg]
+
+
+class Document(Section):
+    """The whole file."""
+
+    name: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
+    sensor: SensorSection
+    adc: AdcSection = AdcSection()
+    search: SearchSection = SearchSection()
+    formats: FormatsSection = FormatsSection()
+    architecture: ArchitectureSection = ArchitectureSection()
+    target: TargetSection = TargetSection()
+    layer: LayerSection = LayerSection()
+    contact: list[ContactSection] = []
