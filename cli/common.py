@@ -1,0 +1,74 @@
+"""What the commands share: their arguments, their ways to print, and the bar for long work."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from tfra.model.errors import InputError
+
+if TYPE_CHECKING:
+    from tfra.codegen.config import Project
+
+PATIENCE = 2.0
+"""Seconds of work before a progress bar appears."""
+
+Config = Annotated[Path, typer.Argument(metavar="CONFIG", help="Sensor, core and contacts in TOML.")]
+Json = Annotated[bool, typer.Option("--json", help="Print a summary in JSON, and nothing else.")]
+
+
+def print_json(summary: dict[str, Any]) -> None:
+    """Print ``summary`` as indented JSON; raises ``ValueError`` for nan and inf, which JSON lacks."""
+    typer.echo(json.dumps(summary, indent=2, allow_nan=False))
+
+
+def check_words(project: Project) -> None:
+    """Prove that no word of the integer model overflows; raises ``InputError`` when the formats are too long."""
+    from tfra.model.fixed.widths import widths
+
+    try:
+        widths(project.design)
+    except ValueError as error:
+        raise InputError(project.path, "", str(error)) from None
+
+
+def required(module: str, name: str) -> Any:
+    """Return ``name`` of ``module``; raises ``InputError`` when that part of the package is missing."""
+    try:
+        return getattr(import_module(module), name)
+    except ModuleNotFoundError as error:
+        if error.name is None or not error.name.startswith("tfra."):
+            raise
+        raise InputError("tfra", "", f"{error.name} is not available yet") from None
+
+
+@contextmanager
+def progress(title: str, total: int | None = None) -> Iterator[Callable[[int], None]]:
+    """Yield a function that counts finished pieces; a bar shows them on a terminal after ``PATIENCE``.
+
+    Without ``total`` the bar only shows that work goes on.
+    """
+    console = Console(stderr=True)
+    if not console.is_interactive:
+        yield lambda pieces: None
+        return
+    bar = Progress(console=console, transient=True)
+    task = bar.add_task(title, total=total)
+    timer = threading.Timer(PATIENCE, bar.start)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield lambda pieces: bar.advance(task, pieces)
+    finally:
+        timer.cancel()
+        timer.join()
+        bar.stop()

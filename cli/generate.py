@@ -1,0 +1,27 @@
+"""``tfra generate``: the core in Verilog."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tfra.cli.common import Config, Json, check_words, print_json, progress, required
+
+Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier generated directory.")]
+
+
+def generate(config: Config, out: Out, json: Json = False) -> None:
+    """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them."""
+    from tfra.codegen.config import load
+
+    project = load(config)
+    check_words(project)
+    write = required("tfra.codegen.generate", "generate")
+    with progress("generating the core"):
+        sidecar = write(project.design, out)
+    if json:
+        print_json(sidecar)
+    else:
+        typer.echo(f"{out}: the core {project.design.name}, described in {project.design.name}.json")

@@ -1,0 +1,23 @@
+"""Commands that are part of the contract but not written yet."""
+
+from __future__ import annotations
+
+from tfra.model.errors import InputError
+
+SETTINGS = {"allow_extra_args": True, "ignore_unknown_options": True}
+"""Any arguments will do: the answer is the same."""
+
+
+def synth() -> None:
+    """Synthesise, place and route the core (not available yet)."""
+    raise InputError("tfra synth", "", "not available yet")
+
+
+def paper() -> None:
+    """Recompute the paper's tables and figures (not available yet)."""
+    raise InputError("tfra paper", "", "not available yet")
+
+
+def study() -> None:
+    """Study the errors of word lengths (not available yet)."""
+    raise InputError("tfra study", "", "not available yet")

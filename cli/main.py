@@ -1,0 +1,90 @@
+"""The command line.  Exit codes: 0 success, 1 a check failed, 2 bad input, told in one line on stderr."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+from typing import Annotated
+
+import typer
+
+from tfra.cli import later
+from tfra.cli.estimate import estimate
+from tfra.cli.frames import frames
+from tfra.cli.generate import generate
+from tfra.cli.verify import verify
+from tfra.model.errors import InputError
+
+EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
+    frames: ("tfra frames examples/hertz_40x20.toml --out frames.npz",),
+    estimate: (
+        "tfra estimate examples/hertz_40x20.toml frames.npz --out forces.npz",
+        "tfra estimate examples/hertz_40x20.toml frames.npz --engine fixed --out forces.npz --json",
+    ),
+    generate: ("tfra generate examples/hertz_40x20.toml --out core",),
+    verify: (
+        "tfra verify examples/hertz_40x20.toml",
+        "tfra verify examples/hertz_40x20.toml --frames frames.npz --simulator verilator --seed 7",
+    ),
+}
+
+
+def _epilog(title: str, lines: Sequence[str]) -> str:
+    return "\n\n".join([f"[bold]{title}[/bold]", *(f"  {line}" for line in lines)])
+
+
+app = typer.Typer(
+    invoke_without_command=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode="rich",
+    epilog=_epilog("From a sensor to its core:", [lines[0] for lines in EXAMPLES.values()]),
+)
+for command, lines in EXAMPLES.items():
+    app.command(epilog=_epilog("Examples:", lines))(command)
+for command in (later.synth, later.paper, later.study):
+    app.command(context_settings=later.SETTINGS)(command)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"tfra {version('tfra')}")
+        raise typer.Exit
+
+
+@app.callback()
+def top(
+    context: typer.Context,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
+    """Triaxial contact forces from an array of normal-stress taxels (the TFRA algorithm), in an FPGA.
+
+    A CONFIG file in TOML describes the sensor, its converter, the arithmetic and, for simulation, contacts.
+
+    examples/hertz_40x20.toml explains every key.
+    """
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line (``sys.argv`` by default) and return its exit code."""
+    try:
+        return app(arguments, prog_name="tfra", standalone_mode=False) or 0
+    except InputError as error:
+        message = str(error)
+    except typer.TyperException as error:
+        message = str(InputError(_command_of(error), "", error.format_message().replace("Value error, ", "")))
+    except MemoryError:
+        message = "tfra: there is not enough memory for this input"
+    print(message, file=sys.stderr)
+    return 2
+
+
+def _command_of(error: typer.TyperException) -> str:
+    return str(getattr(getattr(error, "ctx", None), "command_path", "tfra"))
+
+
