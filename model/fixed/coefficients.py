@@ -9,8 +9,8 @@ four ``Q x Q`` blocks.  Stacks group the operators that share an operand:
     force     d^ -> A1-dagger d, A2-dagger d, A3-dagger d
 
 Sums are the A_pq of Eq. 12, one row each: the rows of a quad of sums work on the four parities.  Matrices are
-dimensionless (C times h^2, A-dagger over h^2); a coefficient is ``round(c * 2^fraction)`` with the largest
-fraction that its word allows, one per operator.
+dimensionless (C times h^2, A-dagger over h^2); a coefficient is worth its integer over ``2^fraction``, with the
+largest fraction that the words of its operator allow.
 """
 
 from __future__ import annotations
@@ -81,10 +81,26 @@ def _fold_matrix(design: Design) -> tuple[Floats, Floats]:
     return fold.reshape(-1, m), unfold.reshape(m, -1)
 
 
-def _quantise(rows: Floats, bits: int) -> tuple[Ints, int]:
+def _serpentine(design: Design) -> Ints:
+    """Quads in an order in which neighbours follow each other: rows of the folded array, to and fro."""
+    grid = np.arange(design.quads).reshape(design.quad_rows, design.quad_columns)
+    grid[1::2] = grid[1::2, ::-1].copy()
+    return grid.ravel()
+
+
+def _quantise(design: Design, rows: Floats) -> tuple[Ints, int]:
+    """Coefficients ``(..., Q)`` as integers, and their fraction bits.
+
+    Not each coefficient but the running sum along a row is rounded to nearest: an error is made up for by the next
+    neighbour, so errors cancel for operands that are smooth over the array, as stress is.
+    """
     largest = np.abs(rows).max()
-    fraction = int(np.floor(np.log2(((1 << (bits - 1)) - 0.5) / largest)))
-    return np.rint(rows * 2.0**fraction).astype(np.int64), fraction
+    fraction = int(np.floor(np.log2(((1 << (design.formats.coefficient - 1)) - 2) / largest)))
+    order = _serpentine(design)
+    running = np.rint(np.cumsum(rows[..., order] * 2.0**fraction, axis=-1))
+    words = np.empty(rows.shape, dtype=np.int64)
+    words[..., order] = np.diff(running, axis=-1, prepend=0.0)
+    return words, fraction
 
 
 def _matrix_operator(design: Design, name: str, matrix: Floats, flip: int) -> Operator:
@@ -93,7 +109,7 @@ def _matrix_operator(design: Design, name: str, matrix: Floats, flip: int) -> Op
     folded = (fold @ matrix @ unfold).reshape(q, 4, q, 4)
     parity = np.arange(4)
     rows = np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1)  # (i, parity, j)
-    rows, fraction = _quantise(rows, design.formats.coefficient)
+    rows, fraction = _quantise(design, rows)
     exact = np.zeros((q, 4, q, 4))
     exact[:, parity, :, parity ^ flip] = np.moveaxis(rows, 1, 0) / 2.0**fraction
     taxel = unfold @ exact.reshape(4 * q, 4 * q) @ fold
@@ -107,7 +123,7 @@ def _sum_operator(design: Design, name: str, functionals: list[dict[int, Floats]
     for quad, by_parity in enumerate(functionals):
         for parity, functional in by_parity.items():
             rows[quad, parity] = (functional @ unfold).reshape(-1, 4)[:, parity]
-    rows, fraction = _quantise(rows, design.formats.coefficient)
+    rows, fraction = _quantise(design, rows)
     gain = _row_sum(rows) / 2.0**fraction
     return Operator(name, rows, 0, fraction, 4 * gain, gain)
 
