@@ -72,8 +72,8 @@ class FixedTfra:
         d_ind, d_dep = np.where(swap, d2, d1), np.where(swap, d1, d2)
         e0 = combine(design, d0, affine.alpha, d_dep)
         e1 = combine(design, d_ind, affine.beta, d_dep)
-        p = butterfly(matvec(design, "normal", e0) - g)
-        slope = butterfly(matvec(design, "normal", e1))
+        normal = [matvec(design, "normal", e) for e in (e0, e1)]
+        p, slope = butterfly(normal[0] - g), butterfly(normal[1])
         found = sweep(
             design,
             frame.stress,
@@ -84,7 +84,8 @@ class FixedTfra:
         )
         chosen = friction(design, found.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
-        unscaled = forces(design, matvec(design, "force", d), chosen, n)
+        force = matvec(design, "force", d)
+        unscaled = forces(design, force, chosen, n)
         total = resultant(design, affine, chosen, frame.regular)
         factor = gain(design, total, frame)
         scaled = scaling(design, frame, factor, to_taxels(design, unscaled), total)
@@ -116,15 +117,13 @@ class FixedTfra:
         stages = {
             "normaliser": stress,
             "centroids": np.stack([direction.cos, direction.sin], axis=1),
-            "contact": contact,
+            "matvec": np.concatenate([contact, residual, *normal, force], axis=1),
             "weights": n,
-            "residual": residual,
             "dependent": np.stack([affine.alpha, affine.beta], axis=1),
             "combine": np.concatenate([e0, e1, d], axis=1),
             "sweep": found.index[:, None],
             "friction": np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
             "resultant": total.words,
             "gain": np.stack([factor.mantissa, factor.mu], axis=1),
-            "forces": unscaled,
         }
         return FixedResult(words, stages)

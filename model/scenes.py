@@ -1,0 +1,72 @@
+"""Random scenes for verification and measurements: contacts nobody chose, and frames that are none."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfra.model.contact import Contact, ContactShape
+from tfra.model.design import Design
+from tfra.model.layer import frames
+from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Ints
+
+
+def random_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -> list[Contact]:
+    """Contacts of any shape, place, friction and direction that the block holds.
+
+    Half sizes are 12 to 30 % of the block's sides, F_z = -5 N, mu = 0.05 to 0.9.
+    """
+    found = []
+    for _ in range(count):
+        half_x, half_y = rng.uniform(0.12, 0.3) * sensor.size_x, rng.uniform(0.12, 0.3) * sensor.size_y
+        x = rng.uniform(half_x, sensor.size_x - half_x) - sensor.pitch_x / 2
+        y = rng.uniform(half_y, sensor.size_y - half_y) - sensor.pitch_y / 2
+        shape = list(ContactShape)[rng.integers(len(ContactShape))]
+        mu, phi = rng.uniform(0.05, 0.9), rng.uniform(0, 2 * np.pi)
+        found.append(Contact(shape, x, y, half_x, half_y, -5.0, mu, phi))
+    return found
+
+
+def contact_codes(design: Design, count: int, seed: int) -> Ints:
+    """Converter codes ``(count, rows, columns)`` of random contacts, their peak at 10 to 95 % of full scale."""
+    rng = np.random.default_rng(seed)
+    stress = frames(design.sensor, random_contacts(design.sensor, count, rng))
+    peak = np.abs(stress).max(axis=(1, 2), keepdims=True)
+    level = rng.uniform(0.1, 0.95, size=(count, 1, 1)) * 2 ** (design.adc.bits - 1)
+    return np.rint(stress / peak * level).astype(np.int64)
+
+
+def wild_codes(design: Design, count: int, seed: int) -> Ints:
+    """Noise ``(count, rows, columns)`` of every amplitude and density: no contact at all, but legal input."""
+    rng = np.random.default_rng(seed)
+    top = 1 << (design.adc.bits - 1)
+    shape, each = (count, design.sensor.rows, design.sensor.columns), (count, 1, 1)
+    amplitude = 2.0 ** rng.uniform(0, design.adc.bits - 1, size=each)
+    noise = rng.normal(size=shape) * amplitude * (rng.random(shape) < rng.uniform(0.05, 1, size=each))
+    return np.clip(np.rint(noise), -top, top - 1).astype(np.int64)
+
+
+def directed_codes(design: Design) -> Ints:
+    """Frames ``(n, rows, columns)`` for every special case: silence, extremes, symmetry, single taxels."""
+    rows, columns = design.sensor.rows, design.sensor.columns
+    top = (1 << (design.adc.bits - 1)) - 1
+    i, j = np.indices((rows, columns))
+    bump = -np.exp(-((i - (rows - 1) / 2) ** 2) - (j - (columns - 1) / 2) ** 2)
+    ring = np.where((i == 0) | (j == 0) | (i == rows - 1) | (j == columns - 1), 0.1, bump)
+    single = np.zeros((rows, columns))
+    single[0, columns - 1] = -1
+    patterns = [
+        np.zeros((rows, columns)),  # no contact
+        np.ones((rows, columns)),  # traction only
+        -np.ones((rows, columns)),  # compression only, saturated
+        0.5 * bump,  # compression only
+        single,
+        0.3 * ring,  # mirror symmetric: no direction
+        np.where((i + j) % 2, -1.0, 1.0),  # saturated both ways
+        np.where(j < columns / 2, -1.0, 1.0),
+        np.where(i < rows / 2, 0.4, -0.4),
+        np.where(j > i, -1e-9, 1e-9),
+    ]
+    codes = np.stack([np.rint(p * (top + 0.5)) for p in patterns])
+    codes[-1] = np.sign(patterns[-1])  # one code high
+    return np.clip(codes, -top - 1, top).astype(np.int64)
