@@ -23,8 +23,8 @@ Bools = npt.NDArray[np.bool_]
 COEFFICIENT_LIMIT = 2.0
 """Eqs. 17/18: a coefficient of the dependent friction at or over this means a vanishing denominator."""
 
-AXIS_TIE = 1e-12
-"""|cos| and |sin| closer than this (relative) count as equal, and mu_x is swept."""
+TIE = 1e-12
+"""Rounding noise: |cos| and |sin| closer than this (relative) count as equal, and |mu| <= 1 holds within it."""
 
 _CHUNK_BYTES = 4 << 20
 
@@ -147,7 +147,7 @@ class Tfra:
             | np.where(contact & ~traction, Status.COMPRESSION_ONLY, 0)
             | np.where(regular & v_zero, Status.NO_DIRECTION, 0)
             | np.where(regular & vanishing, Status.VANISHING_DENOMINATOR, 0)
-            | np.where(regular & (np.abs(mu_dep) > 1), Status.DEPENDENT_OUT_OF_RANGE, 0)
+            | np.where(regular & (np.abs(mu_dep) > 1 + TIE), Status.DEPENDENT_OUT_OF_RANGE, 0)
         ).astype(np.int64)
         phi = np.where(regular, np.degrees(np.arctan2(direction.sin, direction.cos)) % 360.0, 0.0)
         shape = (len(b), 3, self.sensor.rows, self.sensor.columns)
@@ -167,7 +167,7 @@ class Tfra:
         usable = regular & ~vanishing
         cos = np.divide(vx, length, out=np.ones(len(b)), where=usable)
         sin = np.divide(vy, length, out=np.zeros(len(b)), where=usable)
-        sweep_y = np.abs(sin) > np.abs(cos) * (1 + AXIS_TIE)  # Fig. 3
+        sweep_y = np.abs(sin) > np.abs(cos) * (1 + TIE)  # Fig. 3
         return Direction(cos, sin, sweep_y, np.where(sweep_y, sin, cos) < 0), vanishing
 
     def _weights(self, b: Floats, regular: Bools) -> Floats:
