@@ -1,0 +1,221 @@
+"""|F*|, mu and the gain F_sens / F*: bit-exact hardware of :mod:`tfra.model.fixed.gain`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Cat, Const, Module, Mux, Shape, Signal, Value, unsigned
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl import payloads
+from tfra.hdl.arithmetic import bit_length, count
+from tfra.hdl.cordic import Cordic
+from tfra.hdl.divider import Divider
+from tfra.model.design import Design
+from tfra.model.fixed.gain import gain_constants, normal_gain
+from tfra.model.fixed.widths import force_drop, widths
+
+
+class Gain(wiring.Component):
+    """Gain of a frame's forces (Eqs. 15, 29-31).
+
+    ::
+
+        |F_x|, |F_y| -> Cordic -> tangential -+-> Cordic -> modulus -> top bits -> Divider -> mantissa
+        |F_z| * gain ---------------> normal -+-> Divider -> mu                   |
+        magnitude * gain^2 ------------------------> top bits --------------------+
+
+    One Cordic and one Divider serve twice each, mu is divided while the second run turns, and the constant
+    products are serial and done within the first run.  Every frame takes the same time, whether its values are
+    used or not.  Shifts are limited to what their payload holds: a longer one leaves nothing of a word anyway.
+
+    ``latency`` cycles from the one in which ``total`` and ``frame`` are valid to the transfer of ``gain``; both
+    are taken in the cycle before it; one frame every ``latency`` + 1 cycles.  Resources: a Cordic, a Divider, two
+    adders, one barrel shifter, no multiplier.
+
+    Members: ``total``, ``frame``: streams in, one transfer a frame; ``gain``: stream out.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        operand, bits = design.formats.operand, widths(design).division
+        self._cordic = Cordic(design)
+        # Numerators are below twice their denominators, mu's because it divides by four times the normal force.
+        self._divider = Divider(bits + 1, bits + 2, operand - 1)
+        super().__init__(
+            {
+                "total": In(stream.Signature(payloads.total(design))),
+                "frame": In(stream.Signature(payloads.frame_facts(design))),
+                "gain": Out(stream.Signature(payloads.gain(design))),
+            }
+        )
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the first in which ``total`` and ``frame`` are valid, the block idle, to the ``gain`` transfer.
+
+        Two runs of the Cordic, one division; one cycle each to take magnitudes, to start either run, for the
+        length of the modulus, for its shift, and to start the division.
+        """
+        return 2 * self._cordic.latency + self._divider.latency + 6
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.cordic = cordic = self._cordic
+        m.submodules.divider = divider = self._divider
+        # From the start of mu's division to that of the second: no state below has to ask for ready.
+        assert divider.interval <= cordic.latency + 3
+        design, bits = self._design, widths(self._design).division
+        out = Signal(payloads.gain(design), reset_less=True)
+        # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
+        x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
+        start = Signal()
+        normal, numerator = self._products(m, start)
+        work = Signal(max(len(numerator), len(cordic.o.p.modulus)), reset_less=True)
+        length, top = _normalise(m, work, bits)
+        top_numerator, numerator_length = Signal.like(top, reset_less=True), Signal.like(length, reset_less=True)
+        modulus_is_zero, unbounded = length == 0, Signal(reset_less=True)
+        regular = self.frame.p.contact & self.frame.p.traction
+
+        m.d.comb += [
+            self.gain.payload.eq(out),
+            cordic.i.p.x.eq(x),
+            cordic.i.p.y.eq(y),
+            divider.o.ready.eq(1),
+        ]
+        m.d.sync += unbounded.eq(x >= (y << 2))
+        force_shift, resultant_shift, below = self._shifts(m, length, numerator_length, regular)
+
+        with m.FSM() as fsm:
+            with m.State("IDLE"), m.If(self.total.valid & self.frame.valid):
+                m.d.comb += start.eq(1)
+                m.d.sync += [x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
+                m.next = "TANGENTIAL"
+            with m.State("TANGENTIAL"):
+                m.d.comb += cordic.i.valid.eq(1)
+                m.next = "TURN"
+            with m.State("TURN"):
+                m.d.comb += cordic.o.ready.eq(1)
+                with m.If(cordic.o.valid):
+                    m.d.sync += [x.eq(cordic.o.p.modulus), y.eq(normal)]
+                    m.next = "MODULUS"
+            with m.State("MODULUS"):
+                m.d.comb += [
+                    cordic.i.valid.eq(1),
+                    divider.i.valid.eq(1),
+                    divider.i.p.numerator.eq(x),
+                    divider.i.p.denominator.eq(y << 2),
+                ]
+                m.d.sync += work.eq(numerator)
+                m.next = "TURN AGAIN"
+            with m.State("TURN AGAIN"):
+                m.d.comb += cordic.o.ready.eq(1)
+                with m.If(cordic.o.valid):
+                    m.d.sync += [top_numerator.eq(top), numerator_length.eq(length), work.eq(cordic.o.p.modulus)]
+                    m.next = "LENGTH"
+            with m.State("LENGTH"):
+                m.next = "TOP"
+            with m.State("TOP"):
+                m.next = "GAIN"
+            with m.State("GAIN"):
+                m.d.comb += [
+                    divider.i.valid.eq(1),
+                    divider.i.p.numerator.eq(top_numerator),
+                    divider.i.p.denominator.eq(top),
+                ]
+                m.next = "DIVIDE"
+            with m.State("DIVIDE"), m.If(divider.o.valid):
+                m.d.comb += [self.total.ready.eq(1), self.frame.ready.eq(1)]
+                m.d.sync += [
+                    out.mantissa.eq(self._mantissa(regular, top_numerator)),
+                    out.force_shift.eq(_limit(force_shift, out.force_shift.shape())),
+                    out.resultant_shift.eq(_limit(resultant_shift, out.resultant_shift.shape())),
+                    out.overflow.eq((regular & (unbounded | modulus_is_zero)) | below),
+                ]
+                m.next = "SEND"
+            with m.State("SEND"):
+                m.d.comb += self.gain.valid.eq(1)
+                with m.If(self.gain.ready):
+                    m.next = "IDLE"
+        # The first quotient is mu; it comes before the second division starts.
+        with m.If(divider.o.valid & ~fsm.ongoing("DIVIDE")):
+            m.d.sync += out.mu.eq(self._mu(regular, unbounded))
+        return m
+
+    def _mantissa(self, regular: Value, numerator: Value) -> Value:
+        """The quotient, below 2^operand; the Divider answers a modulus of zero with just that limit."""
+        operand, quotient = self._design.formats.operand, self._divider.o.payload
+        limited = Mux(quotient[operand], numerator[-1].replicate(operand), quotient[:operand])
+        return Mux(regular, limited, Const(normal_gain(self._design)[0], operand))
+
+    def _mu(self, regular: Value, unbounded: Value) -> Value:
+        """The quotient, below 2^(operand - 1)."""
+        sign, quotient = self._design.formats.operand - 1, self._divider.o.payload
+        top = Const((1 << sign) - 1, sign)
+        return Mux(regular, Mux(unbounded | quotient[sign], top, quotient[:sign]), 0)
+
+    def _products(self, m: Module, start: Value) -> tuple[Value, Value]:
+        """|F_z| times the CORDIC gain, magnitude times its square; done before the first run is."""
+        design = self._design
+        first, second = gain_constants(design)
+        digits = max(first, second).bit_length()
+        assert digits < self._cordic.latency
+        left = Signal(count(digits))
+        with m.If(start):
+            m.d.sync += left.eq(digits)
+        with m.Elif(left != 0):
+            m.d.sync += left.eq(left - 1)
+        z = Signal(widths(design).division, reset_less=True)
+        with m.If(start):
+            m.d.sync += z.eq(abs(self.total.p.words[2]))
+        normal = _serial_product(m, z, first, digits, start, left != 0)
+        numerator = _serial_product(m, self.frame.p.magnitude, second, digits, start, left != 0)
+        return normal[design.formats.operand - 2 :], numerator
+
+    def _shifts(
+        self, m: Module, modulus_length: Value, numerator_length: Value, regular: Value
+    ) -> tuple[Value, Value, Value]:
+        """Shifts of forces and of resultants, and whether one is negative; they settle while the Divider works."""
+        design, exponent_total = self._design, self.total.p.exponent
+        operand, fraction = design.formats.operand, design.formats.force_fraction
+        growth = _register(m, modulus_length - numerator_length)
+        swept = _register(m, growth - exponent_total + (2 * operand - 4))
+        exponent = _register(m, Mux(regular, swept, normal_gain(design)[1]))
+        force_shift = _register(m, exponent + (2 - force_drop(design) - fraction))
+        resultant_shift = _register(m, exponent + exponent_total - fraction)
+        return force_shift, resultant_shift, (force_shift < 0) | (resultant_shift < 0)
+
+
+def _register(m: Module, value: Value) -> Signal:
+    """``value`` a cycle later."""
+    register = Signal(value.shape(), reset_less=True)
+    m.d.sync += register.eq(value)
+    return register
+
+
+def _serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value) -> Value:
+    """``word * constant``, a digit of the constant for each ``busy`` cycle after ``start``.
+
+    The product enters the register from above while the constant leaves it below; the word must stay.
+    """
+    register = Signal(len(word) + digits, reset_less=True)
+    with m.If(start):
+        m.d.sync += register.eq(constant)
+    with m.Elif(busy):
+        total = register[digits:] + Mux(register[0], word, 0)
+        m.d.sync += register.eq(Cat(register[1:digits], total))
+    return register
+
+
+def _normalise(m: Module, work: Value, bits: int) -> tuple[Value, Value]:
+    """Bit length of ``work`` one cycle later, and two cycles later its ``bits`` top bits from the highest one."""
+    length = _register(m, bit_length(work))
+    return length, _register(m, (work << (len(work) - length)[: len(length)])[len(work) - bits : len(work)])
+
+
+def _limit(value: Value, shape: Shape) -> Value:
+    """Signed ``value`` limited to an unsigned ``shape``."""
+    bits = Shape.cast(shape).width
+    top = Const((1 << bits) - 1, unsigned(bits))
+    return Mux(value[-1], 0, Mux(value[bits:].any(), top, value[:bits]))

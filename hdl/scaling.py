@@ -1,0 +1,239 @@
+"""The result stream: forces and resultants scaled to result words, bit-exact to :mod:`tfra.model.fixed.scaling`.
+
+The layout of a frame is that of :mod:`tfra.model.fixed.words`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
+from typing import Any
+
+from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl import payloads
+from tfra.hdl.arithmetic import count, round_half, saturate, shift_right
+from tfra.model.design import Design
+from tfra.model.fixed.widths import widths
+from tfra.model.fixed.words import COUNTER_BITS, layout
+from tfra.model.tfra import Status
+
+STAGES = 7
+"""Registers between a word's entry and the result: operands, products, sum, product, shift, rounding, result."""
+
+CHUNK = 17
+"""Bits of a word for each partial product: unsigned, they fit the signed 18 bits of common multiplier blocks."""
+
+FACTS = ("gain", "total", "chosen", "affine", "direction", "frame", "phi")
+"""Streams of one transfer a frame."""
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A step of a frame: ``words`` transfers of ``word * factor / 2^shift``, only the ``plain`` ones unlimited."""
+
+    word: Value
+    factor: Value | int = 1
+    shift: Value | int = 0
+    words: int = 1
+    plain: bool = True
+    taxel: bool = False
+    last: bool = False
+
+
+class Scaling(wiring.Component):
+    """Send header, forces and status of every frame (Eq. 31).
+
+    ::
+
+        step --> word ---\\                                          plain? ---\\
+        gain --> factor --> partial products -> sum -> >> shift -> round -> saturate -> result
+                                                                           overflow? --> status
+
+    Every word goes the same way: header and status have factor one, what a frame does not keep has factor zero,
+    and the status, which is last, picks up the overflows before it.  The mantissa enters the multiplier as a
+    signed word, to keep to its operand's width; the weight of its top bit follows with the second sum.
+
+    A frame starts when all its facts are there, forces follow as they come, one word per cycle without gaps; the
+    facts are taken together with the entry of the status.  Resources: one multiplier of a word by an operand.
+
+    Members:
+        taxel: stream in, unscaled forces plane by plane, ``3 * taxels`` a frame.
+        gain, total, chosen, affine, direction, frame, phi: streams in, one transfer a frame.
+        result: stream out, ``last`` with the status.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        shapes = {
+            "taxel": signed(widths(design).force),
+            "gain": payloads.gain(design),
+            "total": payloads.total(design),
+            "chosen": payloads.chosen(design),
+            "affine": payloads.affine(design),
+            "direction": payloads.direction(design),
+            "frame": payloads.frame_facts(design),
+            "phi": unsigned(design.formats.operand),
+        }
+        ports: dict[str, Any] = {name: In(stream.Signature(shape)) for name, shape in shapes.items()}
+        super().__init__(ports | {"result": Out(stream.Signature(payloads.result(design)))})
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the one in which the last fact of a frame is valid to the transfer of the first word."""
+        return STAGES
+
+    @property
+    def force_latency(self) -> int:
+        """Cycles from the transfer of a taxel to that of its word."""
+        return STAGES
+
+    @property
+    def tail(self) -> int:
+        """Cycles from the transfer of a frame's last taxel to that of its status."""
+        return STAGES + 1
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        advance, valid = Signal(), Signal(STAGES)
+        into = Signal(self._operands(), reset_less=True)
+        result = Signal(payloads.result(self._design), reset_less=True)
+        go = self._enter(m, advance, into)
+        m.d.comb += [
+            self.result.valid.eq(valid[-1]),
+            self.result.payload.eq(result),
+            advance.eq(~valid[-1] | self.result.ready),
+        ]
+        with m.If(advance):
+            m.d.sync += valid.eq(Cat(go, valid))
+            self._finish(m, result, *self._multiply(m, into), valid[-2])
+        return m
+
+    def _operands(self) -> data.StructLayout:
+        """One word at the entry of the multiplier."""
+        design, facts = self._design, payloads.gain(self._design).members
+        header = max(f.bits + (not f.signed) for f in layout(design) if f.name not in ("resultant", "forces"))
+        word = max(widths(design).force, widths(design).division, header)
+        return data.StructLayout(
+            {
+                "word": signed(word),
+                "factor": facts["mantissa"],
+                "shift": facts["force_shift"],
+                "plain": 1,
+                "last": 1,
+            }
+        )
+
+    def _entries(self, counter: Value) -> list[_Entry]:
+        """The steps of a frame in the order of :func:`tfra.model.fixed.words.layout`."""
+        gain, chosen, contact = self.gain.p, self.chosen.p, self.frame.p.contact
+        regular = contact & self.frame.p.traction
+        tangential, normal = Mux(regular, gain.mantissa, 0), Mux(contact, gain.mantissa, 0)
+        factors, taxels = (tangential, tangential, normal), self._design.sensor.taxels
+        fields = {
+            "frame": [_Entry(counter)],
+            "exponent": [_Entry(self.frame.p.exponent)],
+            "sweep_index": [_Entry(chosen.index)],
+            "phi": [_Entry(self.phi.p, regular)],
+            "mu": [_Entry(gain.mu)],
+            "mu_x": [_Entry(chosen.mu_x)],
+            "mu_y": [_Entry(chosen.mu_y)],
+            "resultant": [
+                _Entry(self.total.p.words[axis], factor, gain.resultant_shift, plain=False)
+                for axis, factor in enumerate(factors)
+            ],
+            "forces": [
+                _Entry(self.taxel.p, factor, gain.force_shift, taxels, plain=False, taxel=True) for factor in factors
+            ],
+            "status": [_Entry(self._status(), last=True)],
+        }
+        return [entry for field in layout(self._design) for entry in fields[field.name]]
+
+    def _status(self) -> Value:
+        """Status of a frame, as far as it is known without its words."""
+        frame = self.frame.p
+        regular = frame.contact & frame.traction
+        flags = {
+            Status.NO_CONTACT: ~frame.contact,
+            Status.COMPRESSION_ONLY: frame.contact & ~frame.traction,
+            Status.NO_DIRECTION: regular & self.direction.p.vanishing,
+            Status.VANISHING_DENOMINATOR: regular & self.affine.p.vanishing,
+            Status.DEPENDENT_OUT_OF_RANGE: regular & self.chosen.p.out_of_range,
+            Status.INPUT_SATURATED: frame.saturated,
+            Status.OUTPUT_SATURATED: frame.contact & self.gain.p.overflow,
+        }
+        return Cat(flags[Status(1 << place)] for place in range(len(flags)))
+
+    def _enter(self, m: Module, advance: Value, into: data.View) -> Value:
+        """Load the next word with its factor and shift; true when there is one."""
+        counter = Signal(COUNTER_BITS)
+        entries = self._entries(counter)
+        step, done = Signal(count(len(entries) - 1)), Signal(count(self._design.sensor.taxels - 1))
+        go, words_done, frame_done = Signal(), Signal(), Signal()
+        facts = [getattr(self, name) for name in FACTS]
+
+        with m.Switch(step):
+            for number, entry in enumerate(entries):
+                with m.Case(number):
+                    # Facts stay until they are taken, so only the first word has to look for them.
+                    there = Cat(fact.valid for fact in facts).all() if number == 0 else 1
+                    m.d.comb += [
+                        go.eq(self.taxel.valid if entry.taxel else there),
+                        self.taxel.ready.eq(advance if entry.taxel else 0),
+                        words_done.eq(done == entry.words - 1),
+                        frame_done.eq(entry.last),
+                    ]
+                    with m.If(advance):
+                        m.d.sync += [getattr(into, name).eq(getattr(entry, name)) for name in into.shape().members]
+        m.d.comb += [fact.ready.eq(advance & frame_done) for fact in facts]
+        with m.If(advance & go):
+            m.d.sync += done.eq(Mux(words_done, 0, done + 1))
+            with m.If(words_done):
+                m.d.sync += [step.eq(Mux(frame_done, 0, step + 1)), counter.eq(counter + frame_done)]
+        return go
+
+    def _multiply(self, m: Module, into: data.View) -> tuple[Value, Value, Value]:
+        """``word * factor / 2^shift`` rounded half up, with the word's flags beside it."""
+        word, bits = into.word, len(into.factor)
+        partials = [_register(m, part * into.factor.as_signed(), "partial") for part in _chunks(word)]
+        # An unsigned factor is its signed word plus 2^bits where its top bit is set.
+        top = _register(m, Mux(into.factor[-1], word, 0).as_signed(), "top")
+        width = len(word) + bits
+        total = _register(m, reduce(add, (p << (CHUNK * k) for k, p in enumerate(partials)))[:width].as_signed(), "sum")
+        product = _register(m, (total + (_register(m, top, "top") << bits))[:width].as_signed(), "product")
+        shift, flags = into.shift, Cat(into.plain, into.last)
+        for _ in range(3):
+            shift, flags = _register(m, shift, "shift"), _register(m, flags, "flags")
+        shifted, flags = _register(m, shift_right(product, shift), "shifted"), _register(m, flags, "flags")
+        rounded, flags = _register(m, round_half(shifted), "rounded"), _register(m, flags, "flags")
+        return rounded, flags[0], flags[1]
+
+    def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:
+        """Limit the word, remember that it was limited, and tell so in the status."""
+        output, place = widths(self._design).output, Status.OUTPUT_SATURATED.bit_length() - 1
+        limited, above = Signal(), rounded[output - 1 :]
+        m.d.sync += [
+            result.data.eq(Mux(plain, rounded, saturate(rounded, output))),
+            result.last.eq(last),
+        ]
+        with m.If(last):
+            m.d.sync += result.data[place].eq(rounded[place] | limited)
+        with m.If(valid):
+            m.d.sync += limited.eq(~last & (limited | (~plain & above.any() & ~above.all())))
+
+
+def _register(m: Module, value: Value, name: str) -> Signal:
+    """``value`` one step of the pipeline later."""
+    register = Signal(value.shape(), name=name, reset_less=True)
+    m.d.sync += register.eq(value)
+    return register
+
+
+def _chunks(word: Value) -> list[Value]:
+    """``word`` in pieces of ``CHUNK`` bits, the lower ones unsigned; the last one has the sign and up to a bit more."""
+    if len(word) <= CHUNK + 1:
+        return [word]
+    return [word[:CHUNK], *_chunks(word[CHUNK:].as_signed())]
