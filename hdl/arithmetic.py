@@ -100,3 +100,37 @@ def constant_product(value: Value, factor: int) -> Value:
 def count(top: int) -> Shape:
     """Shape of a counter that holds 0 ... ``top``."""
     return unsigned(max(1, top.bit_length()))
+
+
+def leading_zeros(value: Value) -> Value:
+    """Zeros above the highest set bit of an unsigned value, its length for zero: ``len(value) - bit_length(value)``.
+
+    A tree of multiplexers without an adder, so that it leaves time in a cycle; the amount :func:`align` shifts by.
+    """
+    size = 1 << len(value).bit_length()
+    stop = Const(1, 1)
+    return _leading_zeros(Cat(Const(0, size - len(value) - 1), stop, value))
+
+
+def _leading_zeros(value: Value) -> Value:
+    half = len(value) // 2
+    low, high = value[:half], value[half:]
+    if half == 1:
+        return ~high
+    return Cat(Mux(high.any(), _leading_zeros(high), _leading_zeros(low)), ~high.any())
+
+
+def add_or_subtract(base: Value, value: Value, subtract: Value) -> Value:
+    """Signed ``base - value`` if ``subtract`` else ``base + value``: one carry chain for both."""
+    inverted = value ^ subtract.replicate(len(value)).as_signed()  # equal signedness keeps the length
+    return (Cat(subtract, base).as_signed() + Cat(subtract, inverted).as_signed())[1:].as_signed()
+
+
+def add_carry(a: Value, b: Value, carry: Value) -> Value:
+    """Unsigned ``a + b + carry`` in one adder, one bit longer than the longer word."""
+    return (Cat(Const(1, 1), a) + Cat(carry, b))[1:]
+
+
+def during(counter: Value, window: range) -> Value:
+    """High while ``counter`` is in ``window``, whose step is one."""
+    return (counter >= window.start) & (counter < window.stop)
