@@ -11,6 +11,11 @@ from tfra.model.fixed.widths import widths
 from tfra.model.fixed.words import word_bits
 
 
+def stress(design: Design) -> Shape:
+    """A converter code."""
+    return signed(widths(design).stress)
+
+
 def stress_quad(design: Design) -> data.ArrayLayout:
     """Four mirror taxels of the normalised frame."""
     return quad(widths(design).stress)

