@@ -1,0 +1,254 @@
+"""Combine against its model: designs, corners, real frames, stalls, late facts, latencies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from amaranth import Module, Signal
+from amaranth.lib import wiring
+
+from tests.hdl.harness import PATTERNS, bursts, flowing, random_stalls, run
+from tfra.hdl.combine import Combine
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
+from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.centroids import centroids
+from tfra.model.fixed.combine import combine
+from tfra.model.fixed.matvec import matvec
+from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import widths
+from tfra.model.sensor import SensorArray
+
+
+def _design(rows, columns, formats=FORMATS["standard"], bits=14):
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(mac_lanes=4))
+
+
+DESIGNS = [
+    _design(4, 4),
+    _design(5, 7, FORMATS["wide"]),
+    _design(2, 2),
+    _design(4, 6, Formats("long vectors", 12, 10, 16, 4), bits=10),
+    _design(3, 2, Formats("short vectors", 12, 27, 0, 0), bits=6),
+]
+OUTPUTS = ("vector", "forces")
+
+
+def _name(design):
+    return f"{design.sensor.rows}x{design.sensor.columns}-{design.formats.name.replace(' ', '-')}"
+
+
+STALLS = [(i, o) for i in PATTERNS for o in PATTERNS]
+RUNS = [(d, *s) for d in DESIGNS for s in (STALLS if d.quads < 5 else [(bursts, bursts), (random_stalls, bursts)])]
+
+
+@dataclass
+class Frames:
+    """Operands of frames: vectors ``(n, Q, 4)``, scalars ``(n,)``."""
+
+    b: Ints
+    n: Ints
+    g: Ints
+    d1: Ints
+    d2: Ints
+    products: Ints
+    sweep_y: Ints
+    alpha: Ints
+    beta: Ints
+    mu_ind: Ints
+    mu_x: Ints
+    mu_y: Ints
+
+    def inputs(self):
+        """Payloads by port."""
+
+        def quads(*vectors):
+            return np.concatenate(vectors, axis=1).reshape(-1, 4).tolist()
+
+        zero = {"cos": 0, "sin": 0, "negative": 0, "vanishing": 0}
+        rest = {"vanishing": 0, "sums": [0] * 9, "significant": 0}
+        return {
+            "b": quads(self.b),
+            "n": quads(self.n),
+            "residual": quads(self.g, self.d1, self.d2),
+            "direction": [zero | {"sweep_y": int(y)} for y in self.sweep_y],
+            "affine": [rest | {"alpha": int(a), "beta": int(b)} for a, b in zip(self.alpha, self.beta, strict=True)],
+            "chosen": [
+                {"index": 0, "mu_ind": int(i), "mu_x": int(x), "mu_y": int(y), "out_of_range": 0}
+                for i, x, y in zip(self.mu_ind, self.mu_x, self.mu_y, strict=True)
+            ],
+            "products": quads(self.products),
+        }
+
+    def expected(self, design):
+        """``vector`` and ``forces`` as the model has them, shapes ``(n, 3 Q, 4)``."""
+        swap = self.sweep_y[:, None, None].astype(bool)
+        d_ind, d_dep = np.where(swap, self.d2, self.d1), np.where(swap, self.d1, self.d2)
+        e0 = combine(design, (self.b << design.formats.vector_fraction) + self.g, self.alpha, d_dep)
+        e1 = combine(design, d_ind, self.beta, d_dep)
+        d = combine(design, e0, self.mu_ind, e1)
+        minus_one = np.full(len(self.n), -1 << scalar_fraction(design))
+        scalars = (self.mu_x, self.mu_y, minus_one)
+        planes = np.split(self.products, 3, axis=1)
+        forces = [combine(design, z, s, self.n) for z, s in zip(planes, scalars, strict=True)]
+        seen = {"vector": np.concatenate([e0, e1, d], axis=1), "forces": np.concatenate(forces, axis=1)}
+        limit = 1 << (widths(design).vector - 1)
+        assert all(np.all((v >= -limit) & (v < limit)) for v in seen.values()), "a test vector leaves its word"
+        return seen
+
+
+def _random(design, seed, number=5):
+    """Every parity of every vector has its own size; the first frames are corners: extremes, zeros, small words."""
+    rng = np.random.default_rng(seed)
+    q, bits, operand = design.quads, widths(design).vector, design.formats.operand
+
+    def vector(top, quads=q):
+        limit = np.int64(1) << rng.integers(0, top, (number, 1, 4), endpoint=True)
+        return rng.integers(-limit, limit, (number, quads, 4))
+
+    def scalars():
+        low, high = -(1 << (operand - 1)), (1 << (operand - 1)) - 1
+        values = rng.integers(low, high, number, endpoint=True)
+        values[: min(number, 2)] = [low, high][:number]
+        return values
+
+    g, d1, d2, n = (vector(bits - 7) for _ in range(4))
+    products, b = vector(bits - 7, 3 * q), vector(min(design.adc.bits, bits - 4 - design.formats.vector_fraction))
+    frames = Frames(b, n, g, d1, d2, products, np.arange(number) & 1, *(scalars() for _ in range(5)))
+    if number > 2:  # nothing but zeros
+        for v in (b, n, g, d1, d2, products):
+            v[2] = 0
+        top = 1 << (bits - 1)  # n without any headroom; the rounded operand saturates
+        n[3] = np.array([top - 1, -(top // 2) - 1, top - 1, top // 2])
+        frames.mu_x[3], frames.mu_y[3] = 1 << (operand - 4), -1 << (operand - 4)
+        products[3, 2 * q :] = 0
+    if number > 4:  # one LSB either side of zero
+        for v in (n, d1, d2):
+            v[4] = rng.integers(-1, 1, (q, 4), endpoint=True)
+    return frames
+
+
+def _check(design, frames, **stalls):
+    expected = {name: v.reshape(-1, 4).tolist() for name, v in frames.expected(design).items()}
+    seen = run(Combine(design), frames.inputs(), {name: len(v) for name, v in expected.items()}, **stalls)
+    return seen, all(seen.values[name] == expected[name] for name in OUTPUTS)
+
+
+@pytest.mark.parametrize(("design", "stall_in", "stall_out"), RUNS, ids=[_name(d) for d, *_ in RUNS])
+def test_equals_the_model(design, stall_in, stall_out):
+    _, same = _check(design, _random(design, seed=7), stall_in=stall_in, stall_out=stall_out)
+    assert same, "seed 7"
+
+
+@pytest.mark.parametrize("design", DESIGNS[:2], ids=_name)
+@pytest.mark.parametrize("seed", [0, 1])
+def test_equals_the_model_for_more_seeds(design, seed):
+    _, same = _check(design, _random(design, seed, number=8))
+    assert same, f"seed {seed}"
+
+
+def test_real_frames():
+    design, rng = _design(10, 10), np.random.default_rng(1)
+    codes = rng.integers(-(1 << 13), 1 << 13, (3, design.sensor.taxels), endpoint=False)
+    stages, q = FixedTfra(design)(codes).stages, design.quads
+    g, d1, d2, _ = np.split(matvec(design, "residual", stages["weights"]), (q, 2 * q, 3 * q), axis=1)
+    products = matvec(design, "force", stages["combine"][:, 2 * q :])
+    b, swap = butterfly(stages["normaliser"]), centroids(design, codes).sweep_y.astype(np.int64)
+    frames = Frames(b, stages["weights"], g, d1, d2, products, swap, *stages["dependent"].T, *stages["friction"].T)
+    seen, same = _check(design, frames)
+    assert same
+    assert seen.values["vector"] == stages["combine"].reshape(-1, 4).tolist()
+
+
+def test_a_corrupted_word_is_noticed():
+    design = DESIGNS[0]
+    frames = _random(design, seed=8)
+    wrong = frames.expected(design)["vector"].reshape(-1, 4)
+    wrong[-1, 0] += 1
+    seen, same = _check(design, frames)
+    assert same
+    assert seen.values["vector"] != wrong.tolist()
+
+
+class _Late(wiring.Component):
+    """Combine whose ``port`` sees nothing valid before clock edge ``edge`` (the first one is 1)."""
+
+    def __init__(self, design, port, edge):
+        self.inner, self._port, self._edge = Combine(design), port, edge
+        super().__init__(self.inner.signature)
+
+    def elaborate(self, platform):
+        m = Module()
+        m.submodules.inner = self.inner
+        edges, late = Signal(range(self._edge + 1)), self._port
+        with m.If(edges != self._edge - 1):
+            m.d.sync += edges.eq(edges + 1)
+        for name in self.signature.members:
+            if name != late:
+                wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(self.inner, name))
+        here, there = getattr(self, late), getattr(self.inner, late)
+        reached = edges == self._edge - 1
+        m.d.comb += [
+            there.payload.eq(here.payload),
+            there.valid.eq(here.valid & reached),
+            here.ready.eq(there.ready & reached),
+        ]
+        return m
+
+
+LATE = 130
+"""A clock edge by which a small design waits for nothing but the late port."""
+
+
+def _late(design, port, number=1):
+    dut, q = _Late(design, port, LATE), design.quads
+    frames = _random(design, seed=9, number=number)
+    seen = run(dut, frames.inputs(), {"vector": 3 * q * number, "forces": 3 * q * number}, stall_in=flowing)
+    expected = frames.expected(design)
+    assert all(seen.values[name] == expected[name].reshape(-1, 4).tolist() for name in OUTPUTS)
+    return dut.inner, seen.cycles
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+@pytest.mark.parametrize("port", ["residual", "affine", "direction"])
+def test_latency(design, port):
+    dut, cycles = _late(design, port)
+    start = cycles["residual"][-1] if port == "residual" else LATE
+    assert cycles["vector"][0] - start == dut.latency
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+def test_update_latency(design):
+    dut, cycles = _late(design, "chosen")
+    assert cycles["vector"][2 * design.quads] - LATE == dut.update_latency
+    dut, cycles = _late(design, "products")
+    assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == dut.update_latency
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+def test_force_latency_and_jobs(design):
+    dut, cycles = _late(design, "products")
+    q = design.quads
+    assert all(f - p == dut.force_latency for p, f in zip(cycles["products"], cycles["forces"], strict=True))
+    assert cycles["forces"][0] - LATE == dut.force_latency
+    assert cycles["vector"][q] - cycles["vector"][0] == dut.job_cycles
+    assert cycles["forces"][q] - cycles["forces"][0] == dut.job_cycles
+    assert np.all(np.diff(cycles["forces"]) == 1)
+
+
+def test_the_next_stress_is_taken_while_the_search_runs():
+    design = DESIGNS[0]
+    _, cycles = _late(design, "chosen", number=2)
+    assert cycles["b"][-1] < LATE
+
+
+def test_facts_are_taken_when_they_are_no_longer_needed():
+    design = DESIGNS[0]
+    q = design.quads
+    _, cycles = _late(design, "chosen")
+    assert cycles["affine"] == cycles["direction"] == [cycles["vector"][2 * q - 1]]
+    assert cycles["chosen"] == [cycles["forces"][-1]]

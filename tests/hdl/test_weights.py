@@ -1,0 +1,80 @@
+"""Weights against its model: corners, designs, stalls, latency."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.hdl.harness import PATTERNS, flowing, run
+from tfra.hdl.weights import Weights
+from tfra.model.design import FORMATS, Architecture, Design
+from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.weights import weights
+from tfra.model.fixed.widths import widths
+from tfra.model.sensor import SensorArray
+
+
+def _design(rows, columns, formats="standard"):
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    return Design(sensor, formats=FORMATS[formats], architecture=Architecture(mac_lanes=4))
+
+
+DESIGNS = [_design(4, 4), _design(5, 7, "wide"), _design(2, 2), _design(10, 10)]
+FACTS = [(1, 1), (1, 0), (0, 1), (0, 0), (1, 1)]
+
+
+def _solutions(design, seed):
+    """Frames of folded solutions whose taxels are within a vector's proven bound, corners first."""
+    rng = np.random.default_rng(seed)
+    limit = (1 << (widths(design).vector - 3)) - 4
+    taxels = rng.integers(-limit, limit, (len(FACTS), design.quads, 4), endpoint=True)
+    corners = [[limit] * 4, [-limit] * 4, [0] * 4, [1] * 4, [-1] * 4, [limit, -limit, 0, 1], [-1, 2, 1, -2]]
+    taxels.reshape(-1, 4)[: len(corners)] = corners[: taxels.size // 4]
+    # Not every folded vector is a butterfly of integers: the low bits take any value.
+    return butterfly(taxels) + rng.integers(-3, 3, taxels.shape, endpoint=True)
+
+
+def _inputs(solutions):
+    zero = {"exponent": 0, "magnitude": 0, "saturated": 0}
+    return {
+        "solution": solutions.reshape(-1, 4).tolist(),
+        "frame": [zero | {"contact": c, "traction": t} for c, t in FACTS],
+    }
+
+
+def _expected(solutions):
+    return weights(solutions, np.array([c and t for c, t in FACTS], dtype=bool)).reshape(-1, 4)
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.sensor.rows}x{d.sensor.columns}")
+@pytest.mark.parametrize("stalls", [(i, o) for i in PATTERNS for o in PATTERNS])
+def test_equals_the_model(design, stalls):
+    solutions = _solutions(design, seed=3)
+    expected = _expected(solutions)
+    seen = run(Weights(design), _inputs(solutions), {"n": len(expected)}, stall_in=stalls[0], stall_out=stalls[1])
+    assert seen.values["n"] == expected.tolist(), "seed 3"
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.sensor.rows}x{d.sensor.columns}")
+def test_latency_and_throughput(design):
+    dut, solutions = Weights(design), _solutions(design, seed=4)
+    seen = run(dut, _inputs(solutions), {"n": len(FACTS) * design.quads}, stall_in=flowing)
+    into, out = np.array(seen.cycles["solution"]), np.array(seen.cycles["n"])
+    assert np.all(out - into == dut.latency)
+    assert np.all(np.diff(out) == 1)
+
+
+def test_facts_are_held_until_the_last_quad():
+    design = DESIGNS[0]
+    seen = run(Weights(design), _inputs(_solutions(design, 5)), {"n": len(FACTS) * design.quads})
+    taken = np.array(seen.cycles["frame"])
+    assert np.all(np.diff(taken) == design.quads)
+
+
+def test_a_corrupted_word_is_noticed():
+    design = DESIGNS[0]
+    solutions = _solutions(design, seed=6)
+    wrong = _expected(solutions)
+    wrong[-1, 3] += 1
+    seen = run(Weights(design), _inputs(solutions), {"n": len(wrong)})
+    assert seen.values["n"] != wrong.tolist()
