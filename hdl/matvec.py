@@ -246,9 +246,8 @@ class _Buffer(wiring.Component):
             seen = Signal(widths(self._design).vector - 1, name=f"seen{parity}", reset_less=True)
             with m.If(transfer):
                 m.d.sync += seen.eq(Mux(first, 0, seen) | magnitude_bits(self.operand.p[parity]))
-            for number in range(2):
-                with m.If(done & (bank == number)):
-                    m.d.sync += self.amounts[number][parity].eq(leading_zeros(seen))
+            with m.If(done):
+                m.d.sync += self.amounts[bank][parity].eq(leading_zeros(seen))
 
 
 class _Schedule(wiring.Component):
