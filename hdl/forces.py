@@ -15,17 +15,21 @@ from tfra.model.design import Design
 from tfra.model.fixed.widths import force_drop, widths
 
 
+PLANES = 4
+"""Planes of the memory, a power of two: the three of a frame and the first of the next."""
+
+
 class Forces(wiring.Component):
     """Row-major force planes from folded ones; the end of :func:`tfra.model.fixed.forces.forces`.
 
     ::
 
-        folded -> Butterfly -> round_shift(., force_drop) -> plane memory (2 halves x Q quads) -> place -> taxel
+        folded -> Butterfly -> round_shift(., force_drop) -> plane memory (4 planes x Q quads) -> place -> taxel
 
     The four mirror taxels of a quad lie at one address, so a single walk over the quads finds every taxel: forth
     and back over the quad columns of a row, forth and back over the quad rows of the plane.  The middle line of
-    an odd count is read once, from its first place.  A plane is written to one half of the memory while the plane
-    before it is read from the other.  One quad per cycle in, one taxel per cycle out; no multiplier.
+    an odd count is read once, from its first place.  The memory holds more than a frame, so that the products of a
+    frame need not wait for its words to be sent.  One quad per cycle in, one taxel per cycle out; no multiplier.
 
     Members:
         folded: 3 Q quads a frame: folded f_x, f_y, f_z.
@@ -61,23 +65,23 @@ class Forces(wiring.Component):
         top = self._design.quads - 1
         words = quad(widths(self._design).force)
         m.submodules.unfold = self._unfold
-        m.submodules.plane = plane = memory.Memory(shape=words, depth=2 << len(Signal(count(top))), init=[])
-        full = Signal(2)
+        m.submodules.plane = plane = memory.Memory(shape=words, depth=PLANES << len(Signal(count(top))), init=[])
+        full = Signal(PLANES)
         wiring.connect(m, wiring.flipped(self.folded), self._unfold.i)
         self._write(m, plane.write_port(), full)
         self._read(m, plane.read_port(), full)
         return m
 
     def _write(self, m: Module, port: Any, full: Signal) -> None:
-        """Round the unfolded quads and store them while their half of the memory is free."""
+        """Round the unfolded quads and store them while their plane of the memory is free."""
         drop, top = force_drop(self._design), self._design.quads - 1
         rounded, valid = Signal(port.data.shape(), reset_less=True), Signal()
-        number, half, unfolded = Signal(count(top)), Signal(), self._unfold.o
+        number, plane, unfolded = Signal(count(top)), Signal(range(PLANES)), self._unfold.o
         m.d.comb += [
-            unfolded.ready.eq(~valid | ~full.bit_select(half, 1)),
-            port.addr.eq(Cat(number, half)),
+            unfolded.ready.eq(~valid | ~full.bit_select(plane, 1)),
+            port.addr.eq(Cat(number, plane)),
             port.data.eq(rounded),
-            port.en.eq(valid & ~full.bit_select(half, 1)),
+            port.en.eq(valid & ~full.bit_select(plane, 1)),
         ]
         with m.If(unfolded.ready):
             m.d.sync += valid.eq(unfolded.valid)
@@ -86,19 +90,19 @@ class Forces(wiring.Component):
         with m.If(port.en):
             m.d.sync += number.eq(number + 1)
             with m.If(number == top):
-                m.d.sync += [number.eq(0), half.eq(~half), full.bit_select(half, 1).eq(1)]
+                m.d.sync += [number.eq(0), plane.eq(plane + 1), full.bit_select(plane, 1).eq(1)]
 
     def _read(self, m: Module, port: Any, full: Signal) -> None:
-        """Walk over a full half: address, then read port, then its register, then the word of the place."""
-        half, move, issue = Signal(), Signal(), Signal()
-        place, end = self._walk(m, port, half, issue)
+        """Walk over a full plane: address, then read port, then its register, then the word of the place."""
+        plane, move, issue = Signal(range(PLANES)), Signal(), Signal()
+        place, end = self._walk(m, port, plane, issue)
         fetched, held, sent = Signal(), Signal(), Signal()
         fetched_place, held_place = Signal(2, reset_less=True), Signal(2, reset_less=True)
         words = Signal(port.data.shape(), reset_less=True)
         word = Signal(self.taxel.payload.shape(), reset_less=True)
         m.d.comb += [
             move.eq(~sent | self.taxel.ready),
-            issue.eq(move & full.bit_select(half, 1)),
+            issue.eq(move & full.bit_select(plane, 1)),
             port.en.eq(move),
             self.taxel.valid.eq(sent),
             self.taxel.payload.eq(word),
@@ -109,9 +113,9 @@ class Forces(wiring.Component):
             rows = [Mux(held_place[0], words[k + 1], words[k]) for k in (0, 2)]
             m.d.sync += word.eq(Mux(held_place[1], rows[1], rows[0]))
         with m.If(issue & end):
-            m.d.sync += [half.eq(~half), full.bit_select(half, 1).eq(0)]
+            m.d.sync += [plane.eq(plane + 1), full.bit_select(plane, 1).eq(0)]
 
-    def _walk(self, m: Module, port: Any, half: Signal, step: Signal) -> tuple[Signal, Signal]:
+    def _walk(self, m: Module, port: Any, plane: Signal, step: Signal) -> tuple[Signal, Signal]:
         """Address and mirror place of the next taxel; ``end`` marks the last one, at quad 0 again."""
         design = self._design
         rows, columns, width = design.sensor.rows, design.sensor.columns, design.quad_columns
@@ -119,7 +123,7 @@ class Forces(wiring.Component):
         number, place = Signal(count(design.quads - 1)), Signal(2)
         row_end, end = Signal(), Signal()
         m.d.comb += [
-            port.addr.eq(Cat(number, half)),
+            port.addr.eq(Cat(number, plane)),
             row_end.eq(column == columns - 1),
             end.eq(row_end & (row == rows - 1)),
         ]
