@@ -1,0 +1,236 @@
+"""The sweep chooses the model's candidate, for contacts and for data made to tie, under any stalls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from tests.hdl.harness import PATTERNS, bursts, flowing, run
+from tfra.hdl.sweep import Sweep, pass_interval, product_latency
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
+from tfra.model.fixed.centroids import centroids
+from tfra.model.fixed.coefficients import PRODUCTS, stacks
+from tfra.model.fixed.normaliser import normaliser
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.sweep import sweep
+from tfra.model.fixed.widths import widths
+from tfra.model.sensor import SensorArray
+
+
+def make(rows, columns, steps, lanes, tolerance=0.0, formats="standard", bits=14):
+    return Design(
+        SensorArray(rows, columns, 4e-3, 2e-3, 3e-3),
+        adc=Adc(bits=bits),
+        search=Search(steps=steps, tolerance=tolerance),
+        formats=FORMATS[formats],
+        architecture=Architecture(mac_lanes=4, sweep_lanes=lanes),
+    )
+
+
+@dataclass
+class Frames:
+    """What goes in, frame by frame: ``stress, g (n, Q, 4)``, ``normal (n, 2 Q, 4)``."""
+
+    stress: np.ndarray
+    g: np.ndarray
+    normal: np.ndarray
+    negative: np.ndarray
+    exponent: np.ndarray
+
+    def __add__(self, other):
+        pairs = zip(vars(self).values(), vars(other).values(), strict=True)
+        return Frames(*(np.concatenate(pair) for pair in pairs))
+
+
+def expected(design, frames):
+    q = design.quads
+    p = butterfly(frames.normal[:, :q] - frames.g)
+    slope = butterfly(frames.normal[:, q:])
+    taxels = (to_taxels(design, v) for v in (frames.stress, p, slope))
+    return sweep(design, *taxels, frames.negative, frames.exponent).index
+
+
+def contacts(design, number, seed):
+    """Vectors of the model for random codes, small and large ones."""
+    rng = np.random.default_rng(seed)
+    top = 1 << (design.adc.bits - 1)
+    codes = rng.integers(-top, top, (number, design.sensor.taxels))
+    codes >>= rng.integers(0, design.adc.bits - 2, (number, 1))
+    model = FixedTfra(design)
+    stages = model(codes.reshape(number, design.sensor.rows, design.sensor.columns)).stages
+    start = [0, *np.cumsum([stacks(design)[name].quads for name in PRODUCTS])]
+    g = stages["matvec"][:, start[1] : start[1] + design.quads]
+    normal = stages["matvec"][:, start[2] : start[4]]
+    negative, exponent = centroids(design, codes).negative, normaliser(design, codes).exponent
+    return Frames(stages["normaliser"], g, normal, negative, exponent)
+
+
+def synthetic(design, stress, p, slope, negative, exponent, seed=0):
+    """Frames with ``4 p`` and ``4 slope (n, m)`` behind the butterfly and a random g."""
+    g = np.random.default_rng(seed).integers(-999, 999, (len(p), design.quads, 4))
+    # Odd parities of a middle line vanish in g as they do in every folded vector.
+    g = butterfly(to_quads(design, to_taxels(design, g)))
+    normal = np.concatenate([butterfly(to_quads(design, p)) + g, butterfly(to_quads(design, slope))], axis=1)
+    assert np.abs(normal).max() < 1 << (widths(design).vector - 1)
+    return Frames(to_quads(design, stress), g, normal, np.asarray(negative, bool), np.asarray(exponent))
+
+
+def room(design):
+    """Bound of |p| + |q| that keeps every sum in its word."""
+    return (1 << (widths(design).candidate - 4)) // design.search.steps
+
+
+def adversaries(design):
+    """Ties, plateaus, zeros, extremes, winners at both ends, sweeps from -1."""
+    m, k = design.sensor.taxels, design.search.steps
+    top, large = (1 << (design.adc.bits - 1)) - 1, room(design) // 2
+    one, zero = np.ones(m, np.int64), np.zeros(m, np.int64)
+    sides = np.where(np.arange(m) % 2, 1, -1)
+    unit = 1 << design.formats.vector_fraction
+    rows = [  # stress, p, slope, negative
+        (zero, zero, zero, 0),
+        (one, zero, zero, 1),
+        (-one, -large * one, one, 0),  # plateau of B^z everywhere
+        (top * one, -large * one, -large * one, 0),
+        (-(top + 1) * one, large * one, -large * one, 0),  # last wins
+        (top * sides, large * one, large * one, 1),
+        (top * sides, large * sides, -large * sides, 0),
+        (sides, unit * sides, -2 * unit * sides, 0),  # symmetrical: ties between both halves
+        (-sides, -unit * one + unit * sides, 2 * unit * sides, 1),
+        (one, -4 * k * unit * one, unit * sides, 0),
+        (-one, large * one, large * one, 1),
+        (sides * top, -one, sides, 0),
+    ]
+    stress, p, slope, negative = (np.array(v) for v in zip(*rows, strict=True))
+    return synthetic(design, stress, p, slope, negative, np.arange(len(rows)) % design.adc.bits)
+
+
+def small_numbers(design, number, seed):
+    """Tiny words, so that both sums tie often."""
+    rng = np.random.default_rng(seed)
+    shape, unit = (number, design.sensor.taxels), 1 << design.formats.vector_fraction
+    p, slope = (rng.integers(-1, 2, shape) * unit for _ in range(2))
+    negative, exponent = rng.integers(0, 2, number), rng.integers(0, design.adc.bits, number)
+    return synthetic(design, rng.integers(-1, 2, shape), p, slope, negative, exponent, seed)
+
+
+def transfers(frames):
+    def quads(vectors):
+        return vectors.reshape(-1, 4).tolist()
+
+    return {
+        "stress": quads(frames.stress),
+        "g": quads(frames.g),
+        "normal": quads(frames.normal),
+        "direction": [{"cos": 1, "sin": -1, "sweep_y": 1, "negative": int(v), "vanishing": 0} for v in frames.negative],
+        "frame": [
+            {"exponent": int(v), "magnitude": 1, "contact": 1, "traction": 1, "saturated": 0} for v in frames.exponent
+        ],
+    }
+
+
+def simulate(design, frames, **how):
+    return run(Sweep(design), transfers(frames), {"index": len(frames.g)}, **how)
+
+
+def check(design, frames, seed=0, **how):
+    found = simulate(design, frames, seed=seed, **how).values["index"]
+    assert found == expected(design, frames).tolist(), f"seed {seed}"
+
+
+DESIGNS = [
+    make(4, 4, 7, 8),
+    make(4, 4, 7, 3, tolerance=1.5),
+    make(5, 7, 7, 5, tolerance=0.3),
+    make(3, 3, 1, 1),
+    make(3, 3, 1, 2, tolerance=40.0, formats="wide"),
+    make(2, 2, 7, 1, bits=6),
+    make(2, 2, 100, 43),  # a product by P of three levels: passes wait
+    make(4, 6, 100, 26, formats="wide", bits=16),
+    make(5, 4, 13, 5, tolerance=1e9, formats="wide", bits=20),
+]
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_contacts_and_adversaries(design):
+    check(design, contacts(design, 3, 1) + adversaries(design) + small_numbers(design, 6, 2))
+
+
+@pytest.mark.parametrize("lanes", [1, 2, 5, 50, 101])
+def test_every_number_of_lanes_finds_the_same(lanes):
+    design = make(3, 4, 100, lanes, tolerance=0.5 if lanes == 5 else 0.0)
+    number = 1 if lanes == 1 else 3
+    check(design, contacts(design, number, 3) + small_numbers(design, number, 4))
+
+
+def test_a_large_array():
+    design = make(10, 10, 20, 7)
+    check(design, contacts(design, 3, 5))
+
+
+@pytest.mark.parametrize("stall_in", PATTERNS)
+@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize("design", [make(3, 4, 7, 3, tolerance=0.7), make(2, 3, 3, 4)])
+def test_any_stalls(design, stall_in, stall_out):
+    for seed in (6, 7):
+        frames = contacts(design, 2, seed) + small_numbers(design, 3, seed)
+        check(design, frames, seed, stall_in=stall_in, stall_out=stall_out)
+
+
+def test_the_data_reaches_ties_and_both_ends():
+    design = make(4, 4, 7, 3)
+    frames = adversaries(design) + small_numbers(design, 40, 8)
+    q = design.quads
+    p, slope = butterfly(frames.normal[:, :q] - frames.g), butterfly(frames.normal[:, q:])
+    found = sweep(
+        design,
+        *(to_taxels(design, v) for v in (frames.stress, p, slope)),
+        frames.negative,
+        frames.exponent,
+    )
+    assert {0, design.search.steps} < set(found.index.tolist())
+    plateau = found.b_z == found.b_z.min(axis=1, keepdims=True)
+    best = np.where(plateau, found.b_xy, np.iinfo(np.int64).max)
+    assert ((best == best.min(axis=1, keepdims=True)).sum(axis=1) > 1).sum() > 5
+
+
+@pytest.mark.parametrize("stall_in", [flowing, bursts])
+@pytest.mark.parametrize("design", DESIGNS)
+def test_latency_is_the_closed_form(design, stall_in):
+    seen = simulate(design, contacts(design, 3, 9), stall_in=stall_in)
+    last = seen.cycles["normal"][2 * design.quads - 1 :: 2 * design.quads]
+    assert [out - start for out, start in zip(seen.cycles["index"], last, strict=True)] == [Sweep(design).latency] * 3
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_latency_is_what_the_docstring_says(design):
+    lanes, passes = design.architecture.sweep_lanes, design.sweep_passes
+    depth, wait = int(np.ceil(np.log2(lanes))), product_latency(design.search.steps)
+    formula = 18 + wait + max(depth, wait) + (passes - 1) * pass_interval(design) + 2 * depth + 2 * passes
+    assert Sweep(design).latency == formula + (design.search.tolerance > 0)
+
+
+def test_quads_pass_at_the_stated_pace():
+    design = make(5, 7, 7, 8)
+    cycles, q = simulate(design, contacts(design, 1, 10)).cycles, design.quads
+    steps = np.diff(cycles["normal"])
+    assert np.ptp(cycles["stress"]) == np.ptp(cycles["g"]) == q - 1
+    assert steps.tolist() == [1] * (q - 1) + [2] + [Sweep(design).quad_interval] * (q - 1)
+
+
+@pytest.mark.parametrize("port", ["stress", "g", "normal", "negative"])
+def test_a_corrupted_value_is_seen(port):
+    design = make(4, 4, 25, 26)
+    frames = contacts(design, 4, 11)
+    if port == "stress":  # decides on a plateau alone: all tie while every stress is far below zero
+        one, unit = np.ones((1, design.sensor.taxels), np.int64), 1 << design.formats.vector_fraction
+        plateau = synthetic(design, -8000 * one, -2 * unit * one, unit * one, [0], [0])
+        frames = contacts(design, 2, 11) + plateau + contacts(design, 1, 12)
+    broken = Frames(**{name: value.copy() for name, value in vars(frames).items()})
+    wrong = getattr(broken, port)
+    wrong[2] = ~wrong[2]
+    found = simulate(design, broken).values["index"]
+    assert [a == b for a, b in zip(found, expected(design, frames), strict=True)] == [True, True, False, True]
