@@ -18,15 +18,16 @@ No multiplier is used: constant factors are additions of shifted words.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Shape, Signal, Value, signed, unsigned
+from amaranth import Array, Cat, Module, Mux, Shape, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import count, quad
+from tfra.hdl.arithmetic import count
 from tfra.hdl.comparator_tree import ComparatorTree
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import distinct
@@ -233,12 +234,17 @@ class _Loader(wiring.Component):
         keep = self._keep(m, behind, e1[_READ])
         m.d.sync += place.eq(Mux(e1[_READ], 0, place + 1))
         m.d.sync += [
-            self.taxel.p.eq(read.data[place]),
-            self.taxel.q.eq(data.View(quad(len(words[0])), Cat(words))[place]),
-            self.taxel.stress.eq(read_stress.data[place]),
+            self.taxel.p.eq(self._pick(read.data, place)),
+            self.taxel.q.eq(self._pick(words, place)),
+            self.taxel.stress.eq(self._pick(read_stress.data, place)),
             self.taxel.valid.eq(e1[_FOLDED : _FOLDED + _PLACES].any() & keep.bit_select(place, 1)),
             self.taxel.measured.eq(delayed(m, took_last, _FOLDED + _PLACES, control=True)),
         ]
+
+    @staticmethod
+    def _pick(words: Sequence[Value], place: Value) -> Value:
+        """One of four words: a multiplexer, where indexing a view would take a multiplier for the bit's place."""
+        return Array(words[k] for k in range(_PLACES))[place]
 
     @staticmethod
     def _later(m: Module, pulse: Value) -> Value:
