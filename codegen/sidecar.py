@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from tfra.codegen.images import lane_images
-from tfra.hdl import payloads
+from tfra.hdl.core import probes
 from tfra.hdl.timing import Timing
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import stacks
@@ -50,7 +50,7 @@ def sidecar(design: Design) -> dict[str, Any]:
                 for o in s.operators
             ],
         },
-        "probes": probes(design),
+        "probes": probe_table(design),
         "tools": {name: version(name) for name in TOOLS},
     }
 
@@ -78,51 +78,15 @@ def coefficients_hash(design: Design) -> str:
     return hashlib.sha256(header + images.astype(np.dtype("<i4")).tobytes()).hexdigest()
 
 
-def probes(design: Design) -> list[dict[str, Any]]:
-    """Streams between blocks, in the order of the stages of :class:`tfra.model.fixed.pipeline.FixedTfra`."""
-    q, vector = design.quads, payloads.vector_quad(design)
-    quads = {
-        "normaliser": ("core.normaliser.quads", payloads.stress_quad(design), q),
-        "weights": ("core.weights.n", vector, q),
-        "matvec": ("core.matvec.result", vector, 9 * q + 4),
-        "combine": ("core.combine.vector", vector, 3 * q),
-    }
-    words = {
-        "centroids": ("core.centroids.direction", payloads.direction(design), ("cos", "sin")),
-        "dependent": ("core.dependent.affine", payloads.affine(design), ("alpha", "beta")),
-        "friction": ("core.friction.chosen", payloads.chosen(design), ("mu_ind", "mu_x", "mu_y")),
-        "resultant": ("core.resultant.total", payloads.total(design), None),
-        "gain": ("core.gain.gain", payloads.gain(design), ("mantissa", "mu")),
-    }
-    found = {
-        name: _probe(name, path, [_signal(path, shape, i) for i in range(4)], count)
-        for name, (path, shape, count) in quads.items()
-    }
-    found |= {
-        name: _probe(name, path, [_signal(path, shape, key) for key in keys], 1)
-        for name, (path, shape, keys) in words.items()
-    }
-    index = {"path": "core.sweep.index__payload", "offset": 0, "bits": payloads.sweep_index(design).width, "signed": False}
-    found["sweep"] = _probe("sweep", "core.sweep.index", [index], 1)
-    return [found[name] for name in STAGES]
-
-
-STAGES = ("normaliser", "centroids", "matvec", "weights", "dependent", "combine", "sweep", "friction", "gain")
-"""Stages in which a mismatch is looked for, in the order of the data."""
-
-
-def _probe(stage: str, path: str, signals: list[dict[str, Any]], transfers: int) -> dict[str, Any]:
-    return {
-        "stage": stage,
-        "valid": f"{path}__valid",
-        "ready": f"{path}__ready",
-        "transfers": transfers,
-        "signals": signals,
-    }
-
-
-def _signal(path: str, shape: Any, key: int | str) -> dict[str, Any]:
-    """One member of a payload: its bits start at ``offset`` of the payload's signal."""
-    member = shape[key]
-    bits, signed = member.width, bool(member.shape.signed)
-    return {"path": f"{path}__payload", "offset": member.offset, "bits": bits, "signed": signed}
+def probe_table(design: Design) -> list[dict[str, Any]]:
+    """Where a simulation finds the streams between blocks, by hierarchical name below the top module."""
+    return [
+        {
+            "stage": probe.stage,
+            "transfer": f"core.probe_{probe.stage}",
+            "words": f"core.probe_{probe.stage}_words",
+            "layout": [{"bits": bits, "signed": signed} for bits, signed in probe.words],
+            "transfers": probe.transfers,
+        }
+        for probe in probes(design)
+    ]

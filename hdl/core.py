@@ -8,9 +8,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
-from amaranth import Module
+from amaranth import Cat, Module, Shape, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
@@ -28,11 +29,51 @@ from tfra.hdl.matvec import MatVec
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Buffer, Fork, Merge, Router
+from tfra.hdl.streams import Buffer, Fork, Merge, Queue, Router
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
 from tfra.model.design import Design
+from tfra.model.fixed.coefficients import PRODUCTS, stacks
 from tfra.model.fixed.widths import DIVISION_GUARD, widths
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A stream between blocks that a simulation may watch: ``probe_STAGE`` is high for every transfer of it.
+
+    ``probe_STAGE_words`` then holds the payload's members ``keys``, the first lowest; ``words`` are their bits and
+    sign.  A frame has ``transfers`` of them, equal to ``FixedTfra``'s stage of the same name.
+    """
+
+    stage: str
+    port: str
+    keys: tuple[int | str, ...]
+    words: tuple[tuple[int, bool], ...]
+    transfers: int
+
+
+def probes(design: Design) -> tuple[Probe, ...]:
+    """Every probe, in the order in which data reach them."""
+    q, vector = design.quads, payloads.vector_quad(design)
+    products = sum(stacks(design)[name].quads for name in PRODUCTS)
+    places = (0, 1, 2, 3)
+    rows: list[tuple[str, str, Any, tuple[int | str, ...], int]] = [
+        ("normaliser", "quads", payloads.stress_quad(design), places, q),
+        ("centroids", "direction", payloads.direction(design), ("cos", "sin"), 1),
+        ("matvec", "result", vector, places, products),
+        ("weights", "n", vector, places, q),
+        ("dependent", "affine", payloads.affine(design), ("alpha", "beta"), 1),
+        ("combine", "vector", vector, places, 3 * q),
+        ("sweep", "index", payloads.sweep_index(design), (), 1),
+        ("friction", "chosen", payloads.chosen(design), ("mu_ind", "mu_x", "mu_y"), 1),
+        ("gain", "gain", payloads.gain(design), ("mantissa", "mu"), 1),
+    ]
+    found = []
+    for stage, port, shape, keys, transfers in rows:
+        members = [shape[key].shape for key in keys] if keys else [shape]
+        words = tuple((Shape.cast(member).width, Shape.cast(member).signed) for member in members)
+        found.append(Probe(stage, port, keys, words, transfers))
+    return tuple(found)
 
 
 class Core(wiring.Component):
@@ -64,7 +105,16 @@ class Core(wiring.Component):
         self._wire_facts(m, blocks)
         connect(m, blocks["forces"].taxel, blocks["scaling"].taxel)
         connect(m, blocks["scaling"].result, flipped(self.result))
+        for probe in probes(self.design):
+            self._probe(m, probe, getattr(blocks[probe.stage], probe.port))
         return m
+
+    def _probe(self, m: Module, probe: Probe, port: Any) -> None:
+        """Name a stream for those who watch a simulation; costs nothing, since nothing depends on it."""
+        transfer = Signal(name=f"probe_{probe.stage}")
+        words = Signal(sum(bits for bits, _ in probe.words), name=f"probe_{probe.stage}_words")
+        members = [port.payload[key] for key in probe.keys] if probe.keys else [port.payload]
+        m.d.comb += [transfer.eq(port.valid & port.ready), words.eq(Cat(members))]
 
     def _blocks(self) -> dict[str, Any]:
         design = self.design
@@ -103,6 +153,9 @@ class Core(wiring.Component):
         m.submodules.b_fork = b = Fork(folded, 2)
         m.submodules.n_fork = n = Fork(vector, 2)
         m.submodules.operand_merge = operand = Merge(vector, [(q, 0), (q, 1), (3 * q, 2)], 3)
+        # The sweep takes a quad of q in the time of its taxels; the products do not wait for that.
+        m.submodules.normal_queue = queue = Queue(vector, q + 2)
+        connect(m, queue.o, blocks["sweep"].normal)
         table = [
             (q, ["weights"]),
             (1, ["sums"]),
@@ -117,7 +170,7 @@ class Core(wiring.Component):
             "sums": blocks["dependent"].sums,
             "residual": blocks["combine"].residual,
             "g": blocks["sweep"].g,
-            "normal": blocks["sweep"].normal,
+            "normal": queue.i,
             "products": blocks["combine"].products,
         }
         numbers = {name: number for number, name in enumerate(sinks)}
@@ -140,36 +193,52 @@ class Core(wiring.Component):
         connect(m, blocks["combine"].forces, blocks["forces"].folded)
 
     def _wire_facts(self, m: Module, blocks: dict[str, Any]) -> None:
-        """Per-frame facts to all who need them; the result's own are buffered, so that the next frame may start."""
+        """Per-frame facts to all who need them.
+
+        Those who need them late share a buffered copy, so that the next frame may start in the meantime.
+        """
         design = self.design
         facts = {
-            "frame": (blocks["normaliser"].frame, payloads.frame_facts(design)),
-            "direction": (blocks["centroids"].direction, payloads.direction(design)),
-            "affine": (blocks["dependent"].affine, payloads.affine(design)),
-            "chosen": (blocks["friction"].chosen, payloads.chosen(design)),
-            "total": (blocks["resultant"].total, payloads.total(design)),
-            "gain": (blocks["gain"].gain, payloads.gain(design)),
+            "frame": (
+                payloads.frame_facts(design),
+                ("weights", "dependent", "sweep"),
+                ("friction", "resultant", "gain"),
+            ),
+            "direction": (payloads.direction(design), ("dependent", "combine", "sweep", "friction", "phi"), ()),
+            "affine": (payloads.affine(design), ("combine", "friction", "resultant"), ()),
+            "chosen": (payloads.chosen(design), ("combine", "resultant"), ()),
+            "total": (payloads.total(design), ("gain",), ()),
+            "gain": (payloads.gain(design), (), ()),
         }
-        users = {
-            "frame": ("weights", "dependent", "sweep", "friction", "resultant", "gain"),
-            "direction": ("dependent", "combine", "sweep", "friction"),
-            "affine": ("combine", "friction", "resultant"),
-            "chosen": ("combine", "resultant"),
-            "total": ("gain",),
-            "gain": (),
+        sources = {
+            "frame": "normaliser",
+            "direction": "centroids",
+            "affine": "dependent",
+            "chosen": "friction",
+            "total": "resultant",
+            "gain": "gain",
         }
         connect(m, blocks["sweep"].index, blocks["friction"].index)
-        for name, (source, shape) in facts.items():
-            ways = len(users[name]) + 1 + (name == "direction")
-            m.submodules[f"{name}_fork"] = fork = Fork(shape, ways)
-            m.submodules[f"{name}_buffer"] = buffer = Buffer(shape)
-            connect(m, source, fork.i)
-            for way, user in enumerate(users[name]):
-                connect(m, fork.o[way], getattr(blocks[user], name))
-            connect(m, fork.o[len(users[name])], buffer.i)
-            connect(m, buffer.o, getattr(blocks["scaling"], name))
-            if name == "direction":
-                self._wire_phi(m, blocks, fork.o[ways - 1])
+        for name, (shape, early, late) in facts.items():
+            rest = self._share(m, name, shape, getattr(blocks[sources[name]], name), early, blocks)
+            if late:
+                rest = self._share(m, f"late_{name}", shape, rest, late, blocks)
+            connect(m, rest, getattr(blocks["scaling"], name))
+
+    def _share(
+        self, m: Module, label: str, shape: Any, source: Any, users: tuple[str, ...], blocks: dict[str, Any]
+    ) -> Any:
+        """Give ``source`` to ``users``, and return a buffered copy for those behind them."""
+        m.submodules[f"{label}_fork"] = fork = Fork(shape, len(users) + 1)
+        m.submodules[f"{label}_buffer"] = buffer = Buffer(shape)
+        connect(m, source, fork.i)
+        for way, user in enumerate(users):
+            if user == "phi":
+                self._wire_phi(m, blocks, fork.o[way])
+            else:
+                connect(m, fork.o[way], getattr(blocks[user], label.removeprefix("late_")))
+        connect(m, fork.o[len(users)], buffer.i)
+        return buffer.o
 
     def _wire_phi(self, m: Module, blocks: dict[str, Any], direction: Any) -> None:
         """phi = atan2(sin, cos) by a CORDIC of its own, long before the result needs it."""

@@ -14,7 +14,6 @@ from tfra.hdl.payloads import vector_quad
 from tfra.model.design import Design
 from tfra.model.fixed.widths import force_drop, widths
 
-
 PLANES = 4
 """Planes of the memory, a power of two: the three of a frame and the first of the next."""
 

@@ -37,13 +37,15 @@ from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, stacks
 from tfra.model.fixed.widths import widths
 
-_LOAD = 3
-"""Cycles from the last operand quad's transfer to the first read: OR of magnitudes, amounts, launch."""
+FULL = 2
+"""Cycles from the last operand quad's transfer to the launch that finds it: OR of magnitudes, amounts."""
+_LOAD = FULL + 1
+"""Cycles from there to the first read."""
 _ADDRESS = 2
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
-_SUM = 7
+CAPTURE = 7
 """Cycles from a quad's read to sums that hold its products."""
-_DRAIN = 5
+DRAIN = 5
 """Cycles from the capture of sums to their first result: drain register, amounts, shift, rounding, output."""
 _RETURN = 8
 """Cycles between the read of a pass's last quad and that of the pass after the next, beside the draining."""
@@ -114,7 +116,7 @@ class MatVec(wiring.Component):
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
         turn, row = divmod(4 * number + 3, self._lanes)
         launch = turn // 2 * self.pair_interval + turn % 2 * self._design.quads
-        return _LOAD + launch + self._design.quads - 1 + _SUM + _DRAIN + row // 4
+        return _LOAD + launch + self._design.quads - 1 + CAPTURE + DRAIN + row // 4
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -126,16 +128,16 @@ class MatVec(wiring.Component):
         wiring.connect(m, buffer.operand, wiring.flipped(self.operand))
         wiring.connect(m, wiring.flipped(self.result), drain.result)
         self._control(m, buffer, schedule, prepare, drain)
-        first, valid, last = _delays(m, schedule, _SUM)
-        m.d.comb += drain.complete.eq(last[_SUM])
+        first, valid, last = _delays(m, schedule, CAPTURE)
+        m.d.comb += drain.complete.eq(last[CAPTURE])
         address = _chain(m, schedule.address, _ADDRESS, "address")[_ADDRESS]
         for number, image in enumerate(lane_images(design)):
             m.submodules[f"lane{number}"] = lane = _Lane(design, image)
             m.d.comb += [
                 lane.address.eq(address),
                 lane.word.eq(prepare.words[number % self._words]),
-                lane.first.eq(first[_SUM - 1]),
-                lane.valid.eq(valid[_SUM - 1]),
+                lane.first.eq(first[CAPTURE - 1]),
+                lane.valid.eq(valid[CAPTURE - 1]),
                 drain.sums[number].eq(lane.sum),
             ]
         return m

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from amaranth import Elaboratable, Module, Mux, Signal
+from amaranth import Elaboratable, Module, Mux, Shape, Signal
 from amaranth.lib import stream, wiring
+from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
@@ -128,4 +129,30 @@ class Buffer(wiring.Component):
             m.d.sync += [full.eq(self.i.valid), payload.eq(self.i.payload)]
         with m.Elif(self.o.ready):
             m.d.sync += full.eq(0)
+        return m
+
+
+class Queue(wiring.Component):
+    """First in, first out, ``depth`` transfers long, in block memory.
+
+    Members: ``i``: stream in; ``o``: stream out.  ``latency``: cycles through an empty queue; full throughput.
+    """
+
+    latency = 2
+
+    def __init__(self, shape: Any, depth: int) -> None:
+        self._depth = depth
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.fifo = fifo = SyncFIFOBuffered(width=Shape.cast(self.i.payload.shape()).width, depth=self._depth)
+        m.d.comb += [
+            fifo.w_data.eq(self.i.payload),
+            fifo.w_en.eq(self.i.valid),
+            self.i.ready.eq(fifo.w_rdy),
+            self.o.payload.eq(fifo.r_data),
+            self.o.valid.eq(fifo.r_rdy),
+            fifo.r_en.eq(self.o.ready),
+        ]
         return m
