@@ -46,24 +46,24 @@ class ComparatorTree(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        level: list[tuple[Value, Value]] = [(key, Cat()) for key in self.keys]
+        level: list[tuple[Value, list[Value]]] = [(key, []) for key in self.keys]
         while len(level) > 1:
             pairs = zip(level[::2], [*level[1::2], None], strict=False)
             level = [self._node(m, left, right) for left, right in pairs]
-        m.d.comb += [self.least.eq(level[0][0]), self.place.eq(level[0][1])]
+        m.d.comb += [self.least.eq(level[0][0]), self.place.eq(Cat(level[0][1]) if level[0][1] else 0)]
         return m
 
-    def _node(self, m: Module, left: tuple[Value, Value], right: tuple[Value, Value] | None) -> tuple[Value, Value]:
-        """Register of the smaller of two; the left one, of lower number, wins a tie."""
+    def _node(
+        self, m: Module, left: tuple[Value, list[Value]], right: tuple[Value, list[Value]] | None
+    ) -> tuple[Value, list[Value]]:
+        """Register of the smaller of two; the left one, of lower number, wins a tie.  A place is a list of bits."""
         key = Signal(self._bits, reset_less=True)
-        place = Signal(len(left[1]) + 1, reset_less=True)
+        place: list[Value] = [Signal(name=f"place{bit}", reset_less=True) for bit in range(len(left[1]) + 1)]
         if right is None:
-            m.d.sync += [key.eq(left[0]), place.eq(left[1])]
+            m.d.sync += [key.eq(left[0]), *(bit.eq(old) for bit, old in zip(place, [*left[1], 0], strict=True))]
             return key, place
         swap = Signal()
         m.d.comb += swap.eq(right[0] < left[0])
-        m.d.sync += [
-            key.eq(Mux(swap, right[0], left[0])),
-            place.eq(Cat(Mux(swap, right[1], left[1])[: len(left[1])], swap)),
-        ]
+        m.d.sync += [key.eq(Mux(swap, right[0], left[0])), place[-1].eq(swap)]
+        m.d.sync += [bit.eq(Mux(swap, b, a)) for bit, a, b in zip(place, left[1], right[1], strict=False)]
         return key, place

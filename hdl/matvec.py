@@ -149,7 +149,7 @@ class MatVec(wiring.Component):
             m.d.sync += amounts[schedule.parity].eq(buffer.amounts[schedule.bank])
         m.d.comb += [
             buffer.read.eq(Cat(schedule.quad, schedule.read_bank)),
-            buffer.release.eq(schedule.release),
+            buffer.free.eq(schedule.free),
             schedule.full.eq(buffer.full),
             schedule.drained.eq(drain.drained),
             prepare.quad.eq(buffer.quad),
@@ -196,7 +196,7 @@ class _Buffer(wiring.Component):
         full: bank may be read; rises two cycles after the transfer of the bank's last quad.
         amounts: by bank, valid while ``full``.
         read, quad: row and, a cycle later, its content.
-        release: by bank, for one cycle: it may be written, from the next cycle on.
+        free: by bank, for one cycle: it may be written, from the next cycle on.
     """
 
     def __init__(self, design: Design) -> None:
@@ -209,7 +209,7 @@ class _Buffer(wiring.Component):
                 "amounts": Out(data.ArrayLayout(_amounts(design), 2)),
                 "read": In(count(design.quads - 1).width + 1),
                 "quad": Out(shape),
-                "release": In(2),
+                "free": In(2),
             }
         )
 
@@ -236,8 +236,8 @@ class _Buffer(wiring.Component):
         with m.If(ended):
             m.d.sync += bank.eq(~bank)
         m.d.sync += [
-            occupied.eq((occupied | (ended << bank)) & ~self.release),
-            self.full.eq((self.full | (done << done_bank)) & ~self.release),
+            occupied.eq((occupied | (ended << bank)) & ~self.free),
+            self.full.eq((self.full | (done << done_bank)) & ~self.free),
         ]
         self._measure(m, write.en, number == 0, done, done_bank)
         return m
@@ -259,7 +259,7 @@ class _Schedule(wiring.Component):
         full, drained: bank can be read; a pass has left the drain register.
         launch, bank, parity: a pass begins with the next cycle, on this bank; passes count modulo two.
         oldest: the pass that leaves the drain register next, modulo two.
-        release: by bank, its last pass has begun.
+        free: by bank, its last pass has begun.
         reading, first, last, quad, read_bank, read_parity, read_part, address: the read of this cycle.  Its pass's
             slots begin at ``read_part * L``.
     """
@@ -275,7 +275,7 @@ class _Schedule(wiring.Component):
                 "bank": Out(1),
                 "parity": Out(1),
                 "oldest": Out(1),
-                "release": Out(2),
+                "free": Out(2),
                 "reading": Out(1),
                 "first": Out(1),
                 "last": Out(1),
@@ -295,7 +295,7 @@ class _Schedule(wiring.Component):
             self.first.eq(self.quad == 0),
             self.last.eq(self.reading & (self.quad == self._design.quads - 1)),
         ]
-        m.d.sync += self.release.eq((self.launch & ends) << self.bank)
+        m.d.sync += self.free.eq((self.launch & ends) << self.bank)
         with m.If(self.launch):
             m.d.sync += [
                 self.reading.eq(1),
@@ -584,10 +584,10 @@ class _Spare(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        used, spare = Signal(), Signal.like(self.i.p, reset_less=True)
+        used, kept = Signal(), Signal.like(self.i.p, reset_less=True)
         m.d.comb += self.i.ready.eq(~used)
         with m.If(~self.o.valid | self.o.ready):
-            m.d.sync += [self.o.valid.eq(self.i.valid | used), used.eq(0), self.o.p.eq(Mux(used, spare, self.i.p))]
+            m.d.sync += [self.o.valid.eq(self.i.valid | used), used.eq(0), self.o.p.eq(Mux(used, kept, self.i.p))]
         with m.Elif(~used):
-            m.d.sync += [used.eq(self.i.valid), spare.eq(self.i.p)]
+            m.d.sync += [used.eq(self.i.valid), kept.eq(self.i.p)]
         return m

@@ -1,0 +1,112 @@
+"""The generated directory: complete, the same every time, and clean in three readers."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from tfra.codegen.generate import generate, hex_images
+from tfra.codegen.images import lane_images
+from tfra.codegen.verilog import run_yosys
+from tfra.hdl.timing import Timing
+from tfra.model.design import FORMATS, Architecture, Design, Search
+from tfra.model.fixed.words import frame_words, word_bits
+from tfra.model.sensor import SensorArray
+from tfra.sim.tools import environment
+
+DESIGNS = {
+    "even": Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(10), architecture=Architecture(4, 4)),
+    "odd": Design(
+        SensorArray(3, 5, 2e-3, 2e-3, 2e-3),
+        "odd",
+        search=Search(7),
+        formats=FORMATS["wide"],
+        architecture=Architecture(2, 8),
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=DESIGNS, name="made")
+def _made(request, tmp_path_factory):
+    design = DESIGNS[request.param]
+    directory = tmp_path_factory.mktemp(design.name) / "core"
+    generate(design, directory)
+    return design, directory
+
+
+def test_sidecar_tells_what_the_core_is(made):
+    design, directory = made
+    facts = json.loads((directory / f"{design.name}.json").read_text())
+    assert facts["name"] == design.name
+    assert facts["latency_cycles"] == Timing(design).latency
+    assert facts["result"]["transfers_per_frame"] == frame_words(design)
+    assert {p["name"]: p["bits"] for p in facts["ports"]}["result_data"] == word_bits(design)
+    verilog = (directory / f"{design.name}.v").read_text()
+    for port in facts["ports"]:
+        width = f"[{port['bits'] - 1}:0] " if port["bits"] > 1 else ""
+        assert f"{port['direction']}put {width}{port['name']};" in verilog.replace("signed ", "")
+
+
+def test_same_bytes_whatever_the_hash_seed(made, tmp_path):
+    design, directory = made
+    script = (
+        "import pathlib, sys; from tests.codegen.test_generate import DESIGNS, generate;"
+        "generate(DESIGNS[sys.argv[1]], pathlib.Path(sys.argv[2]))"
+    )
+    again = tmp_path / "again"
+    command = [sys.executable, "-c", script, design.name, str(again)]
+    subprocess.run(command, check=True, env=os.environ | {"PYTHONHASHSEED": "1234"})
+    for file in sorted(p for p in directory.rglob("*") if p.is_file()):
+        assert file.read_bytes() == (again / file.relative_to(directory)).read_bytes(), file.name
+
+
+def test_no_traces_of_this_machine(made):
+    _, directory = made
+    for file in directory.rglob("*.*"):
+        text = file.read_text()
+        assert os.getcwd() not in text
+        assert "amaranth/" not in text
+
+
+def test_images_hold_the_coefficients(made):
+    design, directory = made
+    bits = design.formats.coefficient
+    for lane, row in enumerate(lane_images(design)):
+        words = [int(line, 16) for line in (directory / "coefficients" / f"lane_{lane:02}.hex").read_text().split()]
+        signed = [word - (1 << bits) if word >> (bits - 1) else word for word in words]
+        np.testing.assert_array_equal(signed, row)
+    assert len(hex_images(design)) == design.architecture.mac_lanes
+
+
+def test_icarus_reads_it_without_a_word(made, tmp_path):
+    design, directory = made
+    command = ["iverilog", "-g2012", "-Wall", "-o", str(tmp_path / "core.vvp"), str(directory / f"{design.name}.v")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout + done.stderr == ""
+
+
+def test_verilator_lint_is_clean(made, tmp_path):
+    design, directory = made
+    waived = ("DECLFILENAME", "UNUSEDSIGNAL", "WIDTHTRUNC", "WIDTHEXPAND", "CASEINCOMPLETE", "PROCASSINIT")
+    command = ["verilator", "--lint-only", "-Wall", *(f"-Wno-{w}" for w in waived), f"{design.name}.v"]
+    tools = environment("verilator", tmp_path)
+    done = subprocess.run(command, cwd=directory, env=tools, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_yosys_finds_no_problem(made):
+    design, directory = made
+    run_yosys(f"read_verilog {design.name}.v; hierarchy -check -top {design.name}; proc; check -assert", directory)
+
+
+def test_an_unwritable_place_leaves_nothing(tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    with pytest.raises(ValueError, match="file"):
+        generate(DESIGNS["even"], blocked / "core")
+    assert [p.name for p in tmp_path.iterdir()] == ["file"]

@@ -1,0 +1,99 @@
+"""The whole core in Amaranth's simulator: bit-exact results, and the latency and interval that Timing states."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+
+from tests.hdl.harness import bursts, flowing, random_stalls, run
+from tfra.hdl.core import Core
+from tfra.hdl.timing import Timing
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.words import layout
+from tfra.model.scenes import contact_codes, directed_codes, wild_codes
+from tfra.model.sensor import SensorArray
+
+
+def stream(design, codes, **stalls):
+    """Result words ``(n, words)``, last marks, and the cycles of last taxels and of result words."""
+    want = FixedTfra(design)(codes).words
+    seen = run(Core(design), {"taxel": codes.ravel().tolist()}, {"result": want.size}, **stalls)
+    words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
+    last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
+    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
+    return words, want, last, taken, np.array(seen.cycles["result"]).reshape(want.shape)
+
+
+CASES = [
+    (Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4, 8)), flowing, flowing),
+    (
+        Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16), architecture=Architecture(48, 17)),
+        random_stalls,
+        flowing,
+    ),
+    (Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=Architecture(1, 1)), flowing, bursts),
+    (
+        Design(
+            SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
+            adc=Adc(16),
+            search=Search(9, 2.5),
+            formats=FORMATS["wide"],
+            architecture=Architecture(2, 3),
+        ),
+        bursts,
+        random_stalls,
+    ),
+]
+
+
+@pytest.mark.parametrize(("design", "stall_in", "stall_out"), CASES)
+def test_every_word_equals_the_model(design, stall_in, stall_out):
+    scenes = contact_codes(design, 3, seed=1), directed_codes(design)[:7], wild_codes(design, 2, seed=2)
+    codes = np.concatenate(scenes)
+    words, want, last, *_ = stream(design, codes, stall_in=stall_in, stall_out=stall_out, seed=3)
+    names = [f.name for f in layout(design) for _ in range(f.count)]
+    bad = np.argwhere(words != want)
+    assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
+    assert last[:, -1].all()
+    assert last.sum() == len(want)
+
+
+def random_design(seed):
+    """Any small array with any numbers of lanes."""
+    rng = random.Random(seed)
+    rows, columns, steps = rng.randrange(2, 8), rng.randrange(2, 8), rng.choice([4, 12, 33])
+    most = 4 * ((rows + 1) // 2) * ((columns + 1) // 2)
+    lanes = rng.choice([1, 2, *range(4, most + 1, 4)])
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    return Design(sensor, search=Search(steps), architecture=Architecture(lanes, rng.randrange(1, steps + 2)))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_timing_is_what_the_gateware_does(seed):
+    design = random_design(seed)
+    codes = contact_codes(design, 6, seed)
+    words, want, _, taken, cycles = stream(design, codes)
+    timing = Timing(design)
+    assert (words == want).all()
+    assert cycles[0, 0] - taken[0] == timing.latency
+    assert cycles[0, -1] - taken[0] == timing.frame_latency
+    assert -(-(cycles[-1, -1] - cycles[-3, -1]) // 2) == timing.initiation_interval
+
+
+def test_a_wrong_coefficient_is_noticed(monkeypatch):
+    """The comparison is not blind: one coefficient memory that differs from the model's changes words."""
+    design = Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4, 8))
+    from tfra.hdl import matvec
+
+    def corrupted(design):
+        images = original(design).copy()
+        images[1, 0] ^= 1 << 10
+        return images
+
+    original = matvec.lane_images
+    monkeypatch.setattr(matvec, "lane_images", corrupted)
+    words, want, *_ = stream(design, contact_codes(design, 1, seed=1))
+    assert (words != want).any()
