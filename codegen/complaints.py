@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
+from collections.abc import Iterator
 from typing import Any, get_args
 
 from pydantic import ValidationError
@@ -56,11 +57,12 @@ def _section(location: tuple[int | str, ...]) -> type[Section]:
     model: type[Section] = Document
     for part in location:
         if isinstance(part, str):
-            model = _model_in(model.model_fields[part].annotation)
+            model = next(_models_in(model.model_fields[part].annotation))
     return model
 
 
-def _model_in(annotation: Any) -> type[Section]:
+def _models_in(annotation: Any) -> Iterator[type[Section]]:
     if isinstance(annotation, type) and issubclass(annotation, Section):
-        return annotation
-    return next(found for arg in get_args(annotation) if (found := _model_in(arg)) is not Document)
+        yield annotation
+    for argument in get_args(annotation):
+        yield from _models_in(argument)

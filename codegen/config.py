@@ -105,8 +105,9 @@ def _parse(file: Path) -> dict[str, Any]:
         line = data[: error.start].count(b"\n") + 1
         raise InputError(file, f"line {line}", "is not UTF-8 text") from None
     except tomllib.TOMLDecodeError as error:
-        reason, place = re.fullmatch(r"(.*?)(?: \(at (.*)\))?", str(error), re.DOTALL).groups()  # type: ignore[union-attr]
-        raise InputError(file, place or "", reason) from None
+        reason, _, place = str(error).removesuffix(")").partition(" (at ")
+        last = data.count(b"\n") + 1
+        raise InputError(file, place.replace("end of document", f"line {last}"), reason) from None
     except (ValueError, RecursionError):  # an integer of thousands of digits, thousands of brackets
         raise InputError(file, "", "is not sensible TOML") from None
 
@@ -130,8 +131,8 @@ def _require_one_of(key: str, value: str, known: Iterable[str]) -> None:
 def _sensor(file: Path, section: SensorSection) -> SensorArray:
     lengths = (section.pitch_x_mm, section.pitch_y_mm, section.thickness_mm)
     with _blame(file, "sensor"):
-        if section.rows * section.columns > MOST_TAXELS:
-            raise ValueError(f"rows: at most {MOST_TAXELS} taxels (rows x columns) are supported")
+        if (taxels := section.rows * section.columns) > MOST_TAXELS:
+            raise ValueError(f"rows: at most {MOST_TAXELS} taxels (rows x columns) are supported, got {taxels}")
         return SensorArray(section.rows, section.columns, *(_metres(exact(x)) for x in lengths))
 
 
