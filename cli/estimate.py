@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,32 +9,16 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tfra.cli.common import Config, Json, check_words, print_json, progress, required
-from tfra.model.errors import InputError
+from tfra.cli.common import Config, Json, print_json, progress
+from tfra.cli.engines import Engine, check_available, run
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from tfra.model.tfra import Result
 
-    from tfra.codegen.config import Project
-    from tfra.model.design import Design
-    from tfra.model.sensor import Floats
-    from tfra.model.tfra import Ints, Result
-
-CHUNK = 512  # frames between two steps of the progress bar
 SHOWN = 12  # rows of the table on a terminal
 
 KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status")
 """Keys of RESULT.npz, each a field of ``tfra.model.tfra.Result``."""
-
-
-class Engine(StrEnum):
-    """Who computes."""
-
-    FLOAT = "float"
-    FIXED = "fixed"
-    RTL = "rtl"
-    TWO_VARIABLE = "two-variable"
-
 
 Frames = Annotated[Path, typer.Argument(metavar="FRAMES", help="Stresses in Pa: .npz, .npy or .csv.")]
 Out = Annotated[Path, typer.Option(metavar="RESULT.npz", help="Where the forces go.")]
@@ -53,12 +36,12 @@ def estimate(
     from tfra.codegen.files import check_writable, write_npz
     from tfra.codegen.framesfile import read_frames
 
+    check_available(engine)
     project = load(config)
     stresses = read_frames(frames, project.design.sensor)
     check_writable(out, ".npz")
-    run = _engine(engine, project)
-    data = stresses if engine is Engine.FLOAT else _codes(project.design, stresses, frames)
-    arrays = _arrays(run, data, len(data) if engine is Engine.RTL else CHUNK)
+    with progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
+        arrays = _arrays(run(engine, project, stresses, frames, advance))
     write_npz(out, arrays)
     if json:
         print_json({"engine": engine.value, "out": str(out), **_summary(arrays)})
@@ -67,45 +50,9 @@ def estimate(
         typer.echo(f"{out}: {len(stresses)} frames by the {engine.value} engine")
 
 
-def _engine(engine: Engine, project: Project) -> Callable[[Any], Result]:
-    """Return the function from frames in Pa (float) or in converter codes (the others) to results."""
-    design = project.design
-    if engine is Engine.FLOAT:
-        from tfra.model.tfra import Tfra
-
-        search = design.search
-        return Tfra(design.sensor, search.steps, search.tolerance * design.adc.lsb)
-    if engine is Engine.TWO_VARIABLE:
-        raise InputError("tfra estimate", "--engine", "two-variable is not available yet")
-    from tfra.model.fixed.pipeline import FixedTfra
-    from tfra.model.fixed.words import decode
-
-    check_words(project)
-    if engine is Engine.FIXED:
-        fixed = FixedTfra(design)
-        return lambda codes: decode(design, fixed(codes).words)
-    simulate = required("tfra.sim.run", "simulate")
-    return lambda codes: decode(design, simulate(design, codes))
-
-
-def _codes(design: Design, frames: Floats, path: Path) -> Ints:
-    from tfra.model.fixed.words import quantise
-
-    try:
-        return quantise(design, frames)
-    except ValueError as error:  # over full scale
-        raise InputError(path, "", str(error)) from None
-
-
-def _arrays(run: Callable[[Any], Result], data: Any, chunk: int) -> dict[str, Any]:
-    """Return what RESULT.npz holds, computed ``chunk`` frames at a time."""
+def _arrays(results: list[Result]) -> dict[str, Any]:
     import numpy as np
 
-    results = []
-    with progress("estimating forces", len(data)) as advance:
-        for start in range(0, len(data), chunk):
-            results.append(run(data[start : start + chunk]))
-            advance(len(results[-1].mu))
     return {key: np.concatenate([getattr(result, key) for result in results]) for key in KEYS}
 
 

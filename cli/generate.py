@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, check_words, print_json, progress, required
+from tfra.cli.common import Config, Json, check_words, print_json, progress
 
 Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier generated directory.")]
 
@@ -15,10 +15,10 @@ Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier 
 def generate(config: Config, out: Out, json: Json = False) -> None:
     """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them."""
     from tfra.codegen.config import load
+    from tfra.codegen.generate import generate as write
 
     project = load(config)
     check_words(project)
-    write = required("tfra.codegen.generate", "generate")
     with progress("generating the core"):
         sidecar = write(project.design, out)
     if json:

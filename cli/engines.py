@@ -1,0 +1,98 @@
+"""The engines of ``tfra estimate``: each turns frames of stress into results.
+
+Heavy modules are imported when an engine runs, so that ``tfra --help`` stays quick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from tfra.cli.common import check_words
+from tfra.model.errors import InputError
+
+if TYPE_CHECKING:
+    from tfra.codegen.config import Project
+    from tfra.model.sensor import Floats
+    from tfra.model.tfra import Ints, Result
+
+CHUNK = 512  # frames between two steps of the progress bar
+
+Advance = Callable[[int], None]
+"""Told how many more frames are done."""
+
+
+class Engine(StrEnum):
+    """Who computes."""
+
+    FLOAT = "float"
+    FIXED = "fixed"
+    RTL = "rtl"
+    TWO_VARIABLE = "two-variable"
+
+
+def check_available(engine: Engine) -> None:
+    """Raise ``InputError`` for an engine that is not written yet."""
+    if engine is Engine.TWO_VARIABLE:
+        raise InputError("tfra estimate", "--engine", "two-variable is not available yet")
+
+
+def run(engine: Engine, project: Project, frames: Floats, source: Path, advance: Advance) -> list[Result]:
+    """Return the results of ``frames (n, rows, columns)`` in Pa, in one or more consecutive parts.
+
+    Raises ``InputError`` naming ``source`` for frames over full scale and ``typer.Exit(1)``, after telling why, for a
+    simulation that fails.
+    """
+    if engine is Engine.FLOAT:
+        return _float(project, frames, advance)
+    codes = _codes(project, frames, source)
+    return _rtl(project, codes, advance) if engine is Engine.RTL else _fixed(project, codes, advance)
+
+
+def _float(project: Project, frames: Floats, advance: Advance) -> list[Result]:
+    from tfra.model.tfra import Tfra
+
+    search = project.design.search
+    tfra = Tfra(project.design.sensor, search.steps, search.tolerance * project.design.adc.lsb)
+    return _in_chunks(tfra, frames, advance)
+
+
+def _fixed(project: Project, codes: Ints, advance: Advance) -> list[Result]:
+    from tfra.model.fixed.pipeline import FixedTfra
+    from tfra.model.fixed.words import decode
+
+    fixed = FixedTfra(project.design)
+    return _in_chunks(lambda part: decode(project.design, fixed(part).words), codes, advance)
+
+
+def _rtl(project: Project, codes: Ints, advance: Advance) -> list[Result]:
+    from tfra.model.fixed.words import decode
+    from tfra.sim.run import ProtocolError, SimulationError, simulate
+
+    try:
+        return [decode(project.design, simulate(project.design, codes, progress=advance).words)]
+    except (ProtocolError, SimulationError) as error:
+        typer.echo(f"tfra estimate: {error}", err=True)
+        raise typer.Exit(1) from None
+
+
+def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> list[Result]:
+    results = []
+    for start in range(0, len(data), CHUNK):
+        results.append(run(data[start : start + CHUNK]))
+        advance(len(results[-1].mu))
+    return results
+
+
+def _codes(project: Project, frames: Floats, source: Path) -> Ints:
+    from tfra.model.fixed.words import quantise
+
+    check_words(project)
+    try:
+        return quantise(project.design, frames)
+    except ValueError as error:  # over full scale
+        raise InputError(source, "", str(error)) from None
