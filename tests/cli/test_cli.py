@@ -1,0 +1,368 @@
+"""The command line: exit codes, one line for bad input, files, and what is printed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import types
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tfra.cli.main import main
+from tfra.codegen.config import load
+from tfra.model.tfra import Tfra
+from tfra.sim.run import SimulationError
+
+ROOT = Path(__file__).parents[2]
+HERTZ = str(ROOT / "examples" / "hertz_40x20.toml")
+
+CONFIG = """
+[sensor]
+rows = 5
+columns = 6
+pitch_x_mm = 4
+pitch_y_mm = 4
+thickness_mm = 3
+[search]
+plateau_tolerance = 3
+[[contact]]
+shape = "hertz"
+half_x_mm = 5
+half_y_mm = 4
+force_n = -5
+mu = 0.4
+phi_deg = [0, 45, 120]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a CONFIG and its frames."""
+    monkeypatch.chdir(tmp_path)
+    Path("skin.toml").write_text(CONFIG)
+    assert main(["frames", "skin.toml", "--out", "frames.npz"]) == 0
+    return tmp_path
+
+
+def refusal(capfd: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """Run a command that must be refused, and return its line on stderr."""
+    before = sorted(Path().rglob("*"))
+    capfd.readouterr()
+    assert main(arguments) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err.endswith("\n")
+    assert err.count("\n") == 1
+    assert sorted(Path().rglob("*")) == before
+    return err[:-1]
+
+
+# Help
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"tfra {version('tfra')}\n"
+
+
+@pytest.mark.parametrize("arguments", [[], ["--help"]])
+def test_help_lists_the_commands_and_an_example(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> None:
+    assert main(arguments) == 0
+    text = capsys.readouterr().out
+    for command in ("frames", "estimate", "generate", "verify", "synth", "paper", "study"):
+        assert f"│ {command} " in text
+    assert "tfra frames examples/hertz_40x20.toml --out frames.npz" in text
+
+
+@pytest.mark.parametrize("command", ["frames", "estimate", "generate", "verify"])
+def test_help_of_a_command_shows_examples(capsys: pytest.CaptureFixture[str], command: str) -> None:
+    assert main([command, "--help"]) == 0
+    assert f"tfra {command} examples/hertz_40x20.toml" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("program", [["-m", "tfra.cli"], ["-c", "from tfra.cli.main import main; exit(main())"]])
+def test_as_a_program(program: list[str], tmp_path: Path) -> None:
+    command = [sys.executable, *program, "frames", "none.toml", "--out", "f.npz"]
+    found = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert found.returncode == 2
+    assert found.stderr == "none.toml: cannot be read: No such file or directory\n"
+    assert found.stdout == ""
+
+
+# frames
+
+
+def test_frames(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with np.load("frames.npz") as found:
+        assert found["frames"].shape == (3, 5, 6)
+        assert found["frames"].min() < -1e4
+        np.testing.assert_array_equal(found["phi_ref_deg"], [0, 45, 120])
+        np.testing.assert_array_equal(found["mu_ref"], [0.4, 0.4, 0.4])
+        expected = [[2, 0, -5], [2**0.5, 2**0.5, -5], [-1, 3**0.5, -5]]
+        np.testing.assert_allclose(found["resultant_ref"], expected, atol=1e-12)
+        np.testing.assert_allclose(found["contact_center"], [[0.01, 0.008]] * 3)
+        np.testing.assert_allclose(found["contact_half"], [[0.005, 0.004]] * 3)
+        assert found["contact_shape"].tolist() == ["hertz"] * 3
+    capsys.readouterr()
+    assert main(["frames", "skin.toml", "--out", "again.npz", "--json"]) == 0
+    assert Path("again.npz").read_bytes() == Path("frames.npz").read_bytes()
+    summary = json.loads(capsys.readouterr().out)
+    assert summary["frames"] == 3
+    assert summary["full_scale_pa"] == 200e3
+    assert summary["out"] == "again.npz"
+
+
+def test_frames_tells_when_they_exceed_full_scale(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("soft.toml").write_text(CONFIG + "[adc]\nfull_scale_pa = 1000\n")
+    capsys.readouterr()
+    assert main(["frames", "soft.toml", "--out", "soft.npz"]) == 0
+    assert "Pa which is beyond 1000 Pa full scale" in capsys.readouterr().out
+
+
+# estimate
+
+
+@pytest.mark.parametrize("engine", ["float", "fixed"])
+def test_estimate(folder: Path, capsys: pytest.CaptureFixture[str], engine: str) -> None:
+    command = ["estimate", "skin.toml", "frames.npz", "--engine", engine, "--out", "result.npz", "--json"]
+    capsys.readouterr()
+    assert main(command) == 0
+    summary = json.loads(capsys.readouterr().out)
+    design = load("skin.toml").design
+    expected = Tfra(design.sensor, 100, 3 * design.adc.lsb)(np.load("frames.npz")["frames"])
+    with np.load("result.npz") as found:
+        keys = ["forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status"]
+        assert found.files == keys
+        assert found["forces"].shape == (3, 3, 5, 6)
+        if engine == "float":
+            for key in keys:
+                np.testing.assert_array_equal(found[key], getattr(expected, key))
+        np.testing.assert_allclose(found["resultant"], expected.resultant, atol=0.2)
+        assert summary["resultant_n"] == found["resultant"].tolist()
+        assert summary["phi_deg"] == found["phi_deg"].tolist()
+    assert summary["frames"] == 3
+    assert summary["status"]["NO_CONTACT"] == 0
+
+
+def test_estimate_from_all_formats_is_byte_identical(folder: Path) -> None:
+    frames = np.load("frames.npz")["frames"]
+    np.save("frames.npy", frames)
+    np.savetxt("frames.csv", frames.reshape(3, -1), delimiter=",", fmt="%.17g")
+    for suffix in ("npz", "npy", "csv"):
+        assert main(["estimate", "skin.toml", f"frames.{suffix}", "--out", f"{suffix}.npz"]) == 0
+    assert Path("npz.npz").read_bytes() == Path("npy.npz").read_bytes() == Path("csv.npz").read_bytes()
+
+
+def test_estimate_by_the_simulated_core(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from tfra.model.fixed.pipeline import FixedTfra
+
+    monkeypatch.setattr("tfra.sim.run.simulate", lambda design, codes, progress: FixedTfra(design)(codes))
+    for engine in ("fixed", "rtl"):
+        command = ["estimate", "skin.toml", "frames.npz", "--engine", engine, "--out", f"{engine}.npz"]
+        assert main(command) == 0
+    assert Path("rtl.npz").read_bytes() == Path("fixed.npz").read_bytes()
+    assert capsys.readouterr().out.endswith("rtl.npz: 3 frames by the rtl engine\n")
+
+
+def test_table_on_a_terminal(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "result.npz"]) == 0
+    out = capsys.readouterr().out
+    assert "phi/°" in out
+    assert "│ 2 " in out
+
+
+def test_a_failed_simulation_is_no_bad_input(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*arguments: Any, **options: Any) -> None:
+        raise SimulationError("vvp gave up")
+
+    monkeypatch.setattr("tfra.sim.run.simulate", fail)
+    assert main(["estimate", "skin.toml", "frames.npz", "--engine", "rtl", "--out", "r.npz"]) == 1
+    assert capsys.readouterr().err == "tfra estimate: vvp gave up\n"
+    assert not Path("r.npz").exists()
+
+
+# generate and verify
+
+
+class Report:
+    def __init__(self, passed: bool) -> None:
+        self.passed = passed
+
+    def as_dict(self) -> dict[str, Any]:
+        return {"passed": self.passed}
+
+    def render(self, console: Any) -> None:
+        console.print(f"passed: {self.passed}")
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_verify(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], passed: bool
+) -> None:
+    calls = []
+
+    def verify(design: Any, frames: Any, **options: Any) -> Report:
+        calls.append((design.name, frames.shape, options))
+        return Report(passed)
+
+    stand_in = types.ModuleType("tfra.sim.verify")
+    stand_in.verify = verify  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, "tfra.sim.verify", stand_in)
+    capsys.readouterr()
+    np.save("one.npy", np.zeros((1, 5, 6)))
+    assert main(["verify", "skin.toml"]) == (not passed)
+    assert capsys.readouterr().out == f"passed: {passed}\n"
+    options = ["--frames", "one.npy", "--simulator", "verilator", "--seed", "3", "--random", "7", "--json"]
+    assert main(["verify", "skin.toml", *options]) == (not passed)
+    assert json.loads(capsys.readouterr().out) == {"passed": passed}
+    assert calls == [
+        ("skin", (3, 5, 6), {"simulator": None, "seed": 0, "random": 0}),
+        ("skin", (1, 5, 6), {"simulator": "verilator", "seed": 3, "random": 7}),
+    ]
+
+
+def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def facts(design: Any, path: Path) -> dict[str, str]:
+        return {"name": design.name, "path": str(path)}
+
+    monkeypatch.setattr("tfra.codegen.generate.generate", facts)
+    capsys.readouterr()
+    assert main(["generate", "skin.toml", "--out", "core", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == {"name": "skin", "path": "core"}
+
+
+# Bad input
+
+USAGE = [
+    (["frobnicate"], "tfra: No such command 'frobnicate'."),
+    (["--frobnicate"], "tfra: No such option: --frobnicate"),
+    (["frames"], "tfra frames: Missing argument 'CONFIG'."),
+    (["frames", "skin.toml"], "tfra frames: Missing option '--out'."),
+    (
+        ["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--engine", "abacus"],
+        "tfra estimate: Invalid value for '--engine': 'abacus' is not one of 'float', 'fixed', 'rtl', 'two-variable'.",
+    ),
+    (
+        ["verify", "skin.toml", "--simulator", "abacus"],
+        "tfra verify: Invalid value for '--simulator': 'abacus' is not one of 'icarus', 'verilator', 'amaranth'.",
+    ),
+    (
+        ["verify", "skin.toml", "--seed", "x"],
+        "tfra verify: Invalid value for '--seed': "
+        "Input should be a valid integer, unable to parse string as an integer",
+    ),
+    (
+        ["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--engine", "two-variable"],
+        "tfra estimate: --engine: two-variable is not available yet",
+    ),
+    (["synth", "skin.toml", "--target", "ecp5", "--out", "d"], "tfra synth: not available yet"),
+    (["paper", "--out", "d"], "tfra paper: not available yet"),
+    (["study", "s.toml", "--out", "d"], "tfra study: not available yet"),
+    (["frames", "none.toml", "--out", "f.npz"], "none.toml: cannot be read: No such file or directory"),
+    (["frames", "skin.toml", "--out", "no/f.npz"], "no/f.npz: cannot be written: No such file or directory"),
+    (["frames", "skin.toml", "--out", "f.csv"], "f.csv: the name of the output must end in .npz"),
+    (
+        ["estimate", "skin.toml", "none.npz", "--out", "r.npz"],
+        "none.npz: cannot be read: No such file or directory",
+    ),
+    (
+        ["estimate", "skin.toml", "frames.npz", "--out", "no/r.npz"],
+        "no/r.npz: cannot be written: No such file or directory",
+    ),
+    (
+        ["verify", "skin.toml", "--frames", "none.csv"],
+        "none.csv: cannot be read: No such file or directory",
+    ),
+]
+
+
+@pytest.mark.parametrize(("arguments", "line"), USAGE, ids=[" ".join(a) for a, _ in USAGE])
+def test_wrong_usage(
+    folder: Path, capfd: pytest.CaptureFixture[str], arguments: list[str], line: str
+) -> None:
+    assert refusal(capfd, *arguments) == line
+
+
+COMMANDS = [
+    ("frames", "bad.toml", "--out", "out.npz"),
+    ("estimate", "bad.toml", "frames.npz", "--out", "out.npz"),
+    ("generate", "bad.toml", "--out", "out"),
+    ("verify", "bad.toml"),
+]
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=[c[0] for c in COMMANDS])
+@pytest.mark.parametrize(
+    ("replaced", "by", "line"),
+    [
+        ("rows = 5", "rows = = 5", "bad.toml: line 3, column 8: Invalid value"),
+        ("rows = 5", "", "bad.toml: sensor.rows: is missing"),
+        ("rows = 5", "rowz = 5", 'bad.toml: sensor.rowz: unknown key, the nearest valid key is "rows"'),
+        ("rows = 5", "rows = 5.5", "bad.toml: sensor.rows: a whole number is needed, got 5.5"),
+        ("rows = 5", "rows = 1", "bad.toml: sensor.rows: at least 2 taxels are needed, got 1"),
+        (
+            "thickness_mm = 3",
+            "thickness_mm = 0",
+            "bad.toml: sensor.thickness_mm: 0.001 or more is needed, got 0",
+        ),
+    ],
+)
+def test_wrong_config(
+    folder: Path, capfd: pytest.CaptureFixture[str], command: tuple[str, ...], replaced: str, by: str, line: str
+) -> None:
+    Path("bad.toml").write_text(CONFIG.replace(replaced, by))
+    assert refusal(capfd, *command) == line
+
+
+def test_no_contacts(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("bare.toml").write_text(CONFIG.partition("[[contact]]")[0])
+    line = "bare.toml: contact: at least one [[contact]] is needed to simulate frames"
+    assert refusal(capfd, "frames", "bare.toml", "--out", "f.npz") == line
+
+
+def test_frames_of_another_sensor(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    line = "frames.npz: frames: shape (n, 10, 10) is needed, got (3, 5, 6)"
+    assert refusal(capfd, "estimate", HERTZ, "frames.npz", "--out", "r.npz") == line
+
+
+def test_frames_over_full_scale(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    frames = np.zeros((2, 5, 6))
+    frames[1, 2, 3] = 3e5
+    np.save("frames.npy", frames)
+    line = "frames.npy: frames: frame 1, row 2, column 3 is 300000 Pa, over the full scale of 200000 Pa"
+    for engine in ("fixed", "rtl"):
+        assert refusal(capfd, "estimate", "skin.toml", "frames.npy", "--engine", engine, "--out", "r.npz") == line
+
+
+def test_formats_that_overflow(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    long = CONFIG.replace("rows = 5", "rows = 2").replace("columns = 6", "columns = 170")
+    long = long.replace("half_y_mm = 4", "half_y_mm = 3") + "[adc]\nbits = 20\n[formats]\nname = 'wide'\n"
+    Path("long.toml").write_text(long)
+    np.save("long.npy", np.zeros((1, 2, 170)))
+    line = "long.toml: formats: direction can overflow: 65 bits are needed, 63 are supported"
+    assert refusal(capfd, "estimate", "long.toml", "long.npy", "--engine", "fixed", "--out", "r.npz") == line
+    assert refusal(capfd, "verify", "long.toml") == line
+    assert refusal(capfd, "generate", "long.toml", "--out", "core") == line
+
+
+def test_out_of_memory(
+    folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def exhausted(*arguments: Any) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("tfra.model.tfra.Tfra.__call__", exhausted)
+    line = refusal(capfd, "estimate", "skin.toml", "frames.npz", "--out", "r.npz")
+    assert line == "tfra: there is not enough memory for this input"

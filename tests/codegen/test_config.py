@@ -1,0 +1,321 @@
+"""CONFIG files: what they mean, and the one line that says what is wrong with them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tfra.codegen.config import LayerSpec, Project, load
+from tfra.model.contact import Contact, ContactShape
+from tfra.model.design import Adc, Architecture, Design, Formats, Search
+from tfra.model.errors import InputError
+from tfra.model.sensor import SensorArray
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+SENSOR = """
+[sensor]
+rows = 10
+columns = 10
+pitch_x_mm = 4
+pitch_y_mm = 2.0
+thickness_mm = 3.0
+"""
+
+CONTACT = """
+[[contact]]
+shape = "hertz"
+half_x_mm = 8
+half_y_mm = 4
+force_n = -5.73
+mu = 0.5
+phi_deg = 30
+"""
+
+GOOD = SENSOR + CONTACT
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Any:
+    def read(text: str, name: str = "sensor.toml") -> Project:
+        (tmp_path / name).write_text(text)
+        return load(tmp_path / name)
+
+    return read
+
+
+@pytest.fixture
+def complaint(read: Any, tmp_path: Path) -> Any:
+    def complaint(text: str) -> str:
+        with pytest.raises(InputError) as caught:
+            read(text)
+        return str(caught.value).removeprefix(f"{tmp_path}/")
+
+    return complaint
+
+
+# What a file means
+
+
+def test_defaults(read: Any, tmp_path: Path) -> None:
+    assert read(SENSOR) == Project(
+        design=Design(SensorArray(10, 10, 0.004, 0.002, 0.003), name="sensor"),
+        layer=LayerSpec(0.48, "point"),
+        contacts=(),
+        path=tmp_path / "sensor.toml",
+    )
+
+
+def test_every_section(read: Any) -> None:
+    project = read(
+        'name = "skin_7"\n'
+        + SENSOR
+        + "[adc]\nbits = 12\nfull_scale_pa = 5e4\n[search]\nsteps = 50\nplateau_tolerance = 2\n"
+        + '[formats]\nname = "wide"\nforce_fraction_bits = 6\n[architecture]\nmac_lanes = 8\nsweep_lanes = 3\n'
+        + '[target]\nname = "portable"\n[layer]\npoisson = 0.3\nsampling = "area"\n'
+    )
+    assert project.layer == LayerSpec(0.3, "area")
+    assert project.design == Design(
+        sensor=SensorArray(10, 10, 0.004, 0.002, 0.003),
+        name="skin_7",
+        adc=Adc(12, 5e4),
+        search=Search(50, 2.0),
+        formats=Formats("custom", coefficient=24, operand=24, vector_fraction=14, force_fraction=6),
+        architecture=Architecture(mac_lanes=8, sweep_lanes=3),
+    )
+
+
+def test_contact_in_si_units(read: Any) -> None:
+    (contact,) = read(GOOD).contacts
+    expected = Contact(ContactShape.HERTZ, 0.018, 0.009, 0.008, 0.004, -5.73, 0.5, math.radians(30))
+    assert contact == expected
+
+
+def test_contact_centre_may_be_given(read: Any) -> None:
+    (contact,) = read(GOOD + "center_x_mm = 15.5\ncenter_y_mm = 10\n").contacts
+    assert (contact.center_x, contact.center_y) == (0.0155, 0.01)
+
+
+def test_millimetres_become_the_nearest_metres(read: Any) -> None:
+    assert 0.03 / 1000 != 0.00003  # the naive way
+    sensor = read(SENSOR.replace("pitch_x_mm = 4", "pitch_x_mm = 0.03")).design.sensor
+    assert sensor.pitch_x == 0.00003
+
+
+@pytest.mark.parametrize(
+    ("phi", "degrees"),
+    [
+        ("-30.5", [-30.5]),
+        ("[0, 45.0, 10]", [0, 45, 10]),
+        ("{start = 0, stop = 60, step = 15}", [0, 15, 30, 45]),
+        ("{start = 0, stop = 1, step = 0.1}", [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]),
+        ("{start = 10, stop = -10, step = -8}", [10, 2, -6]),
+    ],
+)
+def test_directions(read: Any, phi: str, degrees: list[float]) -> None:
+    contacts = read(GOOD.replace("phi_deg = 30", f"phi_deg = {phi}")).contacts
+    assert [c.phi for c in contacts] == [math.radians(d) for d in degrees]
+
+
+def test_contacts_keep_their_order(read: Any) -> None:
+    second = CONTACT.replace("mu = 0.5", "mu = 0.2").replace("phi_deg = 30", "phi_deg = [1, 2]")
+    assert [c.mu for c in read(GOOD + second).contacts] == [0.5, 0.2, 0.2]
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns", "steps", "lanes"),
+    [(2, 2, 100, (4, 26)), (3, 4, 100, (16, 26)), (2, 5, 9, (12, 10)), (10, 10, 1, (16, 2))],
+)
+def test_default_lanes_fit(read: Any, rows: int, columns: int, steps: int, lanes: tuple[int, int]) -> None:
+    text = SENSOR.replace("rows = 10", f"rows = {rows}").replace("columns = 10", f"columns = {columns}")
+    architecture = read(f"{text}[search]\nsteps = {steps}").design.architecture
+    assert (architecture.mac_lanes, architecture.sweep_lanes) == lanes
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [("skin.toml", "skin"), ("my skin-2.toml", "my_skin_2"), ("2skins.toml", "s_2skins"), ("é.toml", "s__")],
+)
+def test_name_follows_from_the_file(read: Any, file: str, name: str) -> None:
+    assert read(SENSOR, file).design.name == name
+
+
+def test_project_is_frozen(read: Any) -> None:
+    project = read(SENSOR)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        project.path = Path()
+
+
+@pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_examples(example: Path) -> None:
+    project = load(example)
+    assert project.design.name == example.stem
+    assert len(project.contacts) == 24
+    assert project.design.sensor.taxels == 100
+
+
+def test_commented_lines_of_the_example_are_valid(read: Any) -> None:
+    text = (EXAMPLES / "hertz_40x20.toml").read_text()
+    uncommented = text.replace("\n# name =", "\nname =")
+    for key in ("coefficient", "operand", "vector_fraction", "force_fraction", "center_x", "center_y"):
+        assert f"\n# {key}" in text
+        uncommented = uncommented.replace(f"\n# {key}", f"\n{key}")
+    project, plain = read(uncommented), load(EXAMPLES / "hertz_40x20.toml")
+    standard = dataclasses.replace(project.design.formats, name="standard")
+    assert dataclasses.replace(project.design, formats=standard) == plain.design  # the comments tell defaults
+    assert project.contacts == plain.contacts
+
+
+# What can be wrong with it: (replaced, by, the line)
+
+WRONG = [
+    # keys
+    ("rows = 10", "", "sensor.rows: is missing"),
+    ("rows = 10", "row = 10", 'sensor.row: unknown key, the nearest valid key is "rows"'),
+    ("[sensor]", "[sensr]", 'sensr: unknown key, the nearest valid key is "sensor"'),
+    ("mu = 0.5", "my = 0.5", 'contact#1.my: unknown key, the nearest valid key is "mu"'),
+    ("mu = 0.5", "", "contact#1.mu: is missing"),
+    ("phi_deg = 30", "phi_deg = {start = 1, stop = 2}", "contact#1.phi_deg.step: is missing"),
+    (
+        "phi_deg = 30",
+        "phi_deg = {start = 1, stops = 2, step = 1}",
+        'contact#1.phi_deg.stops: unknown key, the nearest valid key is "stop"',
+    ),
+    # types
+    ("rows = 10", "rows = 10.0", "sensor.rows: a whole number is needed, got 10.0"),
+    ("rows = 10", "rows = true", "sensor.rows: a whole number is needed, got True"),
+    ("rows = 10", 'rows = "10"', "sensor.rows: a whole number is needed, got '10'"),
+    ("pitch_x_mm = 4", "pitch_x_mm = true", "sensor.pitch_x_mm: a number is needed, got True"),
+    ("pitch_x_mm = 4", "pitch_x_mm = [4]", "sensor.pitch_x_mm: a number is needed, got [4]"),
+    ('shape = "hertz"', "shape = 1", "contact#1.shape: a text in quotes is needed, got 1"),
+    ("[[contact]]", "[contact]", "contact: an array of tables, [[contact]], is needed, got {'force_n': -5.73, "),
+    ("phi_deg = 30", 'phi_deg = "x"', "contact#1.phi_deg: a number is needed, got 'x'"),
+    ("phi_deg = 30", 'phi_deg = [1, "x"]', "contact#1.phi_deg#2: a number is needed, got 'x'"),
+    # sensor
+    ("rows = 10", "rows = 1", "sensor.rows: at least 2 taxels are needed, got 1"),
+    ("columns = 10", "columns = 1", "sensor.columns: at least 2 taxels are needed, got 1"),
+    ("columns = 10", "columns = -3", "sensor.columns: at least 2 taxels are needed, got -3"),
+    ("rows = 10", "rows = 410", "sensor.rows: at most 4096 taxels (rows x columns) are supported, got 4100"),
+    ("pitch_x_mm = 4", "pitch_x_mm = 0", "sensor.pitch_x_mm: 0.001 or more is needed, got 0"),
+    ("pitch_x_mm = 4", "pitch_x_mm = -4.0", "sensor.pitch_x_mm: 0.001 or more is needed, got -4.0"),
+    ("thickness_mm = 3.0", "thickness_mm = 1e9", "sensor.thickness_mm: 1000 or less is needed, got 1000000000.0"),
+    ("thickness_mm = 3.0", "thickness_mm = nan", "sensor.thickness_mm: a finite number is needed, got nan"),
+    ("thickness_mm = 3.0", "thickness_mm = inf", "sensor.thickness_mm: a finite number is needed, got inf"),
+    # contacts
+    ('"hertz"', '"round"', "contact#1.shape: one of hertz, uniform, rounded is needed, got 'round'"),
+    ("half_x_mm = 8", "half_x_mm = 0", "contact#1.half_x_mm: 0.001 or more is needed, got 0"),
+    (
+        "half_x_mm = 8",
+        "half_x_mm = 21",
+        "contact#1.half_x_mm: the footprint from -3 to 39 mm leaves the block from -2 to 38 mm",
+    ),
+    (
+        "mu = 0.5",
+        "mu = 0.5\ncenter_y_mm = 18",
+        "contact#1.center_y_mm: the footprint from 14 to 22 mm leaves the block from -1 to 19 mm",
+    ),
+    ("mu = 0.5", "mu = 0.5\ncenter_y_mm = nan", "contact#1.center_y_mm: a finite number is needed, got nan"),
+    ("mu = 0.5", "mu = -0.5", "contact#1.mu: a finite number >= 0 is needed, got -0.5"),
+    ("mu = 0.5", "mu = 1e9", "contact#1.mu: 100 or less is needed, got 1000000000.0"),
+    ("-5.73", "5.73", "contact#1.force_n: a negative (compressive), finite force is needed, got 5.73"),
+    ("-5.73", "-1e99", "contact#1.force_n: -1e+06 or more is needed, got -1e+99"),
+    ("phi_deg = 30", "phi_deg = inf", "contact#1.phi_deg: a finite number is needed, got inf"),
+    ("phi_deg = 30", "phi_deg = []", "contact#1.phi_deg: at least one direction is needed, got []"),
+    (
+        "phi_deg = 30",
+        "phi_deg = {start = 0, stop = 9, step = 0}",
+        "contact#1.phi_deg: a step of 0 does not lead from 0 to 9",
+    ),
+    (
+        "phi_deg = 30",
+        "phi_deg = {start = 0, stop = 9, step = -1}",
+        "contact#1.phi_deg: a step of -1 does not lead from 0 to 9",
+    ),
+    (
+        "phi_deg = 30",
+        "phi_deg = {start = 0, stop = 9, step = 1e-9}",
+        "contact#1.phi_deg: at most 100000 directions are supported, got 9000000000",
+    ),
+]
+
+WRONG_SECTIONS = [
+    ("[adc]\nbits = 5", "adc.bits: 6 to 20 is supported, got 5"),
+    ("[adc]\nfull_scale_pa = -1", "adc.full_scale_pa: a positive, finite stress is needed, got -1.0"),
+    ("[adc]\nfull_scale_pa = inf", "adc.full_scale_pa: a finite number is needed, got inf"),
+    ("[search]\nsteps = 0", "search.steps: 1 to 4096 is supported, got 0"),
+    ("[search]\nplateau_tolerance = -1", "search.plateau_tolerance: zero or more is needed, got -1.0"),
+    ('[formats]\nname = "huge"', "formats.name: one of standard, wide is needed, got 'huge'"),
+    ("[formats]\ncoefficient_bits = 9", "formats.coefficient_bits: 10 to 27 bits are supported, got 9"),
+    ("[formats]\nforce_fraction_bits = -1", "formats.force_fraction_bits: 0 to 16 bits are supported, got -1"),
+    (
+        "[formats]\noperand_bits = 12",
+        "formats.operand_bits: the 14-bit converter needs an operand of 14 bits or more",
+    ),
+    (
+        "[architecture]\nmac_lanes = 3",
+        "architecture.mac_lanes: 1, 2 or a multiple of 4 up to 100 (4 parities x 25 quads) is needed, got 3",
+    ),
+    (
+        "[architecture]\nsweep_lanes = 102",
+        "architecture.sweep_lanes: 1 to 101 (steps + 1 candidates) is needed, got 102",
+    ),
+    ('[target]\nname = "ecp5"', "target.name: one of portable is needed, got 'ecp5'"),
+    ("[layer]\npoisson = 0.6", "layer.poisson: a value in (-1, 0.5] is needed, got 0.6"),
+    ('[layer]\nsampling = "line"', "layer.sampling: 'point' or 'area' is needed, got 'line'"),
+]
+
+
+@pytest.mark.parametrize(("replaced", "by", "line"), WRONG, ids=[line for _, _, line in WRONG])
+def test_wrong_value(complaint: Any, replaced: str, by: str, line: str) -> None:
+    assert replaced in GOOD
+    assert complaint(GOOD.replace(replaced, by)).startswith(f"sensor.toml: {line}")
+
+
+@pytest.mark.parametrize(("section", "line"), WRONG_SECTIONS, ids=[line for _, line in WRONG_SECTIONS])
+def test_wrong_section(complaint: Any, section: str, line: str) -> None:
+    assert complaint(f"{GOOD}{section}\n") == f"sensor.toml: {line}"
+
+
+@pytest.mark.parametrize("name", ["", "7up", "a b", "a-b", "a\\n", "x" * 64])
+def test_wrong_name(complaint: Any, name: str) -> None:
+    line = "sensor.toml: name: a letter, then at most 62 letters, digits and underscores are needed, got '"
+    assert complaint(f'name = "{name}"\n{GOOD}').startswith(line)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("", "sensor: is missing"),
+        ("sensor = 3", "sensor: a table is needed, got 3"),
+        ("[sensor]\nrows = = 3", "line 2, column 8: Invalid value"),
+        ("[sensor]\nrows = 3\nrows = 4", "line 3: Cannot overwrite a value"),
+        ("[sensor", "line 1: Expected ']' at the end of a table declaration"),
+        ('\nname = """', 'line 2: Unterminated string'),
+        ("a = " + "9" * 5000, "is not sensible TOML"),
+        ("a = " + "[" * 5000, "is not sensible TOML"),
+    ],
+)
+def test_malformed_text(complaint: Any, text: str, line: str) -> None:
+    assert complaint(text) == f"sensor.toml: {line}"
+
+
+def test_not_utf_8(tmp_path: Path) -> None:
+    path = tmp_path / "latin.toml"
+    path.write_bytes(b"# one\n# caf\xe9\n")
+    with pytest.raises(InputError, match=r"latin\.toml: line 2: is not UTF-8 text$"):
+        load(path)
+
+
+def test_unreadable(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.toml: cannot be read: No such file or directory$"):
+        load(tmp_path / "none.toml")
+    with pytest.raises(InputError, match=r"cannot be read: Is a directory$"):
+        load(tmp_path)
+
+
+def test_one_line_whatever_the_file_is_called() -> None:
+    assert str(InputError("a\nb.toml", "key", "reason\x1b[2J")) == r"a\nb.toml: key: reason\x1b[2J"
