@@ -59,7 +59,7 @@ class Top(wiring.Component):
 
 def to_rtlil(design: Design) -> str:
     """RTLIL of the top module ``design.name``, without source locations."""
-    return rtlil.convert(Top(design), name=design.name, emit_src=False)
+    return str(rtlil.convert(Top(design), name=design.name, emit_src=False))
 
 
 def to_verilog(design: Design) -> str:

@@ -117,7 +117,8 @@ class Timing:
     @cached_property
     def initiation_interval(self) -> int:
         """Cycles from one frame to the next when frames come back to back: the mean of two, rounded up."""
-        products, frames = Products(self.design), []
+        products = Products(self.design)
+        frames: list[Frame] = []
         for _ in range(_FRAMES):
             frames.append(self._frame(products, frames[-1] if frames else None))
         return -(-(frames[-1].words[-1] - frames[-3].words[-1]) // 2)

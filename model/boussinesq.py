@@ -59,8 +59,11 @@ def operators(sensor: SensorArray) -> Operators:
     h2 = sensor.thickness**2
     c31, c32, c33 = (h2 * c for c in boussinesq(sensor))
     gram = c31 @ c31.T + c32 @ c32.T + c33 @ c33.T
-    pinv = [np.linalg.solve(gram, c).T for c in (c31, c32, c33)]  # gram is symmetric
-    result = Operators(c31 / h2, c32 / h2, c33 / h2, np.linalg.inv(c33) * h2, *(p * h2 for p in pinv))
+    c33_inv = np.asarray(np.linalg.inv(c33), dtype=np.float64)
+    pinv1, pinv2, pinv3 = (  # gram is symmetric
+        np.asarray(np.linalg.solve(gram, c).T, dtype=np.float64) for c in (c31, c32, c33)
+    )
+    result = Operators(c31 / h2, c32 / h2, c33 / h2, c33_inv * h2, pinv1 * h2, pinv2 * h2, pinv3 * h2)
     for matrix in vars(result).values():
         matrix.setflags(write=False)
     return result

@@ -33,7 +33,7 @@ def contact_codes(design: Design, count: int, seed: int) -> Ints:
     stress = frames(design.sensor, random_contacts(design.sensor, count, rng))
     peak = np.abs(stress).max(axis=(1, 2), keepdims=True)
     level = rng.uniform(0.1, 0.95, size=(count, 1, 1)) * 2 ** (design.adc.bits - 1)
-    return np.rint(stress / peak * level).astype(np.int64)
+    return np.asarray(np.rint(stress / peak * level), dtype=np.int64)
 
 
 def wild_codes(design: Design, count: int, seed: int) -> Ints:
@@ -69,4 +69,4 @@ def directed_codes(design: Design) -> Ints:
     ]
     codes = np.stack([np.rint(p * (top + 0.5)) for p in patterns])
     codes[-1] = np.sign(patterns[-1])  # one code high
-    return np.clip(codes, -top - 1, top).astype(np.int64)
+    return np.asarray(np.clip(codes, -top - 1, top), dtype=np.int64)

@@ -121,7 +121,7 @@ class Tfra:
     def __call__(self, frames: npt.ArrayLike, *, keep_sweep: bool = False) -> Result:
         """Forces of ``frames (n, rows, columns)`` in Pa; raises ``ValueError`` for a wrong shape or NaN."""
         b = check_frames(self.sensor, frames).reshape(-1, self.sensor.taxels)
-        contact, traction = (b < 0).any(axis=1), (b > 0).any(axis=1)
+        contact, traction = np.asarray((b < 0).any(axis=1)), np.asarray((b > 0).any(axis=1))
         regular = contact & traction
         direction, v_zero = self._direction(b, regular)
         n = self._weights(b, regular)

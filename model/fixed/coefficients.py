@@ -67,17 +67,17 @@ PRODUCTS = ("contact", "residual", "normal", "normal", "force")
 """The products of a frame in order: b^, n^, e0^, e1^, d^."""
 
 
+@lru_cache(maxsize=4)
 def _fold_matrix(design: Design) -> tuple[Floats, Floats]:
     """fold ``(4Q, m)`` and unfold ``(m, 4Q)`` as matrices, with ``unfold @ fold = identity``."""
     index, m = taxel_index(design), design.sensor.taxels
     fold = np.zeros((design.quads, 4, m))
     unfold = np.zeros((m, design.quads, 4))
     count = distinct(design).sum(axis=1)
-    for place in range(4):
-        quad = np.arange(design.quads)
-        for parity in range(4):
-            np.add.at(fold, (quad, parity, index[:, place]), HADAMARD[parity, place])
-            np.add.at(unfold, (index[:, place], quad, parity), HADAMARD[parity, place] * count / 16)
+    for quad, places in enumerate(index):
+        for place, taxel in enumerate(places):
+            fold[quad, :, taxel] += HADAMARD[:, place]
+            unfold[taxel, quad] += HADAMARD[:, place] * count[quad] / 16
     return fold.reshape(-1, m), unfold.reshape(m, -1)
 
 
@@ -108,8 +108,7 @@ def _matrix_operator(design: Design, name: str, matrix: Floats, flip: int) -> Op
     q = design.quads
     folded = (fold @ matrix @ unfold).reshape(q, 4, q, 4)
     parity = np.arange(4)
-    rows = np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1)  # (i, parity, j)
-    rows, fraction = _quantise(design, rows)
+    rows, fraction = _quantise(design, np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1))  # (i, parity, j)
     exact = np.zeros((q, 4, q, 4))
     exact[:, parity, :, parity ^ flip] = np.moveaxis(rows, 1, 0) / 2.0**fraction
     taxel = unfold @ exact.reshape(4 * q, 4 * q) @ fold
@@ -119,11 +118,11 @@ def _matrix_operator(design: Design, name: str, matrix: Floats, flip: int) -> Op
 def _sum_operator(design: Design, name: str, functionals: list[dict[int, Floats]]) -> Operator:
     """Rows that sum: one quad per dict, which maps a parity to the functional ``(m,)`` of that parity."""
     _, unfold = _fold_matrix(design)
-    rows = np.zeros((len(functionals), 4, design.quads))
+    exact = np.zeros((len(functionals), 4, design.quads))
     for quad, by_parity in enumerate(functionals):
         for parity, functional in by_parity.items():
-            rows[quad, parity] = (functional @ unfold).reshape(-1, 4)[:, parity]
-    rows, fraction = _quantise(design, rows)
+            exact[quad, parity] = (functional @ unfold).reshape(-1, 4)[:, parity]
+    rows, fraction = _quantise(design, exact)
     gain = _row_sum(rows) / 2.0**fraction
     return Operator(name, rows, 0, fraction, 4 * gain, gain)
 

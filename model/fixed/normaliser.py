@@ -39,7 +39,7 @@ def normaliser(design: Design, codes: Ints) -> Normalised:
         stress,
         exponent,
         np.abs(stress).sum(axis=1),
-        (codes < 0).any(axis=1),
-        (codes > 0).any(axis=1),
-        ((codes >= top) | (codes <= -top - 1)).any(axis=1),
+        np.asarray((codes < 0).any(axis=1)),
+        np.asarray((codes > 0).any(axis=1)),
+        np.asarray(((codes >= top) | (codes <= -top - 1)).any(axis=1)),
     )

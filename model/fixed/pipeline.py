@@ -111,7 +111,7 @@ class FixedTfra:
                 "mu_y": chosen.mu_y,
                 "resultant": scaled.resultant,
                 "forces": scaled.forces.reshape(len(codes), -1),
-                "status": status,
+                "status": np.asarray(status, dtype=np.int64),
             },
         )
         stages = {

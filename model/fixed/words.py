@@ -104,13 +104,16 @@ def field(design: Design, words: Ints, name: str) -> Ints:
 def decode(design: Design, words: Ints) -> Result:
     """Result frames ``(n, frame_words)`` in SI units."""
     raw = {f.name: field(design, words, f.name) for f in layout(design)}
-    value = {f.name: raw[f.name] * f.lsb for f in layout(design)}
+    value = {f.name: np.multiply(raw[f.name], f.lsb, dtype=np.float64) for f in layout(design)}
     scale = 2.0 ** -raw["exponent"]
     forces = (value["forces"] * scale).reshape(-1, 3, design.sensor.rows, design.sensor.columns)
     return Result(
         forces,
         value["resultant"] * scale,
-        *(value[name][:, 0] for name in ("phi", "mu", "mu_x", "mu_y")),
+        value["phi"][:, 0],
+        value["mu"][:, 0],
+        value["mu_x"][:, 0],
+        value["mu_y"][:, 0],
         raw["sweep_index"][:, 0],
         raw["status"][:, 0],
     )
