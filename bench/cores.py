@@ -1,0 +1,34 @@
+"""What parallelism buys: cycles of 10x10 cores by lanes, from the timing that tests compare with the gateware.
+
+``python -m bench.cores`` writes ``bench/results/cores.json`` and the table in README.md.
+"""
+
+from __future__ import annotations
+
+from bench.publish import publish
+from tfra.codegen.images import lane_images
+from tfra.hdl.timing import Timing
+from tfra.model.design import Architecture, Design
+from tfra.model.sensor import SensorArray
+
+LANES = ((1, 1), (4, 26), (16, 26), (16, 101), (32, 51), (64, 101), (100, 101))
+
+
+def main() -> None:
+    """Compute and publish."""
+    lines = [
+        "| MAC lanes | sweep lanes | first word after | last word after | initiation interval | coefficients per lane |",
+        "|---:|---:|---:|---:|---:|---:|",
+    ]
+    record = []
+    for mac, sweep in LANES:
+        design = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=Architecture(mac, sweep))
+        timing, depth = Timing(design), lane_images(design).shape[1]
+        cycles = timing.latency, timing.frame_latency, timing.initiation_interval
+        lines.append(f"| {mac} | {sweep} | " + " | ".join(f"{c:,}" for c in cycles) + f" | {depth:,} |")
+        record.append({"mac_lanes": mac, "sweep_lanes": sweep, "cycles": cycles, "depth": depth})
+    publish("cores", {"sensor": "10x10", "multiplications": timing.multiplications, "rows": record}, "\n".join(lines))
+
+
+if __name__ == "__main__":
+    main()
