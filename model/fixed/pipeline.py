@@ -26,18 +26,20 @@ from tfra.model.fixed.widths import DIVISION_GUARD
 from tfra.model.fixed.words import COUNTER_BITS, encode
 from tfra.model.tfra import Status
 
-_CHUNK = 2048  # frames at once: bounds memory
+_CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cache
 
 
 @dataclass(frozen=True)
 class FixedResult:
-    """``words (n, frame_words)`` as the core sends them; ``stages``: what flows between blocks, by name.
-
-    Every stage is an array whose first axis is the frame, in the order of the transfers.
-    """
+    """``words (n, frame_words)`` as the core sends them."""
 
     words: Ints
-    stages: dict[str, Ints]
+    parts: tuple[dict[str, Ints], ...]
+
+    @property
+    def stages(self) -> dict[str, Ints]:
+        """What flows between blocks, by name: the first axis is the frame, then come transfers in their order."""
+        return {name: np.concatenate([part[name] for part in self.parts]) for name in self.parts[0]}
 
 
 class FixedTfra:
@@ -47,16 +49,15 @@ class FixedTfra:
         self.design = design
 
     def __call__(self, codes: Ints, first_frame: int = 0) -> FixedResult:
-        """Result words and stages of converter ``codes (n, rows, columns)``; frames count from ``first_frame``."""
+        """Result words of converter ``codes (n, rows, columns)``; frames count from ``first_frame``."""
         flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
         parts = [
             self._chunk(flat[start : start + _CHUNK], first_frame + start)
             for start in range(0, max(1, len(flat)), _CHUNK)
         ]
-        stages = {name: np.concatenate([p.stages[name] for p in parts]) for name in parts[0].stages}
-        return FixedResult(np.concatenate([p.words for p in parts]), stages)
+        return FixedResult(np.concatenate([words for words, _ in parts]), tuple(stages for _, stages in parts))
 
-    def _chunk(self, codes: Ints, first_frame: int) -> FixedResult:
+    def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[str, Ints]]:
         design, q = self.design, self.design.quads
         frame = normaliser(design, codes)
         direction = centroids(design, codes)
@@ -126,4 +127,4 @@ class FixedTfra:
             "resultant": total.words,
             "gain": np.stack([factor.mantissa, factor.mu], axis=1),
         }
-        return FixedResult(words, stages)
+        return words, stages

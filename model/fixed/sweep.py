@@ -15,9 +15,6 @@ from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.widths import widths
 from tfra.model.tfra import Bools
 
-_CHUNK = 256  # frames whose vectors stay in a core's cache
-
-
 @dataclass(frozen=True)
 class Sweep:
     """``index (n,)`` of the winner; ``b_z, b_xy (n, K + 1)`` in units of ``sweep_unit`` codes."""
@@ -45,14 +42,10 @@ def sweep(design: Design, stress: Ints, p: Ints, q: Ints, negative: Bools, expon
     The winner has the smallest B^xy among the candidates within the tolerance of the smallest B^z, and is the
     first of those in sweep order.
     """
-    count, steps = len(stress), design.search.steps
-    b_z = np.empty((count, design.candidates), dtype=np.int64)
-    b_xy = np.empty_like(b_z)
-    for start in range(0, count, _CHUNK):
-        part = slice(start, start + _CHUNK)
-        x = steps * (p[part] - np.where(negative[part, None], q[part], 0))
-        _positive_sums(x, q[part], b_z[part])
-        _positive_sums(sweep_unit(design) * stress[part] - x, -q[part], b_xy[part])
+    steps = design.search.steps
+    x = steps * (p - np.where(negative[:, None], q, 0))
+    b_z = positive_sums(x, q, design.candidates)
+    b_xy = positive_sums(sweep_unit(design) * stress - x, -q, design.candidates)
     measured = sweep_unit(design) * np.maximum(stress, 0).sum(axis=1)
     b_xy = np.abs(b_xy - measured[:, None])
     limit = b_z.min(axis=1) + tolerance(design)[exponent]
@@ -60,11 +53,22 @@ def sweep(design: Design, stress: Ints, p: Ints, q: Ints, negative: Bools, expon
     return Sweep(index, b_z, b_xy)
 
 
-def _positive_sums(first: Ints, step: Ints, out: Ints) -> None:
-    """``out[:, k]`` = sum over taxels of max(0, first + k * step)."""
-    x, positive = first.copy(), np.empty_like(first)
-    ones = np.ones(first.shape[1], dtype=np.int64)
-    for k in range(out.shape[1]):
-        np.maximum(x, 0, out=positive)
-        np.einsum("ij,j->i", positive, ones, out=out[:, k])
-        x += step
+def positive_sums(first: Ints, step: Ints, count: int) -> Ints:
+    """Sum over taxels of max(0, first + k * step) for k = 0 ... count - 1, shape ``(n, count)``, exact.
+
+    Every term changes its sign once at most, so it counts from, or up to, one k; the terms that count at k are the
+    running sum of those that come and go: m + count steps for a frame instead of m * count.
+    """
+    size, falling = np.abs(step), step <= 0
+    change = np.where(falling, -(-first // np.maximum(size, 1)), -first // np.maximum(size, 1) + 1)
+    change = np.where(size == 0, np.where(first > 0, count, 0), np.clip(change, 0, count))
+    rows = np.arange(len(first))[:, None] * (count + 1)
+    sign = np.where(falling, -1, 1)
+    totals = []
+    for term in (first, step):
+        come = np.zeros(len(first) * (count + 1), dtype=np.int64)
+        np.add.at(come, (rows + change).ravel(), (sign * term).ravel())
+        come = come.reshape(len(first), count + 1)
+        come[:, 0] += np.where(falling, term, 0).sum(axis=1)
+        totals.append(np.cumsum(come[:, :count], axis=1))
+    return np.asarray(totals[0] + np.arange(count) * totals[1])
