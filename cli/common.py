@@ -6,7 +6,6 @@ import json
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -41,14 +40,16 @@ def check_words(project: Project) -> None:
         raise InputError(project.path, "", str(error)) from None
 
 
-def required(module: str, name: str) -> Any:
-    """Return ``name`` of ``module``; raises ``InputError`` when that part of the package is missing."""
+@contextmanager
+def simulation_failures(command: str) -> Iterator[None]:
+    """End ``command`` with exit code 1, after telling why, when a simulation inside the block fails."""
+    from tfra.sim.run import ProtocolError, SimulationError
+
     try:
-        return getattr(import_module(module), name)
-    except ModuleNotFoundError as error:
-        if error.name is None or not error.name.startswith("tfra."):
-            raise
-        raise InputError("tfra", "", f"{error.name} is not available yet") from None
+        yield
+    except (ProtocolError, SimulationError) as error:
+        typer.echo(f"tfra {command}: {error}", err=True)
+        raise typer.Exit(1) from None
 
 
 @contextmanager

@@ -10,9 +10,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
-from tfra.cli.common import check_words
+from tfra.cli.common import check_words, simulation_failures
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -49,8 +47,8 @@ def run(engine: Engine, project: Project, frames: Floats, source: Path, advance:
     """
     if engine is Engine.FLOAT:
         return _float(project, frames, advance)
-    codes = _codes(project, frames, source)
-    return _rtl(project, codes, advance) if engine is Engine.RTL else _fixed(project, codes, advance)
+    measured = codes(project, frames, source)
+    return _rtl(project, measured, advance) if engine is Engine.RTL else _fixed(project, measured, advance)
 
 
 def _float(project: Project, frames: Floats, advance: Advance) -> list[Result]:
@@ -71,13 +69,10 @@ def _fixed(project: Project, codes: Ints, advance: Advance) -> list[Result]:
 
 def _rtl(project: Project, codes: Ints, advance: Advance) -> list[Result]:
     from tfra.model.fixed.words import decode
-    from tfra.sim.run import ProtocolError, SimulationError, simulate
+    from tfra.sim.run import simulate
 
-    try:
+    with simulation_failures("estimate"):
         return [decode(project.design, simulate(project.design, codes, progress=advance).words)]
-    except (ProtocolError, SimulationError) as error:
-        typer.echo(f"tfra estimate: {error}", err=True)
-        raise typer.Exit(1) from None
 
 
 def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> list[Result]:
@@ -88,7 +83,11 @@ def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> lis
     return results
 
 
-def _codes(project: Project, frames: Floats, source: Path) -> Ints:
+def codes(project: Project, frames: Floats, source: Path) -> Ints:
+    """Return the converter codes of ``frames`` in Pa; raises ``InputError`` naming ``source`` for one over full scale.
+
+    Formats that can overflow are an ``InputError`` too, naming the CONFIG file.
+    """
     from tfra.model.fixed.words import quantise
 
     check_words(project)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
 
-from tfra.cli.common import Config, Json, check_words, print_json, progress, required
-from tfra.cli.frames import simulated
+from tfra.cli.common import Config, Json, check_words, print_json, progress, simulation_failures
+from tfra.cli.engines import codes
+from tfra.cli.frames import references, simulated
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
@@ -38,18 +39,26 @@ def verify(
     frames: FramesOption = None,
     simulator: SimulatorOption = None,
     seed: Seed = 0,
-    random: Random = 0,
+    random: Random = 200,
     json: Json = False,
 ) -> None:
     """Run frames through the simulated core and compare every bit; exit 1 when something differs."""
     from tfra.codegen.config import load
+    from tfra.sim.verify import verify as check
 
     project = load(config)
     check_words(project)
-    stresses = _frames(project, frames)
-    check = required("tfra.sim.verify", "verify")
-    with progress("simulating the core"):
-        report = check(project.design, stresses, simulator=simulator and simulator.value, seed=seed, random=random)
+    stresses, known = _stimuli(project, frames)
+    with simulation_failures("verify"), progress("simulating the core") as advance:
+        report = check(
+            project.design,
+            stresses,
+            simulator=simulator and simulator.value,
+            seed=seed,
+            random=random,
+            references=known,
+            progress=advance,
+        )
     if json:
         print_json(report.as_dict())
     else:
@@ -58,13 +67,16 @@ def verify(
         raise typer.Exit(1)
 
 
-def _frames(project: Project, path: Path | None) -> Floats:
-    """Return the frames to check: those at ``path``, else of CONFIG's contacts, else none."""
-    import numpy as np
+def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[str, Any]]:
+    """Return frames and their true values: from ``path``, else of CONFIG's contacts, else none."""
+    from tfra.codegen.framesfile import read_frames, read_references
 
-    from tfra.codegen.framesfile import read_frames
-
-    sensor = project.design.sensor
     if path is not None:
-        return read_frames(path, sensor)
-    return simulated(project) if project.contacts else np.empty((0, sensor.rows, sensor.columns))
+        frames = read_frames(path, project.design.sensor)
+        known = read_references(path, len(frames))
+    elif project.contacts:
+        frames, known = simulated(project), references(project)
+    else:
+        return None, {}
+    codes(project, frames, path or project.path)  # those over full scale are bad input
+    return frames, known

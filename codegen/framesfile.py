@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import zipfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,9 @@ from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import check_frames
 
 Array = npt.NDArray[np.generic]
+
+REFERENCES = {"resultant_ref": (3,), "mu_ref": (), "phi_ref_deg": ()}
+"""True values of a frame, by key: their shapes; in N, 1 and degrees."""
 
 _DAMAGE = (ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
 """What NumPy and zipfile raise for pickles, truncated, encrypted and damaged files."""
@@ -41,6 +45,29 @@ def read_frames(path: str | Path, sensor: SensorArray) -> Floats:
     if not len(frames):
         raise InputError(file, "frames", "at least one frame is needed, got none")
     return frames
+
+
+def read_references(path: str | Path, count: int) -> dict[str, Floats]:
+    """Return what a .npz file of ``count`` frames tells of their contacts: those of ``REFERENCES`` that it has.
+
+    Raises ``InputError`` for a key of another shape or without numbers.  Other formats have no references.
+    """
+    file = Path(path)
+    if file.suffix != ".npz":
+        return {}
+    with np.load(file, allow_pickle=False) as archive:
+        return {key: _reference(file, archive, key, count) for key in REFERENCES if key in archive.files}
+
+
+def _reference(file: Path, archive: Mapping[str, Array], key: str, count: int) -> Floats:
+    shape = (count, *REFERENCES[key])
+    try:
+        array = np.asarray(archive[key], dtype=np.float64)
+    except _DAMAGE:
+        raise InputError(file, key, "is not a readable array of numbers") from None
+    if array.shape != shape:
+        raise InputError(file, key, f"shape {shape} is needed, got {array.shape}")
+    return array
 
 
 def _read(file: Path, sensor: SensorArray) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import types
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -214,12 +213,12 @@ def test_verify(
     calls = []
 
     def verify(design: Any, frames: Any, **options: Any) -> Report:
+        del options["progress"]
+        options["references"] = list(options["references"])[:3]
         calls.append((design.name, frames.shape, options))
         return Report(passed)
 
-    stand_in = types.ModuleType("tfra.sim.verify")
-    stand_in.verify = verify  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "tfra.sim.verify", stand_in)
+    monkeypatch.setattr("tfra.sim.verify.verify", verify)
     capsys.readouterr()
     np.save("one.npy", np.zeros((1, 5, 6)))
     assert main(["verify", "skin.toml"]) == (not passed)
@@ -227,9 +226,10 @@ def test_verify(
     options = ["--frames", "one.npy", "--simulator", "verilator", "--seed", "3", "--random", "7", "--json"]
     assert main(["verify", "skin.toml", *options]) == (not passed)
     assert json.loads(capsys.readouterr().out) == {"passed": passed}
+    references = ["resultant_ref", "mu_ref", "phi_ref_deg"]
     assert calls == [
-        ("skin", (3, 5, 6), {"simulator": None, "seed": 0, "random": 0}),
-        ("skin", (1, 5, 6), {"simulator": "verilator", "seed": 3, "random": 7}),
+        ("skin", (3, 5, 6), {"simulator": None, "seed": 0, "random": 200, "references": references}),
+        ("skin", (1, 5, 6), {"simulator": "verilator", "seed": 3, "random": 7, "references": []}),
     ]
 
 
@@ -344,6 +344,7 @@ def test_frames_over_full_scale(folder: Path, capfd: pytest.CaptureFixture[str])
     line = "frames.npy: frames: frame 1, row 2, column 3 is 300000 Pa, over the full scale of 200000 Pa"
     for engine in ("fixed", "rtl"):
         assert refusal(capfd, "estimate", "skin.toml", "frames.npy", "--engine", engine, "--out", "r.npz") == line
+    assert refusal(capfd, "verify", "skin.toml", "--frames", "frames.npy") == line
 
 
 def test_formats_that_overflow(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tfra.codegen.files import atomic_directory, atomic_write, check_writable, write_npz
-from tfra.codegen.framesfile import read_frames
+from tfra.codegen.framesfile import read_frames, read_references
 from tfra.model.errors import InputError
 from tfra.model.sensor import SensorArray
 
@@ -194,6 +194,30 @@ def test_frames_round_trip(tmp_path: Path, dtype: type[np.generic]) -> None:
         found = read_frames(tmp_path / f"f.{suffix}", SENSOR)
         assert found.dtype == np.float64
         np.testing.assert_array_equal(found, frames)
+
+
+def test_references(tmp_path: Path) -> None:
+    truth = {"resultant_ref": np.ones((4, 3)), "mu_ref": np.array([0, 1, 2, 3])}
+    np.savez(tmp_path / "f.npz", frames=FRAMES, other=np.zeros(1), **truth)
+    found = read_references(tmp_path / "f.npz", 4)
+    assert list(found) == ["resultant_ref", "mu_ref"]
+    assert found["mu_ref"].tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert read_references(tmp_path / "f.csv", 4) == {}
+
+
+@pytest.mark.parametrize(
+    ("value", "reason"),
+    [
+        (np.zeros(3), "shape (4,) is needed, got (3,)"),
+        (np.zeros((4, 1)), "shape (4,) is needed, got (4, 1)"),
+        (np.array(list("abcd")), "is not a readable array of numbers"),
+    ],
+)
+def test_wrong_references(tmp_path: Path, value: np.ndarray, reason: str) -> None:
+    np.savez(tmp_path / "f.npz", frames=FRAMES, mu_ref=value)
+    with pytest.raises(InputError) as caught:
+        read_references(tmp_path / "f.npz", 4)
+    assert str(caught.value) == f"{tmp_path / 'f.npz'}: mu_ref: {reason}"
 
 
 def test_csv_may_have_headings_blank_lines_and_a_mark(tmp_path: Path) -> None:
