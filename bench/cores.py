@@ -17,7 +17,7 @@ LANES = ((1, 1), (4, 26), (16, 26), (16, 101), (32, 51), (64, 101), (100, 101))
 def main() -> None:
     """Compute and publish."""
     lines = [
-        "| MAC lanes | sweep lanes | first word after | last word after | initiation interval | coefficients per lane |",
+        "| MAC lanes | sweep lanes | first word after | last word after | initiation interval | coefficients a lane |",
         "|---:|---:|---:|---:|---:|---:|",
     ]
     record = []

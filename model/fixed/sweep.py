@@ -15,6 +15,7 @@ from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.widths import widths
 from tfra.model.tfra import Bools
 
+
 @dataclass(frozen=True)
 class Sweep:
     """``index (n,)`` of the winner; ``b_z, b_xy (n, K + 1)`` in units of ``sweep_unit`` codes."""
@@ -66,9 +67,9 @@ def positive_sums(first: Ints, step: Ints, count: int) -> Ints:
     sign = np.where(falling, -1, 1)
     totals = []
     for term in (first, step):
-        come = np.zeros(len(first) * (count + 1), dtype=np.int64)
-        np.add.at(come, (rows + change).ravel(), (sign * term).ravel())
-        come = come.reshape(len(first), count + 1)
+        flat = np.zeros(len(first) * (count + 1), dtype=np.int64)
+        np.add.at(flat, (rows + change).ravel(), (sign * term).ravel())
+        come = flat.reshape(len(first), count + 1)
         come[:, 0] += np.where(falling, term, 0).sum(axis=1)
         totals.append(np.cumsum(come[:, :count], axis=1))
     return np.asarray(totals[0] + np.arange(count) * totals[1])
