@@ -26,7 +26,7 @@ test: $(READY) icarus
 	@for package in $(PACKAGES); do ln -sfn "$(CURDIR)/$$package" $(TYPES)/$$package; done
 	$(VENV)/bin/ruff check
 	MYPYPATH=build/types $(VENV)/bin/mypy --strict $(PACKAGES:%=-p tfra.%)
-	$(VENV)/bin/pytest -n 2
+	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2
 
 bench: $(READY) icarus
 	$(VENV)/bin/python bench/run.py
