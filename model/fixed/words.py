@@ -19,15 +19,21 @@ STATUS_BITS = 8
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """``count`` words from ``start``: their own ``bits``, sign and the value of one LSB in ``unit``."""
+    """``count`` words from ``start``: ``bits`` long, ``fraction`` of them fraction, times ``scale`` in ``unit``."""
 
     name: str
     start: int
     count: int
     bits: int
     signed: bool
-    lsb: float
+    fraction: int
+    scale: float
     unit: str
+
+    @property
+    def lsb(self) -> float:
+        """Value of one LSB, in ``unit``."""
+        return self.scale * 2.0**-self.fraction
 
 
 HEADER = ("frame", "exponent", "sweep_index", "phi", "mu", "mu_x", "mu_y")
@@ -39,23 +45,23 @@ def layout(design: Design) -> tuple[Field, ...]:
     Forces and resultants are worth ``lsb * 2^-exponent``; planes are f_x, f_y, f_z, each row-major.
     """
     operand, m, out = design.formats.operand, design.sensor.taxels, widths(design).output
-    scalar = 2.0 ** -scalar_fraction(design)
-    force = design.adc.lsb * design.sensor.taxel_area * 2.0**-design.formats.force_fraction
+    fraction, grid = scalar_fraction(design), design.formats.force_fraction
+    force = design.adc.lsb * design.sensor.taxel_area
     rows = [
-        ("frame", 1, COUNTER_BITS, False, 1.0, "1"),
-        ("exponent", 1, design.adc.bits.bit_length(), False, 1.0, "1"),
-        ("sweep_index", 1, design.search.steps.bit_length(), False, 1.0, "1"),
-        ("phi", 1, operand, False, 360.0 * 2.0**-operand, "deg"),
-        ("mu", 1, operand, True, scalar, "1"),
-        ("mu_x", 1, operand, True, scalar, "1"),
-        ("mu_y", 1, operand, True, scalar, "1"),
-        ("resultant", 3, out, True, force, "N"),
-        ("forces", 3 * m, out, True, force, "N"),
-        ("status", 1, STATUS_BITS, False, 1.0, "1"),
+        ("frame", 1, COUNTER_BITS, False, 0, 1.0, "1"),
+        ("exponent", 1, design.adc.bits.bit_length(), False, 0, 1.0, "1"),
+        ("sweep_index", 1, design.search.steps.bit_length(), False, 0, 1.0, "1"),
+        ("phi", 1, operand, False, operand, 360.0, "deg"),
+        ("mu", 1, operand, True, fraction, 1.0, "1"),
+        ("mu_x", 1, operand, True, fraction, 1.0, "1"),
+        ("mu_y", 1, operand, True, fraction, 1.0, "1"),
+        ("resultant", 3, out, True, grid, force, "N"),
+        ("forces", 3 * m, out, True, grid, force, "N"),
+        ("status", 1, STATUS_BITS, False, 0, 1.0, "1"),
     ]
     fields, start = [], 0
-    for name, count, bits, signed, lsb, unit in rows:
-        fields.append(Field(name, start, count, bits, signed, lsb, unit))
+    for name, count, bits, signed, point, scale, unit in rows:
+        fields.append(Field(name, start, count, bits, signed, point, scale, unit))
         start += count
     return tuple(fields)
 

@@ -352,7 +352,7 @@ def test_formats_that_overflow(folder: Path, capfd: pytest.CaptureFixture[str]) 
     long = long.replace("half_y_mm = 4", "half_y_mm = 3") + "[adc]\nbits = 20\n[formats]\nname = 'wide'\n"
     Path("long.toml").write_text(long)
     np.save("long.npy", np.zeros((1, 2, 170)))
-    line = "long.toml: formats: direction can overflow: 65 bits are needed, 63 are supported"
+    line = "long.toml: sensor: direction can overflow: 65 bits are needed, 63 are supported"
     assert refusal(capfd, "estimate", "long.toml", "long.npy", "--engine", "fixed", "--out", "r.npz") == line
     assert refusal(capfd, "verify", "long.toml") == line
     assert refusal(capfd, "generate", "long.toml", "--out", "core") == line
