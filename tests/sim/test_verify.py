@@ -1,0 +1,217 @@
+"""Verification finds what is wrong, names it, and passes what is right."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from tfra.model.design import Adc, Architecture, Design, Search
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.words import layout
+from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Status
+from tfra.sim import demo
+from tfra.sim import verify as verify_module
+from tfra.sim.run import Netlist, Run, generated
+from tfra.sim.stimuli import directed, mixture
+from tfra.sim.verify import first_difference, verify
+
+DESIGN = Design(
+    SensorArray(3, 2, 4e-3, 4e-3, 3e-3),
+    name="tiny",
+    search=Search(8),
+    architecture=Architecture(mac_lanes=2, sweep_lanes=9),
+)
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    place = tmp_path_factory.getbasetemp() / "cache"
+    monkeypatch.setenv("TFRA_CACHE", str(place))
+    return place
+
+
+@pytest.fixture
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
+
+
+def tampered(cache: Path, target: Path, old: str, new: str) -> Netlist:
+    """The generated core with its Verilog changed."""
+    good = generated(DESIGN, cache)
+    text = good.verilog.read_text()
+    assert old in text
+    target.mkdir()
+    (target / good.verilog.name).write_text(text.replace(old, new))
+    return Netlist(target, good.top, good.sidecar)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_good_core_passes() -> None:
+    told: list[int] = []
+    report = verify(DESIGN, simulator="icarus", random=20, progress=told.append)
+    assert report.passed
+    assert report.kinds == {"contact": 12, "random": 20, "directed": len(directed(DESIGN, np.random.default_rng(0)))}
+    assert report.frames == sum(told) == sum(report.kinds.values())
+    assert report.compared == report.words == report.frames * (layout(DESIGN)[-1].start + 1)
+    assert (report.mismatches, report.first, report.violations) == (0, None, ())
+    assert report.timing.latency == report.timing.design_latency is not None
+    assert report.timing.interval == report.timing.design_interval is not None
+    assert all(
+        report.status[flag.name or ""] for flag in (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION)
+    )
+    assert set(report.against_float) == {"contact", "random", "directed"}
+    back = json.loads(json.dumps(report.as_dict(), allow_nan=False))
+    assert back["passed"]
+    assert back["frames"] == report.frames
+    console = Console(record=True, width=120)
+    report.render(console)
+    assert "every bit equals the model" in console.export_text()
+
+
+def test_given_frames_and_references() -> None:
+    frames = np.random.default_rng(1).normal(0.0, 2e4, (4, 3, 2))
+    known = {"resultant_ref": np.full((4, 3), -1.0), "mu_ref": np.full(4, 0.5), "phi_ref_deg": np.zeros(4)}
+    report = verify(DESIGN, frames, "icarus", random=3, references=known)
+    assert report.passed
+    assert report.kinds == {"given": 4, "random": 3}
+    assert report.against_contact is not None
+    assert report.timing.interval is None  # too few frames to tell
+    with pytest.raises(ValueError, match=r"mu_ref: shape \(4,\) is needed, got \(3,\)"):
+        verify(DESIGN, frames, "icarus", references=known | {"mu_ref": np.zeros(3)})
+
+
+@pytest.mark.usefixtures("few")
+def test_wrong_coefficients_are_traced_to_their_stage(cache: Path) -> None:
+    other = replace(DESIGN, sensor=replace(DESIGN.sensor, thickness=3.3e-3))
+    wrong = generated(other, cache)
+    report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
+    assert not report.passed
+    assert report.mismatches > 0
+    assert report.first is not None
+    assert report.first.stage == "matvec"
+    assert report.first.transfer == 0
+    assert report.first.expected != report.first.observed
+    console = Console(record=True, width=200)
+    report.render(console)
+    assert "first mismatch: frame" in console.export_text()
+
+
+@pytest.mark.usefixtures("few")
+def test_a_flipped_result_bit_is_found_behind_all_probes(cache: Path, tmp_path: Path) -> None:
+    old = "assign result_data = "
+    wrong = tampered(cache, tmp_path / "core", old, f"{old}1 ^ ")
+    report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
+    assert not report.passed
+    assert report.mismatches == report.compared
+    first = report.first
+    assert first is not None
+    assert (first.frame, first.field, first.word, first.taxel, first.stage) == (0, "frame", 0, None, "scaling")
+    assert first.expected ^ first.observed == 1
+
+
+@pytest.mark.usefixtures("few")
+def test_a_broken_stream_fails(cache: Path, tmp_path: Path) -> None:
+    wrong = tampered(cache, tmp_path / "core", "assign result_last = ", "assign result_last = 0 & ")
+    report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
+    assert not report.passed
+    assert any("last is missing" in note for note in report.violations)
+    json.dumps(report.as_dict(), allow_nan=False)
+
+
+@pytest.mark.usefixtures("few")
+def test_a_wrong_timing_formula_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    stated = verify_module._stated
+    monkeypatch.setattr(verify_module, "_stated", lambda design, core: ((stated(design, core)[0] or 0) + 1, None))
+    report = verify(DESIGN, simulator="icarus", random=0)
+    assert report.mismatches == 0
+    assert not report.passed
+
+
+@pytest.mark.usefixtures("few")
+def test_words_that_were_not_compared_fail(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulate = verify_module.simulate
+    monkeypatch.setattr(verify_module, "simulate", lambda *a, **k: replace(simulate(*a, **k), compared=0))
+    assert not verify(DESIGN, simulator="icarus", random=0).passed
+
+
+def test_first_difference_names_the_first_stage_in_order() -> None:
+    codes = np.random.default_rng(3).integers(-8192, 8192, (3, 3, 2))
+    model = FixedTfra(DESIGN)(codes)
+    order = ("normaliser", "centroids", "combine", "sweep")
+
+    def run(**changes: tuple[int, int]) -> Run:
+        probes = {stage: model.stages[stage].reshape(3, -1).copy() for stage in order}
+        for stage, place in changes.items():
+            probes[stage][place] += 1
+        nothing = np.empty(0, dtype=np.int64)
+        return Run(model.words, nothing, nothing, "icarus", 0, 0, 0, probes)
+
+    assert first_difference(run(), model, 1) == ("scaling", None)
+    assert first_difference(run(sweep=(1, 0)), model, 1) == ("sweep", 0)
+    assert first_difference(run(sweep=(1, 0), combine=(1, 9)), model, 1) == ("combine", 2)
+    assert first_difference(run(combine=(2, 9)), model, 1) == ("scaling", None)
+    short = run()
+    short.probes["combine"] = short.probes["combine"][:1]
+    assert first_difference(short, model, 1) == ("combine", None)
+
+
+@pytest.mark.parametrize("bits", [6, 14, 20])
+def test_stimuli_fit_the_converter_and_follow_the_seed(bits: int) -> None:
+    design = replace(DESIGN, adc=Adc(bits), formats=replace(DESIGN.formats, operand=20))
+    first, again, other = (mixture(design, seed, 30) for seed in (1, 1, 2))
+    half = 1 << (bits - 1)
+    assert first.codes.min() == -half
+    assert first.codes.max() == half - 1
+    np.testing.assert_array_equal(first.codes, again.codes)
+    assert (first.codes != other.codes).any()
+    known = first.kinds == "contact"
+    np.testing.assert_array_equal(np.isfinite(first.mu), known)
+    assert (first.resultant[known, 2] < 0).all()
+
+
+def test_directed_frames_reach_the_special_cases() -> None:
+    status = FixedTfra(DESIGN)(directed(DESIGN, np.random.default_rng(0))).words[:, -1]
+    for flag in (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION, Status.INPUT_SATURATED):
+        assert (status & flag != 0).any(), flag
+
+
+EXAMPLE = """
+[sensor]
+rows = 4
+columns = 4
+pitch_x_mm = 4.0
+pitch_y_mm = 4.0
+thickness_mm = 3.0
+[search]
+steps = 10
+[architecture]
+mac_lanes = 4
+[[contact]]
+shape = "uniform"
+half_x_mm = 3.0
+half_y_mm = 2.0
+force_n = -5.0
+mu = 0.5
+phi_deg = [0, 50]
+"""
+
+
+def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in demo.PAPER:
+        (tmp_path / f"{name}.toml").write_text(EXAMPLE)
+    arguments = ["--simulator", "icarus", "--examples", str(tmp_path)]
+    monkeypatch.setattr(demo, "PAPER", dict.fromkeys(demo.PAPER, demo.Errors(99.0, 99.0, 50.0)))
+    assert demo.main(arguments) == 0
+    printed = capsys.readouterr().out
+    assert "every RTL bit equals the model: yes" in " ".join(printed.split())
+    assert "PASSED" in printed
+    monkeypatch.setattr(demo, "PAPER", dict.fromkeys(demo.PAPER, demo.Errors(0.01, 99.0, 50.0)))
+    assert demo.main(arguments) == 1
+    assert "FAILED" in capsys.readouterr().out
+    assert demo.main(["--examples", str(tmp_path / "nowhere")]) == 2
