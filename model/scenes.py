@@ -10,6 +10,9 @@ from tfra.model.layer import frames
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Ints
 
+Seed = int | np.random.Generator
+"""What ``numpy.random.default_rng`` takes; a generator goes on from where it is."""
+
 
 def random_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -> list[Contact]:
     """Contacts of any shape, place, friction and direction that the block holds.
@@ -27,7 +30,7 @@ def random_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -
     return found
 
 
-def contact_codes(design: Design, count: int, seed: int) -> Ints:
+def contact_codes(design: Design, count: int, seed: Seed) -> Ints:
     """Converter codes ``(count, rows, columns)`` of random contacts, their peak at 10 to 95 % of full scale."""
     rng = np.random.default_rng(seed)
     stress = frames(design.sensor, random_contacts(design.sensor, count, rng))
@@ -36,7 +39,7 @@ def contact_codes(design: Design, count: int, seed: int) -> Ints:
     return np.asarray(np.rint(stress / peak * level), dtype=np.int64)
 
 
-def wild_codes(design: Design, count: int, seed: int) -> Ints:
+def wild_codes(design: Design, count: int, seed: Seed) -> Ints:
     """Noise ``(count, rows, columns)`` of every amplitude and density: no contact at all, but legal input."""
     rng = np.random.default_rng(seed)
     top = 1 << (design.adc.bits - 1)
@@ -47,26 +50,42 @@ def wild_codes(design: Design, count: int, seed: int) -> Ints:
 
 
 def directed_codes(design: Design) -> Ints:
-    """Frames ``(n, rows, columns)`` for every special case: silence, extremes, symmetry, single taxels."""
+    """Frames ``(n, rows, columns)`` for the corners of the input: silence, one sign only, extremes, single taxels,
+    mirror symmetry (no direction), ramps and tiny amplitudes."""
+    rng = np.random.default_rng(0)
     rows, columns = design.sensor.rows, design.sensor.columns
-    top = (1 << (design.adc.bits - 1)) - 1
+    low, high = -(1 << (design.adc.bits - 1)), (1 << (design.adc.bits - 1)) - 1
     i, j = np.indices((rows, columns))
-    bump = -np.exp(-((i - (rows - 1) / 2) ** 2) - (j - (columns - 1) / 2) ** 2)
-    ring = np.where((i == 0) | (j == 0) | (i == rows - 1) | (j == columns - 1), 0.1, bump)
-    single = np.zeros((rows, columns))
-    single[0, columns - 1] = -1
-    patterns = [
-        np.zeros((rows, columns)),  # no contact
-        np.ones((rows, columns)),  # traction only
-        -np.ones((rows, columns)),  # compression only, saturated
-        0.5 * bump,  # compression only
-        single,
-        0.3 * ring,  # mirror symmetric: no direction
-        np.where((i + j) % 2, -1.0, 1.0),  # saturated both ways
-        np.where(j < columns / 2, -1.0, 1.0),
-        np.where(i < rows / 2, 0.4, -0.4),
-        np.where(j > i, -1e-9, 1e-9),
+    zero = np.zeros((rows, columns), dtype=np.int64)
+    even = (i + j) % 2 == 0
+    edge = (i == 0) | (j == 0) | (i == rows - 1) | (j == columns - 1)
+
+    def single(value: int, row: int, column: int, rest: int = 0) -> Ints:
+        return np.where((i == row) & (j == column), value, rest)
+
+    frames = [
+        zero,
+        zero + low,  # compression only, at full scale
+        single(low, 0, 0),
+        np.where(edge, high // 4, low // 2),  # no direction
+        np.where(even, low, high),
+        np.where(j < columns // 2, low, high),
+        np.where(i < rows // 2, high, low),
+        zero - 1,
+        -rng.integers(0, high, zero.shape),
+        zero + high,  # no contact at all
+        rng.integers(0, high, zero.shape),
+        single(high, rows - 1, columns - 1),
+        single(-1, rows // 2, columns // 2),
+        single(low, rows // 2, columns // 2, 1),
+        single(low, 0, columns - 1, high),
+        np.where(even, high, low),
+        np.where(i % 2 == 0, low, high),
+        np.where(edge, -1, 1),
+        np.where(j > i, -1, 1),
+        (j - columns // 2) * (high // columns),
+        rng.integers(-1, 2, zero.shape),
+        rng.integers(-1, 2, zero.shape),
+        rng.integers(-4, 5, zero.shape),
     ]
-    codes = np.stack([np.rint(p * (top + 0.5)) for p in patterns])
-    codes[-1] = np.sign(patterns[-1])  # one code high
-    return np.asarray(np.clip(codes, -top - 1, top), dtype=np.int64)
+    return np.array(frames, dtype=np.int64)

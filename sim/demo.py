@@ -27,6 +27,9 @@ from tfra.model.sensor import Floats
 from tfra.model.tfra import Result, Tfra
 from tfra.sim.run import ProtocolError, Run, SimulationError, simulate
 
+WIDTH = 150
+"""Columns that the tables take."""
+
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
 
@@ -155,6 +158,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--examples", type=Path, default=EXAMPLES, help="directory of the example CONFIG files")
     options = parser.parse_args(arguments)
     start, console, errors = time.monotonic(), Console(), Console(stderr=True)
+    console.width = max(console.width, WIDTH)  # wrapped tables say nothing
     sensors = []
     try:
         for name in PAPER:

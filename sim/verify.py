@@ -17,11 +17,12 @@ from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.pipeline import FixedResult, FixedTfra
 from tfra.model.fixed.words import decode, frame_words, layout, quantise
 from tfra.model.metrics import error_force, error_mu, error_phi
+from tfra.model.scenes import wild_codes
 from tfra.model.sensor import Floats
 from tfra.model.tfra import Result, Status, Tfra
 from tfra.sim import tools
 from tfra.sim.run import Netlist, Progress, ProtocolError, Run, SimulationError, simulate
-from tfra.sim.stimuli import Stimuli, mixture, random_codes
+from tfra.sim.stimuli import Stimuli, mixture
 
 PATTERNS = ("none", "random", "bursts")
 """Stalls on both ports; each pattern gets every third frame."""
@@ -238,7 +239,7 @@ def _stimuli(
     if not given.size:
         return mixture(design, seed, random)
     known = Stimuli.of(quantise(design, given), "given", references)
-    return known + Stimuli.of(random_codes(design, np.random.default_rng(seed), random), "random")
+    return known + Stimuli.of(wild_codes(design, random, seed), "random")
 
 
 class _Third:

@@ -13,12 +13,13 @@ from rich.console import Console
 from tfra.model.design import Adc, Architecture, Design, Search
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import layout
+from tfra.model.scenes import directed_codes
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
 from tfra.sim import demo
 from tfra.sim import verify as verify_module
 from tfra.sim.run import Netlist, Run, generated
-from tfra.sim.stimuli import directed, mixture
+from tfra.sim.stimuli import mixture
 from tfra.sim.verify import first_difference, verify
 
 DESIGN = Design(
@@ -56,7 +57,7 @@ def test_a_good_core_passes() -> None:
     told: list[int] = []
     report = verify(DESIGN, simulator="icarus", random=20, progress=told.append)
     assert report.passed
-    assert report.kinds == {"contact": 12, "random": 20, "directed": len(directed(DESIGN, np.random.default_rng(0)))}
+    assert report.kinds == {"contact": 12, "random": 20, "directed": len(directed_codes(DESIGN))}
     assert report.frames == sum(told) == sum(report.kinds.values())
     assert report.compared == report.words == report.frames * (layout(DESIGN)[-1].start + 1)
     assert (report.mismatches, report.first, report.violations) == (0, None, ())
@@ -176,7 +177,7 @@ def test_stimuli_fit_the_converter_and_follow_the_seed(bits: int) -> None:
 
 
 def test_directed_frames_reach_the_special_cases() -> None:
-    status = FixedTfra(DESIGN)(directed(DESIGN, np.random.default_rng(0))).words[:, -1]
+    status = FixedTfra(DESIGN)(directed_codes(DESIGN)).words[:, -1]
     for flag in (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION, Status.INPUT_SATURATED):
         assert (status & flag != 0).any(), flag
 
