@@ -132,6 +132,26 @@ class Buffer(wiring.Component):
         return m
 
 
+class Spare(wiring.Component):
+    """Stream register with a spare place: neither ``i.ready`` nor ``o.valid`` depends on an input.
+
+    Members: ``i``: stream in; ``o``: stream out, a cycle later.
+    """
+
+    def __init__(self, shape: Any) -> None:
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        used, kept = Signal(), Signal.like(self.i.p, reset_less=True)
+        m.d.comb += self.i.ready.eq(~used)
+        with m.If(~self.o.valid | self.o.ready):
+            m.d.sync += [self.o.valid.eq(self.i.valid | used), used.eq(0), self.o.p.eq(Mux(used, kept, self.i.p))]
+        with m.Elif(~used):
+            m.d.sync += [used.eq(self.i.valid), kept.eq(self.i.p)]
+        return m
+
+
 class Queue(wiring.Component):
     """First in, first out, ``depth`` transfers long, in block memory.
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
@@ -102,7 +103,8 @@ def measure(path: Path, simulator: str | None = None) -> Sensor:
 
 def directions(sensor: Sensor) -> Table:
     """Return the table of the paper: every direction's reference, float TFRA, core, and the core's errors."""
-    table = Table(title=f"{sensor.name}: reference | float TFRA | core", title_justify="left")
+    title = f"{sensor.name}: reference, float TFRA, core; errors of the core"
+    table = Table(title=title, title_justify="left", box=SIMPLE)
     headings = ("phi_ref", "F_x / N", "F_y / N", "F_z / N", "mu", "phi / °", "e(F_x,F_y,F_z) / %", "e(mu)", "e(phi)")
     for heading in headings:
         table.add_column(heading, justify="right", no_wrap=True)

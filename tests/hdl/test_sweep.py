@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from tests.hdl.harness import PATTERNS, bursts, flowing, run
-from tfra.hdl.sweep import Sweep, pass_interval, product_latency
+from tfra.hdl.pipeline import product_latency
+from tfra.hdl.sweep import Sweep
+from tfra.hdl.sweep_passes import pass_interval
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.centroids import centroids
