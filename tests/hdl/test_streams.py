@@ -1,4 +1,4 @@
-"""Fork, Router and Merge keep order and lose nothing under any stalls."""
+"""Fork, Router, Merge and the spare register keep order and lose nothing under any stalls."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 from amaranth import unsigned
 
 from tests.hdl.harness import PATTERNS, run
-from tfra.hdl.streams import Fork, Merge, Router
+from tfra.hdl.streams import Fork, Merge, Router, Spare
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)
@@ -32,3 +32,16 @@ def test_merge_takes_turns_as_told(stall_in):
     merge = Merge(unsigned(8), [(1, 1), (2, 0)], 2)
     seen = run(merge, {"i.0": [1, 2, 3, 4], "i.1": [11, 12]}, {"o": 6}, stall_in=stall_in)
     assert seen.values["o"] == [11, 1, 2, 12, 3, 4]
+
+
+@pytest.mark.parametrize("stall_in", PATTERNS)
+@pytest.mark.parametrize("stall_out", PATTERNS)
+def test_a_spare_place_keeps_order_under_stalls(stall_in, stall_out):
+    values = list(range(60))
+    seen = run(Spare(unsigned(8)), {"i": values}, {"o": 60}, stall_in=stall_in, stall_out=stall_out)
+    assert seen.values["o"] == values
+
+
+def test_a_spare_place_costs_a_cycle_and_no_throughput():
+    seen = run(Spare(unsigned(8)), {"i": list(range(20))}, {"o": 20})
+    assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [1] * 20
