@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import reduce
-from operator import or_
-
 from amaranth import Cat, Const, Mux, Shape, Value, signed, unsigned
 from amaranth.lib import data
 
@@ -40,18 +36,8 @@ def round_half(value: Value) -> Value:
     return ((value + 1) >> 1)[: len(value)].as_signed()
 
 
-def align(value: Value, significant: Value) -> Value:
-    """Signed ``value`` moved left by ``len(value) - 1 - significant``, so that its bits touch the sign.
-
-    ``significant`` must not be smaller than what the value needs; :func:`round_top` finishes normalisation.
-    """
-    width = len(value)
-    amount = (width - 1 - significant)[: (width - 1).bit_length()]
-    return (value << amount)[:width].as_signed()
-
-
 def round_top(aligned: Value, bits: int) -> Value:
-    """Top ``bits`` of an aligned value, rounded half up and saturated: with :func:`align` equal to ``normalise``."""
+    """Top ``bits`` of a value without leading zeros, rounded half up and saturated: the end of ``normalise``."""
     width = len(aligned)
     if width <= bits:
         return (aligned << (bits - width)).as_signed()
@@ -61,11 +47,6 @@ def round_top(aligned: Value, bits: int) -> Value:
 def magnitude_bits(value: Value) -> Value:
     """``value ^ sign``: unsigned, its bit length is what the signed value needs beside the sign."""
     return (value ^ value[-1].replicate(len(value)))[: len(value) - 1]
-
-
-def significant_bits(values: Iterable[Value]) -> Value:
-    """Bit length of the OR of unsigned ``values``."""
-    return bit_length(reduce(or_, values))
 
 
 def bit_length(value: Value) -> Value:
@@ -78,25 +59,6 @@ def bit_length(value: Value) -> Value:
     return Mux(high.any(), half + bit_length(high), bit_length(low))
 
 
-def constant_product(value: Value, factor: int) -> Value:
-    """``value * factor`` by additions of shifted copies (canonical signed digits), so that no multiplier is taken."""
-    if factor < 0:
-        raise ValueError(f"factor: zero or more is needed, got {factor}")
-    shape = value.shape()
-    width = shape.width + factor.bit_length()
-    total: Value = Const(0, Shape(width, shape.signed))
-    place = 0
-    while factor:
-        if factor & 1:
-            digit = 2 - (factor & 3)
-            total = total + (value << place) if digit > 0 else total - (value << place)
-            factor -= digit
-        factor >>= 1
-        place += 1
-    sized = total[:width] if len(total) > width else total
-    return sized.as_signed() if shape.signed else sized
-
-
 def count(top: int) -> Shape:
     """Shape of a counter that holds 0 ... ``top``."""
     return unsigned(max(1, top.bit_length()))
@@ -105,7 +67,7 @@ def count(top: int) -> Shape:
 def leading_zeros(value: Value) -> Value:
     """Zeros above the highest set bit of an unsigned value, its length for zero: ``len(value) - bit_length(value)``.
 
-    A tree of multiplexers without an adder, so that it leaves time in a cycle; the amount :func:`align` shifts by.
+    A tree of multiplexers without an adder, so that it leaves time in a cycle.
     """
     size = 1 << len(value).bit_length()
     stop = Const(1, 1)

@@ -11,15 +11,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import (
-    add_or_subtract,
-    constant_product,
-    count,
-    during,
-    leading_zeros,
-    magnitude_bits,
-    round_top,
-)
+from tfra.hdl.arithmetic import add_or_subtract, count, during, leading_zeros, magnitude_bits, round_top
 from tfra.hdl.divider import Divider
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
@@ -27,7 +19,9 @@ from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import widths
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
-_LIMIT = int(COEFFICIENT_LIMIT)
+_WHOLE = int(COEFFICIENT_LIMIT).bit_length() - 1
+"""Bits before the point of alpha and beta; their limit is a power of two, so that a shift compares with it."""
+assert 1 << _WHOLE == COEFFICIENT_LIMIT
 
 _ORDER = ((0, 1), (1, 1), (0, 0), (1, 0), (0, 2), (1, 2), (2, 0), (2, 1), (2, 2))
 """p, q of the A_pq in the ring, head first: the operands of ux, u0, uy, then the rest."""
@@ -82,7 +76,7 @@ class Dependent(wiring.Component):
     def __init__(self, design: Design) -> None:
         self.design = design
         bits = widths(design).division
-        self._dividers = [Divider(bits, bits, scalar_fraction(design), (_LIMIT - 1).bit_length()) for _ in range(2)]
+        self._dividers = [Divider(bits, bits, scalar_fraction(design), _WHOLE) for _ in range(2)]
         super().__init__(
             {
                 "sums": In(stream.Signature(payloads.vector_quad(design))),
@@ -212,7 +206,7 @@ class Dependent(wiring.Component):
         """alpha and beta; 0 / 1 where they are not usable."""
         affine, facts, den = self.affine.payload, self.frame.payload, size[2]
         vanishing, usable = Signal(reset_less=True), Signal()
-        limit = constant_product(den, _LIMIT)
+        limit = den << _WHOLE
         with m.If(cycle == _COMPARE):
             m.d.sync += vanishing.eq((size[0] >= limit) | (size[1] >= limit))
         m.d.comb += [usable.eq(facts.contact & facts.traction & ~vanishing), affine.vanishing.eq(vanishing)]

@@ -12,6 +12,7 @@ from tfra.hdl import payloads
 from tfra.hdl.arithmetic import bit_length, count
 from tfra.hdl.cordic import Cordic
 from tfra.hdl.divider import Divider
+from tfra.hdl.pipeline import register
 from tfra.model.design import Design
 from tfra.model.fixed.gain import gain_constants, normal_gain
 from tfra.model.fixed.widths import force_drop, widths
@@ -179,19 +180,12 @@ class Gain(wiring.Component):
         """Shifts of forces and of resultants, and whether one is negative; they settle while the Divider works."""
         design, exponent_total = self._design, self.total.p.exponent
         operand, fraction = design.formats.operand, design.formats.force_fraction
-        growth = _register(m, modulus_length - numerator_length)
-        swept = _register(m, growth - exponent_total + (2 * operand - 4))
-        exponent = _register(m, Mux(regular, swept, normal_gain(design)[1]))
-        force_shift = _register(m, exponent + (2 - force_drop(design) - fraction))
-        resultant_shift = _register(m, exponent + exponent_total - fraction)
+        growth = register(m, modulus_length - numerator_length)
+        swept = register(m, growth - exponent_total + (2 * operand - 4))
+        exponent = register(m, Mux(regular, swept, normal_gain(design)[1]))
+        force_shift = register(m, exponent + (2 - force_drop(design) - fraction))
+        resultant_shift = register(m, exponent + exponent_total - fraction)
         return force_shift, resultant_shift, (force_shift < 0) | (resultant_shift < 0)
-
-
-def _register(m: Module, value: Value) -> Signal:
-    """``value`` a cycle later."""
-    register = Signal(value.shape(), reset_less=True)
-    m.d.sync += register.eq(value)
-    return register
 
 
 def _serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value) -> Value:
@@ -199,19 +193,19 @@ def _serial_product(m: Module, word: Value, constant: int, digits: int, start: V
 
     The product enters the register from above while the constant leaves it below; the word must stay.
     """
-    register = Signal(len(word) + digits, reset_less=True)
+    shifter = Signal(len(word) + digits, reset_less=True)
     with m.If(start):
-        m.d.sync += register.eq(constant)
+        m.d.sync += shifter.eq(constant)
     with m.Elif(busy):
-        total = register[digits:] + Mux(register[0], word, 0)
-        m.d.sync += register.eq(Cat(register[1:digits], total))
-    return register
+        total = shifter[digits:] + Mux(shifter[0], word, 0)
+        m.d.sync += shifter.eq(Cat(shifter[1:digits], total))
+    return shifter
 
 
 def _normalise(m: Module, work: Value, bits: int) -> tuple[Value, Value]:
     """Bit length of ``work`` one cycle later, and two cycles later its ``bits`` top bits from the highest one."""
-    length = _register(m, bit_length(work))
-    return length, _register(m, (work << (len(work) - length)[: len(length)])[len(work) - bits : len(work)])
+    length = register(m, bit_length(work))
+    return length, register(m, (work << (len(work) - length)[: len(length)])[len(work) - bits : len(work)])
 
 
 def _limit(value: Value, shape: Shape) -> Value:

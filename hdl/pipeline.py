@@ -5,12 +5,17 @@ from __future__ import annotations
 from amaranth import Module, Shape, Signal, Value
 
 
-def delayed(m: Module, value: Value, cycles: int, *, control: bool = False) -> Value:
-    """``value`` so many cycles later; ``control`` bits are cleared by a reset."""
+def register(m: Module, value: Value, name: str = "register", *, control: bool = False) -> Signal:
+    """``value`` a cycle later, or a step where ``m`` is in a condition; ``control`` bits are cleared by a reset."""
+    word = Signal(value.shape(), name=name, reset_less=not control)
+    m.d.sync += word.eq(value)
+    return word
+
+
+def delayed(m: Module, value: Value, cycles: int, name: str = "word", *, control: bool = False) -> Value:
+    """``value`` so many cycles later."""
     for _ in range(cycles):
-        word = Signal(value.shape(), reset_less=not control)
-        m.d.sync += word.eq(value)
-        value = word
+        value = register(m, value, name, control=control)
     return value
 
 

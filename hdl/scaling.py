@@ -16,6 +16,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count, round_half, saturate, shift_right
+from tfra.hdl.pipeline import register
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 from tfra.model.fixed.words import COUNTER_BITS, layout
@@ -198,17 +199,17 @@ class Scaling(wiring.Component):
     def _multiply(self, m: Module, into: data.View) -> tuple[Value, Value, Value]:
         """``word * factor / 2^shift`` rounded half up, with the word's flags beside it."""
         word, bits = into.word, len(into.factor)
-        partials = [_register(m, part * into.factor.as_signed(), "partial") for part in _chunks(word)]
+        partials = [register(m, part * into.factor.as_signed(), "partial") for part in _chunks(word)]
         # An unsigned factor is its signed word plus 2^bits where its top bit is set.
-        top = _register(m, Mux(into.factor[-1], word, 0).as_signed(), "top")
+        top = register(m, Mux(into.factor[-1], word, 0).as_signed(), "top")
         width = len(word) + bits
-        total = _register(m, reduce(add, (p << (CHUNK * k) for k, p in enumerate(partials)))[:width].as_signed(), "sum")
-        product = _register(m, (total + (_register(m, top, "top") << bits))[:width].as_signed(), "product")
+        total = register(m, reduce(add, (p << (CHUNK * k) for k, p in enumerate(partials)))[:width].as_signed(), "sum")
+        product = register(m, (total + (register(m, top, "top") << bits))[:width].as_signed(), "product")
         shift, flags = into.shift, Cat(into.plain, into.last)
         for _ in range(3):
-            shift, flags = _register(m, shift, "shift"), _register(m, flags, "flags")
-        shifted, flags = _register(m, shift_right(product, shift), "shifted"), _register(m, flags, "flags")
-        rounded, flags = _register(m, round_half(shifted), "rounded"), _register(m, flags, "flags")
+            shift, flags = register(m, shift, "shift"), register(m, flags, "flags")
+        shifted, flags = register(m, shift_right(product, shift), "shifted"), register(m, flags, "flags")
+        rounded, flags = register(m, round_half(shifted), "rounded"), register(m, flags, "flags")
         return rounded, flags[0], flags[1]
 
     def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:
@@ -223,13 +224,6 @@ class Scaling(wiring.Component):
             m.d.sync += result.data[place].eq(rounded[place] | limited)
         with m.If(valid):
             m.d.sync += limited.eq(~last & (limited | (~plain & above.any() & ~above.all())))
-
-
-def _register(m: Module, value: Value, name: str) -> Signal:
-    """``value`` one step of the pipeline later."""
-    register = Signal(value.shape(), name=name, reset_less=True)
-    m.d.sync += register.eq(value)
-    return register
 
 
 def _chunks(word: Value) -> list[Value]:
