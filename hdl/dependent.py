@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
 from typing import Any
 
 from amaranth import Module, Mux, Signal, Value, signed
@@ -11,8 +9,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import add_or_subtract, count, during, leading_zeros, magnitude_bits, round_top
+from tfra.hdl.arithmetic import add_or_subtract, count, during, round_top
 from tfra.hdl.divider import Divider
+from tfra.hdl.pipeline import align
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.scalars import scalar_fraction
@@ -141,17 +140,9 @@ class Dependent(wiring.Component):
         """The ring's words at operand length, one each cycle; they return to its tail."""
         vector, operand = widths(self.design).vector, self.design.formats.operand
         exact = [word[:vector].as_signed() for word in ring]
-        seen = Signal(vector - 1, reset_less=True)
-        zeros = Signal(count(vector - 1), reset_less=True)
-        aligned = Signal(signed(vector), reset_less=True)
         rounded = Signal(signed(operand), reset_less=True)
-        m.d.sync += [
-            seen.eq(reduce(or_, map(magnitude_bits, exact))),
-            aligned.eq(exact[0] << zeros),
-            rounded.eq(round_top(aligned, operand)),
-        ]
-        with m.If(cycle == _ZEROS):
-            m.d.sync += zeros.eq(leading_zeros(seen))
+        aligned, zeros = align(m, exact, exact[0], cycle == _ZEROS)
+        m.d.sync += rounded.eq(round_top(aligned, operand))
         with m.If(during(cycle, _RING)):
             m.d.sync += [word.eq(after) for word, after in zip(ring, [*ring[1:], rounded], strict=True)]
         m.d.comb += self.affine.payload.significant.eq(vector - 1 - zeros)
@@ -184,18 +175,10 @@ class Dependent(wiring.Component):
 
     def _magnitudes(self, m: Module, exact: list[Signal], cycle: Value) -> tuple[list[Signal], list[Signal]]:
         """|num1|, |num0|, |den| with a common factor, and their signs."""
-        width, bits = len(exact[0]), widths(self.design).division
-        seen = Signal(width - 1, reset_less=True)
-        zeros = Signal(count(width - 1), reset_less=True)
-        aligned = Signal(signed(width), reset_less=True)
+        bits = widths(self.design).division
+        aligned, _ = align(m, exact, exact[-1], cycle == _ZEROS_U)
         size = [Signal(bits, name=f"size{n}", reset_less=True) for n in range(3)]
         negative = [Signal(name=f"negative{n}", reset_less=True) for n in range(3)]
-        m.d.sync += [
-            seen.eq(reduce(or_, map(magnitude_bits, exact))),
-            aligned.eq(exact[-1] << zeros),
-        ]
-        with m.If(cycle == _ZEROS_U):
-            m.d.sync += zeros.eq(leading_zeros(seen))
         with m.If(during(cycle, _ROUND_U)):
             m.d.sync += [size[0].eq(_round_magnitude(aligned, bits)), negative[0].eq(aligned[-1])]
             m.d.sync += [size[n + 1].eq(size[n]) for n in range(2)]

@@ -25,7 +25,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from amaranth import Cat, Elaboratable, Module, Mux, Signal, Value, signed
+from amaranth import Cat, Elaboratable, Module, Mux, Signal, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory, ReadPort
 from amaranth.lib.wiring import In, Out
@@ -36,6 +36,7 @@ from tfra.hdl.matvec_drain import Drain
 from tfra.hdl.matvec_operand import OperandBuffer, Prepare
 from tfra.hdl.matvec_schedule import Schedule
 from tfra.hdl.payloads import vector_quad
+from tfra.hdl.pipeline import delayed
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, stacks
 from tfra.model.fixed.widths import widths
@@ -131,16 +132,17 @@ class MatVec(wiring.Component):
         wiring.connect(m, buffer.operand, wiring.flipped(self.operand))
         wiring.connect(m, wiring.flipped(self.result), drain.result)
         self._control(m, buffer, schedule, prepare, drain)
-        first, valid, last = _delays(m, schedule, CAPTURE)
-        m.d.comb += drain.complete.eq(last[CAPTURE])
-        address = _chain(m, schedule.address, _ADDRESS, "address")[_ADDRESS]
+        address = delayed(m, schedule.address, _ADDRESS, "address")
+        first = delayed(m, schedule.first, CAPTURE - 1, "first")
+        valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
+        m.d.comb += drain.complete.eq(delayed(m, schedule.last, CAPTURE, "last", control=True))
         for number, image in enumerate(lane_images(design)):
             m.submodules[f"lane{number}"] = lane = _Lane(design, image)
             m.d.comb += [
                 lane.address.eq(address),
                 lane.word.eq(prepare.words[number % self._words]),
-                lane.first.eq(first[CAPTURE - 1]),
-                lane.valid.eq(valid[CAPTURE - 1]),
+                lane.first.eq(first),
+                lane.valid.eq(valid),
                 drain.sums[number].eq(lane.sum),
             ]
         return m
@@ -161,24 +163,6 @@ class MatVec(wiring.Component):
         parity, part = Signal(), Signal.like(schedule.read_part, reset_less=True)
         m.d.sync += [parity.eq(schedule.read_parity), part.eq(schedule.read_part)]
         m.d.comb += [prepare.amounts.eq(amounts[parity]), prepare.part.eq(part)]
-
-
-def _chain(m: Module, value: Value, stages: int, name: str, reset_less: bool = True) -> list[Value]:
-    """``value`` now and after each of ``stages`` registers."""
-    chain = [value]
-    for stage in range(1, stages + 1):
-        chain.append(Signal.like(value, name=f"{name}{stage}", reset_less=reset_less))
-        m.d.sync += chain[-1].eq(chain[-2])
-    return chain
-
-
-def _delays(m: Module, schedule: Schedule, stages: int) -> tuple[list[Value], list[Value], list[Value]]:
-    """Marks that accompany a quad through the pipeline; first and last are of its pass."""
-    return (
-        _chain(m, schedule.first, stages, "first"),
-        _chain(m, schedule.reading, stages, "valid", reset_less=False),
-        _chain(m, schedule.last, stages, "last", reset_less=False),
-    )
 
 
 class _Lane(Elaboratable):

@@ -1,8 +1,14 @@
-"""Registers in a row: words that come later, constant products without a multiplier."""
+"""Registers in a row: words that come later, words aligned together, constant products without a multiplier."""
 
 from __future__ import annotations
 
-from amaranth import Module, Shape, Signal, Value
+from collections.abc import Iterable
+from functools import reduce
+from operator import or_
+
+from amaranth import Module, Shape, Signal, Value, signed
+
+from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
 
 
 def register(m: Module, value: Value, name: str = "register", *, control: bool = False) -> Signal:
@@ -17,6 +23,22 @@ def delayed(m: Module, value: Value, cycles: int, name: str = "word", *, control
     for _ in range(cycles):
         value = register(m, value, name, control=control)
     return value
+
+
+def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:
+    """``word`` a cycle later, moved left by the zeros that all ``words`` have behind their signs; these zeros.
+
+    ``measure`` is high a cycle after ``words`` stand, when the OR of their magnitudes does; the zeros then stay, so
+    that the words may go past ``word`` one by one.  ``round_top`` finishes the normalisation.
+    """
+    width = len(word)
+    seen = Signal(width - 1, reset_less=True)
+    zeros = Signal(count(width - 1), reset_less=True)
+    aligned = Signal(signed(width), reset_less=True)
+    m.d.sync += [seen.eq(reduce(or_, map(magnitude_bits, words))), aligned.eq(word << zeros)]
+    with m.If(measure):
+        m.d.sync += zeros.eq(leading_zeros(seen))
+    return aligned, zeros
 
 
 def signed_digits(factor: int) -> list[tuple[int, int]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
 from typing import Any
 
 from amaranth import Module, Mux, Signal, Value, signed
@@ -11,7 +9,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import count, during, leading_zeros, magnitude_bits, round_top
+from tfra.hdl.arithmetic import count, during, round_top
+from tfra.hdl.pipeline import align
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import widths
@@ -115,15 +114,7 @@ class Resultant(wiring.Component):
         """The three sums at division length, one each cycle; first comes F_x."""
         width, bits = len(exact[0]), widths(self.design).division
         words, exponent = self.total.payload.words, self.total.payload.exponent
-        seen = Signal(width - 1, reset_less=True)
-        zeros = Signal(count(width - 1), reset_less=True)
-        aligned = Signal(signed(width), reset_less=True)
-        m.d.sync += [
-            seen.eq(reduce(or_, map(magnitude_bits, exact))),
-            aligned.eq(exact[2] << zeros),
-        ]
-        with m.If(cycle == _ZEROS):
-            m.d.sync += zeros.eq(leading_zeros(seen))
+        aligned, zeros = align(m, exact, exact[2], cycle == _ZEROS)
         with m.If(cycle == _ALIGN.start):
             # operand - 1 - affine.significant + fraction + bits - 1 - (width - 1 - zeros)
             fixed = self.design.formats.operand - 1 + scalar_fraction(self.design) + bits - width
