@@ -32,6 +32,7 @@ class _Sizes:
 
     @property
     def product(self) -> int:
+        """Bits of the register."""
         return self.word + self.multiplier
 
     @property

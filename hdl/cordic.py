@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Const, Module, Mux, Shape, Signal, Value, signed, unsigned
+from amaranth import Array, Const, Module, Mux, Shape, Signal, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count
+from tfra.hdl.arithmetic import add_or_subtract, count
 from tfra.model.design import Design
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
 from tfra.model.fixed.widths import widths
@@ -63,10 +63,11 @@ class Cordic(wiring.Component):
         turn, word = self._design.formats.operand + ANGLE_GUARD, cordic_word(self._design).width + GROWTH
         x, y = (Signal(signed(word), name=name, reset_less=True) for name in "xy")
         angle, rotation = Signal(turn, reset_less=True), Signal(count(last), reset_less=True)
-        busy, done = Signal(), Signal()
+        busy, done, above = Signal(), Signal(), Signal()
         steps = Array(Const(step, turn) for step in angle_table(self._design))
 
         m.d.comb += [
+            above.eq(~y[-1]),
             self.i.ready.eq(~busy & ~done),
             self.o.valid.eq(done),
             self.o.p.modulus.eq(x),
@@ -74,9 +75,9 @@ class Cordic(wiring.Component):
         ]
         with m.If(busy):
             m.d.sync += [
-                x.eq(_plus_if(~y[-1], x, y >> rotation)),
-                y.eq(_plus_if(y[-1], y, x >> rotation)),
-                angle.eq(_plus_if(~y[-1], angle, steps[rotation])),
+                x.eq(add_or_subtract(x, y >> rotation, y[-1])),
+                y.eq(add_or_subtract(y, x >> rotation, above)),
+                angle.eq(add_or_subtract(angle, steps[rotation], y[-1])),
                 rotation.eq(rotation + 1),
             ]
             with m.If(rotation == last):
@@ -86,16 +87,10 @@ class Cordic(wiring.Component):
         with m.Elif(self.i.valid):
             left, half = self.i.p.x[-1], 1 << (ANGLE_GUARD - 1)
             m.d.sync += [
-                x.eq(_plus_if(~left, Const(0), self.i.p.x)),
-                y.eq(_plus_if(~left, Const(0), self.i.p.y)),
+                x.eq(add_or_subtract(Const(0), self.i.p.x, left)),
+                y.eq(add_or_subtract(Const(0), self.i.p.y, left)),
                 angle.eq(Mux(left, (1 << (turn - 1)) + half, half)),
                 rotation.eq(0),
                 busy.eq(1),
             ]
         return m
-
-
-def _plus_if(condition: Value, a: Value, b: Value) -> Value:
-    """``a + b`` if ``condition``, else ``a - b``: one carry chain, whose extra low bit makes the carry in."""
-    operand = Cat(~condition, Mux(condition, b, ~b))
-    return (Cat(Const(1, 1), a).as_signed() + operand.as_signed())[1:].as_signed()

@@ -10,7 +10,8 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import add_or_subtract, count, saturate
+from tfra.hdl.arithmetic import add_or_subtract, saturate
+from tfra.hdl.streams import one_at_a_time
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
 
@@ -69,22 +70,12 @@ class Friction(wiring.Component):
 
     def _control(self, m: Module) -> tuple[Value, Value]:
         """Cycle of the schedule, zero until index and facts are there; the index."""
-        busy, valid = Signal(), Signal()
-        cycle = Signal(count(_CHOOSE))
-        index = Signal(payloads.sweep_index(self.design), reset_less=True)
         facts = (self.direction, self.affine, self.frame)
-        m.d.comb += [self.index.ready.eq(~busy), self.chosen.valid.eq(valid)]
+        cycle, busy = one_at_a_time(m, self.index, facts, self.chosen, _CHOOSE)
+        index = Signal(payloads.sweep_index(self.design), reset_less=True)
         m.d.comb += [fact.ready.eq(cycle == _CHOOSE) for fact in facts]
         with m.If(~busy):
-            m.d.sync += [busy.eq(self.index.valid), index.eq(self.index.payload)]
-        with m.Elif(cycle == _CHOOSE):
-            m.d.sync += [cycle.eq(0), valid.eq(1)]
-        with m.Elif(cycle != 0):
-            m.d.sync += cycle.eq(cycle + 1)
-        with m.Elif(~valid):
-            m.d.sync += cycle.eq(self.direction.valid & self.affine.valid & self.frame.valid)
-        with m.Elif(self.chosen.ready):
-            m.d.sync += [busy.eq(0), valid.eq(0)]
+            m.d.sync += index.eq(self.index.payload)
         return cycle, index
 
     def _grid(self, m: Module, index: Value) -> Value:

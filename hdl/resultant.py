@@ -9,8 +9,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import count, during, round_top
+from tfra.hdl.arithmetic import during, round_top
 from tfra.hdl.pipeline import align
+from tfra.hdl.streams import one_at_a_time
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import widths
@@ -66,25 +67,14 @@ class Resultant(wiring.Component):
 
     def _control(self, m: Module, factors: list[Signal]) -> Value:
         """Cycle of the schedule, zero until chosen and facts are there; mu_x and mu_y take turns."""
-        busy, valid = Signal(), Signal()
-        cycle = Signal(count(_LAST))
+        facts = (self.affine, self.frame)
+        cycle, busy = one_at_a_time(m, self.chosen, facts, self.total, _LAST)
         chosen = self.chosen.payload
-        m.d.comb += [
-            self.chosen.ready.eq(~busy),
-            self.affine.ready.eq(cycle == _ALIGN.start),
-            self.frame.ready.eq(cycle == _ALIGN.start),
-            self.total.valid.eq(valid),
-        ]
+        m.d.comb += [fact.ready.eq(cycle == _ALIGN.start) for fact in facts]
         with m.If(~busy):
-            m.d.sync += [busy.eq(self.chosen.valid), factors[0].eq(chosen.mu_x), factors[1].eq(chosen.mu_y)]
-        with m.Elif(cycle == _LAST):
-            m.d.sync += [cycle.eq(0), valid.eq(1)]
+            m.d.sync += [factors[0].eq(chosen.mu_x), factors[1].eq(chosen.mu_y)]
         with m.Elif(cycle != 0):
-            m.d.sync += [cycle.eq(cycle + 1), factors[0].eq(factors[1]), factors[1].eq(factors[0])]
-        with m.Elif(~valid):
-            m.d.sync += cycle.eq(self.affine.valid & self.frame.valid)
-        with m.Elif(self.total.ready):
-            m.d.sync += [busy.eq(0), valid.eq(0)]
+            m.d.sync += [factors[0].eq(factors[1]), factors[1].eq(factors[0])]
         return cycle
 
     def _products(self, m: Module, factor: Value, cycle: Value) -> list[Signal]:

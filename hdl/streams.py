@@ -6,10 +6,10 @@ it needs it and takes it (``ready``) in the last cycle of use, so the sender hol
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-from amaranth import Elaboratable, Module, Mux, Shape, Signal
+from amaranth import Cat, Elaboratable, Module, Mux, Shape, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
@@ -150,6 +150,27 @@ class Spare(wiring.Component):
         with m.Elif(~used):
             m.d.sync += [used.eq(self.i.valid), kept.eq(self.i.p)]
         return m
+
+
+def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last: int) -> tuple[Signal, Signal]:
+    """Cycle of a block that works on one transfer at a time, and whether it has one.
+
+    ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; behind
+    cycle ``last`` stream ``leave`` is valid until it is taken.
+    """
+    busy, valid, cycle = Signal(), Signal(), Signal(count(last))
+    m.d.comb += [enter.ready.eq(~busy), leave.valid.eq(valid)]
+    with m.If(~busy):
+        m.d.sync += busy.eq(enter.valid)
+    with m.Elif(cycle == last):
+        m.d.sync += [cycle.eq(0), valid.eq(1)]
+    with m.Elif(cycle != 0):
+        m.d.sync += cycle.eq(cycle + 1)
+    with m.Elif(~valid):
+        m.d.sync += cycle.eq(Cat(fact.valid for fact in facts).all())
+    with m.Elif(leave.ready):
+        m.d.sync += [busy.eq(0), valid.eq(0)]
+    return cycle, busy
 
 
 class Queue(wiring.Component):
