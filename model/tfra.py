@@ -14,7 +14,7 @@ from enum import IntFlag
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.boussinesq import operators
+from tfra.model.boussinesq import Operators, operators
 from tfra.model.sensor import Floats, SensorArray
 
 Ints = npt.NDArray[np.int64]
@@ -104,9 +104,14 @@ def check_frames(sensor: SensorArray, frames: npt.ArrayLike) -> Floats:
 
 
 class Tfra:
-    """The algorithm for one sensor and one sweep grid of ``steps`` + 1 candidates."""
+    """The algorithm for one sensor and one sweep grid of ``steps`` + 1 candidates.
 
-    def __init__(self, sensor: SensorArray, steps: int = 100, plateau_tolerance: float = 0.0) -> None:
+    ``ops`` replaces the sensor's own operators, for instance by filtered ones (:mod:`tfra.model.sparse`).
+    """
+
+    def __init__(
+        self, sensor: SensorArray, steps: int = 100, plateau_tolerance: float = 0.0, ops: Operators | None = None
+    ) -> None:
         if steps < 1:
             raise ValueError(f"steps: at least 1 is needed, got {steps}")
         if not plateau_tolerance >= 0:
@@ -114,7 +119,7 @@ class Tfra:
         self.sensor = sensor
         self.steps = steps
         self.plateau_tolerance = plateau_tolerance
-        self._ops = operators(sensor)
+        self._ops = ops or operators(sensor)
         self._normal_gain = self._ops.c33 @ self._ops.pinv3
         self._x, self._y = sensor.positions()
 

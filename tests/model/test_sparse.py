@@ -1,0 +1,228 @@
+"""Filters against hand-made matrices and plain loops; filtered TFRA against the paper's equations taken literally."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.model.cases import SENSORS
+from tfra.model.boussinesq import Operators, operators
+from tfra.model.layer import frames
+from tfra.model.scenes import random_contacts
+from tfra.model.sparse import Filter, error, filtered, kept, multiplications
+from tfra.model.tfra import Tfra
+
+SMALL = np.array([[9.0, 1, -8, 2], [0, 5, 1, 4], [3, 0, 6, -6], [1, 2, 3, 4]])
+
+
+@pytest.mark.parametrize(
+    ("kind", "strength", "expected"),
+    [
+        ("F1", 0, [[9, 0, 0, 0], [0, 5, 0, 0], [0, 0, 6, 0], [0, 0, 0, 4]]),  # at least one
+        ("F1", 25, [[9, 0, 0, 0], [0, 5, 0, 0], [0, 0, 6, 0], [0, 0, 0, 4]]),
+        ("F1", 50, [[9, 1, 0, 0], [0, 5, 1, 0], [0, 0, 6, -6], [0, 0, 3, 4]]),  # zeros don't count as kept
+        ("F1", 75, [[9, 1, -8, 0], [0, 5, 1, 4], [3, 0, 6, -6], [0, 2, 3, 4]]),
+        ("F1", 100, SMALL),
+        ("F2", 0, SMALL),
+        ("F2", 50, [[9, 0, -8, 0], [0, 5, 0, 4], [3, 0, 6, -6], [0, 2, 3, 4]]),  # 3 of 6, 2 of 4: just enough
+        ("F2", 80, [[9, 0, -8, 0], [0, 5, 0, 4], [0, 0, 6, -6], [0, 0, 0, 4]]),
+        ("F2", 100, [[9, 0, 0, 0], [0, 5, 0, 0], [0, 0, 6, -6], [0, 0, 0, 4]]),
+        ("F3", 0, SMALL),
+        ("F3", 80, [[9, 0, -8, 0], [0, 5, 0, 4], [0, 0, 6, -6], [0, 0, 0, 4]]),  # F2 drops 35, F1 89 and more
+    ],
+)
+def test_literal_matrices(kind, strength, expected):
+    np.testing.assert_array_equal(np.where(Filter(kind, strength).mask(SMALL), SMALL, 0), expected)
+
+
+def test_f3_takes_f1_where_small_rows_are_full():
+    """F2 spends its entries on a row of small, equal ones; as many near the diagonal keep more."""
+    matrix = np.array([[9.0, 4, 0, 0], [4, 9, 4, 0], [0, 4, 9, 4], [0.1, 0.1, 0.1, 0.1]])
+    np.testing.assert_array_equal(Filter("F2", 50).mask(matrix).sum(axis=1), [1, 1, 1, 4])
+    near = Filter("F3", 50).mask(matrix)  # 7 entries: 1 + 2 + 2 + 2
+    np.testing.assert_array_equal(near, [[1, 0, 0, 0], [1, 1, 0, 0], [0, 1, 1, 0], [0, 0, 1, 1]])
+
+
+def naive(kind: str, strength: float, row: list[float], diagonal: int, count: int | None = None) -> list[bool]:
+    """One row by sorting and comparing, entry by entry."""
+    present = [j for j, value in enumerate(row) if value]
+    if kind == "F1":
+        count = max(1, round(len(row) * strength / 100)) if count is None else count
+        chosen = sorted(present, key=lambda j: (abs(j - diagonal), j))[:count]
+    else:
+        largest = max(abs(value) for value in row)
+        chosen = [j for j in present if 100 * abs(row[j]) >= strength * largest]
+    return [j in chosen for j in range(len(row))]
+
+
+def check(chosen: Filter, matrix: np.ndarray, mask: np.ndarray) -> None:
+    """Raise ``AssertionError`` unless ``mask`` is what loops over the definition find."""
+    rows = matrix.tolist()
+    f2 = np.array([naive("F2", chosen.strength, row, i) for i, row in enumerate(rows)])
+    if chosen.kind == "F1":
+        expected = np.array([naive("F1", chosen.strength, row, i) for i, row in enumerate(rows)])
+    elif chosen.kind == "F2":
+        expected = f2
+    else:
+        whole, extra = divmod(int(f2.sum()), len(rows))
+        counts = [whole + (i >= len(rows) - extra) for i in range(len(rows))]
+        f1 = np.array([naive("F1", 0, row, i, count) for i, (row, count) in enumerate(zip(rows, counts, strict=True))])
+        lost = [float((matrix[~m] ** 2).sum()) for m in (f1, f2)]
+        expected = f1 if lost[0] < lost[1] else f2
+        assert error(matrix, mask) <= min(np.sqrt(lost)) * (1 + 1e-12)
+    np.testing.assert_array_equal(mask, expected)
+
+
+def random_matrices():
+    rng = np.random.default_rng(4)
+    for size in (1, 2, 5, 8):
+        for _ in range(10):
+            scale = 10.0 ** rng.uniform(-3, 0, size=(size, 1))
+            matrix = scale * rng.normal(size=(size, size)) * (rng.random((size, size)) < 0.8)
+            yield matrix + np.eye(size) * (np.abs(matrix).sum(axis=1) == 0)
+
+
+def test_equals_loops_and_f3_is_never_worse():
+    taken = set()
+    for matrix in random_matrices():
+        for strength in (0, 3, 20, 45, 70, 100):
+            for kind in ("F1", "F2", "F3"):
+                chosen = Filter(kind, strength)
+                check(chosen, matrix, chosen.mask(matrix))
+            taken.add(bool((Filter("F3", strength).mask(matrix) == Filter("F2", strength).mask(matrix)).all()))
+    assert taken == {True, False}  # F3 took either side
+
+
+@pytest.mark.parametrize("kind", ["F1", "F2", "F3"])
+def test_a_corrupted_mask_is_noticed(kind):
+    chosen = Filter(kind, 50)
+    mask = chosen.mask(SMALL)
+    check(chosen, SMALL, mask)
+    for i, j in np.argwhere(SMALL != 0):
+        wrong = mask.copy()
+        wrong[i, j] ^= True
+        with pytest.raises(AssertionError):
+            check(chosen, SMALL, wrong)
+
+
+def test_stronger_filters_keep_less_of_the_same():
+    for matrix in vars(operators(SENSORS["5x7, 3x3 mm"])).values():
+        for kind, strengths in (("F1", (100, 60, 30, 10, 3, 0)), ("F2", (0, 0.1, 1, 5, 20, 60, 100))):
+            masks = [Filter(kind, s).mask(matrix) for s in strengths]
+            for weak, strong in pairwise(masks):
+                assert not (strong & ~weak).any()
+                assert strong.sum() < weak.sum() or (strong == weak).all()
+                assert error(matrix, strong) >= error(matrix, weak)
+            assert error(matrix, masks[0]) == 0 < error(matrix, masks[-1])
+
+
+@pytest.mark.parametrize("chosen", [Filter("F1", 100), Filter("F2", 0), Filter("F3", 0)])
+@pytest.mark.parametrize("name", ["10x10, 4x2 mm", "5x7, 3x3 mm"])
+def test_the_weakest_filter_changes_no_bit(chosen, name):
+    sensor = SENSORS[name]
+    stress = frames(sensor, random_contacts(sensor, 40, np.random.default_rng(1)))
+    plain = Tfra(sensor)(stress, keep_sweep=True)
+    same = Tfra(sensor, ops=filtered(operators(sensor), chosen))(stress, keep_sweep=True)
+    for field in fields(plain):
+        if field.name != "sweep":
+            np.testing.assert_array_equal(getattr(same, field.name), getattr(plain, field.name))
+    np.testing.assert_array_equal(same.sweep.b_z, plain.sweep.b_z)
+    np.testing.assert_array_equal(same.sweep.b_xy, plain.sweep.b_xy)
+    other = Tfra(sensor, ops=filtered(operators(sensor), Filter("F2", 5)))(stress)
+    assert not np.array_equal(other.forces, plain.forces)
+
+
+def literal(ops: Operators, b: np.ndarray, phi: float, steps: int) -> tuple[int, np.ndarray]:
+    """Index and direction of the resultant of one frame: Eq. 7 as w + A-dagger (b - A w) for every candidate."""
+    a, pinv, m = ops.a, ops.pinv, len(b)
+    w_z = np.minimum(ops.c33_inv @ b, 0)
+
+    def reconstruct(mu_x: float, mu_y: float) -> np.ndarray:
+        w = np.concatenate([-mu_x * w_z, -mu_y * w_z, w_z])
+        return w + pinv @ (b - a @ w)
+
+    sums = [reconstruct(*mu).reshape(3, m).sum(axis=1) for mu in ((0, 0), (1, 0), (0, 1))]
+    a0, a1, a2 = sums[0], sums[1] - sums[0], sums[2] - sums[0]  # Eq. 12
+    cos, sin = np.cos(phi), np.sin(phi)
+    along_x = abs(cos) >= abs(sin)
+    start = 0.0 if (cos if along_x else sin) >= 0 else -1.0
+    found = []
+    for k in range(steps + 1):
+        mu = start + k / steps
+        if along_x:  # Eq. 18
+            pair = mu, (a0[0] * sin - a0[1] * cos + mu * (a1[0] * sin - a1[1] * cos)) / (a2[1] * cos - a2[0] * sin)
+        else:  # Eq. 17
+            pair = (a0[1] * cos - a0[0] * sin + mu * (a2[1] * cos - a2[0] * sin)) / (a1[0] * sin - a1[1] * cos), mu
+        f = reconstruct(*pair)
+        normal = ops.c33 @ f[2 * m :]
+        rest = b - normal
+        found.append((normal[normal > 0].sum(), abs(rest[rest > 0].sum() - b[b > 0].sum()), k, f))
+    _, _, index, f = min(found, key=lambda candidate: candidate[:3])
+    total = f.reshape(3, m).sum(axis=1)
+    return index, total / np.linalg.norm(total)
+
+
+@pytest.mark.parametrize("chosen", [Filter("F1", 40), Filter("F2", 2)])
+def test_filtered_tfra_equals_the_equations_with_filtered_matrices(chosen):
+    sensor = SENSORS["5x7, 3x3 mm"]
+    ops = filtered(operators(sensor), chosen)
+    stress = frames(sensor, random_contacts(sensor, 40, np.random.default_rng(2)))
+    result = Tfra(sensor, 20, ops=ops)(stress)
+    plain = Tfra(sensor, 20)(stress)
+    regular = np.flatnonzero(result.status == 0)
+    assert len(regular) >= 8
+    for i in regular:
+        index, direction = literal(ops, stress[i].ravel(), np.radians(result.phi_deg[i]), 20)
+        assert result.sweep_index[i] == index
+        np.testing.assert_allclose(result.resultant[i] / np.linalg.norm(result.resultant[i]), direction, atol=1e-9)
+    assert np.abs(result.resultant - plain.resultant)[regular].max() > 1e-3  # the unfiltered ones would be noticed
+
+
+def test_mirrors_survive_f2_but_not_f1():
+    """Mirror taxels have coefficients of one size, so F2 treats them alike; a band in row-major order doesn't."""
+    sensor = SENSORS["5x7, 3x3 mm"]
+
+    def mirrored(ops: Operators) -> bool:
+        grids = [np.abs(m).reshape(5, 7, 5, 7) > 0 for m in vars(ops).values()]
+        return all(np.array_equal(np.flip(g, axes), g) for g in grids for axes in ((0, 2), (1, 3)))
+
+    for strength in (0.5, 2, 10, 50, 100):
+        assert mirrored(filtered(operators(sensor), Filter("F2", strength)))
+    for strength in (10, 20, 40, 80):
+        assert not mirrored(filtered(operators(sensor), Filter("F1", strength)))
+
+
+def test_multiplications_by_hand():
+    """10x10: seven dense matrices of 10,000, C33 A3-dagger twice; forces straight ahead add nothing to C31 and C32."""
+    full = operators(SENSORS["10x10, 4x2 mm"])
+    assert multiplications(full) == 7 * 10_000 + 2 * 10_000 - 2 * 1_000
+    diagonal = kept(filtered(full, Filter("F1", 1)))
+    assert diagonal == dict.fromkeys(vars(full), 100) | {"normal": 100}
+
+
+def test_filtered_leaves_the_original_alone_and_is_read_only():
+    full = operators(SENSORS["4x6, 5x3 mm"])
+    before = {name: matrix.copy() for name, matrix in vars(full).items()}
+    sparse = filtered(full, Filter("F2", 10))
+    for name, matrix in vars(full).items():
+        np.testing.assert_array_equal(matrix, before[name])
+        new = getattr(sparse, name)
+        assert not new.flags.writeable
+        assert set(new[new != 0]) <= set(matrix[matrix != 0])
+
+
+@pytest.mark.parametrize(
+    ("kind", "strength", "message"),
+    [
+        ("F4", 10, r"^kind: one of F1, F2, F3 is needed, got 'F4'"),
+        ("F1", -1, r"^strength: 0 to 100 % is needed, got -1"),
+        ("F2", 100.5, r"^strength: 0 to 100 % is needed"),
+        ("F3", float("nan"), r"^strength: 0 to 100 % is needed, got nan"),
+    ],
+)
+def test_unusable_filters_are_refused(kind, strength, message):
+    with pytest.raises(ValueError, match=message):
+        Filter(kind, strength)
