@@ -81,7 +81,8 @@ def run(
         return node
 
     async def cycles(ctx: Any) -> None:
-        async for _ in ctx.tick():
+        while True:
+            await ctx.tick()
             clock["cycle"] += 1
             assert clock["cycle"] < limit, f"no end after {limit} cycles (seed {seed})"
 
@@ -96,7 +97,9 @@ def run(
                     await ctx.tick()
                 ctx.set(s.payload, value)
                 ctx.set(s.valid, 1)
-                await ctx.tick().until(s.ready)
+                taken = False
+                while not taken:
+                    *_, taken = await ctx.tick().sample(s.ready)
                 record.cycles[name].append(clock["cycle"])
                 ctx.set(s.valid, 0)
 
