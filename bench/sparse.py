@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import matplotlib as mpl
@@ -21,14 +22,17 @@ from bench.publish import ROOT
 from tfra.codegen.config import load
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.contact import Contact
-from tfra.model.design import Design
+from tfra.model.design import Adc, Design
 from tfra.model.fixed.butterfly import HADAMARD, taxel_index
+from tfra.model.fixed.coefficients import nonzero_products
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.words import decode, quantise
 from tfra.model.layer import frames
 from tfra.model.metrics import error_force, error_mu, error_phi
 from tfra.model.scenes import random_contacts
 from tfra.model.sensor import Floats
 from tfra.model.sparse import Filter, filtered, multiplications
-from tfra.model.tfra import Tfra
+from tfra.model.tfra import Result, Tfra
 
 EXAMPLES = {
     "hertz_40x20": "10×10, 4×2 mm, Hertz ellipse 16×8 mm",
@@ -46,6 +50,8 @@ PUBLISHED = {
     "power_w": 0.871,
     "companion_largest_error_percent": 14.7,
 }
+FIXED_MOST = 30
+"""Strength up to which the bit-accurate model is measured."""
 SEED = 2024
 STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe and Ito
     "F1": {"color": "#D55E00", "marker": "o", "ms": 4, "lw": 1},
@@ -94,9 +100,19 @@ class Study:
         self.random_stress = stress[swept]
         self.exact = exact.resultant[swept]
 
-    def errors(self, ops: Operators) -> dict[str, Any]:
-        """Errors (Eqs. 33-35) in %: largest of the paper's contacts, spread of random ones; change of F by ``ops``."""
-        model = Tfra(self.sensor, ops=ops)
+    def fixed(self, chosen: Filter) -> dict[str, Any]:
+        """The same of the bit-accurate model with ``chosen`` coefficients left, and its products with a factor.
+
+        The converter has 16 bits and holds the hardest of the contacts.
+        """
+        peak = max(float(np.abs(s).max()) for s in (self.paper_stress, self.random_stress))
+        design = replace(self.design, sparse=chosen, adc=Adc(16, 1.05 * peak))
+        model = FixedTfra(design)
+        errors = self.errors(lambda stress: decode(design, model(quantise(design, stress)).words))
+        return {"multiplications": nonzero_products(design), **errors}
+
+    def errors(self, model: Callable[[Floats], Result]) -> dict[str, Any]:
+        """Errors (Eqs. 33-35) in %: largest of the paper's contacts, spread of random ones, and the change of F."""
         found = model(self.paper_stress)
         force = error_force([c.force for c in self.paper], found.resultant)
         paper = {
@@ -128,27 +144,30 @@ class Study:
                     "strength": strength,
                     "multiplications": multiplications(ops),
                     "folded": folded_multiplications(self.design, ops),
-                    **self.errors(ops),
+                    **self.errors(Tfra(self.sensor, ops=ops)),
+                    "fixed": self.fixed(chosen) if kind == "F2" and chosen.strength <= FIXED_MOST else None,
                 }
 
 
 def table(results: dict[str, Any]) -> str:
     """Markdown rows of the strengths in ``SHOWN``."""
     lines = [
-        "| sensor | filter | products | folded | F, worst (F_x, F_y / F_z) | random: F, median | change (95 %) |",
-        "|---|---|---:|---:|---:|---:|---:|",
+        "| sensor | filter | products | folded | F, worst (F_x, F_y / F_z) | random: F, median | change (95 %) "
+        "| bit-accurate: products, F worst |",
+        "|---|---|---:|---:|---:|---:|---:|---:|",
     ]
     for name, result in results.items():
         for row in result["rows"]:
             if row["strength"] not in SHOWN.get(row["kind"], ()):
                 continue
             folded = "–" if row["folded"] is None else f"{row['folded']:,}"
-            paper, random = row["paper"], row["random"]
+            paper, random, fixed = row["paper"], row["random"], row["fixed"]
+            core = f"{fixed['multiplications']:,}, {fixed['paper']['force']:.1f} %" if fixed else "–"
             lines.append(
                 f"| {EXAMPLES[name].split(', ')[1]} | {row['kind']}, {row['strength']} % | {row['multiplications']:,} "
                 f"| {folded} | {paper['force']:.1f} % ({paper['tangential']:.1f} / {paper['normal']:.1f}) "
                 f"| {random['force']['median']:.1f} % "
-                f"| {random['change']['median']:.1f} % ({random['change']['p95']:.1f} %) |"
+                f"| {random['change']['median']:.1f} % ({random['change']['p95']:.1f} %) | {core} |"
             )
     return "\n".join(lines)
 

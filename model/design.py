@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, field
 
 from tfra.model.sensor import SensorArray
+from tfra.model.sparse import Filter
 
 
 def _require(condition: bool, name: str, reason: str) -> None:
@@ -89,7 +90,7 @@ class Architecture:
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """One core: sensor, converter, search, formats and architecture.
+    """One core: sensor, converter, search, formats and architecture; ``sparse`` drops small coefficients.
 
     Raises ``ValueError`` that starts with ``section.key:`` when the parts do not fit together.
     """
@@ -100,8 +101,11 @@ class Design:
     search: Search = field(default_factory=Search)
     formats: Formats = FORMATS["standard"]
     architecture: Architecture = field(default_factory=Architecture)
+    sparse: Filter | None = None
 
     def __post_init__(self) -> None:
+        mirrors = self.sparse is None or self.sparse.kind == "F2"
+        _require(mirrors, "sparse", "only F2 keeps the mirror symmetry that operators are folded by")
         lanes, most = self.architecture.mac_lanes, 4 * self.quads
         allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)
         reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"

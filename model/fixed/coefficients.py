@@ -25,6 +25,7 @@ from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, HADAMARD, OO, OX, OY, distinct, taxel_index
 from tfra.model.fixed.numbers import Ints
 from tfra.model.sensor import Floats
+from tfra.model.sparse import filtered
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,6 +136,8 @@ def _row_sum(rows: Floats | Ints) -> float:
 def stacks(design: Design) -> dict[str, Stack]:
     """Every stack of ``design``, by name; cached."""
     ops, h2 = operators(design.sensor), design.sensor.thickness**2
+    if design.sparse:
+        ops = filtered(ops, design.sparse)
     c31, c32, c33 = ops.c31 * h2, ops.c32 * h2, ops.c33 * h2
     pinv = ops.pinv1 / h2, ops.pinv2 / h2, ops.pinv3 / h2
     s1, s2, s3 = (p.sum(axis=0) for p in pinv)
@@ -161,3 +164,9 @@ def stacks(design: Design) -> dict[str, Stack]:
         "force": (matrix("pinv1", pinv[0], OX), matrix("pinv2", pinv[1], OY), matrix("pinv3", pinv[2])),
     }
     return {name: Stack(name, group) for name, group in groups.items()}
+
+
+def nonzero_products(design: Design) -> int:
+    """Products of a frame whose coefficient is not zero."""
+    rows = [op.rows for name in PRODUCTS for op in stacks(design)[name].operators]
+    return int(sum(np.count_nonzero(r) for r in rows))

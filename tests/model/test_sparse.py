@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -10,8 +10,13 @@ import pytest
 
 from tests.model.cases import SENSORS
 from tfra.model.boussinesq import Operators, operators
+from tfra.model.design import Architecture, Design
+from tfra.model.fixed.coefficients import nonzero_products
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.words import decode
 from tfra.model.layer import frames
-from tfra.model.scenes import random_contacts
+from tfra.model.scenes import contact_codes, random_contacts
+from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter, error, filtered, kept, multiplications
 from tfra.model.tfra import Tfra
 
@@ -226,3 +231,23 @@ def test_filtered_leaves_the_original_alone_and_is_read_only():
 def test_unusable_filters_are_refused(kind, strength, message):
     with pytest.raises(ValueError, match=message):
         Filter(kind, strength)
+
+
+def test_the_bit_accurate_model_takes_the_same_operators() -> None:
+    sensor = SensorArray(4, 6, 5e-3, 3e-3, 2e-3)
+    chosen = Filter("F2", 2)
+    dense = Design(sensor, architecture=Architecture(4, 26))
+    sparse = replace(dense, sparse=chosen)
+    codes = contact_codes(sparse, 200, seed=4)
+    found = decode(sparse, FixedTfra(sparse)(codes).words)
+    exact = Tfra(sensor, ops=filtered(operators(sensor), chosen))(codes * sparse.adc.lsb)
+    swept = exact.status == 0
+    assert (found.sweep_index == exact.sweep_index)[swept].mean() > 0.97
+    assert nonzero_products(sparse) < 0.8 * nonzero_products(dense)
+    other = decode(dense, FixedTfra(dense)(codes).words)
+    assert (other.sweep_index != exact.sweep_index)[swept].mean() > 0.1  # the filter is not without effect
+
+
+def test_a_design_takes_no_filter_that_breaks_the_mirrors() -> None:
+    with pytest.raises(ValueError, match="sparse: only F2 keeps the mirror symmetry"):
+        Design(SensorArray(4, 6, 5e-3, 3e-3, 2e-3), architecture=Architecture(4, 26), sparse=Filter("F1", 50))
