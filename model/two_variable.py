@@ -1,0 +1,161 @@
+"""The two-variable search that the paper compares TFRA with (its reference [7]), in this project's reading.
+
+doi:10.1016/j.mechatronics.2023.103070, Section 2: mu_x and mu_y of Eq. 10 maximise Pi = Pi1 Pi2 Pi3 over [-1, 1]^2.
+The paper tells what each functional demands and depends on, not its formula; docs/two_variable.md gives the formulas
+used here and why.  Each is Pi = 1 / (1 + |r|^2) with a residual r that is affine in u = (1, mu_x, mu_y).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+from scipy import optimize
+
+from tfra.model.boussinesq import operators
+from tfra.model.sensor import Floats, SensorArray
+from tfra.model.tfra import Bools, Result, Status, check_frames
+
+GRID = 21
+"""Points along each axis of the first look; its best peaks are refined."""
+
+PEAKS = 4
+"""Peaks of the grid that are refined."""
+
+STILL = 1e-6
+"""A tangential resultant under this share of the normal one is rounding of the search and has no direction."""
+
+_CLIMB = {
+    "method": "L-BFGS-B",
+    "jac": True,
+    "bounds": [(-1.0, 1.0), (-1.0, 1.0)],
+    "options": {"ftol": 1e-15, "gtol": 1e-10},
+}
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The three conditions on one frame of m taxels: residuals ``u @ matrix`` without unit, u = (1, mu_x, mu_y).
+
+    ``normal (3, m)``: f_z, of which only traction counts; ``similar (3, 2 m)``: f_x - mu_x |w_z| and f_y - mu_y |w_z|;
+    ``pinch (3, 2)``: the moments sum f_x d1 and sum f_y d2 about the centre of w_z.
+    """
+
+    normal: Floats
+    similar: Floats
+    pinch: Floats
+
+    @classmethod
+    def of(cls, sensor: SensorArray, a: Floats, n: Floats) -> Conditions:
+        """From a_pq of Eq. 10, ``(3, 3, m)`` as force p, power q, taxel, and n = -w_z >= 0, ``(m,)``, both in N.
+
+        A frame with n = 0 has residuals of zero.
+        """
+        total, norm = n.sum(), np.linalg.norm(n)
+        if total == 0:
+            return cls(np.zeros_like(a[2]), np.zeros((3, 2 * len(n))), np.zeros((3, 2)))
+        x, y = sensor.positions()
+        d1, d2 = x - x @ n / total, y - y @ n / total
+        cell = (sensor.pitch_x**2 + sensor.pitch_y**2) / 12  # a taxel's force is spread over its cell
+        lever = np.sqrt((d1**2 + d2**2) @ n / total + cell)
+        similar = a[:2].copy()
+        similar[0, 1] -= n
+        similar[1, 2] -= n
+        pinch = np.stack([a[0] @ d1, a[1] @ d2], axis=1)
+        return cls(a[2] / norm, np.hstack(list(similar)) / norm, pinch / (total * lever))
+
+    def functionals(self, mu_x: npt.ArrayLike, mu_y: npt.ArrayLike) -> Floats:
+        """Pi1, Pi2, Pi3, each in (0, 1], in an array ``(3, ...)``; ``mu_x`` and ``mu_y`` broadcast."""
+        mu_x, mu_y = np.broadcast_arrays(mu_x, mu_y)
+        u = np.stack([np.ones(mu_x.shape), mu_x, mu_y], axis=-1)
+        residuals = np.maximum(u @ self.normal, 0.0), u @ self.similar, u @ self.pinch
+        return 1.0 / (1.0 + np.stack([(r * r).sum(axis=-1) for r in residuals]))
+
+    def loss(self, mu: Floats) -> tuple[float, Floats]:
+        """-log Pi at ``mu = (mu_x, mu_y)`` and its gradient ``(2,)``."""
+        u = np.array([1.0, *mu])
+        value, gradient = 0.0, np.zeros(3)
+        for matrix, clipped in ((self.normal, True), (self.similar, False), (self.pinch, False)):
+            r = np.maximum(u @ matrix, 0.0) if clipped else u @ matrix
+            misfit = float(r @ r)
+            value += np.log1p(misfit)
+            gradient += 2.0 / (1.0 + misfit) * (matrix @ r)
+        return value, gradient[1:]
+
+    def best(self) -> Floats:
+        """(mu_x, mu_y) of the largest Pi, ``(2,)``: the best peaks of a grid, each climbed by L-BFGS-B.
+
+        Deterministic; of equal optima the one that was climbed first.
+        """
+        climbed = [optimize.minimize(self.loss, start, **_CLIMB) for start in self._peaks()]
+        return np.asarray(min(climbed, key=lambda end: end.fun).x, dtype=np.float64)
+
+    def _peaks(self) -> Floats:
+        """Up to ``PEAKS`` points of the grid, ``(k, 2)``, where no neighbour has a larger Pi, best first."""
+        axis = np.linspace(-1.0, 1.0, GRID)
+        product = self.functionals(axis[:, None], axis[None, :]).prod(axis=0)
+        around = np.lib.stride_tricks.sliding_window_view(np.pad(product, 1), (3, 3)).max(axis=(2, 3))
+        i, j = np.nonzero(product >= around)
+        order = np.argsort(-product[i, j], kind="stable")[:PEAKS]
+        return np.stack([axis[i[order]], axis[j[order]]], axis=1)
+
+
+class TwoVariable:
+    """The two-variable search for one sensor; frames without contact or traction are treated as in ``Tfra``.
+
+    ``mu_x`` and ``mu_y`` are the optimum and ``phi_deg`` the direction of the resultant, 0 with ``NO_DIRECTION`` where
+    its tangential part vanishes.  There is no sweep: ``sweep_index`` is -1.
+    """
+
+    def __init__(self, sensor: SensorArray) -> None:
+        self.sensor = sensor
+        self._ops = operators(sensor)
+
+    def __call__(self, frames: npt.ArrayLike) -> Result:
+        """Forces of ``frames (n, rows, columns)`` in Pa; raises ``ValueError`` for a wrong shape or NaN."""
+        b = check_frames(self.sensor, frames).reshape(-1, self.sensor.taxels)
+        contact, traction = np.asarray((b < 0).any(axis=1)), np.asarray((b > 0).any(axis=1))
+        regular = contact & traction
+        mu, forces = np.zeros((len(b), 2)), np.zeros((len(b), 3, self.sensor.taxels))
+        for i in np.flatnonzero(regular):
+            a, n = self.coefficients(b[i])
+            mu[i] = Conditions.of(self.sensor, a, n).best()
+            forces[i] = self._scaled(a[:, 0] + mu[i, 0] * a[:, 1] + mu[i, 1] * a[:, 2], b[i])  # Eq. 10
+        pressed = contact & ~traction
+        forces[pressed, 2] = b[pressed] @ self._ops.c33_inv.T
+        return self._result(forces, mu, contact, regular)
+
+    def coefficients(self, b: Floats) -> tuple[Floats, Floats]:
+        """a_pq of Eq. 10 as force p, power q, taxel, ``(3, 3, m)``, and n = -w_z of Eq. 9, ``(m,)``; all in N."""
+        ops = self._ops
+        n = np.maximum(-(ops.c33_inv @ b), 0.0)
+        d = np.stack([b + ops.c33 @ n, -ops.c31 @ n, -ops.c32 @ n])
+        a = np.stack([d @ pinv.T for pinv in (ops.pinv1, ops.pinv2, ops.pinv3)])
+        a[0, 1] += n
+        a[1, 2] += n
+        a[2, 0] -= n
+        return a, n
+
+    def _scaled(self, forces: Floats, b: Floats) -> Floats:
+        """``forces (3, m)`` scaled to the modulus that the sensor measures (Eqs. 29-31), or zero without resultant."""
+        f_sens = np.abs(b).sum() * self.sensor.taxel_area
+        f_star = np.linalg.norm(forces.sum(axis=1))
+        return forces * (f_sens / f_star if f_star > 0 else 0.0)
+
+    def _result(self, forces: Floats, mu: Floats, contact: Bools, regular: Bools) -> Result:
+        """Resultant (Eq. 12), friction (Eq. 15), direction (Eq. 16) and status of ``forces (n, 3, m)``."""
+        resultant = forces.sum(axis=2)
+        f_x, f_y, f_z = resultant.T
+        tangential = np.hypot(f_x, f_y)
+        friction = np.divide(tangential, np.abs(f_z), out=np.zeros(len(f_z)), where=f_z != 0)
+        still = tangential <= STILL * np.abs(f_z)
+        phi = np.where(still, 0.0, np.degrees(np.arctan2(f_y, f_x)) % 360.0 % 360.0)
+        status = (
+            np.where(contact, 0, Status.NO_CONTACT)
+            | np.where(contact & ~regular, Status.COMPRESSION_ONLY, 0)
+            | np.where(regular & still, Status.NO_DIRECTION, 0)
+        ).astype(np.int64)
+        shape = (len(forces), 3, self.sensor.rows, self.sensor.columns)
+        index = np.full(len(forces), -1, dtype=np.int64)
+        return Result(forces.reshape(shape), resultant, phi, friction, mu[:, 0], mu[:, 1], index, status)
