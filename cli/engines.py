@@ -33,12 +33,6 @@ class Engine(StrEnum):
     TWO_VARIABLE = "two-variable"
 
 
-def check_available(engine: Engine) -> None:
-    """Raise ``InputError`` for an engine that is not written yet."""
-    if engine is Engine.TWO_VARIABLE:
-        raise InputError("tfra estimate", "--engine", "two-variable is not available yet")
-
-
 def run(engine: Engine, project: Project, frames: Floats, source: Path, advance: Advance) -> list[Result]:
     """Return the results of ``frames (n, rows, columns)`` in Pa, in one or more consecutive parts.
 
@@ -47,6 +41,8 @@ def run(engine: Engine, project: Project, frames: Floats, source: Path, advance:
     """
     if engine is Engine.FLOAT:
         return _float(project, frames, advance)
+    if engine is Engine.TWO_VARIABLE:
+        return _two_variable(project, frames, advance)
     measured = codes(project, frames, source)
     return _rtl(project, measured, advance) if engine is Engine.RTL else _fixed(project, measured, advance)
 
@@ -57,6 +53,12 @@ def _float(project: Project, frames: Floats, advance: Advance) -> list[Result]:
     search = project.design.search
     tfra = Tfra(project.design.sensor, search.steps, search.tolerance * project.design.adc.lsb)
     return _in_chunks(tfra, frames, advance)
+
+
+def _two_variable(project: Project, frames: Floats, advance: Advance) -> list[Result]:
+    from tfra.model.two_variable import TwoVariable
+
+    return _in_chunks(TwoVariable(project.design.sensor), frames, advance)
 
 
 def _fixed(project: Project, codes: Ints, advance: Advance) -> list[Result]:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from tfra.cli.common import Config, Json, print_json, progress
-from tfra.cli.engines import Engine, check_available, run
+from tfra.cli.engines import Engine, run
 
 if TYPE_CHECKING:
     from tfra.model.tfra import Result
@@ -24,7 +24,7 @@ Frames = Annotated[Path, typer.Argument(metavar="FRAMES", help="Stresses in Pa: 
 Out = Annotated[Path, typer.Option(metavar="RESULT.npz", help="Where the forces go.")]
 EngineOption = Annotated[
     Engine,
-    typer.Option(help="Double precision, the bit-accurate model, the simulated core, or the sweep over both."),
+    typer.Option(help="Double precision, the bit-accurate model, the simulated core, or the search in mu_x and mu_y."),
 ]
 
 
@@ -36,7 +36,6 @@ def estimate(
     from tfra.codegen.files import check_writable, write_npz
     from tfra.codegen.framesfile import read_frames
 
-    check_available(engine)
     project = load(config)
     stresses = read_frames(frames, project.design.sensor)
     check_writable(out, ".npz")

@@ -15,6 +15,7 @@ import pytest
 from tfra.cli.main import main
 from tfra.codegen.config import load
 from tfra.model.tfra import Tfra
+from tfra.model.two_variable import TwoVariable
 from tfra.sim.run import SimulationError
 
 ROOT = Path(__file__).parents[2]
@@ -148,6 +149,15 @@ def test_estimate(folder: Path, capsys: pytest.CaptureFixture[str], engine: str)
     assert summary["status"]["NO_CONTACT"] == 0
 
 
+def test_estimate_by_the_two_variable_search(folder: Path) -> None:
+    assert main(["estimate", "skin.toml", "frames.npz", "--engine", "two-variable", "--out", "result.npz"]) == 0
+    expected = TwoVariable(load("skin.toml").design.sensor)(np.load("frames.npz")["frames"])
+    with np.load("result.npz") as found:
+        assert found["sweep_index"].tolist() == [-1, -1, -1]
+        for key in found.files:
+            np.testing.assert_array_equal(found[key], getattr(expected, key))
+
+
 def test_estimate_from_all_formats_is_byte_identical(folder: Path) -> None:
     frames = np.load("frames.npz")["frames"]
     np.save("frames.npy", frames)
@@ -262,10 +272,6 @@ USAGE = [
         ["verify", "skin.toml", "--seed", "x"],
         "tfra verify: Invalid value for '--seed': "
         "Input should be a valid integer, unable to parse string as an integer",
-    ),
-    (
-        ["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--engine", "two-variable"],
-        "tfra estimate: --engine: two-variable is not available yet",
     ),
     (["synth", "skin.toml", "--target", "ecp5", "--out", "d"], "tfra synth: not available yet"),
     (["paper", "--out", "d"], "tfra paper: not available yet"),
