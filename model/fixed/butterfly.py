@@ -51,6 +51,6 @@ def to_quads(design: Design, taxels: Ints) -> Ints:
 
 def to_taxels(design: Design, quads: Ints) -> Ints:
     """Taxel-domain quads ``(..., quads, 4)`` as row-major vectors ``(..., m)``."""
-    flat = quads.reshape(*quads.shape[:-2], -1)
+    flat = quads.reshape(*quads.shape[:-2], 4 * design.quads)
     first = np.unique(taxel_index(design).ravel(), return_index=True)[1]
     return np.asarray(flat[..., first])

@@ -111,7 +111,7 @@ class FixedTfra:
                 "mu_x": chosen.mu_x,
                 "mu_y": chosen.mu_y,
                 "resultant": scaled.resultant,
-                "forces": scaled.forces.reshape(len(codes), -1),
+                "forces": scaled.forces.reshape(len(codes), 3 * design.sensor.taxels),
                 "status": np.asarray(status, dtype=np.int64),
             },
         )

@@ -112,7 +112,7 @@ def decode(design: Design, words: Ints) -> Result:
     raw = {f.name: field(design, words, f.name) for f in layout(design)}
     value = {f.name: np.multiply(raw[f.name], f.lsb, dtype=np.float64) for f in layout(design)}
     scale = 2.0 ** -raw["exponent"]
-    forces = (value["forces"] * scale).reshape(-1, 3, design.sensor.rows, design.sensor.columns)
+    forces = (value["forces"] * scale).reshape(len(words), 3, design.sensor.rows, design.sensor.columns)
     return Result(
         forces,
         value["resultant"] * scale,

@@ -116,6 +116,13 @@ def test_words_fit_their_fields_and_chunks_do_not_matter():
     assert (tail == words[2090:]).all()
 
 
+def test_no_frames_give_no_words():
+    design = make_design(SENSORS["4x6, 5x3 mm"])
+    words = FixedTfra(design)(np.empty((0, 4, 6), dtype=np.int64)).words
+    assert words.shape == (0, frame_words(design))
+    assert decode(design, words).forces.shape == (0, 3, 4, 6)
+
+
 def test_encode_and_decode_are_inverse():
     design = make_design(SENSORS["4x6, 5x3 mm"])
     words = FixedTfra(design)(contact_codes(design, 3, seed=1)).words
