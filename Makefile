@@ -6,15 +6,15 @@
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
-# constraints.txt, and from Debian (python3-venv, iverilog): as root it is installed, otherwise the command is
-# shown.
+# constraints.txt, and from Debian (python3-venv, iverilog, chromium): as root it is installed, otherwise the command
+# is shown.
 
-PACKAGES := model hdl codegen sim cli
+PACKAGES := model hdl codegen sim cli paper
 VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra
 
-.PHONY: demo test bench cores formats campaign clean icarus
+.PHONY: demo test bench cores formats campaign clean icarus chromium
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -23,7 +23,7 @@ demo: $(READY) icarus
 # mypy can't follow the import hook of an editable installation, and setuptools' strict mode, which it can
 # follow, links single files, so that a new file is missed until the next installation.  Links to the folders
 # under one folder `tfra` show mypy the packages by their installed names, always complete.
-test: $(READY) icarus
+test: $(READY) icarus chromium
 	@mkdir -p $(TYPES)
 	@for package in $(PACKAGES); do ln -sfn "$(CURDIR)/$$package" $(TYPES)/$$package; done
 	$(VENV)/bin/ruff check
@@ -50,6 +50,9 @@ $(READY): pyproject.toml constraints.txt
 
 icarus:
 	@$(call need,command -v iverilog,iverilog)
+
+chromium:
+	@$(call need,command -v chromium,chromium)
 
 # $(call need,TEST,PACKAGE): install the Debian PACKAGE as root if TEST fails, otherwise say how and stop.
 define need

@@ -1,0 +1,99 @@
+"""Fig. 9: execution time for one frame, by the paper's loop, by this project's TFRA and by the two-variable search."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+
+from tfra.model.literal import LiteralTfra
+from tfra.model.sensor import Floats
+from tfra.paper.picture import BLUE, GREEN, VERMILION, Column, Columns, Picture, Text
+from tfra.paper.setups import DIRECTIONS, Engine, Setup
+
+STYLES = {"two-variable": (VERMILION, "s"), "TFRA literal": (GREEN, "^"), "TFRA": (BLUE, "o")}
+COLUMNS = {"two-variable": "two_variable_ms", "TFRA literal": "literal_ms", "TFRA": "tfra_ms"}
+
+
+def fig9(setups: Sequence[Setup], repeats: int, advance: Callable[[int], None]) -> Picture:
+    """Median of ``repeats`` calls with one frame, in every direction; ``advance`` hears of each finished contact."""
+    parts = {}
+    for setup in setups:
+        parts[setup.key] = _columns(setup, repeats)
+        advance(1)
+    columns: Columns = {"contact": np.repeat(list(parts), len(DIRECTIONS))}
+    columns |= {name: np.concatenate([p[name] for p in parts.values()]) for name in parts[setups[0].key]}
+    text = Text(
+        "In Matlab, longest times: TFRA 32.28 ms (Hertzian) and 27.13 ms (non-Hertzian), two-variable method 264.39 ms "
+        "and 821.70 ms; so 8 and 30 times as long.",
+        " ".join(_measured(setup.title, parts[setup.key]) for setup in setups),
+        f"One machine, one run, medians of {repeats} calls with a single frame each: they change from run to run and "
+        "compare programs in NumPy and SciPy, not methods in general. The published ratios are those of the paper's "
+        "programs. The two-variable search here is this project's reading: it evaluates its functionals on a "
+        "grid at once and climbs with exact gradients, so it takes far fewer steps than a plain search. The literal "
+        "loop multiplies matrices for each candidate; TFRA here does so once a frame, with the same results.",
+    )
+    return Picture("fig9", "Execution time for one frame", columns, _draw(setups, parts, repeats), text)
+
+
+def _columns(setup: Setup, repeats: int) -> Columns:
+    design = setup.project.design
+    stress = setup.stress(setup.contacts(DIRECTIONS))
+    models: dict[str, Engine] = {
+        "two-variable": setup.engines["two-variable, own reading"],
+        "TFRA literal": LiteralTfra(design.sensor, design.search.steps),
+        "TFRA": setup.tfra,
+    }
+    columns: Columns = {"phi_ref_deg": np.array(DIRECTIONS)}
+    for name, model in models.items():
+        model(stress[:2])
+        columns[COLUMNS[name]] = 1e3 * np.array([_median(model, frame[None], repeats) for frame in stress])
+    return columns
+
+
+def _median(model: Engine, frame: Floats, repeats: int) -> float:
+    """Seconds that a call takes, the median of ``repeats``."""
+    times = []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        model(frame)
+        times.append(time.perf_counter() - start)
+    return float(np.median(times))
+
+
+def _measured(title: str, columns: Columns) -> str:
+    slow, literal, fast = (columns[name] for name in COLUMNS.values())
+
+    def said(name: str, times: Column) -> str:
+        return f"{name} {np.median(times):.2f} ms ({times.max():.2f})"
+
+    def ratio(one: Column, other: Column) -> str:
+        return f"{np.median(one) / np.median(other):.1f}"
+
+    return (
+        f"{title}, median (longest) over the directions: {said('two-variable', slow)}, "
+        f"{said('TFRA literal', literal)}, {said('TFRA', fast)}. Ratios of medians: "
+        f"two-variable to literal {ratio(slow, literal)}, to TFRA {ratio(slow, fast)}; "
+        f"literal to TFRA {ratio(literal, fast)}."
+    )
+
+
+def _draw(setups: Sequence[Setup], parts: dict[str, Columns], repeats: int) -> Figure:
+    figure = Figure(figsize=(9.0, 4.0), layout="constrained")
+    axes = figure.subplots(1, len(setups), sharey=True)
+    for panel, letter, setup in zip(axes, "ab", setups, strict=True):
+        for name, (color, marker) in STYLES.items():
+            times = parts[setup.key][COLUMNS[name]]
+            panel.plot(DIRECTIONS, times, marker=marker, color=color, linewidth=1, label=name)
+        panel.set(title=f"({letter}) {setup.title}", xlabel=r"$\varphi_{ref}$ / °", xticks=range(0, 361, 45))
+        panel.set_yscale("log")
+        panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        panel.yaxis.set_major_formatter("{x:g}")
+        panel.yaxis.set_minor_locator(NullLocator())
+    axes[0].set_ylabel(f"time for one frame / ms\n(median of {repeats})")
+    handles, names = axes[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=len(names))
+    return figure

@@ -1,0 +1,114 @@
+"""The report: self-contained pages without script or outside resource."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from html import escape
+from itertools import groupby
+from pathlib import Path
+
+from tfra.paper.picture import Picture, Text
+from tfra.paper.tables import HEADER, MAXIMA_HEADER, Cells, Table
+
+CSS = """
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #111; }
+img { max-width: 100%; height: auto; display: block; }
+.wide { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .8rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .15rem .45rem; text-align: right; }
+td { white-space: nowrap; }
+thead th { border-bottom: 2px solid #111; vertical-align: bottom; }
+tbody { border-bottom: 1px solid #999; }
+td.name { text-align: left; }
+tr.published { background: #f3f0e6; }
+dt { font-weight: 600; float: left; clear: left; width: 6.5rem; }
+dd { margin: 0 0 .4rem 7rem; }
+"""
+
+SHORT = {
+    "phi_ref_deg": "φ_ref / °", "method": "",
+    "Fx_ref_N": "F_x ref / N", "Fx_N": "F_x / N", "e_Fx_percent": "e(F_x) / %",
+    "Fy_ref_N": "F_y ref / N", "Fy_N": "F_y / N", "e_Fy_percent": "e(F_y) / %", "Fz_ref_N": "F_z ref / N",
+    "Fz_N": "F_z / N", "e_Fz_percent": "e(F_z) / %", "mu_ref": "μ ref", "mu": "μ", "e_mu_percent": "e(μ) / %",
+    "phi_deg": "φ / °", "e_phi_percent": "e(φ) / %", "e_F_percent": "e(F) / %",
+}  # fmt: skip
+"""Headings of the CSV files as a reader likes them."""
+
+INTRODUCTION = """
+<p>Tables and figures of Pinto-Salamanca et al., <em>An estimation of triaxial forces from normal stress tactile sensor
+arrays</em>, Mechatronics 2023, <a href="https://doi.org/10.1016/j.mechatronics.2023.103070">doi
+10.1016/j.mechatronics.2023.103070</a>, computed again. The paper's frames came from finite elements and are not public,
+nor are the sizes of its contacts: here frames are an exact solution of an elastic layer under the contacts of
+<code>examples/*.toml</code>. Published numbers are copied from Tables 1 and 2; every error is recomputed by Eqs. 33–35.
+Figures 1 and 3 show no data. Each figure has a CSV, a PNG and an SVG file beside this page, each table a CSV file.</p>
+"""
+
+TIMING = """
+<h2 id="fig9">Fig. 9: Execution time for one frame</h2>
+<p>Times change from run to run, everything else does not. They have <a href="fig9.html">a page</a> and files (fig9.*)
+of their own, so that two runs give the same bytes in all other files.</p>
+"""
+
+
+def index(folder: Path, tables: Sequence[Table], pictures: Sequence[Picture], versions: dict[str, str]) -> str:
+    """The whole report but the times, with the SVG files of ``folder``."""
+    shown = [*(_table(table) for table in tables), *(_picture(folder, picture) for picture in pictures)]
+    parts = [INTRODUCTION, *shown, TIMING, _versions(versions)]
+    return _page("The paper's tables and figures, computed again", parts)
+
+
+def alone(folder: Path, picture: Picture, versions: dict[str, str]) -> str:
+    """One figure on a page of its own."""
+    return _page(f"{_label(picture.name)}: {picture.title}", [_picture(folder, picture), _versions(versions)])
+
+
+def _page(title: str, parts: Sequence[str]) -> str:
+    head = f'<meta charset="utf-8"><title>{escape(title)}</title><link rel="icon" href="data:,"><style>{CSS}</style>'
+    body = "\n".join(parts)
+    content = f"<h1>{escape(title)}</h1>\n{body}"
+    return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{content}\n</body></html>\n'
+
+
+def _label(name: str) -> str:
+    return name.replace("fig", "Fig. ").replace("table", "Table ")
+
+
+def _picture(folder: Path, picture: Picture) -> str:
+    image = base64.b64encode((folder / f"{picture.name}.svg").read_bytes()).decode()
+    label = f"{_label(picture.name)}: {picture.title}"
+    return (
+        f'<h2 id="{picture.name}">{escape(label)}</h2>\n'
+        f'<img alt="{escape(label)}" src="data:image/svg+xml;base64,{image}">\n{_text(picture.text)}'
+    )
+
+
+def _table(table: Table) -> str:
+    groups = [list(rows) for _, rows in groupby(table.rows, key=lambda row: row[0])]
+    return (
+        f'<h2 id="{table.name}">{escape(f"{_label(table.name)}: {table.title}")}</h2>\n'
+        f"{_grid(table.name, HEADER, groups)}\n<h3>Largest errors</h3>\n"
+        f"{_grid(f'{table.name}_maxima', MAXIMA_HEADER, [table.maxima])}\n{_text(table.text)}"
+    )
+
+
+def _grid(name: str, header: Sequence[str], groups: Sequence[Cells]) -> str:
+    head = "".join(f"<th>{escape(SHORT[cell])}</th>" for cell in header)
+    place = header.index("method")
+    bodies = "\n".join("<tbody>" + "\n".join(_row(row, place) for row in rows) + "</tbody>" for rows in groups)
+    return f'<div class="wide"><table data-csv="{name}.csv"><thead><tr>{head}</tr></thead>\n{bodies}</table></div>'
+
+
+def _row(row: Sequence[str], place: int) -> str:
+    kind = ' class="published"' if row[place].startswith(("published", "printed")) else ""
+    cells = (f'<td class="name">{escape(c)}</td>' if n == place else f"<td>{escape(c)}</td>" for n, c in enumerate(row))
+    return f"<tr{kind}>{''.join(cells)}</tr>"
+
+
+def _text(text: Text) -> str:
+    names = {"Published": text.published, "Measured": text.measured, "Difference": text.why}
+    return "<dl>" + "".join(f"<dt>{name}</dt><dd>{escape(said)}</dd>" for name, said in names.items()) + "</dl>"
+
+
+def _versions(versions: dict[str, str]) -> str:
+    return "<h2>Made with</h2>\n<p>" + escape(", ".join(f"{name} {v}" for name, v in versions.items())) + "</p>"

@@ -1,0 +1,85 @@
+"""What a figure is made of, its looks, and its files, which are the same bytes in every run."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import numpy.typing as npt
+from matplotlib.figure import Figure
+
+BLUE, ORANGE, GREEN, VERMILION, PURPLE, BLACK = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#000000"
+"""Colours of Okabe and Ito, which colour-blind readers tell apart."""
+
+STYLE: Any = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "legend.framealpha": 0.9,
+    "lines.markersize": 4,
+    "figure.dpi": 100,
+    "savefig.dpi": 160,
+    "svg.hashsalt": "tfra",
+    "svg.fonttype": "path",
+}
+
+Column = npt.NDArray[Any]
+Columns = dict[str, Column]
+"""Named columns of equal length; units are part of the names."""
+
+
+@dataclass(frozen=True)
+class Text:
+    """What a reader needs to judge a figure or table: each a short paragraph."""
+
+    published: str
+    measured: str
+    why: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure, the numbers in it, and what they say; ``name`` begins the names of its files."""
+
+    name: str
+    title: str
+    columns: Columns
+    figure: Figure
+    text: Text
+
+
+@contextmanager
+def looks() -> Iterator[None]:
+    """Draw in this project's style, whatever the user's matplotlibrc says."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(STYLE)
+        yield
+
+
+def write(picture: Picture, folder: Path) -> None:
+    """Write NAME.csv, NAME.png and NAME.svg into ``folder``."""
+    (folder / f"{picture.name}.csv").write_text(to_csv(picture.columns), encoding="utf-8")
+    picture.figure.savefig(folder / f"{picture.name}.svg", metadata={"Date": None})
+    picture.figure.savefig(folder / f"{picture.name}.png")
+
+
+def to_csv(columns: Mapping[str, Column]) -> str:
+    """``columns`` as CSV with a header; six significant digits.  Raises ``ValueError`` for unequal lengths."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows([_cell(value) for value in row] for row in zip(*columns.values(), strict=True))
+    return stream.getvalue()
+
+
+def _cell(value: Any) -> str:
+    return f"{value + 0.0:.6g}" if isinstance(value, float | np.floating) else str(value)

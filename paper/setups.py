@@ -1,0 +1,98 @@
+"""The two sensors and contacts of doi:10.1016/j.mechatronics.2023.103070, Section 4, and who reconstructs forces.
+
+What a contact looks like is told once, in ``examples/*.toml``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from tfra.codegen.config import Project, load
+from tfra.model.contact import Contact
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.words import decode, quantise
+from tfra.model.layer import frames
+from tfra.model.sensor import Floats
+from tfra.model.tfra import Result, Tfra
+from tfra.model.two_variable import TwoVariable
+from tfra.paper.published import Errors
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+"""Beside this package, in the repository as in an installation."""
+
+DIRECTIONS = tuple(range(0, 360, 15))
+"""phi of Fig. 5, in degrees."""
+
+TABLE_DIRECTIONS = (0, 15, 30, 45, 60, 75, 90, 65)
+"""phi of Tables 1 and 2, in degrees and in their order."""
+
+Engine = Callable[[Floats], Result]
+"""Forces of frames ``(n, rows, columns)`` in Pa."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """One sensor with its contact: ``key`` names files, ``title`` is for readers, ``data`` holds published numbers.
+
+    ``printed`` are the largest errors that the paper's text states.
+    """
+
+    key: str
+    title: str
+    data: str
+    printed: Errors
+    project: Project
+
+    def contacts(self, directions: Sequence[float], shift: tuple[float, float] = (0.0, 0.0)) -> list[Contact]:
+        """The contact with phi = ``directions`` in degrees, moved by ``shift`` = (x, y) in pitches."""
+        first, sensor = self.project.contacts[0], self.project.design.sensor
+        x, y = first.center_x + shift[0] * sensor.pitch_x, first.center_y + shift[1] * sensor.pitch_y
+        return [replace(first, center_x=x, center_y=y, phi=math.radians(phi)) for phi in directions]
+
+    def stress(self, contacts: Sequence[Contact]) -> Floats:
+        """What the taxels measure, ``(n, rows, columns)`` in Pa."""
+        layer = self.project.layer
+        return frames(self.project.design.sensor, contacts, layer.sampling, layer.poisson)
+
+    @cached_property
+    def tfra(self) -> Tfra:
+        """Float TFRA with the project's sweep."""
+        design = self.project.design
+        return Tfra(design.sensor, design.search.steps, design.search.tolerance * design.adc.lsb)
+
+    @cached_property
+    def engines(self) -> dict[str, Engine]:
+        """Float TFRA and the two-variable method on exact stress, the bit-accurate model on converter codes."""
+        design = self.project.design
+        fixed = FixedTfra(design)
+        return {
+            "TFRA, float": self.tfra,
+            "TFRA, bit-accurate": lambda stress: decode(design, fixed(quantise(design, stress)).words),
+            "two-variable, own reading": TwoVariable(design.sensor),
+        }
+
+
+@lru_cache(maxsize=1)
+def setups() -> tuple[Setup, Setup]:
+    """The Hertzian and the non-Hertzian contact, read once; raises ``InputError`` when an example is missing."""
+    return (
+        Setup(
+            "hertz", "Hertzian contact", "table1_hertzian.csv",
+            Errors(10.93, 9.41, 1.64), load(EXAMPLES / "hertz_40x20.toml"),
+        ),
+        Setup(
+            "rectangle", "non-Hertzian contact", "table2_nonhertzian.csv",
+            Errors(5.44, 4.46, 3.16), load(EXAMPLES / "rectangle_40x40.toml"),
+        ),
+    )  # fmt: skip
+
+
+def near(estimate_deg: Floats, reference_deg: Floats) -> Floats:
+    """``estimate_deg`` plus the full turns that bring it closest to ``reference_deg``; same shapes."""
+    return np.asarray(estimate_deg - 360.0 * np.round((estimate_deg - reference_deg) / 360.0))
