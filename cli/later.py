@@ -13,11 +13,6 @@ def synth() -> None:
     raise InputError("tfra synth", "", "not available yet")
 
 
-def paper() -> None:
-    """Recompute the paper's tables and figures (not available yet)."""
-    raise InputError("tfra paper", "", "not available yet")
-
-
 def study() -> None:
     """Study the errors of word lengths (not available yet)."""
     raise InputError("tfra study", "", "not available yet")

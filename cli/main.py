@@ -13,6 +13,7 @@ from tfra.cli import later
 from tfra.cli.estimate import estimate
 from tfra.cli.frames import frames
 from tfra.cli.generate import generate
+from tfra.cli.paper import paper
 from tfra.cli.verify import verify
 from tfra.model.errors import InputError
 
@@ -27,6 +28,7 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
         "tfra verify examples/hertz_40x20.toml",
         "tfra verify examples/hertz_40x20.toml --frames frames.npz --simulator verilator --seed 7",
     ),
+    paper: ("tfra paper --out paper_again",),
 }
 
 
@@ -43,7 +45,7 @@ app = typer.Typer(
 )
 for command, lines in EXAMPLES.items():
     app.command(epilog=_epilog("Examples:", lines))(command)
-for command in (later.synth, later.paper, later.study):
+for command in (later.synth, later.study):
     app.command(context_settings=later.SETTINGS)(command)
 
 

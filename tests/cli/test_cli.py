@@ -274,7 +274,7 @@ USAGE = [
         "Input should be a valid integer, unable to parse string as an integer",
     ),
     (["synth", "skin.toml", "--target", "ecp5", "--out", "d"], "tfra synth: not available yet"),
-    (["paper", "--out", "d"], "tfra paper: not available yet"),
+    (["paper"], "tfra paper: Missing option '--out'."),
     (["study", "s.toml", "--out", "d"], "tfra study: not available yet"),
     (["frames", "none.toml", "--out", "f.npz"], "none.toml: cannot be read: No such file or directory"),
     (["frames", "skin.toml", "--out", "no/f.npz"], "no/f.npz: cannot be written: No such file or directory"),

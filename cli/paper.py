@@ -1,0 +1,28 @@
+"""``tfra paper``: the paper's tables and figures, computed again."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tfra.cli.common import Json, print_json, progress
+from tfra.model.errors import InputError
+
+Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier written directory.")]
+
+
+def paper(out: Out, json: Json = False) -> None:
+    """Recompute the paper's tables and figures: index.html with all of them, and CSV, PNG and SVG files."""
+    if find_spec("matplotlib") is None:
+        raise InputError("tfra paper", "", "matplotlib is missing, please run: pip install 'tfra[paper]'")
+    from tfra.paper.report import PIECES, REPEATS, report
+
+    with progress("computing tables and figures", PIECES) as advance:
+        summary = report(out, REPEATS, advance)
+    if json:
+        print_json(summary)
+    else:
+        typer.echo(f"{out}: open index.html; times are in fig9.html")
