@@ -7,7 +7,7 @@ modulus drops out of the stress.
 
 Locking: the cover is thin, bonded and nearly incompressible; with full integration quadratic hexahedra of 1 mm are
 3.5 % too stiff at nu = 0.48.  So the volume change enters by its projection on 1, x, y, z in each element
-(B-bar; with quadratic displacements a stable pair, doi:10.1007/978-3-642-36519-5), and the error at nu = 0.4999 is
+(B-bar; with quadratic displacements a stable pair, doi:10.1007/978-3-642-36519-5), and the error at nu = 0.499 is
 that at 0.48, see the table of ``bench/fem_convergence.py``.
 
 Stress at the base: not derived from the displacements, which would lose an order, but from the reactions
