@@ -32,8 +32,8 @@ def fig9(setups: Sequence[Setup], repeats: int, advance: Callable[[int], None]) 
         " ".join(_measured(setup.title, parts[setup.key]) for setup in setups),
         f"One machine, one run, medians of {repeats} calls with a single frame each: they change from run to run and "
         "compare programs in NumPy and SciPy, not methods in general. The published ratios are those of the paper's "
-        "programs. The two-variable search here is this project's reading: it evaluates its functionals on a "
-        "grid at once and climbs with exact gradients, so it takes far fewer steps than a plain search. The literal "
+        "programs. The two-variable search here is this project's reading, which evaluates its functionals on a "
+        "coarse grid at once and climbs with exact gradients: its time says nothing about the original's. The literal "
         "loop multiplies matrices for each candidate; TFRA here does so once a frame, with the same results.",
     )
     return Picture("fig9", "Execution time for one frame", columns, _draw(setups, parts, repeats), text)
