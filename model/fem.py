@@ -5,10 +5,10 @@ the contact's tractions on top.  Nothing is shared with the series there: scikit
 equations on a graded mesh of 27-node hexahedra, for shear modulus 1 and lambda = 2 nu / (1 - 2 nu); Young's
 modulus drops out of the stress.
 
-Locking: the cover is thin, bonded and nearly incompressible; with full integration quadratic hexahedra of 1 mm are
-3.5 % too stiff at nu = 0.48.  So the volume change enters by its projection on 1, x, y, z in each element
-(B-bar; with quadratic displacements a stable pair, doi:10.1007/978-3-642-36519-5), and the error at nu = 0.499 is
-that at 0.48, see the table of ``bench/fem_convergence.py``.
+Locking: the cover is thin, bonded and nearly incompressible; with full integration, quadratic hexahedra of 1 mm
+miss b_z by up to 3.5 % of its peak at nu = 0.48.  So the volume change enters by its projection on 1, x, y, z in each
+element (B-bar; with quadratic displacements a stable pair, doi:10.1007/978-3-642-36519-5), and the error at
+nu = 0.499 is nearly that at 0.48, see the table of ``bench/fem_convergence.py``.
 
 Stress at the base: not derived from the displacements, which would lose an order, but from the reactions
 r = K u of the bonded nodes.  The stress that does the same work as r on every shape function of the base,
