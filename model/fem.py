@@ -12,8 +12,8 @@ nu = 0.499 is nearly that at 0.48, see the table of ``bench/fem_convergence.py``
 
 Stress at the base: not derived from the displacements, which would lose an order, but from the reactions
 r = K u of the bonded nodes.  The stress that does the same work as r on every shape function of the base,
-M sigma_zz = -r with M the mass matrix of the base, is the conservative flux of doi:10.1006/jcph.2000.6577: its
-integral over the base is exactly the applied force.
+M sigma_zz = -r with M the mass matrix of the base, is the conservative flux of Hughes, Engel, Mazzei and Larson
+(J. Comput. Phys. 163, 467, 2000): its integral over the base is exactly the applied force.
 
 Solver: conjugate gradients.  All elements are boxes, so without the terms that couple the three displacements
 the stiffness is a sum of Kronecker products, which one-dimensional eigenvectors invert exactly.  With this
