@@ -8,7 +8,7 @@ from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
 from tfra.model.sensor import Floats
-from tfra.paper.picture import BLACK, BLUE, VERMILION, Columns, Picture, Text
+from tfra.paper.picture import BLACK, BLUE, VERMILION, Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 
 PHI = 45
@@ -20,9 +20,10 @@ def fig2(setup: Setup) -> Picture:
     stress = setup.stress(setup.contacts([PHI]))[0]
     x, y = setup.project.design.sensor.positions()
     compression, traction = (_centroid(part, x, y) for part in (np.minimum(stress, 0), np.maximum(stress, 0)))
+    compression, traction = rounded({"c": compression, "t": traction}).values()
     step = compression - traction
     phi = float(np.degrees(np.arctan2(step[1], step[0])))
-    columns = {"x_mm": 1e3 * x, "y_mm": 1e3 * y, "b_z_kPa": 1e-3 * stress.ravel()}
+    columns = rounded({"x_mm": 1e3 * x, "y_mm": 1e3 * y, "b_z_kPa": 1e-3 * stress.ravel()})
     text = Text(
         "The stress surface of a Hertzian contact with the centroids of traction and compression; no numbers.",
         f"Compression to {columns['b_z_kPa'].min():.1f} kPa, traction to {columns['b_z_kPa'].max():.1f} kPa. "

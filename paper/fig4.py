@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text
+from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 
 PHI = 45
@@ -17,12 +17,13 @@ def fig4(setup: Setup) -> Picture:
     sweep, chosen = result.sweep, int(result.sweep_index[0])
     assert sweep is not None
     plateau = sweep.plateau[0].astype(int)
-    columns = {
+    columns: Columns = {
         "mu_ind": sweep.mu[0],
         "B_z_kPa": 1e-3 * sweep.b_z[0],
         "B_xy_kPa": 1e-3 * sweep.b_xy[0],
         "plateau": plateau,
     }
+    columns = rounded(columns)
     inside = sweep.mu[0][plateau == 1]
     text = Text(
         "Both functions against the independent friction coefficient, with more than one minimum of B^z; no numbers.",

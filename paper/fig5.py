@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tfra.model.sensor import Floats
-from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text
+from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text, rounded
 from tfra.paper.published import errors, largest, table
 from tfra.paper.setups import DIRECTIONS, Setup, near
 
@@ -42,13 +42,14 @@ def _columns(setup: Setup) -> Columns:
     reference = np.array(DIRECTIONS, dtype=float)
     stress = setup.stress(setup.contacts(DIRECTIONS))
     exact, fixed = (setup.engines[name](stress) for name in ("TFRA, float", "TFRA, bit-accurate"))
-    return {
+    columns: Columns = {
         "phi_ref_deg": np.array(DIRECTIONS),
         "mu_float": exact.mu,
         "mu_bit_accurate": fixed.mu,
         "phi_float_deg": near(exact.phi_deg, reference),
         "phi_bit_accurate_deg": near(fixed.phi_deg, reference),
     }
+    return rounded(columns)
 
 
 def _measured(setup: Setup) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from tfra.paper.picture import BLACK, BLUE, VERMILION, Columns, Picture, Text
+from tfra.paper.picture import BLACK, BLUE, VERMILION, Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup, near
 
 PHI = 45
@@ -41,12 +41,13 @@ def _columns(setup: Setup) -> Columns:
     contacts = [setup.contacts([PHI], shift)[0] for shift in SHIFTS]
     found = setup.tfra(setup.stress(contacts))
     dx, dy = np.array(SHIFTS).T
-    return {
+    columns: Columns = {
         "dx_mm": 1e3 * sensor.pitch_x * dx,
         "dy_mm": 1e3 * sensor.pitch_y * dy,
         "mu": found.mu,
         "phi_deg": near(found.phi_deg, np.full(len(SHIFTS), float(PHI))),
     }
+    return rounded(columns)
 
 
 def _range(columns: Columns) -> str:

@@ -72,6 +72,12 @@ def write(picture: Picture, folder: Path) -> None:
     picture.figure.savefig(folder / f"{picture.name}.png")
 
 
+def rounded(columns: Columns) -> Columns:
+    """The numbers as they stand in the CSV file, for drawing: the last bits depend on the number of threads."""
+    floats = {name: np.array([float(_cell(v)) for v in c]) for name, c in columns.items() if c.dtype.kind == "f"}
+    return columns | floats
+
+
 def to_csv(columns: Mapping[str, Column]) -> str:
     """``columns`` as CSV with a header; six significant digits.  Raises ``ValueError`` for unequal lengths."""
     stream = io.StringIO()

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from tfra.model.contact import Contact
 from tfra.model.metrics import stress_from_force, tangential_stress
 from tfra.model.sensor import Floats, SensorArray
-from tfra.paper.picture import Columns, Picture, Text
+from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 
 DIRECTIONS = (0, 30, 60, 90)
@@ -66,7 +66,7 @@ def _columns(sensor: SensorArray, load: Floats, found: Floats) -> Columns:
     for suffix, (q_x, q_y, q_z) in (("_ref", np.moveaxis(load, 1, 0)), ("", np.moveaxis(found, 1, 0))):
         columns[f"q_t{suffix}_kPa"] = 1e-3 * tangential_stress(q_x, q_y).ravel()
         columns[f"q_z{suffix}_kPa"] = 1e-3 * q_z.ravel()
-    return columns
+    return rounded(columns)
 
 
 def _measured(columns: Columns) -> str:

@@ -18,7 +18,7 @@ import pytest
 from tfra.cli.main import main
 from tfra.model.contact import Contact
 from tfra.model.sensor import SensorArray
-from tfra.paper.picture import to_csv
+from tfra.paper.picture import rounded, to_csv
 from tfra.paper.report import report
 from tfra.paper.setups import DIRECTIONS, setups
 from tfra.paper.surfaces import cell_means
@@ -171,6 +171,12 @@ def test_csv_says_zero_without_sign() -> None:
     assert to_csv({"a": np.array([-0.0, 1 / 3]), "b": np.array(["x", "y"])}) == "a,b\n0,x\n0.333333,y\n"
     with pytest.raises(ValueError, match="argument 2"):
         to_csv({"a": np.zeros(2), "b": np.zeros(1)})
+
+
+def test_figures_show_what_the_files_say() -> None:
+    third = rounded({"a": np.array([1 / 3, np.nextafter(1 / 3, 1)]), "n": np.array([7, 8])})
+    assert third["a"].tolist() == [0.333333, 0.333333]
+    assert third["n"].tolist() == [7, 8]
 
 
 # The command
