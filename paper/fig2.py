@@ -52,7 +52,7 @@ def _draw(setup: Setup, columns: Columns, compression: Floats, traction: Floats)
     surface.view_init(elev=28, azim=-60)
     surface.set_box_aspect((1.6, 1.2, 1.0), zoom=1.1)
     flat = figure.add_subplot(1, 2, 2)
-    image = flat.pcolormesh(x, y, stress, cmap="PuOr", norm=norm)
+    image = flat.pcolormesh(x, y, stress, cmap="PuOr", norm=norm, rasterized=True)
     ticks = [*np.arange(20 * np.ceil(stress.min() / 20), 1, 20), stress.max()]
     bar = figure.colorbar(image, ax=flat, location="bottom", ticks=ticks, format="%.3g")
     bar.set_label("$b_z$ / kPa, a scale for each sign")

@@ -93,7 +93,7 @@ def _table(table: Table) -> str:
 
 
 def _grid(name: str, header: Sequence[str], groups: Sequence[Cells]) -> str:
-    head = "".join(f"<th>{escape(SHORT[cell])}</th>" for cell in header)
+    head = "".join(f"<th>{escape(SHORT[cell]).replace('/ ', '/&nbsp;')}</th>" for cell in header)
     place = header.index("method")
     bodies = "\n".join("<tbody>" + "\n".join(_row(row, place) for row in rows) + "</tbody>" for rows in groups)
     return f'<div class="wide"><table data-csv="{name}.csv"><thead><tr>{head}</tr></thead>\n{bodies}</table></div>'

@@ -109,4 +109,4 @@ def _panel(axes: Axes, sensor: SensorArray, values: Floats, colors: dict[str, An
     x, y = np.arange(sensor.columns) * 1e3 * sensor.pitch_x, np.arange(sensor.rows) * 1e3 * sensor.pitch_y
     axes.set_aspect("equal")
     axes.grid(False)
-    return axes.pcolormesh(x, y, values, **colors)
+    return axes.pcolormesh(x, y, values, rasterized=True, **colors)
