@@ -21,10 +21,11 @@ from tfra.paper.fig8 import fig8
 from tfra.paper.fig9 import fig9
 from tfra.paper.picture import Picture, looks, write
 from tfra.paper.setups import setups
+from tfra.paper.sptfra import sptfra
 from tfra.paper.surfaces import surfaces
 
-PIECES = 10
-"""How often ``report`` tells of progress: two tables, six figures, two contacts of Fig. 9."""
+PIECES = 11
+"""How often ``report`` tells of progress: two tables, seven figures, two contacts of Fig. 9."""
 
 REPEATS = 15
 """Calls that each time in Fig. 9 is the median of."""
@@ -71,6 +72,7 @@ def _pictures() -> Iterator[Picture]:
     yield surfaces("fig6", hertz)
     yield surfaces("fig7", rectangle)
     yield fig8(contacts)
+    yield sptfra(contacts)
 
 
 def _write_table(table: tables.Table, folder: Path) -> None:

@@ -26,7 +26,7 @@ from tfra.sim.demo import PAPER
 
 ROOT = Path(__file__).parents[2]
 SOURCES = {"table1": "table1_hertzian.csv", "table2": "table2_nonhertzian.csv"}
-FIGURES = ("fig2", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9")
+FIGURES = ("fig2", "fig4", "fig5", "fig6", "fig7", "fig8", "fig9", "sptfra")
 ENGINES = ("TFRA, float", "TFRA, bit-accurate", "two-variable, own reading")
 
 
@@ -239,7 +239,7 @@ def look(page: str, tmp_path: Path) -> tuple[list[int], list[str]]:
     return [int(width) for width in widths.split()], re.findall(r".*CONSOLE.*", done.stderr)
 
 
-@pytest.mark.parametrize(("name", "figures"), [("index.html", 6), ("fig9.html", 1)])
+@pytest.mark.parametrize(("name", "figures"), [("index.html", 7), ("fig9.html", 1)])
 def test_page_loads(folder: Path, tmp_path: Path, name: str, figures: int) -> None:
     text = (folder / name).read_text()
     assert "<script" not in text
