@@ -91,7 +91,7 @@ class Study:
         self.design = project.design
         self.sensor = self.design.sensor
         self.paper = project.contacts
-        self.paper_stress = frames(self.sensor, self.paper, project.layer.sampling, project.layer.poisson)
+        self.paper_stress = project.layer.frames(self.sensor, self.paper)
         drawn = random_contacts(self.sensor, contacts, np.random.default_rng(SEED))
         stress = frames(self.sensor, drawn)
         exact = Tfra(self.sensor)(stress)

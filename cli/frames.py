@@ -40,16 +40,16 @@ def simulated(project: Project) -> Floats:
     """Return the frames of every contact, ``(n, rows, columns)`` in Pa; raises ``InputError`` if there is none."""
     import numpy as np
 
-    from tfra.model.layer import frames as layer_frames
-
     if not project.contacts:
         raise InputError(project.path, "contact", "at least one [[contact]] is needed to simulate frames")
     parts = []
     with progress("simulating contacts", len(project.contacts)) as advance:
         for start in range(0, len(project.contacts), CHUNK):
             part = project.contacts[start : start + CHUNK]
-            layer = project.layer
-            parts.append(layer_frames(project.design.sensor, part, layer.sampling, layer.poisson))
+            try:
+                parts.append(project.layer.frames(project.design.sensor, part))
+            except ValueError as error:  # a mesh that is too coarse, or no finite elements installed
+                raise InputError(project.path, "", str(error)) from None
             advance(len(part))
     return np.concatenate(parts)
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from tfra.codegen.schema import (
     ContactSection,
     Document,
     FormatsSection,
+    LayerSection,
     SensorSection,
     exact,
 )
@@ -31,7 +33,8 @@ from tfra.model.contact import Contact
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats, Search
 from tfra.model.errors import InputError
 from tfra.model.layer import ElasticLayer, Sampling
-from tfra.model.sensor import SensorArray
+from tfra.model.layer import frames as layer_frames
+from tfra.model.sensor import Floats, SensorArray
 
 MOST_TAXELS = 4096
 """The model holds dense matrices of taxels x taxels: 134 MB each at this limit."""
@@ -51,10 +54,29 @@ _KEYS = {
 
 @dataclass(frozen=True, slots=True)
 class LayerSpec:
-    """The elastic cover for simulated frames: Poisson's ratio, and sampling ``"point"`` or ``"area"``."""
+    """The elastic cover for simulated frames: Poisson's ratio, and sampling ``"point"`` or ``"area"``.
+
+    ``solver`` is ``"series"`` (exact) or ``"fem"``, with finite elements of ``element`` metres.
+    """
 
     poisson: float
     sampling: Sampling
+    solver: str = "series"
+    element: float = 0.5e-3
+
+    def frames(self, sensor: SensorArray, contacts: Sequence[Contact]) -> Floats:
+        """Stress ``(n, rows, columns)`` in Pa under ``contacts``.
+
+        Raises ``ValueError`` for contacts or meshes that do not fit, and with the install line where scikit-fem is
+        missing.
+        """
+        if self.solver == "series":
+            return layer_frames(sensor, contacts, self.sampling, self.poisson)
+        if find_spec("skfem") is None:
+            raise ValueError("solver: scikit-fem is not installed: pip install 'tfra[fem]'")
+        from tfra.model.fem import Mesh, fem_frames
+
+        return fem_frames(sensor, contacts, Mesh(self.element), self.poisson)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,9 +101,16 @@ def load(path: str | Path) -> Project:
         _require_one_of("name", document.target.name, TARGETS)
     with _blame(file, "layer"):
         ElasticLayer.under(sensor, document.layer.poisson)
+        if document.layer.solver == "fem":
+            _require_fem(document.layer)
     return Project(
         design=_design(file, document, sensor),
-        layer=LayerSpec(document.layer.poisson, document.layer.sampling),
+        layer=LayerSpec(
+            document.layer.poisson,
+            document.layer.sampling,
+            document.layer.solver,
+            _metres(exact(document.layer.element_mm)),
+        ),
         contacts=tuple(_contacts(file, document)),
         path=file,
     )
@@ -121,6 +150,13 @@ def _blame(file: Path, section: str) -> Iterator[None]:
         field, _, reason = str(error).partition(": ")
         *sections, field = [*([section] if section else []), *field.split(".")]
         raise InputError(file, ".".join([*sections, _KEYS.get(field, field)]), reason) from None
+
+
+def _require_fem(section: LayerSection) -> None:
+    if section.sampling != "point":
+        raise ValueError("sampling: finite elements give the stress at points only")
+    if not 0 <= section.poisson < 0.5:
+        raise ValueError(f"poisson: finite elements need 0 <= nu < 0.5, got {section.poisson}")
 
 
 def _require_one_of(key: str, value: str, known: Iterable[str]) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
@@ -87,6 +87,8 @@ class LayerSection(Section):
 
     poisson: float = 0.48
     sampling: Sampling = "point"
+    solver: Literal["series", "fem"] = "series"
+    element_mm: float = Field(default=0.5, gt=0, le=1000)
 
 
 class Directions(Section):

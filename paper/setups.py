@@ -17,7 +17,6 @@ from tfra.codegen.config import Project, load
 from tfra.model.contact import Contact
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
-from tfra.model.layer import frames
 from tfra.model.sensor import Floats
 from tfra.model.tfra import Result, Tfra
 from tfra.model.two_variable import TwoVariable
@@ -57,8 +56,7 @@ class Setup:
 
     def stress(self, contacts: Sequence[Contact]) -> Floats:
         """What the taxels measure, ``(n, rows, columns)`` in Pa."""
-        layer = self.project.layer
-        return frames(self.project.design.sensor, contacts, layer.sampling, layer.poisson)
+        return self.project.layer.frames(self.project.design.sensor, contacts)
 
     @cached_property
     def tfra(self) -> Tfra:

@@ -22,7 +22,6 @@ from rich.table import Table
 from tfra.model.errors import InputError
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
-from tfra.model.layer import frames as layer_frames
 from tfra.model.metrics import error_force, error_mu, error_phi
 from tfra.model.sensor import Floats
 from tfra.model.tfra import Result, Tfra
@@ -83,7 +82,7 @@ def measure(path: Path, simulator: str | None = None) -> Sensor:
 
     project = load(path)
     design, contacts, layer = project.design, project.contacts, project.layer
-    stress = layer_frames(design.sensor, contacts, layer.sampling, layer.poisson)
+    stress = layer.frames(design.sensor, contacts)
     codes = quantise(design, stress)
     expected = FixedTfra(design)(codes).words
     run = simulate(design, codes, simulator, expected=expected)

@@ -353,6 +353,13 @@ def test_frames_over_full_scale(folder: Path, capfd: pytest.CaptureFixture[str])
     assert refusal(capfd, "verify", "skin.toml", "--frames", "frames.npy") == line
 
 
+def test_a_mesh_too_coarse_for_the_contact(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("coarse.toml").write_text(CONFIG + '[layer]\nsolver = "fem"\nelement_mm = 30.0\n')
+    said = refusal(capfd, "frames", "coarse.toml", "--out", "f.npz")
+    assert said.startswith("coarse.toml: contact 0: elements of 0.03 m are too coarse for half_")
+    assert not Path("f.npz").exists()
+
+
 def test_formats_that_overflow(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     long = CONFIG.replace("rows = 5", "rows = 2").replace("columns = 6", "columns = 170")
     long = long.replace("half_y_mm = 4", "half_y_mm = 3") + "[adc]\nbits = 20\n[formats]\nname = 'wide'\n"

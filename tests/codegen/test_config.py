@@ -266,6 +266,12 @@ WRONG_SECTIONS = [
     ('[target]\nname = "ecp5"', "target.name: one of portable is needed, got 'ecp5'"),
     ("[layer]\npoisson = 0.6", "layer.poisson: a value in (-1, 0.5] is needed, got 0.6"),
     ('[layer]\nsampling = "line"', "layer.sampling: 'point' or 'area' is needed, got 'line'"),
+    ('[layer]\nsolver = "magic"', "layer.solver: 'series' or 'fem' is needed, got 'magic'"),
+    (
+        '[layer]\nsolver = "fem"\nsampling = "area"',
+        "layer.sampling: finite elements give the stress at points only",
+    ),
+    ('[layer]\nsolver = "fem"\npoisson = 0.5', "layer.poisson: finite elements need 0 <= nu < 0.5, got 0.5"),
 ]
 
 
