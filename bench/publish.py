@@ -1,4 +1,4 @@
-"""Measurements become ``bench/results/NAME.json`` and the table between ``<!-- NAME -->`` marks in README.md."""
+"""Measurements become ``bench/results/NAME.json`` and the table between ``<!-- NAME -->`` marks in a page."""
 
 from __future__ import annotations
 
@@ -10,19 +10,32 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def publish(name: str, record: dict[str, Any], table: str) -> None:
-    """Print ``table``, store ``record`` and put the table into the README; raises ``ValueError`` without its marks."""
-    print(table)
+def publish(name: str, record: dict[str, Any], table: str, page: str = "README.md") -> None:
+    """Store ``record``, print ``table`` and put it into ``page``; raises ``ValueError`` without its marks."""
+    store(name, record)
+    insert(name, table, page)
+
+
+def store(name: str, record: dict[str, Any]) -> None:
+    """Write ``bench/results/NAME.json``."""
     results = ROOT / "bench" / "results"
     results.mkdir(exist_ok=True)
     (results / f"{name}.json").write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n")
-    readme = ROOT / "README.md"
+
+
+def insert(name: str, table: str, page: str = "README.md") -> None:
+    """Print ``table`` and put it between its marks in ``page``, relative to the root.
+
+    Raises ``ValueError`` unless the page has exactly one pair of marks.
+    """
+    print(table)
+    path = ROOT / page
     text, found = re.subn(
         rf"(<!-- {name} -->\n).*?(<!-- end {name} -->)",
         lambda match: f"{match[1]}{table}\n{match[2]}",
-        readme.read_text(),
+        path.read_text(),
         flags=re.DOTALL,
     )
     if found != 1:
-        raise ValueError(f"README.md: one pair of marks <!-- {name} --> is needed, found {found}")
-    readme.write_text(text)
+        raise ValueError(f"{page}: one pair of marks <!-- {name} --> is needed, found {found}")
+    path.write_text(text)
