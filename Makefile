@@ -3,6 +3,8 @@
 # make bench   speed and memory of the models
 # make cores, make formats, make campaign
 #              the other tables of the README: cycles, exactness, verification of many cores (half an hour)
+# make calibrate, make errors
+#              the studies of docs/calibration.md and docs/errors.md: contacts of the paper, sources of error
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
@@ -14,7 +16,7 @@ VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra
 
-.PHONY: demo test bench cores formats campaign clean icarus chromium
+.PHONY: demo test bench cores formats campaign calibrate errors clean icarus chromium
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -33,7 +35,7 @@ test: $(READY) icarus chromium
 bench: $(READY)
 	$(VENV)/bin/python -m bench.speed
 
-cores formats campaign: $(READY) icarus
+cores formats campaign calibrate errors: $(READY) icarus
 	$(VENV)/bin/python -m bench.$@
 
 clean:
