@@ -5,6 +5,8 @@
 #              the other tables of the README: cycles, exactness, verification of many cores (half an hour)
 # make calibrate, make errors
 #              the studies of docs/calibration.md and docs/errors.md: contacts of the paper, sources of error
+# make sparse, make fem_convergence
+#              the tables of docs/sparse.md and docs/fem.md
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
@@ -16,7 +18,7 @@ VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra
 
-.PHONY: demo test bench cores formats campaign calibrate errors clean icarus chromium
+.PHONY: demo test bench cores formats campaign sparse fem_convergence calibrate errors clean icarus chromium
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -35,7 +37,7 @@ test: $(READY) icarus chromium
 bench: $(READY)
 	$(VENV)/bin/python -m bench.speed
 
-cores formats campaign calibrate errors: $(READY) icarus
+cores formats campaign calibrate errors sparse fem_convergence: $(READY) icarus
 	$(VENV)/bin/python -m bench.$@
 
 clean:

@@ -253,7 +253,7 @@ def residual_table(case: Case, fits: list[dict[str, Any]]) -> str:
     rows = zip(phi_ref, published, *(columns(case, best(fits, name)) for name in ("centred", "free")), strict=True)
     for angle, *values in sorted(rows, key=lambda row: float(row[0])):
         phi, mu, force = zip(*values, strict=True)
-        cells = [f"{v:.2f}°" for v in phi] + [f"{v:.2f}" for v in mu] + [f"{v:.2f} N" for v in force]
+        cells = [f"{v:z.2f}°" for v in phi] + [f"{v:.2f}" for v in mu] + [f"{v:.2f} N" for v in force]
         lines.append(f"| {angle:.0f}°{' (not fitted)' if angle == HELD_OUT else ''} | {' | '.join(cells)} |")
     return "\n".join(lines)
 

@@ -1,16 +1,16 @@
 """Finite elements against the Fourier series under the paper's two sensors, mesh by mesh.
 
 ``python -m bench.fem_convergence`` measures each mesh in a process of its own, writes
-``bench/results/fem_convergence.json`` and prints the table.  The difference is the largest of b_z over the taxels,
-for unit forces along x, y and z, in percent of the largest |b_z| under a unit normal force.
+``bench/results/fem_convergence.json`` and the table in docs/fem.md.  The difference is the largest of b_z over the
+taxels, for unit forces along x, y and z, in percent of the largest |b_z| under a unit normal force.
 """
 
 from __future__ import annotations
 
-import json
 import multiprocessing
 import os
 import resource
+import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import astuple, replace
@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.publish import ROOT
+from bench.publish import publish
 from tfra.model.contact import Contact, ContactShape
 from tfra.model.layer import frames
 from tfra.model.sensor import SensorArray
@@ -71,18 +71,27 @@ def run(case: str, size: float, layers: int, poisson: float) -> dict[str, Any]:
 def main() -> None:
     """Measure every mesh, store and print."""
     os.environ |= {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
-    print("| contact | ν | element | elements | unknowns | F_x | F_y | F_z | seconds | memory |")
-    print("|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|")
     rows = []
     spawn = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=spawn, max_tasks_per_child=1) as pool:
         for row in pool.map(run, *zip(*((case, *mesh) for case in CASES for mesh in MESHES), strict=True)):
             rows.append(row)
-            cells = [row["case"], row["poisson"], f"{row['mesh'][0] * 1e3:g} mm", "×".join(map(str, row["elements"]))]
-            cells += [f"{row['unknowns']:,}", *(f"{p:.2f} %" for p in row["difference_percent"])]
-            print("|", " | ".join(map(str, [*cells, row["seconds"], f"{row['peak_mib']} MiB"])), "|", flush=True)
-    place = ROOT / "bench" / "results" / "fem_convergence.json"
-    place.write_text(json.dumps({"rows": rows}, indent=1, ensure_ascii=False) + "\n")
+            print(f"{row['case']}, {row['mesh'][0] * 1e3:g} mm: {row['seconds']} s", file=sys.stderr, flush=True)
+    publish("fem_convergence", {"rows": rows}, table(rows), "docs/fem.md")
+
+
+def table(rows: list[dict[str, Any]]) -> str:
+    """Markdown: one line for each mesh."""
+    lines = [
+        "| contact | ν | element | elements | unknowns | F_x | F_y | F_z | seconds | memory |",
+        "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
+    ]
+    for row in rows:
+        cells = [row["case"], row["poisson"], f"{row['mesh'][0] * 1e3:g} mm", "×".join(map(str, row["elements"]))]
+        cells += [f"{row['unknowns']:,}", *(f"{p:.2f} %" for p in row["difference_percent"])]
+        cells += [row["seconds"], f"{row['peak_mib']} MiB"]
+        lines.append(f"| {' | '.join(map(str, cells))} |")
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":

@@ -1,13 +1,12 @@
 """What sparse operators cost in exactness: the filters of SpTFRA on the paper's contacts and on random ones.
 
-``python -m bench.sparse [--contacts N]`` filters the operators of both example sensors at many strengths, prints the
-rows that docs/sparse.md shows and writes ``bench/results/sparse.json`` and ``bench/results/sparse.png``.
+``python -m bench.sparse [--contacts N]`` filters the operators of both example sensors at many strengths, writes
+``bench/results/sparse.json``, ``bench/results/sparse.png`` and the table in docs/sparse.md.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -18,7 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from bench.publish import ROOT
+from bench.publish import ROOT, publish
 from tfra.codegen.config import load
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.contact import Contact
@@ -224,9 +223,8 @@ def main() -> None:
             "rows": list(study.rows()),
         }
     record = {"seed": SEED, "drawn": contacts, "published": PUBLISHED, "results": results}
-    (ROOT / "bench" / "results" / "sparse.json").write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n")
     plot(results)
-    print(table(results))
+    publish("sparse", record, table(results), "docs/sparse.md")
 
 
 if __name__ == "__main__":
