@@ -16,18 +16,10 @@ from bench.publish import publish
 from tfra.model.design import FORMATS, Architecture, Design
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
-from tfra.model.scenes import contact_codes
+from tfra.model.scenes import SENSORS, contact_codes
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Tfra
 
-SENSORS = {
-    "10×10, 4×2 mm, h 3 mm": SensorArray(10, 10, 4e-3, 2e-3, 3e-3),
-    "10×10, 4×4 mm, h 3 mm": SensorArray(10, 10, 4e-3, 4e-3, 3e-3),
-    "8×8, 2×2 mm, h 3 mm": SensorArray(8, 8, 2e-3, 2e-3, 3e-3),
-    "5×7, 3×3 mm, h 2 mm": SensorArray(5, 7, 3e-3, 3e-3, 2e-3),
-    "4×6, 5×3 mm, h 2 mm": SensorArray(4, 6, 5e-3, 3e-3, 2e-3),
-    "16×16, 1×1 mm, h 1.5 mm": SensorArray(16, 16, 1e-3, 1e-3, 1.5e-3),
-}
 SEED = 2024
 
 

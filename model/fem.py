@@ -40,6 +40,7 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
 from tfra.model import contact as contact_module
+from tfra.model.cache import cache_directory
 from tfra.model.contact import Contact
 from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import Ints
@@ -323,9 +324,8 @@ def _cached(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: float) -
 
 def _cache_path(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: float) -> Path:
     """File named by a hash of everything the response depends on, the code and its libraries included."""
-    place = os.environ.get("TFRA_CACHE") or Path.home() / ".cache" / "tfra"
     inputs = [asdict(sensor), asdict(contact), asdict(mesh), poisson, skfem.__version__]
     digest = hashlib.sha256(json.dumps(inputs, sort_keys=True).encode())
     for source in (__file__, contact_module.__file__):
         digest.update(Path(str(source)).read_bytes())
-    return Path(place).absolute() / "fem" / f"{digest.hexdigest()}.npz"
+    return cache_directory() / "fem" / f"{digest.hexdigest()}.npz"

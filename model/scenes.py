@@ -10,6 +10,16 @@ from tfra.model.layer import frames
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Ints
 
+SENSORS = {
+    "10×10, 4×2 mm, h 3 mm": SensorArray(10, 10, 4e-3, 2e-3, 3e-3),
+    "10×10, 4×4 mm, h 3 mm": SensorArray(10, 10, 4e-3, 4e-3, 3e-3),
+    "8×8, 2×2 mm, h 3 mm": SensorArray(8, 8, 2e-3, 2e-3, 3e-3),
+    "5×7, 3×3 mm, h 2 mm": SensorArray(5, 7, 3e-3, 3e-3, 2e-3),
+    "4×6, 5×3 mm, h 2 mm": SensorArray(4, 6, 5e-3, 3e-3, 2e-3),
+    "16×16, 1×1 mm, h 1.5 mm": SensorArray(16, 16, 1e-3, 1e-3, 1.5e-3),
+}
+"""Sensors of many sizes, even and odd, well and less well conditioned, for tests and measurements."""
+
 Seed = int | np.random.Generator
 """What ``numpy.random.default_rng`` takes; a generator goes on from where it is."""
 

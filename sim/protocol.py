@@ -21,24 +21,30 @@ MOST_NOTES = 20
 """Violations and mismatches that are kept; all of them are counted."""
 
 
-def _none(rng: random.Random) -> Iterator[bool]:
+def flowing(rng: random.Random) -> Iterator[bool]:
+    """Never stall."""
     while True:
         yield False
 
 
-def _random(rng: random.Random) -> Iterator[bool]:
+def random_stalls(rng: random.Random) -> Iterator[bool]:
+    """Stall every other cycle, at random."""
     while True:
         yield rng.random() < 0.5
 
 
-def _bursts(rng: random.Random) -> Iterator[bool]:
+def bursts(rng: random.Random) -> Iterator[bool]:
+    """Long runs of flow and of silence."""
     while True:
         yield from [False] * rng.randrange(1, 30)
         yield from [True] * rng.randrange(1, 30)
 
 
-STALLS: dict[str, Callable[[random.Random], Iterator[bool]]] = {"none": _none, "random": _random, "bursts": _bursts}
-"""Patterns by name: never; every other cycle, at random; long runs of flow and of silence."""
+Pattern = Callable[[random.Random], Iterator[bool]]
+"""Endless: True where a port stalls."""
+
+STALLS: dict[str, Pattern] = {"none": flowing, "random": random_stalls, "bursts": bursts}
+"""Patterns by name."""
 
 
 def stalls(name: str, seed: int, port: str) -> Iterator[bool]:

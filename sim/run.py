@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from tfra.model.cache import cache_directory
 from tfra.model.design import Design
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.words import frame_words, word_bits
@@ -87,12 +88,6 @@ class Run:
     """Of these, the ones that differed."""
     probes: dict[str, Ints]
     """By stage ``(n, words of a frame)``, when probes were asked for; rows that are not complete are left out."""
-
-
-def cache_directory(build_dir: str | Path | None = None) -> Path:
-    """Return where builds are kept: ``build_dir``, else ``TFRA_CACHE``, else ``~/.cache/tfra``."""
-    chosen = build_dir or os.environ.get("TFRA_CACHE") or Path.home() / ".cache" / "tfra"
-    return Path(chosen).absolute()
 
 
 def simulate(

@@ -13,7 +13,7 @@ from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.numbers import Ints, bit_length, divide
 from tfra.model.fixed.resultant import Resultant
 from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.widths import force_drop, widths
+from tfra.model.fixed.widths import MU_LIMIT, force_drop, widths
 from tfra.model.tfra import Bools
 
 
@@ -69,7 +69,7 @@ def gain(design: Design, total: Resultant, frame: Normalised) -> Gain:
     resultant_shift = exponent + total.exponent - design.formats.force_fraction
     fraction = scalar_fraction(design)
     top_mu = (1 << (operand - 1)) - 1
-    unbounded = regular & (tangential >= 4 * normal)
+    unbounded = regular & (tangential >= MU_LIMIT * normal)
     ratio = divide(np.where(unbounded, 0, tangential), np.maximum(normal, 1), fraction)
     mu = np.where(regular, np.where(unbounded, top_mu, np.minimum(ratio, top_mu)), 0)
     overflow = unbounded | (regular & (modulus == 0)) | (force_shift < 0) | (resultant_shift < 0)

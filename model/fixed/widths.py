@@ -43,7 +43,7 @@ class Widths:
     b_xy: int
     """Unsigned |sum - sum| of Eq. 25."""
     force: int
-    """Unscaled force of one taxel on the grid of ``force_grid``."""
+    """Unscaled force of one taxel on the vector grid times four, less ``force_drop`` bits."""
     magnitude: int
     """Unsigned sum of |b| over the normalised frame, in codes."""
     division: int
@@ -56,8 +56,8 @@ class Widths:
 def widths(design: Design) -> Widths:
     """Word lengths of ``design``.
 
-    Raises ``ValueError`` naming ``formats`` when the exact integers of the sweep or of a row would not fit the
-    62 bits that the model can hold, that is when the formats could overflow.
+    Raises ``ValueError`` naming ``formats``, or ``sensor``, when exact integers would not fit the 63 bits that the
+    model can hold, that is when the formats could overflow.
     """
     fmt, m, k, code = design.formats, design.sensor.taxels, design.search.steps, 2 ** (design.adc.bits - 1)
     slack = 2.0 ** (2 - fmt.operand)

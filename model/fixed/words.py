@@ -36,9 +36,6 @@ class Field:
         return self.scale * 2.0**-self.fraction
 
 
-HEADER = ("frame", "exponent", "sweep_index", "phi", "mu", "mu_x", "mu_y")
-
-
 def layout(design: Design) -> tuple[Field, ...]:
     """Fields of a result frame in order.
 

@@ -3,34 +3,14 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from amaranth.lib import data
 from amaranth.sim import Simulator
 
-Pattern = Callable[[random.Random], Iterator[bool]]
-
-
-def flowing(rng: random.Random) -> Iterator[bool]:
-    """Never stall."""
-    while True:
-        yield False
-
-
-def random_stalls(rng: random.Random) -> Iterator[bool]:
-    """Stall every other cycle, at random."""
-    while True:
-        yield rng.random() < 0.5
-
-
-def bursts(rng: random.Random) -> Iterator[bool]:
-    """Long runs of flow and of silence."""
-    while True:
-        yield from [False] * rng.randrange(1, 30)
-        yield from [True] * rng.randrange(1, 30)
-
+from tfra.sim.protocol import Pattern, bursts, flowing, random_stalls
 
 PATTERNS = (flowing, random_stalls, bursts)
 

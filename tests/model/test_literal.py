@@ -7,10 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.model.cases import SENSORS
 from tfra.model.layer import frames
 from tfra.model.literal import LiteralTfra
-from tfra.model.scenes import random_contacts
+from tfra.model.scenes import SENSORS, random_contacts
 from tfra.model.tfra import Result, Status, Tfra
 
 
@@ -33,7 +32,7 @@ def test_equals_the_fast_model(name: str, steps: int) -> None:
 
 
 def test_frames_without_a_sweep() -> None:
-    sensor = SENSORS["4x6, 5x3 mm"]
+    sensor = SENSORS["4×6, 5×3 mm, h 2 mm"]
     stress = np.stack([np.ones((4, 6)), -np.arange(24.0).reshape(4, 6), np.zeros((4, 6))])
     assert_same(LiteralTfra(sensor)(stress), Tfra(sensor)(stress))
     assert LiteralTfra(sensor)(stress[:0]).forces.shape == (0, 3, 4, 6)
@@ -41,7 +40,7 @@ def test_frames_without_a_sweep() -> None:
 
 @pytest.mark.parametrize("name", ["forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status"])
 def test_the_comparison_notices_one_wrong_value(name: str) -> None:
-    sensor = SENSORS["5x7, 3x3 mm"]
+    sensor = SENSORS["5×7, 3×3 mm, h 2 mm"]
     result = Tfra(sensor)(frames(sensor, random_contacts(sensor, 3, np.random.default_rng(2))))
     wrong = getattr(result, name).copy()
     wrong.flat[-1] += 1 if wrong.dtype == np.int64 else 1e-5
@@ -50,7 +49,7 @@ def test_the_comparison_notices_one_wrong_value(name: str) -> None:
 
 
 def test_bad_arguments() -> None:
-    sensor = SENSORS["4x6, 5x3 mm"]
+    sensor = SENSORS["4×6, 5×3 mm, h 2 mm"]
     with pytest.raises(ValueError, match="steps: at least 1 is needed, got 0"):
         LiteralTfra(sensor, 0)
     with pytest.raises(ValueError, match="frames: shape"):

@@ -8,14 +8,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tests.model.cases import SENSORS
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.design import Architecture, Design
 from tfra.model.fixed.coefficients import nonzero_products
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.layer import frames
-from tfra.model.scenes import contact_codes, random_contacts
+from tfra.model.scenes import SENSORS, contact_codes, random_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter, error, filtered, kept, multiplications
 from tfra.model.tfra import Tfra
@@ -114,7 +113,7 @@ def test_a_corrupted_mask_is_noticed(kind):
 
 
 def test_stronger_filters_keep_less_of_the_same():
-    for matrix in vars(operators(SENSORS["5x7, 3x3 mm"])).values():
+    for matrix in vars(operators(SENSORS["5×7, 3×3 mm, h 2 mm"])).values():
         for kind, strengths in (("F1", (100, 60, 30, 10, 3, 0)), ("F2", (0, 0.1, 1, 5, 20, 60, 100))):
             masks = [Filter(kind, s).mask(matrix) for s in strengths]
             for weak, strong in pairwise(masks):
@@ -125,7 +124,7 @@ def test_stronger_filters_keep_less_of_the_same():
 
 
 @pytest.mark.parametrize("chosen", [Filter("F1", 100), Filter("F2", 0), Filter("F3", 0)])
-@pytest.mark.parametrize("name", ["10x10, 4x2 mm", "5x7, 3x3 mm"])
+@pytest.mark.parametrize("name", ["10×10, 4×2 mm, h 3 mm", "5×7, 3×3 mm, h 2 mm"])
 def test_the_weakest_filter_changes_no_bit(chosen, name):
     sensor = SENSORS[name]
     stress = frames(sensor, random_contacts(sensor, 40, np.random.default_rng(1)))
@@ -172,7 +171,7 @@ def literal(ops: Operators, b: np.ndarray, phi: float, steps: int) -> tuple[int,
 
 @pytest.mark.parametrize("chosen", [Filter("F1", 40), Filter("F2", 2)])
 def test_filtered_tfra_equals_the_equations_with_filtered_matrices(chosen):
-    sensor = SENSORS["5x7, 3x3 mm"]
+    sensor = SENSORS["5×7, 3×3 mm, h 2 mm"]
     ops = filtered(operators(sensor), chosen)
     stress = frames(sensor, random_contacts(sensor, 40, np.random.default_rng(2)))
     result = Tfra(sensor, 20, ops=ops)(stress)
@@ -188,7 +187,7 @@ def test_filtered_tfra_equals_the_equations_with_filtered_matrices(chosen):
 
 def test_mirrors_survive_f2_but_not_f1():
     """Mirror taxels have coefficients of one size, so F2 treats them alike; a band in row-major order doesn't."""
-    sensor = SENSORS["5x7, 3x3 mm"]
+    sensor = SENSORS["5×7, 3×3 mm, h 2 mm"]
 
     def mirrored(ops: Operators) -> bool:
         grids = [np.abs(m).reshape(5, 7, 5, 7) > 0 for m in vars(ops).values()]
@@ -202,14 +201,14 @@ def test_mirrors_survive_f2_but_not_f1():
 
 def test_multiplications_by_hand():
     """10x10: seven dense matrices of 10,000, C33 A3-dagger twice; forces straight ahead add nothing to C31 and C32."""
-    full = operators(SENSORS["10x10, 4x2 mm"])
+    full = operators(SENSORS["10×10, 4×2 mm, h 3 mm"])
     assert multiplications(full) == 7 * 10_000 + 2 * 10_000 - 2 * 1_000
     diagonal = kept(filtered(full, Filter("F1", 1)))
     assert diagonal == dict.fromkeys(vars(full), 100) | {"normal": 100}
 
 
 def test_filtered_leaves_the_original_alone_and_is_read_only():
-    full = operators(SENSORS["4x6, 5x3 mm"])
+    full = operators(SENSORS["4×6, 5×3 mm, h 2 mm"])
     before = {name: matrix.copy() for name, matrix in vars(full).items()}
     sparse = filtered(full, Filter("F2", 10))
     for name, matrix in vars(full).items():

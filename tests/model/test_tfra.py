@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.model.cases import SENSORS
 from tfra.model.boussinesq import operators
 from tfra.model.contact import Contact
 from tfra.model.layer import frames
-from tfra.model.scenes import random_contacts
+from tfra.model.scenes import SENSORS, random_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra, check_frames
 
@@ -84,7 +83,7 @@ def test_equals_the_paper_taken_literally(name):
 )
 def test_reference_contact(phi_ref, phi, mu, force):
     """The Hertz ellipse of 8 x 4 mm on the 40 x 20 mm sensor, to the printed digits."""
-    sensor = SENSORS["10x10, 4x2 mm"]
+    sensor = SENSORS["10×10, 4×2 mm, h 3 mm"]
     contact = Contact("hertz", 18e-3, 9e-3, 8e-3, 4e-3, -5.73, 0.5, np.radians(phi_ref))
     result = Tfra(sensor)(frames(sensor, [contact]))
     assert result.phi_deg[0] == pytest.approx(phi, abs=0.05)
@@ -102,7 +101,7 @@ def test_operators_satisfy_their_definitions():
 
 def test_boussinesq_entry_by_hand():
     """A force one pitch to the right of the taxel, h = 3 mm, s_x = 4 mm: r = 4 mm, C0 = 3 h^2 / (2 pi 5^5) mm^-3."""
-    ops = operators(SENSORS["10x10, 4x2 mm"])
+    ops = operators(SENSORS["10×10, 4×2 mm, h 3 mm"])
     c0 = 3 * 9 / (2 * np.pi * 5**5) * 1e9
     assert ops.c31[0, 1] == pytest.approx(c0 * 4e-3)  # positive: traction behind a force to the right
     assert ops.c31[1, 0] == pytest.approx(-c0 * 4e-3)
@@ -111,7 +110,7 @@ def test_boussinesq_entry_by_hand():
 
 
 def test_every_result_reproduces_the_measured_stress():
-    sensor = SENSORS["5x7, 3x3 mm"]
+    sensor = SENSORS["5×7, 3×3 mm, h 2 mm"]
     stress = frames(sensor, random_contacts(sensor, 50, np.random.default_rng(3)))
     result = Tfra(sensor)(stress)
     regular = result.status == 0
@@ -124,7 +123,7 @@ def test_every_result_reproduces_the_measured_stress():
 
 
 def test_mirrors_and_scales():
-    sensor = SENSORS["10x10, 4x2 mm"]
+    sensor = SENSORS["10×10, 4×2 mm, h 3 mm"]
     stress = frames(sensor, random_contacts(sensor, 60, np.random.default_rng(5)))
     plain = Tfra(sensor)(stress)
     ok = (plain.status == 0) & (np.abs(np.abs(np.sin(2 * np.radians(plain.phi_deg)))) > 1e-3)
@@ -139,7 +138,7 @@ def test_mirrors_and_scales():
 
 
 def test_turning_a_square_sensor_turns_the_forces():
-    sensor = SENSORS["10x10, 4x4 mm"]
+    sensor = SENSORS["10×10, 4×4 mm, h 3 mm"]
     stress = frames(sensor, random_contacts(sensor, 60, np.random.default_rng(6)))
     plain, turned = Tfra(sensor)(stress), Tfra(sensor)(stress.transpose(0, 2, 1))
     ok = plain.status == 0
@@ -150,7 +149,7 @@ def test_turning_a_square_sensor_turns_the_forces():
 
 
 class TestDegenerate:
-    sensor = SENSORS["4x6, 5x3 mm"]
+    sensor = SENSORS["4×6, 5×3 mm, h 2 mm"]
 
     def run(self, frame):
         return Tfra(self.sensor)(np.asarray(frame, dtype=float)[None])
@@ -191,5 +190,5 @@ class TestDegenerate:
 )
 def test_bad_frames(value, reason):
     with pytest.raises(ValueError, match="frames: ") as caught:
-        check_frames(SENSORS["4x6, 5x3 mm"], value)
+        check_frames(SENSORS["4×6, 5×3 mm, h 2 mm"], value)
     assert str(caught.value) == f"frames: {reason}"

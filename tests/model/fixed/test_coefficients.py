@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.model.cases import SENSORS, make_design
+from tests.model.cases import make_design
 from tfra.model.boussinesq import operators
 from tfra.model.fixed.butterfly import EE, OO, OX, OY, butterfly, distinct, taxel_index, to_quads, to_taxels
 from tfra.model.fixed.coefficients import stacks
+from tfra.model.scenes import SENSORS
 
 
 @pytest.fixture(params=list(SENSORS), name="design")

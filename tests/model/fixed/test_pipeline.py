@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.model.cases import SENSORS, make_design
+from tests.model.cases import make_design
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.widths import widths
 from tfra.model.fixed.words import decode, encode, field, frame_words, layout, quantise, word_bits
-from tfra.model.scenes import contact_codes, directed_codes, wild_codes
+from tfra.model.scenes import SENSORS, contact_codes, directed_codes, wild_codes
 from tfra.model.tfra import Status, Tfra
 
 SWEPT = Status.NO_CONTACT | Status.COMPRESSION_ONLY | Status.NO_DIRECTION
@@ -58,7 +58,7 @@ def test_directed_frames_have_the_float_models_status():
 
 
 def test_noise_is_handled_like_any_frame():
-    design = make_design(SENSORS["4x6, 5x3 mm"])
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     got, exact = both(design, wild_codes(design, 500, seed=3))
     clean = (exact.status & SWEPT == 0) & (got.status & Status.OUTPUT_SATURATED == 0)
     step = np.abs(got.sweep_index - exact.sweep_index)[clean]
@@ -67,7 +67,7 @@ def test_noise_is_handled_like_any_frame():
 
 def test_mirrored_frames_give_mirrored_results():
     """Rounding half up is not symmetric, so the mirror image is exact within a few LSB of a force."""
-    design = make_design(SENSORS["5x7, 3x3 mm"])
+    design = make_design(SENSORS["5×7, 3×3 mm, h 2 mm"])
     codes = contact_codes(design, 100, seed=5)
     plain = decode(design, FixedTfra(design)(codes).words)
     swept = plain.status == 0
@@ -82,7 +82,7 @@ def test_mirrored_frames_give_mirrored_results():
 
 
 def test_scaled_frames_give_the_same_words_with_another_exponent():
-    design = make_design(SENSORS["4x6, 5x3 mm"])
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     codes = contact_codes(design, 50, seed=6) // 8
     small, large = (FixedTfra(design)(c).words for c in (codes, codes * 4))
     for f in layout(design):
@@ -92,7 +92,7 @@ def test_scaled_frames_give_the_same_words_with_another_exponent():
 
 def test_stages_stay_within_their_proven_widths():
     """Extremes in every taxel: nothing needs more bits than the widths say."""
-    for name in ("5x7, 3x3 mm", "8x8, 2x2 mm"):
+    for name in ("5×7, 3×3 mm, h 2 mm", "8×8, 2×2 mm, h 3 mm"):
         design = make_design(SENSORS[name])
         rng = np.random.default_rng(8)
         codes = rng.choice([-8192, 8191], size=(300, design.sensor.rows, design.sensor.columns))
@@ -102,7 +102,7 @@ def test_stages_stay_within_their_proven_widths():
 
 
 def test_words_fit_their_fields_and_chunks_do_not_matter():
-    design = make_design(SENSORS["4x6, 5x3 mm"])
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     codes = np.concatenate([wild_codes(design, 2100, seed=1), directed_codes(design)])
     words = FixedTfra(design)(codes).words
     assert words.shape == (len(codes), frame_words(design))
@@ -117,20 +117,20 @@ def test_words_fit_their_fields_and_chunks_do_not_matter():
 
 
 def test_no_frames_give_no_words():
-    design = make_design(SENSORS["4x6, 5x3 mm"])
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     words = FixedTfra(design)(np.empty((0, 4, 6), dtype=np.int64)).words
     assert words.shape == (0, frame_words(design))
     assert decode(design, words).forces.shape == (0, 3, 4, 6)
 
 
 def test_encode_and_decode_are_inverse():
-    design = make_design(SENSORS["4x6, 5x3 mm"])
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     words = FixedTfra(design)(contact_codes(design, 3, seed=1)).words
     assert (encode(design, {f.name: field(design, words, f.name) for f in layout(design)}) == words).all()
 
 
 def test_full_scale():
-    design = make_design(SENSORS["4x6, 5x3 mm"])
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     frames = np.zeros((2, 4, 6))
     frames[1, 2, 3] = design.adc.full_scale
     assert quantise(design, frames)[1, 2, 3] == 8191

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.model.cases import SENSORS, make_design
+from tests.model.cases import make_design
 from tfra.model.fixed.sweep import sweep, sweep_unit, tolerance
+from tfra.model.scenes import SENSORS
 
 
 def literal(design, stress, p, q, negative, exponent):
@@ -27,7 +28,7 @@ def literal(design, stress, p, q, negative, exponent):
 @pytest.mark.parametrize("steps", [1, 7, 100])
 @pytest.mark.parametrize("tol", [0.0, 0.37])
 def test_random_frames(steps, tol):
-    design = make_design(SENSORS["5x7, 3x3 mm"], steps=steps, tolerance=tol)
+    design = make_design(SENSORS["5×7, 3×3 mm, h 2 mm"], steps=steps, tolerance=tol)
     rng = np.random.default_rng(steps)
     count, m = 40, design.sensor.taxels
     stress = rng.integers(-8192, 8192, (count, m))
@@ -43,7 +44,7 @@ def test_random_frames(steps, tol):
 
 
 def chosen(stress, p, q, *, negative=False, tol=0.0, exponent=0, steps=4):
-    design = make_design(SENSORS["4x6, 5x3 mm"], steps=steps, tolerance=tol)
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"], steps=steps, tolerance=tol)
     rows = [np.resize(np.array(v), (1, 24)) for v in (stress, p, q)]
     return int(sweep(design, *rows, np.array([negative]), np.array([exponent])).index[0])
 
@@ -76,7 +77,7 @@ def test_a_tolerance_widens_the_plateau():
 
 
 def test_a_corrupted_sum_is_noticed():
-    design = make_design(SENSORS["4x6, 5x3 mm"], steps=4)
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"], steps=4)
     rng = np.random.default_rng(0)
     stress, p, q = (rng.integers(-99, 99, (1, 24)) for _ in range(3))
     good = sweep(design, stress, p, q, np.array([False]), np.array([0]))
