@@ -7,9 +7,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal, get_args
 
 from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter
+
+Form = Literal["pinv", "gram"]
+"""Which operators are stored: A-dagger itself, or (A A^T)^-1 and A (:mod:`tfra.model.fixed.coefficients`)."""
+
+Images = Literal["inline", "readmemh"]
+"""Where the Verilog has the initial contents of memories: in itself, or in files that it reads by ``$readmemh``."""
 
 
 def _require(condition: bool, name: str, reason: str) -> None:
@@ -79,6 +86,9 @@ FORMATS = {
 }
 """Named format sets; their measured exactness is stated in the README."""
 
+TARGETS = ("portable", "ecp5", "ice40")
+"""Device families; ``"portable"`` is Verilog without instances, for any of them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Architecture:
@@ -92,6 +102,10 @@ class Architecture:
 class Design:
     """One core: sensor, converter, search, formats and architecture; ``sparse`` drops small coefficients.
 
+    ``operators`` trades memory for time; docs/memory.md has the numbers.
+    ``images`` says where the Verilog has what memories start with.
+    ``target``, one of ``TARGETS``, chooses cells, never a result or a cycle.
+
     Raises ``ValueError`` that starts with ``section.key:`` when the parts do not fit together.
     """
 
@@ -102,10 +116,20 @@ class Design:
     formats: Formats = FORMATS["standard"]
     architecture: Architecture = field(default_factory=Architecture)
     sparse: Filter | None = None
+    operators: Form = "pinv"
+
+    images: Images = "inline"
+    target: str = "portable"
 
     def __post_init__(self) -> None:
+        _require(self.target in TARGETS, "target.name", f"one of {', '.join(TARGETS)} is needed, got {self.target!r}")
         mirrors = self.sparse is None or self.sparse.kind == "F2"
         _require(mirrors, "sparse", "only F2 keeps the mirror symmetry that operators are folded by")
+        forms = get_args(Form)
+        _require(self.operators in forms, "operators", f"one of {', '.join(forms)} is needed, got {self.operators!r}")
+        # Filtered matrices no longer satisfy A-dagger = A^T (A A^T)^-1.
+        exact = self.sparse is None or self.operators == "pinv"
+        _require(exact, "operators", "sparse operators need A-dagger itself: pinv")
         lanes, most = self.architecture.mac_lanes, 4 * self.quads
         allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)
         reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from tfra.model.contact import Contact, ContactShape
 from tfra.model.design import Design
 from tfra.model.layer import frames
-from tfra.model.sensor import SensorArray
+from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import Ints
 
 SENSORS = {
@@ -40,12 +42,30 @@ def random_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -
     return found
 
 
+def local_contacts(sensor: SensorArray, count: int, rng: np.random.Generator, span: int = 10) -> list[Contact]:
+    """Contacts as on an array of at most ``span x span`` taxels, anywhere on ``sensor``: small things, large arrays."""
+    rows, columns = min(span, sensor.rows), min(span, sensor.columns)
+    window = replace(sensor, rows=rows, columns=columns)
+    return [
+        replace(
+            contact,
+            center_x=contact.center_x + rng.integers(sensor.columns - columns + 1) * sensor.pitch_x,
+            center_y=contact.center_y + rng.integers(sensor.rows - rows + 1) * sensor.pitch_y,
+        )
+        for contact in random_contacts(window, count, rng)
+    ]
+
+
 def contact_codes(design: Design, count: int, seed: Seed) -> Ints:
     """Converter codes ``(count, rows, columns)`` of random contacts, their peak at 10 to 95 % of full scale."""
     rng = np.random.default_rng(seed)
-    stress = frames(design.sensor, random_contacts(design.sensor, count, rng))
+    return codes_of(design, frames(design.sensor, random_contacts(design.sensor, count, rng)), rng)
+
+
+def codes_of(design: Design, stress: Floats, rng: np.random.Generator) -> Ints:
+    """Converter codes of ``stress (n, rows, columns)``, each frame's peak at 10 to 95 % of full scale."""
     peak = np.abs(stress).max(axis=(1, 2), keepdims=True)
-    level = rng.uniform(0.1, 0.95, size=(count, 1, 1)) * 2 ** (design.adc.bits - 1)
+    level = rng.uniform(0.1, 0.95, size=(len(stress), 1, 1)) * 2 ** (design.adc.bits - 1)
     return np.asarray(np.rint(stress / peak * level), dtype=np.int64)
 
 

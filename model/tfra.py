@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntFlag
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -103,14 +104,60 @@ def check_frames(sensor: SensorArray, frames: npt.ArrayLike) -> Floats:
     return array
 
 
+class Products(Protocol):
+    """The products of a frame with the operators, by whatever means; every vector is ``(n, m)``, SI."""
+
+    @property
+    def sums(self) -> tuple[Floats, Floats]:
+        """Column sums ``(m,)`` of A1-dagger and A2-dagger, for Eq. 12."""
+
+    def solve(self, b: Floats) -> Floats:
+        """C33^-1 b (Eq. 9)."""
+
+    def stress(self, n: Floats) -> tuple[Floats, Floats, Floats]:
+        """C31 n, C32 n, C33 n."""
+
+    def normal(self, e: Floats) -> Floats:
+        """C33 A3-dagger e."""
+
+    def forces(self, d: Floats) -> tuple[Floats, Floats, Floats]:
+        """A1-dagger d, A2-dagger d, A3-dagger d."""
+
+
+class Dense:
+    """:class:`Products` by the matrices themselves."""
+
+    def __init__(self, ops: Operators) -> None:
+        self._ops = ops
+        self._normal = ops.c33 @ ops.pinv3
+        self.sums = ops.pinv1.sum(axis=0), ops.pinv2.sum(axis=0)
+
+    def solve(self, b: Floats) -> Floats:
+        return b @ self._ops.c33_inv.T
+
+    def stress(self, n: Floats) -> tuple[Floats, Floats, Floats]:
+        return n @ self._ops.c31.T, n @ self._ops.c32.T, n @ self._ops.c33.T
+
+    def normal(self, e: Floats) -> Floats:
+        return e @ self._normal.T
+
+    def forces(self, d: Floats) -> tuple[Floats, Floats, Floats]:
+        return d @ self._ops.pinv1.T, d @ self._ops.pinv2.T, d @ self._ops.pinv3.T
+
+
 class Tfra:
     """The algorithm for one sensor and one sweep grid of ``steps`` + 1 candidates.
 
-    ``ops`` replaces the sensor's own operators, for instance by filtered ones (:mod:`tfra.model.sparse`).
+    ``ops`` replaces the sensor's own operators, for instance by filtered ones (:mod:`tfra.model.sparse`), or the
+    way they are multiplied by (:mod:`tfra.model.separable`, :mod:`tfra.model.toeplitz`).
     """
 
     def __init__(
-        self, sensor: SensorArray, steps: int = 100, plateau_tolerance: float = 0.0, ops: Operators | None = None
+        self,
+        sensor: SensorArray,
+        steps: int = 100,
+        plateau_tolerance: float = 0.0,
+        ops: Operators | Products | None = None,
     ) -> None:
         if steps < 1:
             raise ValueError(f"steps: at least 1 is needed, got {steps}")
@@ -119,8 +166,8 @@ class Tfra:
         self.sensor = sensor
         self.steps = steps
         self.plateau_tolerance = plateau_tolerance
-        self._ops = ops or operators(sensor)
-        self._normal_gain = self._ops.c33 @ self._ops.pinv3
+        ops = ops or operators(sensor)
+        self._products: Products = Dense(ops) if isinstance(ops, Operators) else ops
         self._x, self._y = sensor.positions()
 
     def __call__(self, frames: npt.ArrayLike, *, keep_sweep: bool = False) -> Result:
@@ -130,13 +177,13 @@ class Tfra:
         regular = contact & traction
         direction, v_zero = self._direction(b, regular)
         n = self._weights(b, regular)
-        ops = self._ops
-        d0, d1, d2 = b + n @ ops.c33.T, -n @ ops.c31.T, -n @ ops.c32.T
+        by_x, by_y, by_z = self._products.stress(n)
+        d0, d1, d2 = b + by_z, -by_x, -by_y
         alpha, beta, vanishing = self._dependent(direction, n, d0, d1, d2, regular)
         swap = direction.sweep_y[:, None]
         d_ind, d_dep = np.where(swap, d2, d1), np.where(swap, d1, d2)
         e0, e1 = d0 + alpha[:, None] * d_dep, d_ind + beta[:, None] * d_dep
-        p, q = e0 @ self._normal_gain.T - n @ ops.c33.T, e1 @ self._normal_gain.T
+        p, q = self._products.normal(e0) - by_z, self._products.normal(e1)
         index, sweep = self._search(b, p, q, direction, keep_sweep)
         index = np.where(regular, index, 0)
         mu_ind = np.where(regular, self._grid(direction, index), 0.0)
@@ -178,14 +225,14 @@ class Tfra:
 
     def _weights(self, b: Floats, regular: Bools) -> Floats:
         """n = -w_z >= 0 (Eq. 9); frames without traction keep the unclipped C33^-1 b, which solves them."""
-        w_z = b @ self._ops.c33_inv.T
+        w_z = self._products.solve(b)
         return np.where(regular[:, None], np.maximum(-w_z, 0.0), -w_z)
 
     def _dependent(
         self, direction: Direction, n: Floats, d0: Floats, d1: Floats, d2: Floats, regular: Bools
     ) -> tuple[Floats, Floats, Bools]:
         """alpha, beta of mu_dep = alpha + beta * mu_ind (Eqs. 17, 18 times cos phi) and where they vanish."""
-        col1, col2 = self._ops.pinv1.sum(axis=0), self._ops.pinv2.sum(axis=0)
+        col1, col2 = self._products.sums
         total = n.sum(axis=1)
         a10, a11, a12 = d0 @ col1, total + d1 @ col1, d2 @ col1  # Eq. 12
         a20, a21, a22 = d0 @ col2, d1 @ col2, total + d2 @ col2
@@ -230,11 +277,8 @@ class Tfra:
         self, b: Floats, n: Floats, d: Floats, mu_x: Floats, mu_y: Floats, contact: Bools, regular: Bools
     ) -> Floats:
         """Scaled forces ``(n, 3, m)`` of the chosen candidate (Eqs. 10 and 28-31)."""
-        ops = self._ops
-        f_x = mu_x[:, None] * n + d @ ops.pinv1.T
-        f_y = mu_y[:, None] * n + d @ ops.pinv2.T
-        f_z = d @ ops.pinv3.T - n
-        forces = np.stack([f_x, f_y, f_z], axis=1)
+        f_x, f_y, f_z = self._products.forces(d)
+        forces = np.stack([f_x + mu_x[:, None] * n, f_y + mu_y[:, None] * n, f_z - n], axis=1)
         f_star = np.linalg.norm(forces.sum(axis=2), axis=1)  # Eq. 30
         f_sens = np.abs(b).sum(axis=1) * self.sensor.taxel_area  # Eq. 29
         gain = np.divide(f_sens, f_star, out=np.zeros(len(b)), where=f_star > 0)  # Eq. 31

@@ -9,6 +9,7 @@ import numpy as np
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.centroids import centroids
+from tfra.model.fixed.coefficients import split
 from tfra.model.fixed.combine import combine
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.dependent import dependent, gather_sums
@@ -57,23 +58,29 @@ class FixedTfra:
         ]
         return FixedResult(np.concatenate([words for words, _ in parts]), tuple(stages for _, stages in parts))
 
+    def _normal(self, e: Ints) -> Ints:
+        """C33 A3-dagger e, folded."""
+        return matvec(self.design, "normal", e)
+
     def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[str, Ints]]:
-        design, q = self.design, self.design.quads
+        design = self.design
         frame = normaliser(design, codes)
         direction = centroids(design, codes)
         stress = to_quads(design, frame.stress)
         b = butterfly(stress) << design.formats.vector_fraction
         contact = matvec(design, "contact", b)
-        n = weights(contact[:, :q], frame.regular)
+        by_b = split(design, "contact", contact)
+        n = weights(by_b["c33_inv"], frame.regular)
         residual = matvec(design, "residual", n)
-        g, d1, d2, sums_n = np.split(residual, (q, 2 * q, 3 * q), axis=1)
+        by_n = split(design, "residual", residual)
+        g, d1, d2 = (by_n[name] for name in ("c33", "c31", "c32"))
         d0 = b + g
-        affine = dependent(design, gather_sums(contact[:, q:], sums_n), direction, frame.regular)
+        affine = dependent(design, gather_sums(by_b["sums_b"], by_n["sums_n"]), direction, frame.regular)
         swap = direction.sweep_y[:, None, None]
         d_ind, d_dep = np.where(swap, d2, d1), np.where(swap, d1, d2)
         e0 = combine(design, d0, affine.alpha, d_dep)
         e1 = combine(design, d_ind, affine.beta, d_dep)
-        normal = [matvec(design, "normal", e) for e in (e0, e1)]
+        normal = [self._normal(e) for e in (e0, e1)]
         p, slope = butterfly(normal[0] - g), butterfly(normal[1])
         found = sweep(
             design,
@@ -85,7 +92,8 @@ class FixedTfra:
         )
         chosen = friction(design, found.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
-        force = matvec(design, "force", d)
+        solved = [matvec(design, "gram", d)] if design.operators == "gram" else []
+        force = matvec(design, "force", (solved or [d])[0])
         unscaled = forces(design, force, chosen, n)
         total = resultant(design, affine, chosen, frame.regular)
         factor = gain(design, total, frame)
@@ -118,7 +126,7 @@ class FixedTfra:
         stages = {
             "normaliser": stress,
             "centroids": np.stack([direction.cos, direction.sin], axis=1),
-            "matvec": np.concatenate([contact, residual, *normal, force], axis=1),
+            "matvec": np.concatenate([contact, residual, *normal, *solved, force], axis=1),
             "weights": n,
             "dependent": np.stack([affine.alpha, affine.beta], axis=1),
             "combine": np.concatenate([e0, e1, d], axis=1),

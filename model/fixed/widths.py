@@ -9,8 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
+
 from tfra.model.design import Design
-from tfra.model.fixed.coefficients import Operator, stacks
+from tfra.model.fixed.coefficients import Operator, stacks, taxel_matrix
 from tfra.model.fixed.numbers import signed_bits
 
 MU_LIMIT = 4
@@ -67,6 +69,14 @@ def widths(design: Design) -> Widths:
         """Bound of a product's results in the taxel domain, operand rounding and result rounding included."""
         return (operator.gain + 4 * slack * operator.folded_gain) * taxel + 2
 
+    def chain(first: Operator, second: Operator, taxel: float) -> float:
+        """The same of two products in a row: what the second makes of the exact first, and of its rounding."""
+        together = float(np.abs(taxel_matrix(design, second) @ taxel_matrix(design, first)).sum(axis=1).max())
+        rounding = 4 * slack * first.folded_gain * taxel + 2
+        return (
+            together * taxel + second.gain * rounding + 4 * slack * second.folded_gain * product(first, taxel) + 2
+        )
+
     b = float(code << fmt.vector_fraction)
     n = product(op["c33_inv"], b) + 1
     g, d1, d2 = (product(op[name], n) for name in ("c33", "c31", "c32"))
@@ -74,9 +84,12 @@ def widths(design: Design) -> Widths:
     e0, e1 = d0 + 2 * tangential + 1, 3 * tangential + 1
     d = e0 + e1 + 1
     p, q = product(op["normal"], e0) + g, product(op["normal"], e1)
-    unscaled = max(product(op[name], d) for name in ("pinv1", "pinv2", "pinv3")) + MU_LIMIT * n + 2
+    y, force = d, max(product(o, d) for o in stacks(design)["force"].operators)
+    if design.operators == "gram":
+        y, force = product(op["gram"], d), max(chain(op["gram"], o, d) for o in stacks(design)["force"].operators)
+    unscaled = force + MU_LIMIT * n + 2
     sums = product(op["sums_b"], b) + product(op["sums_n"], n)
-    vector = signed_bits(max(4 * max(b, n, d0, d1, d2, e0, e1, d, p, q, unscaled), sums) + 4)
+    vector = signed_bits(max(4 * max(b, n, d0, d1, d2, e0, e1, d, p, q, y, unscaled), sums) + 4)
     row_sum = max(float(abs(o.rows).sum(axis=-1).max()) for o in op.values())
     candidate = 4 * k * (p + q)
     longest = max(design.sensor.rows, design.sensor.columns)

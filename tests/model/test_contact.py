@@ -143,7 +143,7 @@ def test_force_has_the_signs_of_the_tables(degrees: float, expected: tuple[float
 @pytest.mark.parametrize("shape", SHAPES)
 def test_tractions_integrate_to_the_force(shape: ContactShape) -> None:
     load = contact(shape, phi=2.0)
-    total = [integrate(load, lambda x, y, i=i: load.tractions(x, y)[i]) for i in range(3)]  # type: ignore[misc]
+    total = [integrate(load, lambda x, y, i=i: load.tractions(x, y)[i]) for i in range(3)]
     assert total == pytest.approx(load.force, rel=1e-9)
 
 
@@ -170,6 +170,6 @@ def test_bad_values_name_the_field(field: str, value: float) -> None:
 
 
 def test_shape_may_be_named() -> None:
-    assert contact("rounded").shape is ContactShape.ROUNDED  # type: ignore[arg-type]
+    assert contact("rounded").shape is ContactShape.ROUNDED
     with pytest.raises(ValueError, match=r"^shape: one of hertz, uniform, rounded"):
-        contact("round")  # type: ignore[arg-type]
+        contact("round")

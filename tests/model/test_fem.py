@@ -97,7 +97,7 @@ def generic(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: float) -
     )
 
     @skfem.LinearForm
-    def traction(v, w):  # type: ignore[no-untyped-def]
+    def traction(v, w):
         q = contact.tractions(w.x[0], w.x[1])
         return sum(q[i] * v[i] for i in range(3))
 
@@ -189,8 +189,8 @@ def test_other_inputs_have_other_entries(change: str, computed: list[Contact]) -
         "mesh": replace(COARSE, layers=4),
         "poisson": 0.47,
     }
-    fem_frames(**inputs)  # type: ignore[arg-type]
-    fem_frames(**inputs | {change: other[change]})  # type: ignore[arg-type]
+    fem_frames(**inputs)
+    fem_frames(**inputs | {change: other[change]})
     assert len(computed) == 2
 
 
@@ -265,7 +265,7 @@ def test_poisson_is_checked(poisson: float) -> None:
 @pytest.mark.parametrize(("field", "value"), [("size", 0.0), ("size", math.inf), ("layers", 1), ("growth", 0.9)])
 def test_mesh_is_checked(field: str, value: float) -> None:
     with pytest.raises(ValueError, match=field):
-        replace(FINE, **{field: value})  # type: ignore[arg-type]
+        replace(FINE, **{field: value})
 
 
 def test_no_contacts_no_frames() -> None:

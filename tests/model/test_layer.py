@@ -140,7 +140,7 @@ def spectrum(load: Contact, low: tuple[float, float], kx: float, ky: float) -> t
     q = load.tractions(x, y) * area
     px, py = kx * (x - low[0]), ky * (y - low[1])
     waves = (np.sin(px) * np.cos(py), np.cos(px) * np.sin(py), np.cos(px) * np.cos(py))
-    return tuple(float((q[i] * waves[i]).sum()) for i in range(3))  # type: ignore[return-value]
+    return tuple(float((q[i] * waves[i]).sum()) for i in range(3))
 
 
 def summed(layer: ElasticLayer, load: Contact, x: float, y: float, cutoff: float) -> float:
@@ -398,7 +398,7 @@ def test_grid_is_one_dimensional() -> None:
 
 def test_unknown_sampling() -> None:
     with pytest.raises(ValueError, match=r"^sampling:"):
-        frames(SENSOR, [HERTZ], "mean")  # type: ignore[arg-type]
+        frames(SENSOR, [HERTZ], "mean")
 
 
 @pytest.mark.parametrize(

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
+from typing import get_args
+
 import numpy as np
 import pytest
 
 from tests.model.cases import make_design
 from tfra.model.boussinesq import operators
+from tfra.model.design import Form
 from tfra.model.fixed.butterfly import EE, OO, OX, OY, butterfly, distinct, taxel_index, to_quads, to_taxels
-from tfra.model.fixed.coefficients import stacks
+from tfra.model.fixed.coefficients import coefficient_bits, products, stacks, stored, taxel_matrix
 from tfra.model.scenes import SENSORS
 
 
-@pytest.fixture(params=list(SENSORS), name="design")
+@pytest.fixture(params=product(SENSORS, get_args(Form)), ids="-".join, name="design")
 def _design(request):
-    return make_design(SENSORS[request.param])
+    name, form = request.param
+    return replace(make_design(SENSORS[name]), operators=form)
 
 
 def taxels(design, seed):
@@ -48,6 +54,26 @@ def dense(design):
         "pinv2": ops.pinv2 / h2,
         "pinv3": ops.pinv3 / h2,
     }
+
+
+def test_either_form_makes_the_same_forces(design):
+    """A-dagger from the quantised operators, the scale of y included."""
+    by_name, pinv = stacks(design), operators(design.sensor).pinv / design.sensor.thickness**2
+    gram = design.operators == "gram"
+    first = taxel_matrix(design, by_name["gram"].operators[0]) if gram else np.eye(design.sensor.taxels)
+    for place, op in enumerate(by_name["force"].operators):
+        exact = np.split(pinv, 3)[place]
+        np.testing.assert_allclose(taxel_matrix(design, op) @ first, exact, atol=1e-3 * np.abs(exact).max())
+        if gram:  # the very words of the residual product, in the same order behind its sums
+            assert op.rows is by_name["residual"].operators[place + 1].rows
+
+
+def test_gram_stores_a_quarter_less(design):
+    q, bits = design.quads, coefficient_bits(design)
+    operators_stored = {"pinv": 8, "gram": 6}[design.operators]
+    assert bits == 4 * q * (operators_stored * q + 4) * design.formats.coefficient  # four quads of rows that sum
+    assert set(products(design)) == set(stacks(design))
+    assert set(stored(design)) <= set(stacks(design))
 
 
 def apply(design, op, x):
@@ -93,8 +119,8 @@ def test_sum_rows_are_the_sums_of_the_candidates(design):
     a = np.array([[(p @ v).sum() for v in d] for p in pinv])
     a += n.sum() * np.array([[0, 1, 0], [0, 0, 1], [-1, 0, 0]])
     sums = {}
-    for name, operand in (("contact", b), ("residual", n)):
-        op = stacks(design)[name].operators[-1]
+    for name, which, operand in (("contact", "sums_b", b), ("residual", "sums_n", n)):
+        op = next(op for op in stacks(design)[name].operators if op.name == which)
         folded = butterfly(to_quads(design, operand[None])).astype(float)[0]
         sums[name] = np.einsum("qpj,jp->qp", op.rows / 2.0**op.fraction, folded)
     s, t = sums["contact"], sums["residual"]

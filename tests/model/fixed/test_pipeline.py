@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import get_args
+
 import numpy as np
 import pytest
 
 from tests.model.cases import make_design
+from tfra.model.design import Form
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.widths import widths
@@ -25,8 +29,9 @@ def both(design, codes):
 
 @pytest.mark.parametrize(("formats", "share"), [("standard", 0.97), ("wide", 0.995)])
 @pytest.mark.parametrize("name", SENSORS)
-def test_random_contacts(name, formats, share):
-    design = make_design(SENSORS[name], formats)
+@pytest.mark.parametrize("form", get_args(Form))
+def test_random_contacts(form, name, formats, share):
+    design = replace(make_design(SENSORS[name], formats), operators=form)
     got, exact = both(design, contact_codes(design, 300, seed=17))
     assert (got.status == exact.status).all()
     swept = (exact.status & SWEPT) == 0
@@ -90,10 +95,11 @@ def test_scaled_frames_give_the_same_words_with_another_exponent():
         assert (difference == (2 if f.name == "exponent" else 0)).all()
 
 
-def test_stages_stay_within_their_proven_widths():
+@pytest.mark.parametrize("form", get_args(Form))
+def test_stages_stay_within_their_proven_widths(form):
     """Extremes in every taxel: nothing needs more bits than the widths say."""
     for name in ("5×7, 3×3 mm, h 2 mm", "8×8, 2×2 mm, h 3 mm"):
-        design = make_design(SENSORS[name])
+        design = replace(make_design(SENSORS[name]), operators=form)
         rng = np.random.default_rng(8)
         codes = rng.choice([-8192, 8191], size=(300, design.sensor.rows, design.sensor.columns))
         stages = FixedTfra(design)(np.concatenate([codes, directed_codes(design)])).stages
