@@ -39,8 +39,6 @@ from tfra.model.sensor import Floats, SensorArray
 MOST_TAXELS = 4096
 """The model holds dense matrices of taxels x taxels: 134 MB each at this limit."""
 
-TARGETS = ("portable",)
-
 _KEYS = {
     "full_scale": "full_scale_pa",
     "coefficient": "coefficient_bits",
@@ -97,8 +95,6 @@ def load(path: str | Path) -> Project:
     file = Path(path)
     document = _document(file)
     sensor = _sensor(file, document.sensor)
-    with _blame(file, "target"):
-        _require_one_of("name", document.target.name, TARGETS)
     with _blame(file, "layer"):
         ElasticLayer.under(sensor, document.layer.poisson)
         if document.layer.solver == "fem":
@@ -187,6 +183,8 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
             search=search,
             formats=formats,
             architecture=_architecture(document.architecture, sensor, search),
+            images=document.target.images,
+            target=document.target.name,
         )
 
 

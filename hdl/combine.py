@@ -5,12 +5,15 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Any
 
-from amaranth import Array, C, Cat, Module, Mux, Shape, Signal, Value
+from amaranth import Array, C, Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits, quad, round_top
-from tfra.hdl.payloads import affine, chosen, direction, vector_quad
+from tfra.hdl.arithmetic import count, quad, round_top
+from tfra.hdl.combine_store import FRAMES, Level, Store, headroom_quad, place
+from tfra.hdl.payloads import affine, chosen, direction, operand, vector_quad
+from tfra.hdl.pipeline import register, walk
+from tfra.hdl.streams import TOKEN, Tokens
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import widths
@@ -18,35 +21,17 @@ from tfra.model.fixed.widths import widths
 _SUM = 7
 """Stages of the pipeline; the register of the last one is the sum."""
 
-
-class Slot(IntEnum):
-    """Places of the two operand memories: x operands (n, d1, d2, e1) and z operands (d0, d1, d2, e0)."""
-
-    FIRST = 0
-    D1 = 1
-    D2 = 2
-    LAST = 3
+_START = 2
+"""Cycles from the last fact or quad that a vector needs to the entry of its first quad."""
 
 
 class Job(IntEnum):
-    """What the unit computes, in order; bit 2 marks planes of forces, whose z comes in as a stream."""
+    """What a quad in the pipeline becomes."""
 
     E0 = 0
     E1 = 1
     D = 2
-    FX = 4
-    FY = 5
-    FZ = 6
-
-
-class Step(IntEnum):
-    """What is loaded, in order."""
-
-    B = 0
-    N = 1
-    G = 2
-    D1 = 3
-    D2 = 4
+    FORCE = 3
 
 
 class Combine(wiring.Component):
@@ -57,25 +42,28 @@ class Combine(wiring.Component):
         e0 = d0 + alpha d_dep,  d0 = b + g     e1 = d_ind + beta d_dep     d = e0 + mu_ind e1
         f_x = A1-dagger d + mu_x n             f_y = A2-dagger d + mu_y n  f_z = A3-dagger d - n
 
-        x memory -> register -> align -> round -> x s -> shift -> + z     z: z memory -> register, or ``products``
-            1          2          3        4       5       6       7         (one register each)
+        x store -> register -> align -> round -> x s -> shift -> + z      z: z store -> register
+            1          2         3        4       5       6      7           (one register each)
 
     x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
-    is written.  Results e0 and e1 return to the memories as they leave.  One quad per cycle, four multipliers of
-    operand x operand bits, two memories of 4 slots x Q quads with one port to read and one to write.
+    is written.  One quad per cycle, four multipliers of operand x operand bits.
 
-    A frame is loaded in the order b, n, g, d1, d2.  The b of the next frame is taken as soon as e1 has left, its
-    n once the forces have left.
+    Quads of products enter as they come, before those of a vector.  Of the vectors d goes before e0, so that the
+    older of two frames does; a vector is begun when ``room`` says that its receiver can take it, since what is in
+    the pipeline must not be held up: the receiver may wait for forces behind it.  ``combine_store.FRAMES`` frames
+    have a place each in the stores, so that those behind need not wait.
 
     Members:
         b: Q quads a frame, folded stress in converter codes.
         n: Q quads a frame, folded weights.
         residual: 3 Q quads a frame: g, d1, d2.
-        direction: one transfer a frame, taken with the last e1.
-        affine: one transfer a frame, taken with the last e1.
-        chosen: one transfer a frame, taken with the last f_z.
+        direction, affine: one transfer a frame, taken with the entry of the last quad of e1.
+        chosen: one transfer a frame, taken with the entry of the last quad of d.
+        forced: the same, taken with the entry of the last quad of f_z.
         products: 3 Q quads a frame: A1-dagger d, A2-dagger d, A3-dagger d.
-        vector: 3 Q quads a frame: e0, e1, d.
+        room: tokens, one taken for each vector.
+        frame: tokens out, one for each frame that has a place in the stores; its forces return it.
+        vector: 3 Q quads a frame: e0, e1, and later d.
         forces: 3 Q quads a frame: folded f_x, f_y, f_z.
     """
 
@@ -90,8 +78,11 @@ class Combine(wiring.Component):
                 "direction": In(stream.Signature(direction(design))),
                 "affine": In(stream.Signature(affine(design))),
                 "chosen": In(stream.Signature(chosen(design))),
+                "forced": In(stream.Signature(chosen(design))),
                 "products": In(vector),
-                "vector": Out(vector),
+                "room": In(stream.Signature(TOKEN)),
+                "frame": Out(stream.Signature(TOKEN)),
+                "vector": Out(stream.Signature(operand(design))),
                 "forces": Out(vector),
             }
         )
@@ -103,7 +94,7 @@ class Combine(wiring.Component):
         ``affine`` and ``direction`` are held by their senders; when one comes later, cycles count from the first
         clock edge that finds both valid.
         """
-        return 2 + _SUM
+        return _START + _SUM
 
     @property
     def update_latency(self) -> int:
@@ -111,221 +102,233 @@ class Combine(wiring.Component):
 
         When the last e1 leaves later than that, cycles count from its transfer.
         """
-        return 2 + _SUM
+        return _START + _SUM
 
     @property
     def force_latency(self) -> int:
-        """Cycles from a transfer of ``products`` to the transfer of its quad of ``forces``; d has left before."""
-        return 1
+        """Cycles from a transfer of ``products`` to the transfer of its quad of ``forces``."""
+        return _SUM
 
     @property
-    def job_cycles(self) -> int:
-        """Cycles from the first quad of a vector to the first of the next when nothing stalls: e0 to e1, f_x to f_y."""
-        return self._design.quads
+    def pause(self) -> int:
+        """Cycles between the entry of a vector's last quad and that of the next one's first, beyond one."""
+        return 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         w = _Wires(self._design)
-        self._load(m, w)
-        self._write(m, w)
-        self._headroom(m, w)
-        self._sequence(m, w)
+        for name in ("n", "x", "z", "e0", "e1"):
+            m.submodules[f"{name}_store"] = getattr(w, name)
+        for name in ("b_level", "n_level", "d_level", "d_places", "e_level"):
+            m.submodules[name] = getattr(w, name)
+        m.submodules.frame_tokens = frames = Tokens(FRAMES)
+        m.d.comb += frames.give.eq(w.n_level.leave)
+        wiring.connect(m, frames.o, wiring.flipped(self.frame))
+        self._load_weights(m, w)
+        self._load_residuals(m, w)
+        self._enter(m, w)
+        self._vectors(m, w)
         self._flow(m, w)
-        self._fetch(m, w)
+        self._read(m, w)
         self._multiply(m, w)
         self._add(m, w)
         return m
 
-    def _load(self, m: Module, w: _Wires) -> None:
-        """Take b, n, g, d1 and d2 in turn, each when its slot is free."""
-        top = self._design.quads - 1
-        last = w.load_number == top
+    def _load_weights(self, m: Module, w: _Wires) -> None:
+        number, last = walk(m, self.n.valid & self.n.ready, self._design.quads)
         m.d.comb += [
-            self.b.ready.eq((w.step == Step.B) & ~w.busy),
-            self.n.ready.eq((w.step == Step.N) & w.idle),
-            self.residual.ready.eq(w.step >= Step.G),
-            w.load.eq(
-                (self.b.valid & self.b.ready)
-                | (self.n.valid & self.n.ready)
-                | (self.residual.valid & self.residual.ready)
-            ),
+            self.n.ready.eq(w.n_level.space),
+            w.n_level.enter.eq(self.n.valid & self.n.ready & last),
+            w.n.write.eq(self.n.valid & self.n.ready),
+            w.n.write_place.eq(w.n_level.head),
+            w.n.write_number.eq(number),
+            w.n.words.eq(self.n.payload),
         ]
-        with m.If(w.sent):
-            m.d.sync += w.busy.eq(0)
-        with m.If(w.load):
-            m.d.sync += [w.load_number.eq(Mux(last, 0, w.load_number + 1)), w.step.eq(w.step + last)]
-            with m.If(last & (w.step == Step.D2)):
-                m.d.sync += [w.step.eq(Step.B), w.busy.eq(1)]
 
-    def _write(self, m: Module, w: _Wires) -> None:
-        """One register for all that is written.
-
-        A result is written for as long as it waits for its receiver: the same words to the same address.
-        """
-        result = w.valid[_SUM] & ((w.tag[_SUM].job == Job.E0) | (w.tag[_SUM].job == Job.E1))
-        to_e1 = w.tag[_SUM].job[0]
-        step, put = w.step, w.put
+    def _load_residuals(self, m: Module, w: _Wires) -> None:
+        """b waits in a memory of its own for g; d1 and d2 go to both stores, since each is an x or a z."""
+        q, fraction = self._design.quads, self._design.formats.vector_fraction
+        m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=FRAMES << count(q - 1).width, init=[])
+        b_write, b_read = bs.write_port(), bs.read_port()
+        b_number, b_last = walk(m, b_write.en, q)
+        loaded = Signal()
+        number, last = walk(m, loaded, q)
+        step, whole = walk(m, loaded & last, 3, "step")  # g, d1, d2
+        is_g = step == 0
+        put = Signal(data.StructLayout({"words": vector_quad(self._design), "number": len(number)}), reset_less=True)
+        put_place, put_step, valid = register(m, w.d_level.head), register(m, step), register(m, loaded, control=True)
+        m.d.sync += [put.words.eq(self.residual.payload), put.number.eq(number)]
+        m.d.comb += [
+            self.b.ready.eq(w.b_level.space),
+            b_write.en.eq(self.b.valid & self.b.ready),
+            b_write.addr.eq(Cat(b_number, w.b_level.head)),
+            b_write.data.eq(self.b.payload),
+            w.b_level.enter.eq(b_write.en & b_last),
+            b_read.addr.eq(Cat(number, w.b_level.tail)),
+            b_read.en.eq(loaded),
+            self.residual.ready.eq(Mux(is_g, w.b_level.some, 1) & w.d_places.space),
+            loaded.eq(self.residual.valid & self.residual.ready),
+            w.b_level.leave.eq(loaded & last & is_g),
+            w.d_level.enter.eq(loaded & last & whole),
+            w.d_places.enter.eq(w.d_level.enter),
+            w.x.write.eq(valid & (put_step != 0)),
+            w.x.write_place.eq(put_place),
+            w.x.write_vector.eq(put_step == 2),
+            w.x.write_number.eq(put.number),
+            w.x.words.eq(put.words),
+        ]
         m.d.sync += [
-            w.put_x.eq(Mux(result, to_e1, w.load & (step != Step.B) & (step != Step.G))),
-            w.put_z.eq(Mux(result, ~to_e1, w.load & (step != Step.N))),
-            put.add.eq(~result & (step == Step.G)),
-            put.number.eq(Mux(result, w.tag[_SUM].number, w.load_number)),
+            w.z.write.eq(valid),
+            w.z.write_place.eq(put_place),
+            w.z.write_vector.eq(put_step),
+            w.z.write_number.eq(put.number),
         ]
-        with m.If(result):
-            m.d.sync += [put.slot.eq(Slot.LAST), put.words.eq(w.sum)]
+        for k in range(4):
+            b = Mux(put_step == 0, b_read.data[k] << fraction, 0)
+            m.d.sync += w.z.words[k].eq(put.words[k] + b)
+
+    def _enter(self, m: Module, w: _Wires) -> None:
+        """What enters the pipeline: a quad of products, or else one of the vector in hand."""
+        forced = self.forced.payload
+        number, last = walk(m, w.take, self._design.quads)
+        plane, whole = walk(m, w.take & last, 3, "plane")
+        minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
+        tag = w.tag[0]
+        m.d.comb += [
+            self.products.ready.eq(w.move & self.forced.valid & w.n_level.some),
+            w.take.eq(self.products.valid & self.products.ready),
+            w.n_level.leave.eq(w.take & last & whole),
+            self.forced.ready.eq(w.n_level.leave),
+            w.valid[0].eq(w.take | w.busy),
+        ]
+        with m.If(w.take):
+            m.d.comb += [
+                tag.job.eq(Job.FORCE),
+                tag.place.eq(w.n_level.tail),
+                tag.number.eq(number),
+                tag.scalar.eq(Array([forced.mu_x, forced.mu_y, minus_one])[plane]),
+            ]
         with m.Else():
-            with m.Switch(step):
-                with m.Case(Step.B):
-                    for k in range(4):
-                        m.d.sync += put.words[k].eq(self.b.payload[k] << self._design.formats.vector_fraction)
-                with m.Case(Step.N):
-                    m.d.sync += put.words.eq(self.n.payload)
-                with m.Default():
-                    m.d.sync += put.words.eq(self.residual.payload)
-            m.d.sync += put.slot.eq(Mux(step == Step.D1, Slot.D1, Mux(step == Step.D2, Slot.D2, Slot.FIRST)))
+            m.d.comb += tag.eq(w.vector)
 
-    def _headroom(self, m: Module, w: _Wires) -> None:
-        """Bits that each parity of an x slot leaves free: OR while it is written, zeros behind its last quad."""
-        bits = widths(self._design).vector - 1
-        masks = Signal(data.ArrayLayout(bits, 4), reset_less=True)
-        done, slot = Signal(), Signal(2, reset_less=True)
-        m.d.sync += [done.eq(w.put_x & (w.put.number == self._design.quads - 1)), slot.eq(w.put.slot)]
-        with m.If(w.put_x):
-            for k in range(4):
-                before = Mux(w.put.number == 0, 0, masks[k])
-                m.d.sync += masks[k].eq(before | magnitude_bits(w.put.words[k]))
-        with m.If(done), m.Switch(slot):
-            for number, headroom in enumerate(w.headroom):
-                with m.Case(number):
-                    m.d.sync += [headroom[k].eq(leading_zeros(masks[k])) for k in range(4)]
-
-    def _sequence(self, m: Module, w: _Wires) -> None:
-        """Which quad of which job enters the pipeline."""
-        facts, update, last = Signal(), Signal(), Signal()
-        job, number = w.tag[0].job, w.tag[0].number
-        m.d.sync += [
-            facts.eq(self.affine.valid & self.direction.valid & ~w.sent),
-            update.eq(self.chosen.valid & ~w.finished),
-        ]
+    def _vectors(self, m: Module, w: _Wires) -> None:
+        """Begin a vector when all it needs is there, and walk through its quads."""
+        candidates, update, second = Signal(), Signal(), Signal()
+        step, ends, vector = Signal(), Signal(), w.vector
+        sweep_y, facts, winner = self.direction.payload.sweep_y, self.affine.payload, self.chosen.payload
         m.d.comb += [
-            last.eq(w.valid[0] & w.move & (number == self._design.quads - 1)),
-            w.tag[0].last.eq(number == self._design.quads - 1),
+            step.eq(w.busy & ~w.take & w.move),
+            ends.eq(step & (vector.number == self._design.quads - 1)),
+            w.d_level.leave.eq(ends & (vector.job == Job.E1)),
+            w.e_level.leave.eq(ends & (vector.job == Job.D)),
+            self.affine.ready.eq(w.d_level.leave),
+            self.direction.ready.eq(w.d_level.leave),
+            self.chosen.ready.eq(w.e_level.leave),
         ]
-        with m.If(w.valid[0] & w.move):
-            m.d.sync += number.eq(Mux(last, 0, number + 1))
-        with m.FSM():
-            with m.State("load"):
-                m.d.comb += w.idle.eq(1)
-                with m.If(w.busy & facts):
-                    m.d.sync += job.eq(Job.E0)
-                    m.next = "candidates"
-            with m.State("candidates"):
-                m.d.comb += w.valid[0].eq(1)
-                with m.If(last):
-                    m.d.sync += job.eq(Job.E1)
-                    with m.If(job == Job.E1):
-                        m.next = "search"
-            with m.State("search"), m.If(~w.busy & update):
-                m.d.sync += job.eq(Job.D)
-                m.next = "forces"
-            with m.State("forces"):
-                m.d.comb += w.valid[0].eq(1)
-                with m.If(last):
-                    m.d.sync += job.eq(Mux(job == Job.D, Job.FX, job + 1))
-                    with m.If(job == Job.FZ):
-                        m.next = "drain"
-            with m.State("drain"), m.If(w.finished):
-                m.next = "load"
+        m.d.sync += [
+            candidates.eq(self.affine.valid & self.direction.valid & ~w.d_level.leave),
+            update.eq(self.chosen.valid & ~w.e_level.leave),
+        ]
+        begin_d, begin_e = update & w.e_level.some, candidates & w.d_level.some & (second | w.e_level.space)
+        with m.If(step):
+            m.d.sync += [vector.number.eq(vector.number + 1), w.busy.eq(~ends)]
+        with m.If(~w.busy & self.room.valid):
+            m.d.comb += self.room.ready.eq(begin_d | begin_e)
+            m.d.sync += [w.busy.eq(begin_d | begin_e), vector.number.eq(0)]
+            with m.If(begin_d):
+                m.d.sync += [vector.job.eq(Job.D), vector.place.eq(w.e_level.tail), vector.scalar.eq(winner.mu_ind)]
+            with m.Elif(begin_e):
+                m.d.sync += [
+                    second.eq(~second),
+                    vector.job.eq(Mux(second, Job.E1, Job.E0)),
+                    vector.place.eq(w.d_level.tail),
+                    vector.scalar.eq(Mux(second, facts.beta, facts.alpha)),
+                    vector.swap.eq(sweep_y),
+                ]
 
     def _flow(self, m: Module, w: _Wires) -> None:
-        """Valid bits: the last stage waits for its receiver, those before it for ``products`` too."""
+        """All stages wait together for the receiver of the sum."""
         tag, valid = w.tag[_SUM], w.valid[_SUM]
-        before, streamed, ready = w.tag[_SUM - 1].job[2], Signal(), Signal()
+        force = tag.job == Job.FORCE
         m.d.comb += [
-            self.vector.valid.eq(valid & ~tag.job[2]),
-            self.forces.valid.eq(valid & tag.job[2]),
-            w.leave.eq(~valid | Mux(tag.job[2], self.forces.ready, self.vector.ready)),
-            streamed.eq(w.valid[_SUM - 1] & before),
-            ready.eq(~before | self.products.valid),
-            w.move.eq(~w.valid[_SUM - 1] | (w.leave & ready)),
-            self.products.ready.eq(streamed & w.leave),
-            w.sent.eq(self.vector.valid & self.vector.ready & tag.last & (tag.job == Job.E1)),
-            w.finished.eq(self.forces.valid & self.forces.ready & tag.last & (tag.job == Job.FZ)),
-            self.affine.ready.eq(w.sent),
-            self.direction.ready.eq(w.sent),
-            self.chosen.ready.eq(w.finished),
+            self.vector.valid.eq(valid & ~force),
+            self.forces.valid.eq(valid & force),
+            w.move.eq(~valid | Mux(force, self.forces.ready, self.vector.ready)),
+            w.e_level.enter.eq(
+                self.vector.valid & w.move & (tag.job == Job.E1) & (tag.number == self._design.quads - 1)
+            ),
         ]
         with m.If(w.move):
-            for k in range(1, _SUM):
+            for k in range(1, _SUM + 1):
                 m.d.sync += [w.valid[k].eq(w.valid[k - 1]), w.tag[k].eq(w.tag[k - 1])]
-        with m.If(w.leave):
-            m.d.sync += [w.valid[_SUM].eq(w.valid[_SUM - 1] & ready), w.tag[_SUM].eq(w.tag[_SUM - 1])]
 
-    def _fetch(self, m: Module, w: _Wires) -> None:
-        """The two memories; z is read late, so that it comes to the adder with its product."""
-        shape, width = vector_quad(self._design), len(w.load_number)
-        m.submodules.x = xs = memory.Memory(shape=shape, depth=4 << width, init=[])
-        m.submodules.z = zs = memory.Memory(shape=shape, depth=4 << width, init=[])
-        x_write, z_write = xs.write_port(), zs.write_port()
-        # A single quad's b is still on its way into the memory when its g asks for it.
-        x_read, z_read = xs.read_port(), zs.read_port(transparent_for=[z_write] if self._design.quads == 1 else [])
-        swap, late = self.direction.payload.sweep_y, w.tag[_SUM - 3]
-        x_slot = _x_slot(w.tag[0].job, swap)
-        z_slot = Mux(late.job == Job.E1, Mux(swap, Slot.D2, Slot.D1), Mux(late.job == Job.E0, Slot.FIRST, Slot.LAST))
-        sums = Signal(shape, reset_less=True)
-        loading = w.step == Step.G
+    def _read(self, m: Module, w: _Wires) -> None:
+        """x first; z so late that it comes to the adder with its product.  Sums e0 and e1 return to stores."""
+        early, late, tag = w.tag[0], w.tag[_SUM - 3], w.tag[_SUM]
+        for store, at in ((w.n, early), (w.x, early), (w.e1, early), (w.z, late), (w.e0, late)):
+            m.d.comb += [store.read.eq(w.move), store.read_place.eq(at.place), store.read_number.eq(at.number)]
         m.d.comb += [
-            x_read.addr.eq(Cat(w.tag[0].number, x_slot)),
-            x_read.en.eq(w.move),
-            x_write.addr.eq(Cat(w.put.number, w.put.slot)),
-            x_write.data.eq(w.put.words),
-            x_write.en.eq(w.put_x),
-            z_read.addr.eq(Mux(loading, Cat(w.load_number, C(Slot.FIRST, 2)), Cat(late.number, z_slot))),
-            z_read.en.eq(w.move),
-            z_write.data.eq(sums),
+            w.x.read_vector.eq(~early.swap),  # d_dep
+            w.z.read_vector.eq(Mux(late.job == Job.E0, 0, Mux(late.swap, 2, 1))),  # d0, d_ind
         ]
-        m.d.sync += [z_write.addr.eq(Cat(w.put.number, w.put.slot)), z_write.en.eq(w.put_z)]
-        for k in range(4):
-            m.d.sync += sums[k].eq(w.put.words[k] + Mux(w.put.add, z_read.data[k], 0))
+        end = late.number == self._design.quads - 1
+        m.d.comb += w.d_places.leave.eq(w.valid[_SUM - 3] & w.move & (late.job == Job.E1) & end)
+        for store, job in ((w.e0, Job.E0), (w.e1, Job.E1)):
+            m.d.comb += [
+                store.write.eq(w.valid[_SUM] & (tag.job == job)),
+                store.write_place.eq(tag.place),
+                store.write_number.eq(tag.number),
+                store.words.eq(w.sum),
+            ]
+        products = self._products(m, w)
+        job, sources = w.tag[1].job, [w.x, w.x, w.e1, w.n]
+        late_job = w.tag[_SUM - 2].job
         with m.If(w.move):
-            m.d.sync += [w.x.eq(x_read.data), w.z.eq(z_read.data)]
+            m.d.sync += [
+                w.words.eq(Array(s.quad.as_value() for s in sources)[job]),
+                w.room[2].eq(Array(s.room.as_value() for s in sources)[job]),
+                w.base.eq(Array(z.as_value() for z in (w.z.quad, w.z.quad, w.e0.quad, products))[late_job]),
+            ]
+
+    def _products(self, m: Module, w: _Wires) -> data.View:
+        """The z of forces: what enters meets its x n where other quads' z comes from the store."""
+        m.submodules.products = ring = memory.Memory(shape=vector_quad(self._design), depth=8, init=[])
+        write, read = ring.write_port(), ring.read_port()
+        m.d.comb += [write.en.eq(w.take), write.data.eq(self.products.payload), read.en.eq(w.move)]
+        with m.If(w.take):
+            m.d.sync += write.addr.eq(write.addr + 1)
+        with m.If(w.move & w.valid[_SUM - 3] & (w.tag[_SUM - 3].job == Job.FORCE)):
+            m.d.sync += read.addr.eq(read.addr + 1)
+        return read.data
 
     def _multiply(self, m: Module, w: _Wires) -> None:
         """Align x by its headroom, round it to an operand, multiply, and shift back by the headroom."""
         fmt, bits = self._design.formats, widths(self._design).vector
         drop = scalar_fraction(self._design) + fmt.operand - bits
-        rooms = data.ArrayLayout(count(bits - 1), 4)
-        room = {k: Signal(rooms, name=f"room{k}", reset_less=True) for k in range(2, _SUM - 1)}
         aligned = Signal(quad(bits), reset_less=True)
-        words, scalar = Signal(quad(fmt.operand), reset_less=True), Signal(Shape(fmt.operand, True), reset_less=True)
+        words, scalar = Signal(quad(fmt.operand), reset_less=True), Signal(signed(fmt.operand), reset_less=True)
         product = Signal(quad(2 * fmt.operand), reset_less=True)
-        slot = _x_slot(w.tag[1].job, self.direction.payload.sweep_y)
         with m.If(w.move):
-            m.d.sync += [room[k].eq(room[k - 1]) for k in range(3, _SUM - 1)]
-            m.d.sync += scalar.eq(self._scalar(w.tag[3].job))
+            m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(3, _SUM - 1)]
+            m.d.sync += scalar.eq(w.tag[3].scalar)
             for k in range(4):
                 m.d.sync += [
-                    room[2][k].eq(Array(h[k] for h in w.headroom)[slot]),
-                    aligned[k].eq(w.x[k] << room[2][k]),
+                    aligned[k].eq(w.words[k] << w.room[2][k]),
                     words[k].eq(round_top(aligned[k], fmt.operand)),
                     product[k].eq(words[k] * scalar),
-                    w.shifted[k].eq(_drop(product[k], drop) >> room[5][k]),
+                    w.shifted[k].eq(_drop(product[k], drop) >> w.room[5][k]),
                 ]
-
-    def _scalar(self, job: Value) -> Value:
-        """s of a job."""
-        minus_one = C(-1 << scalar_fraction(self._design), Shape(self._design.formats.operand, True))
-        a, c = self.affine.payload, self.chosen.payload
-        return Array([a.alpha, a.beta, c.mu_ind, minus_one, c.mu_x, c.mu_y, minus_one, minus_one])[job]
 
     def _add(self, m: Module, w: _Wires) -> None:
         """``z + round_half(shifted)`` in one adder: ``(2 z + 1 + shifted) >> 1``."""
-        streamed = w.tag[_SUM - 1].job[2]
-        with m.If(w.leave):
+        with m.If(w.move):
             for k in range(4):
-                z = Mux(streamed, self.products.payload[k], w.z[k])
-                m.d.sync += w.sum[k].eq((Cat(1, z).as_signed() + w.shifted[k]) >> 1)
-        m.d.comb += [self.vector.payload.eq(w.sum), self.forces.payload.eq(w.sum)]
+                m.d.sync += w.sum[k].eq((Cat(1, w.base[k]).as_signed() + w.shifted[k]) >> 1)
+        m.d.comb += [
+            self.vector.payload.words.eq(w.sum),
+            self.vector.payload.force.eq(w.tag[_SUM].job == Job.D),
+            self.forces.payload.eq(w.sum),
+        ]
 
 
 class _Wires:
@@ -333,29 +336,23 @@ class _Wires:
 
     def __init__(self, design: Design) -> None:
         bits, number = widths(design).vector, count(design.quads - 1)
-        tag = data.StructLayout({"job": 3, "number": number, "last": 1})
-        put = data.StructLayout({"words": vector_quad(design), "slot": 2, "number": number, "add": 1})
-        self.step, self.load_number, self.load = Signal(3), Signal(number), Signal()
-        self.busy = Signal()
-        """All is loaded, and e1 has not left yet."""
-        self.idle = Signal()
-        """No job of this frame has begun, and none of the frame before is left."""
-        self.sent, self.finished = Signal(), Signal()
-        """The last e1 leaves, the last f_z leaves."""
-        self.move, self.leave = Signal(), Signal()
-        """Stages 1 to 6 advance; the sum advances."""
+        scalar = signed(design.formats.operand)
+        tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
+        self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
+        self.z, self.e0, self.e1 = Store(design, 4), Store(design), Store(design, headroom=True)
+        self.b_level, self.n_level, self.d_level, self.d_places, self.e_level = (Level() for _ in range(5))
+        """Frames of b that wait for g; of n, until their forces have entered; of d0, d1 and d2, until e1 has entered,
+        and until its z has been read; of e0 and e1, from the sum of e1 until d has entered."""
+        self.busy, self.vector = Signal(), Signal(tag, reset_less=True)
+        """A vector is in hand; its next quad."""
+        self.take, self.move = Signal(), Signal()
+        """A quad of products enters; the pipeline advances."""
         self.valid = [Signal(name=f"valid{k}") for k in range(_SUM + 1)]
         self.tag = [Signal(tag, name=f"tag{k}", reset_less=k > 0) for k in range(_SUM + 1)]
-        self.put, self.put_x, self.put_z = Signal(put, reset_less=True), Signal(), Signal()
-        rooms = data.ArrayLayout(count(bits - 1), 4)
-        self.headroom = [Signal(rooms, name=f"headroom{k}", reset_less=True) for k in range(4)]
-        self.x, self.z = Signal(quad(bits), reset_less=True), Signal(quad(bits), reset_less=True)
+        rooms = headroom_quad(design)
+        self.room = {k: Signal(rooms, name=f"room{k}", reset_less=True) for k in range(2, _SUM - 1)}
+        self.words, self.base = Signal(quad(bits), reset_less=True), Signal(quad(bits), reset_less=True)
         self.shifted, self.sum = Signal(quad(bits + 1), reset_less=True), Signal(quad(bits), reset_less=True)
-
-
-def _x_slot(job: Value, swap: Value) -> Value:
-    """Slot of a job's x: d_dep for the candidates, e1 for d, n for the forces."""
-    return Mux(job[2], Slot.FIRST, Mux(job == Job.D, Slot.LAST, Mux(swap, Slot.D1, Slot.D2)))
 
 
 def _drop(product: Value, drop: int) -> Value:

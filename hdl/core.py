@@ -20,6 +20,7 @@ from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.centroids import Centroids
 from tfra.hdl.combine import Combine
+from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.cordic import Cordic
 from tfra.hdl.dependent import Dependent
 from tfra.hdl.forces import Forces
@@ -29,12 +30,15 @@ from tfra.hdl.matvec import MatVec
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Buffer, Fork, Merge, Queue, Router
+from tfra.hdl.streams import Facts, Fork, Merge, Router, Spare
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
 from tfra.model.design import Design
-from tfra.model.fixed.coefficients import PRODUCTS, stacks
+from tfra.model.fixed.coefficients import PRODUCTS, kinds, stacks
 from tfra.model.fixed.widths import DIVISION_GUARD, widths
+
+_HELD = 8
+"""Frames of which the core may hold facts: those in flight, those whose forces wait, and one at either end."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +46,8 @@ class Probe:
     """A stream between blocks that a simulation may watch: ``probe_STAGE`` is high for every transfer of it.
 
     ``probe_STAGE_words`` then holds the payload's members ``keys``, the first lowest; ``words`` are their bits and
-    sign.  A frame has ``transfers`` of them, equal to ``FixedTfra``'s stage of the same name.
+    sign.  A frame has ``transfers`` of them, equal to ``FixedTfra``'s stage of the same name; those of frames that
+    are in the core at the same time may interleave.
     """
 
     stage: str
@@ -60,10 +65,10 @@ def probes(design: Design) -> tuple[Probe, ...]:
     rows: list[tuple[str, str, Any, tuple[int | str, ...], int]] = [
         ("normaliser", "quads", payloads.stress_quad(design), places, q),
         ("centroids", "direction", payloads.direction(design), ("cos", "sin"), 1),
-        ("matvec", "result", vector, places, products),
+        ("matvec", "result.words", vector, places, products),
         ("weights", "n", vector, places, q),
         ("dependent", "affine", payloads.affine(design), ("alpha", "beta"), 1),
-        ("combine", "vector", vector, places, 3 * q),
+        ("combine", "vector.words", vector, places, 3 * q),
         ("sweep", "index", payloads.sweep_index(design), (), 1),
         ("friction", "chosen", payloads.chosen(design), ("mu_ind", "mu_x", "mu_y"), 1),
         ("gain", "gain", payloads.gain(design), ("mantissa", "mu"), 1),
@@ -84,9 +89,12 @@ class Core(wiring.Component):
         result: words of :func:`tfra.model.fixed.words.layout`, ``last`` on a frame's final word.
 
     Frames follow each other without a gap or a reset; both ports may stall at any time.
+    Raises ``ValueError`` for a design that stores other operators than A-dagger.
     """
 
     def __init__(self, design: Design) -> None:
+        if design.operators != "pinv":
+            raise ValueError(f"operators: the core multiplies by A-dagger itself (pinv), not by {design.operators}")
         self.design = design
         super().__init__(
             {
@@ -102,18 +110,22 @@ class Core(wiring.Component):
             m.submodules[name] = block
         self._wire_input(m, blocks)
         self._wire_products(m, blocks)
+        self._wire_results(m, blocks)
         self._wire_facts(m, blocks)
         connect(m, blocks["forces"].taxel, blocks["scaling"].taxel)
         connect(m, blocks["scaling"].result, flipped(self.result))
         for probe in probes(self.design):
-            self._probe(m, probe, getattr(blocks[probe.stage], probe.port))
+            self._probe(m, probe, blocks[probe.stage])
         return m
 
-    def _probe(self, m: Module, probe: Probe, port: Any) -> None:
+    def _probe(self, m: Module, probe: Probe, block: Any) -> None:
         """Name a stream for those who watch a simulation; costs nothing, since nothing depends on it."""
         transfer = Signal(name=f"probe_{probe.stage}")
         words = Signal(sum(bits for bits, _ in probe.words), name=f"probe_{probe.stage}_words")
-        members = [port.payload[key] for key in probe.keys] if probe.keys else [port.payload]
+        name, _, member = probe.port.partition(".")
+        port = getattr(block, name)
+        payload = port.payload[member] if member else port.payload
+        members = [payload[key] for key in probe.keys] if probe.keys else [payload]
         m.d.comb += [transfer.eq(port.valid & port.ready), words.eq(Cat(members))]
 
     def _blocks(self) -> dict[str, Any]:
@@ -137,112 +149,134 @@ class Core(wiring.Component):
 
     def _wire_input(self, m: Module, blocks: dict[str, Any]) -> None:
         """Taxels to the normaliser and to the centroids; the normalised frame to the fold and to the sweep."""
+        shape = payloads.stress_quad(self.design)
         m.submodules.taxel_fork = taxels = Fork(payloads.stress(self.design), 2)
         connect(m, flipped(self.taxel), taxels.i)
         connect(m, taxels.o[0], blocks["normaliser"].taxel)
         connect(m, taxels.o[1], blocks["centroids"].taxel)
-        m.submodules.stress_fork = stress = Fork(payloads.stress_quad(self.design), 2)
+        m.submodules.stress_fork = stress = Fork(shape, 2)
         connect(m, blocks["normaliser"].quads, stress.i)
         connect(m, stress.o[0], blocks["fold"].i)
         connect(m, stress.o[1], blocks["sweep"].stress)
 
     def _wire_products(self, m: Module, blocks: dict[str, Any]) -> None:
-        """Operands to the products in the order of the schedule, results to those who wait for them."""
-        q, vector = self.design.quads, payloads.vector_quad(self.design)
-        folded = quad(widths(self.design).stress + 2)
-        m.submodules.b_fork = b = Fork(folded, 2)
-        m.submodules.n_fork = n = Fork(vector, 2)
-        m.submodules.operand_merge = operand = Merge(vector, [(q, 0), (q, 1), (3 * q, 2)], 3)
-        # The sweep takes a quad of q in the time of its taxels; the products do not wait for that.
-        m.submodules.normal_queue = queue = Queue(vector, q + 2)
-        connect(m, queue.o, blocks["sweep"].normal)
-        table = [
-            (q, ["weights"]),
-            (1, ["sums"]),
-            (q, ["residual", "g"]),
-            (2 * q, ["residual"]),
-            (3, ["sums"]),
-            (2 * q, ["normal"]),
-            (3 * q, ["products"]),
-        ]
-        sinks = {
-            "weights": blocks["weights"].solution,
-            "sums": blocks["dependent"].sums,
-            "residual": blocks["combine"].residual,
-            "g": blocks["sweep"].g,
-            "normal": queue.i,
-            "products": blocks["combine"].products,
-        }
-        numbers = {name: number for number, name in enumerate(sinks)}
-        m.submodules.result_router = router = Router(
-            vector, [(n, [numbers[name] for name in names]) for n, names in table], len(sinks)
-        )
+        """Operands to the products, and leave to go to those who must ask for it."""
+        matvec, combine, forces = blocks["matvec"], blocks["combine"], blocks["forces"]
+        m.submodules.b_fork = b = Fork(quad(widths(self.design).stress + 2), 2)
+        m.submodules.n_fork = n = Fork(payloads.vector_quad(self.design), 2)
         connect(m, blocks["fold"].o, b.i)
-        connect(m, b.o[0], blocks["combine"].b)
-        m.d.comb += [operand.i[0].valid.eq(b.o[1].valid), b.o[1].ready.eq(operand.i[0].ready)]
-        for word, code in zip(operand.i[0].payload, b.o[1].payload, strict=True):
-            m.d.comb += word.eq(code << self.design.formats.vector_fraction)
-        connect(m, blocks["weights"].n, n.i)
-        connect(m, n.o[0], operand.i[1])
-        connect(m, n.o[1], blocks["combine"].n)
-        connect(m, blocks["combine"].vector, operand.i[2])
-        connect(m, operand.o, blocks["matvec"].operand)
+        connect(m, b.o[0], combine.b)
+        connect(m, b.o[1], matvec.b)
+        connect(m, blocks["weights"].n, self._spare(m, "n", payloads.vector_quad(self.design), n.i))
+        connect(m, n.o[0], combine.n)
+        connect(m, n.o[1], matvec.n)
+        connect(m, combine.vector, matvec.vector)
+        connect(m, combine.forces, self._spare(m, "forces", payloads.vector_quad(self.design), forces.folded))
+        connect(m, combine.frame, matvec.frame)
+        connect(m, forces.room, matvec.planes)
+        connect(m, matvec.room, combine.room)
+
+    def _wire_results(self, m: Module, blocks: dict[str, Any]) -> None:
+        """Results of the products to those who wait for them."""
+        vector = payloads.vector_quad(self.design)
+        m.submodules.sums_merge = sums = Merge(vector, [(1, 0), (3, 1)], 2)
+        connect(m, sums.o, blocks["dependent"].sums)
+        operators = {
+            "weights": (["c33_inv"], self._spare(m, "solution", vector, blocks["weights"].solution)),
+            "sums_b": (["sums_b"], self._facts(m, "sums_b", vector, (), FRAMES, sums.i[0])),
+            "sums_n": (["sums_n"], self._facts(m, "sums_n", vector, (), 3 * FRAMES, sums.i[1])),
+            "residual": (["c33", "c31", "c32"], blocks["combine"].residual),
+            "g": (["c33"], blocks["sweep"].g),
+            "normal": (["normal"], blocks["sweep"].normal),
+            "products": (["pinv1", "pinv2", "pinv3"], blocks["combine"].products),
+        }
+        table = [
+            [way for way, (names, _) in enumerate(operators.values()) if kind in names] for kind in kinds(self.design)
+        ]
+        m.submodules.result_router = router = Router(payloads.product(self.design), table, len(operators))
         connect(m, blocks["matvec"].result, router.i)
-        for number, sink in enumerate(sinks.values()):
-            connect(m, router.o[number], sink)
-        connect(m, blocks["combine"].forces, blocks["forces"].folded)
+        for way, (_, sink) in enumerate(operators.values()):
+            connect(m, router.o[way], sink)
+
+    def _spare(self, m: Module, name: str, shape: Any, sink: Any) -> Any:
+        """Cut the way back of ``ready``, which would run through several blocks."""
+        m.submodules[f"{name}_spare"] = spare = Spare(shape)
+        connect(m, spare.o, sink)
+        return spare.i
 
     def _wire_facts(self, m: Module, blocks: dict[str, Any]) -> None:
-        """Per-frame facts to all who need them.
-
-        Those who need them late share a buffered copy, so that the next frame may start in the meantime.
-        """
+        """Per-frame facts to all who need them, what each of them looks at, in a queue of its own."""
         design = self.design
-        facts = {
+        regular = ("contact", "traction")
+        connect(m, blocks["sweep"].index, blocks["friction"].index)
+        users: dict[str, tuple[Any, str, dict[str, tuple[str, ...]]]] = {
             "frame": (
                 payloads.frame_facts(design),
-                ("weights", "dependent", "sweep"),
-                ("friction", "resultant", "gain"),
+                "normaliser",
+                {
+                    "weights": regular,
+                    "dependent": regular,
+                    "sweep": ("exponent",),
+                    "friction": regular,
+                    "resultant": regular,
+                    "gain": ("exponent", "magnitude", "contact", "traction"),
+                    "scaling": ("exponent", "contact", "traction", "saturated"),
+                },
             ),
-            "direction": (payloads.direction(design), ("dependent", "combine", "sweep", "friction", "phi"), ()),
-            "affine": (payloads.affine(design), ("combine", "friction", "resultant"), ()),
-            "chosen": (payloads.chosen(design), ("combine", "resultant"), ()),
-            "total": (payloads.total(design), ("gain",), ()),
-            "gain": (payloads.gain(design), (), ()),
+            "direction": (
+                payloads.direction(design),
+                "centroids",
+                {
+                    "dependent": ("cos", "sin", "sweep_y"),
+                    "combine": ("sweep_y",),
+                    "sweep": ("negative",),
+                    "friction": ("sweep_y", "negative"),
+                    "phi": ("cos", "sin"),
+                    "scaling": ("vanishing",),
+                },
+            ),
+            "affine": (
+                payloads.affine(design),
+                "dependent",
+                {
+                    "combine": ("alpha", "beta"),
+                    "friction": ("alpha", "beta"),
+                    "resultant": ("sums", "significant"),
+                    "scaling": ("vanishing",),
+                },
+            ),
+            "chosen": (
+                payloads.chosen(design),
+                "friction",
+                {
+                    "combine": ("mu_ind",),
+                    "combine.forced": ("mu_x", "mu_y"),
+                    "resultant": ("mu_x", "mu_y"),
+                    "scaling": ("index", "mu_x", "mu_y", "out_of_range"),
+                },
+            ),
+            "total": (payloads.total(design), "resultant", {"gain": ("words", "exponent"), "scaling": ("words",)}),
+            "gain": (payloads.gain(design), "gain", {"scaling": ()}),
         }
-        sources = {
-            "frame": "normaliser",
-            "direction": "centroids",
-            "affine": "dependent",
-            "chosen": "friction",
-            "total": "resultant",
-            "gain": "gain",
-        }
-        connect(m, blocks["sweep"].index, blocks["friction"].index)
-        for name, (shape, early, late) in facts.items():
-            rest = self._share(m, name, shape, getattr(blocks[sources[name]], name), early, blocks)
-            if late:
-                rest = self._share(m, f"late_{name}", shape, rest, late, blocks)
-            connect(m, rest, getattr(blocks["scaling"], name))
+        for name, (shape, source, fields) in users.items():
+            m.submodules[f"{name}_fork"] = fork = Fork(shape, len(fields))
+            connect(m, getattr(blocks[source], name), fork.i)
+            for way, (user, looked_at) in enumerate(fields.items()):
+                block, _, port = user.partition(".")
+                sink = self._phi(m, blocks) if user == "phi" else getattr(blocks[block], port or name)
+                label = f"{name}_{user.replace('.', '_')}"
+                connect(m, fork.o[way], self._facts(m, label, shape, looked_at, _HELD, sink))
 
-    def _share(
-        self, m: Module, label: str, shape: Any, source: Any, users: tuple[str, ...], blocks: dict[str, Any]
-    ) -> Any:
-        """Give ``source`` to ``users``, and return a buffered copy for those behind them."""
-        m.submodules[f"{label}_fork"] = fork = Fork(shape, len(users) + 1)
-        m.submodules[f"{label}_buffer"] = buffer = Buffer(shape)
-        connect(m, source, fork.i)
-        for way, user in enumerate(users):
-            if user == "phi":
-                self._wire_phi(m, blocks, fork.o[way])
-            else:
-                connect(m, fork.o[way], getattr(blocks[user], label.removeprefix("late_")))
-        connect(m, fork.o[len(users)], buffer.i)
-        return buffer.o
+    def _facts(self, m: Module, label: str, shape: Any, fields: tuple[str, ...], depth: int, sink: Any) -> Any:
+        m.submodules[f"{label}_facts"] = facts = Facts(shape, fields, depth)
+        connect(m, facts.o, sink)
+        return facts.i
 
-    def _wire_phi(self, m: Module, blocks: dict[str, Any], direction: Any) -> None:
+    def _phi(self, m: Module, blocks: dict[str, Any]) -> Any:
         """phi = atan2(sin, cos) by a CORDIC of its own, long before the result needs it."""
-        phi, scaling = blocks["phi"], blocks["scaling"].phi
+        phi, sink = blocks["phi"], blocks["scaling"].phi
+        scaling = self._facts(m, "phi", sink.payload.shape(), (), _HELD, sink)
+        direction = stream.Signature(payloads.direction(self.design)).flip().create(path=("phi_direction",))
         m.d.comb += [
             phi.i.payload.x.eq(direction.payload.cos << DIVISION_GUARD),
             phi.i.payload.y.eq(direction.payload.sin << DIVISION_GUARD),
@@ -252,3 +286,4 @@ class Core(wiring.Component):
             scaling.valid.eq(phi.o.valid),
             phi.o.ready.eq(scaling.ready),
         ]
+        return direction

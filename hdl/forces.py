@@ -11,11 +11,12 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.arithmetic import count, quad
 from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.payloads import vector_quad
+from tfra.hdl.streams import TOKEN, Tokens
 from tfra.model.design import Design
 from tfra.model.fixed.widths import force_drop, widths
 
-PLANES = 4
-"""Planes of the memory, a power of two: the three of a frame and the first of the next."""
+PLANES = 8
+"""Planes of the memory, a power of two."""
 
 
 class Forces(wiring.Component):
@@ -23,7 +24,7 @@ class Forces(wiring.Component):
 
     ::
 
-        folded -> Butterfly -> round_shift(., force_drop) -> plane memory (4 planes x Q quads) -> place -> taxel
+        folded -> Butterfly -> round_shift(., force_drop) -> plane memory (8 planes x Q quads) -> place -> taxel
 
     The four mirror taxels of a quad lie at one address, so a single walk over the quads finds every taxel: forth
     and back over the quad columns of a row, forth and back over the quad rows of the plane.  The middle line of
@@ -33,6 +34,7 @@ class Forces(wiring.Component):
     Members:
         folded: 3 Q quads a frame: folded f_x, f_y, f_z.
         taxel: 3 m words a frame: f_x, f_y, f_z, each row-major.
+        room: tokens out, one for each frame that the memory has room for.
     """
 
     def __init__(self, design: Design) -> None:
@@ -41,6 +43,7 @@ class Forces(wiring.Component):
             {
                 "folded": In(stream.Signature(vector_quad(design))),
                 "taxel": Out(stream.Signature(signed(widths(design).force))),
+                "room": Out(stream.Signature(TOKEN)),
             }
         )
         self._unfold = Butterfly(widths(design).vector)
@@ -55,6 +58,11 @@ class Forces(wiring.Component):
         return self._unfold.latency + 5
 
     @property
+    def read_latency(self) -> int:
+        """Cycles from the last read of a plane to the transfer of its last taxel, when nothing stalls."""
+        return 3
+
+    @property
     def plane_cycles(self) -> int:
         """Cycles in which a plane is sent; planes follow each other without a gap when their quads come in time."""
         return self._design.sensor.taxels
@@ -64,6 +72,8 @@ class Forces(wiring.Component):
         top = self._design.quads - 1
         words = quad(widths(self._design).force)
         m.submodules.unfold = self._unfold
+        m.submodules.frames = self._frames = Tokens(PLANES // 3, every=3)
+        wiring.connect(m, self._frames.o, wiring.flipped(self.room))
         m.submodules.plane = plane = memory.Memory(shape=words, depth=PLANES << len(Signal(count(top))), init=[])
         full = Signal(PLANES)
         wiring.connect(m, wiring.flipped(self.folded), self._unfold.i)
@@ -111,6 +121,7 @@ class Forces(wiring.Component):
             m.d.sync += [fetched_place.eq(place), held_place.eq(fetched_place), words.eq(port.data)]
             rows = [Mux(held_place[0], words[k + 1], words[k]) for k in (0, 2)]
             m.d.sync += word.eq(Mux(held_place[1], rows[1], rows[0]))
+        m.d.comb += self._frames.give.eq(issue & end)
         with m.If(issue & end):
             m.d.sync += [plane.eq(plane + 1), full.bit_select(plane, 1).eq(0)]
 

@@ -8,42 +8,52 @@ A frame is the five products of :data:`tfra.model.fixed.coefficients.PRODUCTS`, 
 as :mod:`tfra.model.fixed.matvec` has it.  Row (i, p) is known by its slot ``s``, so that lane ``l`` always works on
 word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing but finished results.
 
-    operand -> two banks of Q quads -> align -> round to operand bits -> W = min(4, L) words, broadcast
-                 |  significant bits                                       |
-                 v                                  coefficient memory -> multiply -> accumulate    (L times)
-               amounts by pass                                                            |
-                 |                                              capture in the drain register, W words a cycle
-                 +------------------------------------------------> shift -> round, permute -> result
+    b      -> bank      -.
+    n      -> two banks -+-> align -> round to operand bits -> W = min(4, L) words, broadcast
+    vector -> two banks -'                                        |
+        |  significant bits                                       v
+        v                                  coefficient memory -> multiply -> accumulate    (L times)
+      amounts by pass                                                            |
+        |                                              capture in the drain register, W words a cycle
+        +------------------------------------------------> shift -> round, permute -> result
 
-A *pass* reads the Q quads of a bank once and ends with L exact sums; rows ``t L ... t L + L - 1`` are pass ``t``.
+A *pass* reads the Q quads of a bank once and adds L exact sums to what the lanes have; rows ``t L ... t L + L - 1``
+are pass ``t``.
 Lanes never freeze.  A pass is launched only when the pass before the last has left the drain register: then the
 last one finds it free when its sums are complete, or at the latest before the sums are overwritten.
+
+Products of several frames interleave, as :class:`tfra.hdl.matvec_schedule.Schedule` chooses them, so that lanes work on
+one frame while another one's operand is being made.  The results of a product always have a place to go before it
+begins: contact and force products wait for a token each, and contact for a bank that its n will need.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from amaranth import Cat, Elaboratable, Module, Mux, Signal, signed
-from amaranth.lib import stream, wiring
-from amaranth.lib.memory import Memory, ReadPort
+from amaranth import Array, Cat, Elaboratable, Module, Signal, Value, signed
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.codegen.images import bases, lane_images, passes
-from tfra.hdl.arithmetic import count
+from tfra.codegen.images import depth, lane_images, passes
+from tfra.hdl.arithmetic import quad
 from tfra.hdl.matvec_drain import Drain
-from tfra.hdl.matvec_operand import OperandBuffer, Prepare
-from tfra.hdl.matvec_schedule import Schedule
-from tfra.hdl.payloads import vector_quad
+from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
+from tfra.hdl.matvec_schedule import SOURCES, Schedule
+from tfra.hdl.payloads import operand, product, vector_quad
 from tfra.hdl.pipeline import delayed
+from tfra.hdl.primitives import Multiplier, Rom
+from tfra.hdl.streams import TOKEN, Tokens
 from tfra.model.design import Design
-from tfra.model.fixed.coefficients import PRODUCTS, stacks
+from tfra.model.fixed.coefficients import PRODUCTS, STACKS, stacks
 from tfra.model.fixed.widths import widths
 
+BANKS = {"b": 1, "n": 2, "vector": 2}
 FULL = 2
-"""Cycles from the last operand quad's transfer to the launch that finds it: OR of magnitudes, amounts."""
-_LOAD = FULL + 1
+"""Cycles from the last operand quad's transfer to the choice that finds it: OR of magnitudes, amounts."""
+CHOICE = 1
+"""Cycles from there to the launch."""
+_LOAD = FULL + CHOICE + 1
 """Cycles from there to the first read."""
 _ADDRESS = 2
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
@@ -58,14 +68,17 @@ _RETURN = 8
 class MatVec(wiring.Component):
     """All matrix-vector products of a frame.
 
-    Latency: see :meth:`latency` and :meth:`duration`; throughput: :attr:`interval`.
+    Latency: see :meth:`latency` and :meth:`duration`; throughput: :attr:`busy_cycles`.
 
-    Resources: L multipliers (coefficient x operand) with registers on both sides, L read-only memories of
-    ``depth`` coefficients with output registers, a memory of 2 Q quads, 2 W barrel shifters.
+    Resources: L multipliers (coefficient x operand) with registers on both sides, a read-only memory of L words by
+    ``depth`` with output registers, a memory of 2 Q quads, 2 W barrel shifters.
 
     Members:
-        operand: stream in, Q quads of parities for each of ``PRODUCTS`` in turn.
-        result: stream out, after each operand the result quads of its stack, operator by operator.
+        b, n, vector: streams in, Q quads of parities for each operand: folded stress in converter codes, weights,
+            and residuals, d among them.
+        result: stream out, the result quads of a product's stack, operator by operator.
+        frame, planes: tokens taken at the launch of a contact product and of a force product.
+        room: tokens out, one for each vector that a bank is free for.
     """
 
     def __init__(self, design: Design) -> None:
@@ -73,13 +86,22 @@ class MatVec(wiring.Component):
         self._lanes = design.architecture.mac_lanes
         self._words = min(4, self._lanes)
         self._sum_quads = max(1, self._lanes // 4)
-        shape = stream.Signature(vector_quad(design))
-        super().__init__({"operand": In(shape), "result": Out(shape)})
+        super().__init__(
+            {
+                "b": In(stream.Signature(quad(design.adc.bits + 2))),
+                "n": In(stream.Signature(vector_quad(design))),
+                "vector": In(stream.Signature(operand(design))),
+                "result": Out(stream.Signature(product(design))),
+                "frame": In(stream.Signature(TOKEN)),
+                "planes": In(stream.Signature(TOKEN)),
+                "room": Out(stream.Signature(TOKEN)),
+            }
+        )
 
     @property
     def depth(self) -> int:
         """Coefficients of one lane."""
-        return sum(passes(self._design, name) * self._design.quads for name in bases(self._design))
+        return depth(self._design)
 
     @property
     def multiplications(self) -> int:
@@ -96,13 +118,9 @@ class MatVec(wiring.Component):
         return max(2 * q, q + self._sum_quads + _RETURN)
 
     @property
-    def interval(self) -> int:
-        """Cycles per frame while operands are always there and results are always taken.
-
-        The mean of two frames, rounded up: with an odd number of passes long and short frames can alternate.
-        """
-        total = sum(passes(self._design, name) for name in PRODUCTS)
-        return -(-total * self.pair_interval // 2)
+    def busy_cycles(self) -> int:
+        """Cycles of a frame in which the lanes multiply: no frame can take less of the unit's time."""
+        return sum(passes(self._design, name) for name in PRODUCTS) * self._design.quads
 
     def passes(self, stack: str) -> int:
         """Times the operand of ``stack`` runs past the lanes."""
@@ -125,79 +143,134 @@ class MatVec(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         design = self._design
-        m.submodules.buffer = buffer = OperandBuffer(design)
+        buffers = self._buffers(m)
         m.submodules.schedule = schedule = Schedule(design)
         m.submodules.prepare = prepare = Prepare(design)
         m.submodules.drain = drain = Drain(design)
-        wiring.connect(m, buffer.operand, wiring.flipped(self.operand))
         wiring.connect(m, wiring.flipped(self.result), drain.result)
-        self._control(m, buffer, schedule, prepare, drain)
+        self._leave_to_go(m, buffers, schedule)
+        self._read(m, buffers, schedule, prepare, drain)
         address = delayed(m, schedule.address, _ADDRESS, "address")
-        first = delayed(m, schedule.first, CAPTURE - 1, "first")
         valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
         m.d.comb += drain.complete.eq(delayed(m, schedule.last, CAPTURE, "last", control=True))
-        for number, image in enumerate(lane_images(design)):
-            m.submodules[f"lane{number}"] = lane = _Lane(design, image)
+        m.submodules.rom = rom = Rom(lane_images(design), design.formats.coefficient, design.target)
+        m.d.comb += rom.address.eq(address)
+        for number, coefficient in enumerate(rom.words):
+            m.submodules[f"lane{number}"] = lane = _Lane(design)
             m.d.comb += [
-                lane.address.eq(address),
+                lane.coefficient.eq(coefficient),
                 lane.word.eq(prepare.words[number % self._words]),
-                lane.first.eq(first),
                 lane.valid.eq(valid),
                 drain.sums[number].eq(lane.sum),
             ]
         return m
 
-    def _control(self, m: Module, buffer: OperandBuffer, schedule: Schedule, prepare: Prepare, drain: Drain) -> None:
-        """Amounts travel by the parity of the pass: both places are in use from launch until drained."""
-        amounts = Signal.like(buffer.amounts, name="amounts", reset_less=True)
-        with m.If(schedule.launch):
-            m.d.sync += amounts[schedule.parity].eq(buffer.amounts[schedule.bank])
+    def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
+        """One for each source, so that no operand waits for another one's transfers."""
+        design, vector = self._design, signed(widths(self._design).vector)
+        code, fraction = signed(design.adc.bits + 2), design.formats.vector_fraction
+        buffers = {
+            "vector": OperandBuffer(design, vector, banks=BANKS["vector"]),
+            "n": OperandBuffer(design, vector, banks=BANKS["n"]),
+            "b": OperandBuffer(design, code, fraction, banks=BANKS["b"]),
+        }
+        for name, buffer in buffers.items():
+            m.submodules[name] = buffer
+        wiring.connect(m, wiring.flipped(self.b), buffers["b"].operand)
+        wiring.connect(m, wiring.flipped(self.n), buffers["n"].operand)
         m.d.comb += [
-            buffer.read.eq(Cat(schedule.quad, schedule.read_bank)),
-            buffer.free.eq(schedule.free),
-            schedule.full.eq(buffer.full),
-            schedule.drained.eq(drain.drained),
-            prepare.quad.eq(buffer.quad),
-            drain.amounts.eq(amounts[schedule.oldest]),
+            buffers["vector"].operand.valid.eq(self.vector.valid),
+            buffers["vector"].operand.payload.eq(self.vector.payload.words),
+            self.vector.ready.eq(buffers["vector"].operand.ready),
         ]
+        return buffers
+
+    def _leave_to_go(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
+        """Operands that may be multiplied: their results have a place."""
+        m.submodules.room = room = Tokens(BANKS["vector"])
+        m.submodules.weights = weights = Tokens(BANKS["n"])
+        wiring.connect(m, room.o, wiring.flipped(self.room))
+        is_force = self._is_force(m, buffers["vector"])
+        starts = {name: schedule.launch & schedule.new & (schedule.stack == n) for n, name in enumerate(STACKS)}
+        wanted = {
+            "vector": buffers["vector"].full & (~is_force | self.planes.valid),
+            "n": buffers["n"].full,
+            "b": buffers["b"].full & self.frame.valid & weights.o.valid,
+        }
+        m.d.comb += [
+            schedule.force.eq(is_force),
+            schedule.wanted.eq(sum(wanted[name] << place for place, name in enumerate(SOURCES))),
+            self.planes.ready.eq(starts["force"]),
+            self.frame.ready.eq(starts["contact"]),
+            weights.o.ready.eq(starts["contact"]),
+            weights.give.eq(buffers["n"].free),
+            room.give.eq(buffers["vector"].free),
+            *(buffers[name].free.eq(schedule.free[place]) for place, name in enumerate(SOURCES)),
+        ]
+
+    def _is_force(self, m: Module, buffer: OperandBuffer) -> Value:
+        """Whether the vector at the head is d."""
+        force = Signal(BANKS["vector"])
+        with m.If(self.vector.valid & self.vector.ready):
+            m.d.sync += force.bit_select(buffer.filling, 1).eq(self.vector.payload.force)
+        return force.bit_select(buffer.head, 1)
+
+    def _read(
+        self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule, prepare: Prepare, drain: Drain
+    ) -> None:
+        """Amounts, and what the drain must know, travel by the parity of the pass, from launch until drained."""
+        passing = Signal(
+            data.ArrayLayout(data.StructLayout({"amounts": amount_quad(self._design), "new": 1, "stack": 2}), 2),
+            reset_less=True,
+        )
+        sources = [buffers[name] for name in SOURCES]
+        amounts = Array(b.amounts.as_value() for b in sources)[schedule.source]
+        for parity in range(2):
+            with m.If(schedule.launch & (schedule.parity == parity)):
+                m.d.sync += [
+                    passing[parity].amounts.eq(amounts),
+                    passing[parity].new.eq(schedule.new),
+                    passing[parity].stack.eq(schedule.stack),
+                ]
+        held = [p.amounts.as_value() for p in passing]
+        captured = schedule.oldest ^ drain.drained  # the next one, if the oldest is about to leave
+        source, bank = Signal(2), Signal()
         parity, part = Signal(), Signal.like(schedule.read_part, reset_less=True)
-        m.d.sync += [parity.eq(schedule.read_parity), part.eq(schedule.read_part)]
-        m.d.comb += [prepare.amounts.eq(amounts[parity]), prepare.part.eq(part)]
+        with m.If(schedule.launch):
+            m.d.sync += bank.eq(Array(b.head for b in sources)[schedule.source])
+        m.d.sync += [source.eq(schedule.read_source), parity.eq(schedule.read_parity), part.eq(schedule.read_part)]
+        m.d.comb += [
+            *(b.read.eq(Cat(schedule.quad, bank)) for b in sources),
+            schedule.drained.eq(drain.drained),
+            prepare.quad.eq(Array(b.quad.as_value() for b in sources)[source]),
+            prepare.amounts.eq(Array(held)[parity]),
+            prepare.part.eq(part),
+            drain.amounts.eq(Array(held)[schedule.oldest]),
+            drain.new.eq(Array(p.new for p in passing)[captured]),
+            drain.stack.eq(Array(p.stack for p in passing)[captured]),
+        ]
 
 
 class _Lane(Elaboratable):
-    """Coefficient memory, multiplier and accumulator.
+    """Multiplier and accumulator.
 
-        address -> memory -> register -> coefficient -+
-                                                      * -> product -> + -> sum
-        word -----------------------------> operand --+               ^-- 0 if first
+        coefficient, word -> multiply -> product -> + -> sum
 
-    ``word`` comes two cycles after its address, ``valid`` and ``first`` four after it; ``sum`` a cycle later.
+    ``valid`` comes two cycles after the factors; ``sum`` a cycle later.  The sum runs on from pass to pass, modulo
+    its word, which saves a multiplexer a bit: the drain takes the sum of the pass before away.
     """
 
-    def __init__(self, design: Design, image: np.ndarray[Any, np.dtype[np.int64]]) -> None:
-        formats = design.formats
-        self._image, self._shape = [int(word) for word in image], signed(formats.coefficient)
-        self.address = Signal(count(len(self._image) - 1))
-        self.word = Signal(signed(formats.operand))
-        self.first, self.valid = Signal(), Signal()
-        self.sum = Signal(signed(widths(design).accumulator), reset_less=True)
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        self.coefficient = Signal(signed(design.formats.coefficient))
+        self.word = Signal(signed(design.formats.operand))
+        self.valid = Signal()
+        self.sum = Signal(signed(widths(design).accumulator))
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.memory = memory = Memory(shape=self._shape, depth=len(self._image), init=self._image)
-        port: ReadPort = memory.read_port()
-        fetched = Signal(self._shape, reset_less=True)
-        coefficient = Signal(self._shape, reset_less=True)
-        operand = Signal.like(self.word, reset_less=True)
-        product = Signal(signed(len(coefficient) + len(operand)), reset_less=True)
-        m.d.comb += port.addr.eq(self.address)
-        m.d.sync += [
-            fetched.eq(port.data),
-            coefficient.eq(fetched),
-            operand.eq(self.word),
-            product.eq(coefficient * operand),
-        ]
+        m.submodules.multiplier = multiplier = Multiplier(len(self.coefficient), len(self.word), self._design.target)
+        m.d.comb += [multiplier.a.eq(self.coefficient), multiplier.b.eq(self.word)]
         with m.If(self.valid):
-            m.d.sync += self.sum.eq(product + Mux(self.first, 0, self.sum))
+            m.d.sync += self.sum.eq(multiplier.product + self.sum)
         return m

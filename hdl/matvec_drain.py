@@ -2,33 +2,52 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
-from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
+from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
+from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import passes
 from tfra.hdl.arithmetic import count, round_half, shift_right
 from tfra.hdl.matvec_operand import amount_quad, pick_word, quad_parts
-from tfra.hdl.payloads import vector_quad
+from tfra.hdl.payloads import product
 from tfra.hdl.streams import Spare
 from tfra.model.design import Design
-from tfra.model.fixed.coefficients import PRODUCTS, stacks
+from tfra.model.fixed.coefficients import STACKS, kinds, stacks
 from tfra.model.fixed.widths import widths
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Quads that leave the drain register: how many, the offset of their right shift, flip, kind, start of a product.
+
+    An operand that was moved left by ``amount`` has its result moved right by ``offset + amount``.  Quads without a
+    kind come from lanes that had no row left; they are not sent.
+    """
+
+    quads: int
+    offset: int
+    flip: int
+    kind: int | None
+    start: bool
 
 
 class Drain(wiring.Component):
     """From complete sums to results on the vector grid.
 
-        sums -> drain register -> W words, right shifts -> shifted -> rounded, in place -> output, spare
+        sums -> drain register -> W words - those of the pass before, right shifts -> shifted -> rounded, in place
+            -> output, spare
 
     Everything behind the sums stands still while the spare register is in use, so that the enable of all these
     registers is a register itself.
 
     Members:
-        sums, complete: L exact sums; complete for one cycle, then held until the next pass may overwrite them.
+        sums, complete: L running sums; complete for one cycle, then held until the next pass may change them.
         amounts: alignment of the operand of the pass in the drain register.
+        new, stack: whether the pass that is captured next is its product's first; its stack.
         drained: the last words of a pass leave the drain register.
         result: stream out.
     """
@@ -38,52 +57,56 @@ class Drain(wiring.Component):
         self._words = min(4, self._lanes)
         w = widths(design)
         self._steps = self._table()
-        self._offset = max(offset for _, offset, _, _ in self._steps)
+        self._offset = max(step.offset for step in self._steps)
         self._shift = count(self._offset + w.vector - 1)
         super().__init__(
             {
                 "sums": In(signed(w.accumulator)).array(self._lanes),
                 "complete": In(1),
                 "amounts": In(amount_quad(design)),
+                "new": In(1),
+                "stack": In(2),
                 "drained": Out(1),
-                "result": Out(stream.Signature(vector_quad(design))),
+                "result": Out(stream.Signature(product(design))),
             }
         )
 
-    def _table(self) -> list[tuple[int, int, int, bool]]:
-        """Quads in the order they leave the drain register: how many, offset of the right shift, flip, sent or not.
-
-        An operand that was moved left by ``amount`` has its result moved right by ``offset + amount``.
-        """
+    def _table(self) -> list[_Step]:
+        """What leaves the drain register, product by product in the order of STACKS."""
         design, w, table = self._design, widths(self._design), []
-        for name in PRODUCTS:
-            stack = stacks(design)[name]
+        for name in STACKS:
+            stack, start = stacks(design)[name], True
             for op in stack.operators:
                 offset = w.alignment + op.fraction + design.formats.operand - w.vector
-                table.append((op.quads, offset, op.flip, True))
+                table.append(_Step(op.quads, offset, op.flip, kinds(design).index(op.name), start))
+                start = False
             idle = passes(design, name) * self._lanes // 4 - stack.quads
             if idle:
-                table.append((idle, 0, 0, False))
+                table.append(_Step(idle, 0, 0, None, False))
         return table
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         w, go = widths(self._design), Signal()
-        words, valid = self._register(m, go)
+        words, valid, capture, step = self._register(m, go)
+        words = self._differences(m, words, step, valid & go)
         part, whole = self._part_counter(m, valid & go)
-        offset, flip, send = self._place(m, valid & go & whole)
-        marks = data.StructLayout({"valid": 1, "complete": 1, "flip": 2, "part": part.shape()})
+        place = self._place(m, capture, valid & go & whole)
+        kind = self.result.p.kind.shape()
+        marks = data.StructLayout({"valid": 1, "complete": 1, "flip": 2, "part": part.shape(), "kind": kind})
         shift_marks, round_marks = Signal(marks), Signal(marks)
         done = Signal()
         assembled = Signal(self.result.p.shape(), reset_less=True)
         with m.If(go):
             m.d.sync += [
                 shift_marks.valid.eq(valid),
-                shift_marks.complete.eq(valid & whole & send),
-                shift_marks.flip.eq(flip),
+                shift_marks.complete.eq(valid & whole & place.send),
+                shift_marks.flip.eq(place.flip),
                 shift_marks.part.eq(part),
+                shift_marks.kind.eq(place.kind),
                 round_marks.eq(shift_marks),
                 done.eq(round_marks.complete),
+                assembled.kind.eq(round_marks.kind),
             ]
         rounded = []
         for number, word in enumerate(words):
@@ -94,17 +117,17 @@ class Drain(wiring.Component):
             with m.If(go):
                 m.d.sync += [
                     sum_.eq(word),
-                    shift.eq(offset + pick_word(self.amounts, part, number, self._words)),
+                    shift.eq(place.offset + pick_word(self.amounts, part, number, self._words)),
                     shifted.eq(shift_right(wide, shift)),
                 ]
             rounded.append(round_half(shifted))
-        self._assemble(m, go, round_marks, rounded, assembled)
+        self._assemble(m, go, round_marks, rounded, assembled.words)
         m.submodules.spare = spare = Spare(self.result.p.shape())
         m.d.comb += [go.eq(spare.i.ready), spare.i.valid.eq(done), spare.i.payload.eq(assembled)]
         wiring.connect(m, spare.o, wiring.flipped(self.result))
         return m
 
-    def _register(self, m: Module, go: Value) -> tuple[list[Value], Value]:
+    def _register(self, m: Module, go: Value) -> tuple[list[Value], Value, Value, Value]:
         """Sums are captured when the register is free, and leave it W words at a time."""
         steps = max(1, self._lanes // 4)
         register = [Signal.like(s, name=f"held{n}", reset_less=True) for n, s in enumerate(self.sums)]
@@ -121,7 +144,23 @@ class Drain(wiring.Component):
             m.d.sync += [step.eq(0), *(held.eq(s) for held, s in zip(register, self.sums, strict=True))]
         with m.Elif(valid & go):
             m.d.sync += [step.eq(step + 1), *(a.eq(b) for a, b in zip(register, register[self._words :], strict=False))]
-        return register[: self._words], valid
+        return register[: self._words], valid, capture, step
+
+    def _differences(self, m: Module, words: list[Value], step: Value, leave: Value) -> list[Value]:
+        """Words less what they were a pass ago, modulo their length: exact, since the sum of a pass fits."""
+        bits, begun = len(words[0]), Signal()
+        m.submodules.before = memory = Memory(shape=unsigned(bits * len(words)), depth=1 << len(step), init=[])
+        write, read = memory.write_port(), memory.read_port(domain="comb")
+        m.d.comb += [
+            write.en.eq(leave),
+            write.addr.eq(step),
+            write.data.eq(Cat(words)),
+            read.addr.eq(step),
+        ]
+        with m.If(self.drained):
+            m.d.sync += begun.eq(1)
+        before = [Mux(begun, read.data.word_select(n, bits), 0) for n in range(len(words))]
+        return [(word - b)[:bits].as_signed() for word, b in zip(words, before, strict=True)]
 
     def _part_counter(self, m: Module, leave: Value) -> tuple[Value, Value]:
         """Which words of their quad those that leave are, and whether they complete it."""
@@ -132,29 +171,33 @@ class Drain(wiring.Component):
                 m.d.sync += part.eq(part + 1)
         return part, part == parts - 1
 
-    def _place(self, m: Module, leave: Value) -> tuple[Value, Value, Value]:
-        """Offset, flip and fate of the quad that leaves the drain register, by its number in the frame."""
-        step, left = Signal(count(len(self._steps) - 1)), Signal(count(max(quads for quads, *_ in self._steps) - 1))
-        offset, flip, send, end = Signal(count(self._offset)), Signal(2), Signal(), Signal()
+    def _place(self, m: Module, capture: Value, leave: Value) -> data.View:
+        """Offset, flip, kind and fate of the quad that leaves the drain register; a product's first pass jumps."""
+        step, left = Signal(count(len(self._steps) - 1)), Signal(count(max(s.quads for s in self._steps) - 1))
+        kind = self.result.p.kind.shape()
+        place = Signal(data.StructLayout({"offset": count(self._offset), "flip": 2, "kind": kind, "send": 1}))
+        end = Signal()
         with m.Switch(step):
-            for number, (quads, right, permutation, sent) in enumerate(self._steps):
+            for number, row in enumerate(self._steps):
                 with m.Case(number):
                     m.d.comb += [
-                        offset.eq(right),
-                        flip.eq(permutation),
-                        send.eq(sent),
-                        end.eq(left == quads - 1),
+                        place.offset.eq(row.offset),
+                        place.flip.eq(row.flip),
+                        place.kind.eq(row.kind or 0),
+                        place.send.eq(row.kind is not None),
+                        end.eq(left == row.quads - 1),
                     ]
         with m.If(leave):
-            m.d.sync += left.eq(Mux(end, 0, left + 1))
-            with m.If(end):
-                m.d.sync += step.eq(Mux(step == len(self._steps) - 1, 0, step + 1))
-        return offset, flip, send
+            m.d.sync += [left.eq(Mux(end, 0, left + 1)), step.eq(step + end)]
+        with m.If(capture & self.new):
+            starts = [number for number, row in enumerate(self._steps) if row.start]
+            m.d.sync += [left.eq(0), step.eq(Array(starts)[self.stack])]
+        return place
 
     def _assemble(self, m: Module, go: Value, marks: Any, rounded: list[Value], quad: Any) -> None:
         """Slot ``s`` becomes parity ``s ^ flip``; with fewer than four words at a time, a part of the quad."""
         size = self._words
-        for flip in sorted({flip for _, _, flip, _ in self._steps}):
+        for flip in sorted({step.flip for step in self._steps}):
             for slot in range(4):
                 with m.If(go & marks.valid & (marks.flip == flip) & (marks.part == slot // size)):
                     m.d.sync += quad[slot ^ flip].eq(rounded[slot % size])

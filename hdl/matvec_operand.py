@@ -1,16 +1,17 @@
-"""Operands of the matrix-vector unit: two banks of quads, aligned and rounded on their way to the lanes."""
+"""Operands of the matrix-vector unit: banks of quads, aligned and rounded on their way to the lanes."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Module, Mux, Signal, Value, signed, unsigned
+from amaranth import Array, Cat, Module, Mux, Shape, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits, round_top
 from tfra.hdl.payloads import vector_quad
+from tfra.hdl.pipeline import walk
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -32,71 +33,91 @@ def pick_word(words: Any, part: Value, word: int, size: int) -> Value:
 
 
 class OperandBuffer(wiring.Component):
-    """Two banks of operand quads, and how far each parity must be shifted to fill its word.
+    """Banks of operand quads, and how far each parity must be shifted to fill its word; banks are used in turn.
+
+    Arguments:
+        word: shape of a word; it has ``fraction`` bits less than a vector's.
+        banks: one or two.
 
     Members:
-        operand: stream in.
-        full: bank may be read; rises two cycles after the transfer of the bank's last quad.
-        amounts: by bank, valid while ``full``.
-        read, quad: row and, a cycle later, its content.
-        free: by bank, for one cycle: it may be written, from the next cycle on.
+        operand: stream in, Q quads for a bank.
+        filling, head: the bank that transfers go to; the bank to be read next.
+        full: the head may be read; rises two cycles after the transfer of its last quad.
+        amounts: those of the head, valid while ``full``.
+        read, quad: quad and bank, and a cycle later its content.
+        free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
     """
 
-    def __init__(self, design: Design) -> None:
-        self._design = design
-        shape = vector_quad(design)
+    def __init__(self, design: Design, word: Shape, fraction: int = 0, banks: int = 2) -> None:
+        self._design, self._fraction, self._banks = design, fraction, banks
+        shape = data.ArrayLayout(word, 4)
         super().__init__(
             {
                 "operand": In(stream.Signature(shape)),
-                "full": Out(2),
-                "amounts": Out(data.ArrayLayout(amount_quad(design), 2)),
+                "filling": Out(1),
+                "head": Out(1),
+                "full": Out(1),
+                "amounts": Out(amount_quad(design)),
                 "read": In(count(design.quads - 1).width + 1),
-                "quad": Out(shape),
-                "free": In(2),
+                "quad": Out(vector_quad(design)),
+                "free": In(1),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        last = self._design.quads - 1
-        m.submodules.memory = memory = Memory(shape=self.operand.p.shape(), depth=1 << len(self.read), init=[])
+        depth = 1 << len(self.read) if self._banks == 2 else self._design.quads
+        m.submodules.memory = memory = Memory(shape=self.operand.p.shape(), depth=depth, init=[])
         write, read = memory.write_port(), memory.read_port()
-        number, bank, done, done_bank = Signal(count(last)), Signal(), Signal(), Signal(reset_less=True)
-        occupied = Signal(2)
+        ended = Signal()
+        number, last = walk(m, write.en, self._design.quads)
         m.d.comb += [
-            self.operand.ready.eq(~occupied.bit_select(bank, 1)),
             write.en.eq(self.operand.valid & self.operand.ready),
-            write.addr.eq(Cat(number, bank)),
+            write.addr.eq(Cat(number, self.filling)),
             write.data.eq(self.operand.p),
             read.addr.eq(self.read),
-            self.quad.eq(read.data),
+            ended.eq(write.en & last),
+            *(word.eq(short << self._fraction) for word, short in zip(self.quad, read.data, strict=True)),
         ]
-        ended = Signal()
-        m.d.comb += ended.eq(write.en & (number == last))
-        m.d.sync += [done.eq(ended), done_bank.eq(bank)]
-        with m.If(write.en):
-            m.d.sync += number.eq(Mux(ended, 0, number + 1))
-        with m.If(ended):
-            m.d.sync += bank.eq(~bank)
-        m.d.sync += [
-            occupied.eq((occupied | (ended << bank)) & ~self.free),
-            self.full.eq((self.full | (done << done_bank)) & ~self.free),
-        ]
-        self._measure(m, write.en, number == 0, done, done_bank)
+        if self._banks == 2:
+            m.d.sync += [self.filling.eq(self.filling ^ ended), self.head.eq(self.head ^ self.free)]
+        self._states(m, write.en, ended, number == 0)
         return m
 
-    def _measure(self, m: Module, transfer: Value, first: Value, done: Value, bank: Value) -> None:
+    def _states(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
+        """Which banks are occupied, and which are full: a cycle later, when their amounts stand."""
+        done, done_bank = Signal(), Signal(reset_less=True)
+        occupied, full = Signal(self._banks), Signal(self._banks)
+        m.d.sync += [
+            done.eq(ended),
+            done_bank.eq(self.filling),
+            occupied.eq((occupied | (ended << self.filling)) & ~(self.free << self.head)),
+            full.eq((full | (done << done_bank)) & ~(self.free << self.head)),
+        ]
+        m.d.comb += [
+            self.operand.ready.eq(~occupied.bit_select(self.filling, 1)),
+            self.full.eq(full.bit_select(self.head, 1)),
+            self.amounts.eq(Array(self._measure(m, transfer, first, done, done_bank))[self.head]),
+        ]
+
+    def _measure(self, m: Module, transfer: Value, first: Value, done: Value, bank: Value) -> list[Value]:
         """OR of magnitudes while a bank fills; leading zeros when it is full."""
+        shape = amount_quad(self._design)
+        amounts = [Signal(shape, name=f"amounts{number}", reset_less=True) for number in range(self._banks)]
         for parity in range(4):
-            seen = Signal(widths(self._design).vector - 1, name=f"seen{parity}", reset_less=True)
+            seen = Signal(len(self.operand.p[parity]) - 1, name=f"seen{parity}", reset_less=True)
             with m.If(transfer):
                 m.d.sync += seen.eq(Mux(first, 0, seen) | magnitude_bits(self.operand.p[parity]))
-            with m.If(done):
-                m.d.sync += self.amounts[bank][parity].eq(leading_zeros(seen))
+            # Words of fewer bits have a whole vector word's room above them.
+            room = widths(self._design).vector - self._fraction - len(self.operand.p[parity])
+            for number, stored in enumerate(amounts):
+                with m.If(done & (bank == number)):
+                    m.d.sync += stored[parity].eq(leading_zeros(seen) + room)
+        return [a.as_value() for a in amounts]
 
 
 class Prepare(wiring.Component):
-    """Operand words from a quad of the buffer: aligned, then rounded; three registers.
+    """Operand words from a quad of a buffer: aligned, then rounded; three registers.
 
     Fewer than four lanes need fewer words: ``part`` tells which.
     """

@@ -7,6 +7,7 @@ from amaranth.lib import data
 
 from tfra.hdl.arithmetic import count, quad
 from tfra.model.design import Design
+from tfra.model.fixed.coefficients import kinds
 from tfra.model.fixed.widths import widths
 from tfra.model.fixed.words import word_bits
 
@@ -24,6 +25,16 @@ def stress_quad(design: Design) -> data.ArrayLayout:
 def vector_quad(design: Design) -> data.ArrayLayout:
     """Four words on the vector grid."""
     return quad(widths(design).vector)
+
+
+def operand(design: Design) -> data.StructLayout:
+    """A quad of a candidate's or of the winner's residual; ``force`` marks the latter, d, which gives forces."""
+    return data.StructLayout({"words": vector_quad(design), "force": 1})
+
+
+def product(design: Design) -> data.StructLayout:
+    """A quad of results; ``kind`` is the operator's number in :func:`tfra.model.fixed.coefficients.kinds`."""
+    return data.StructLayout({"words": vector_quad(design), "kind": count(len(kinds(design)) - 1)})
 
 
 def frame_facts(design: Design) -> data.StructLayout:

@@ -1,4 +1,4 @@
-"""Registers in a row: words that come later, words aligned together, constant products without a multiplier."""
+"""Registers in a row: words that come later or are counted, words aligned together, products without a multiplier."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import reduce
 from operator import or_
 
-from amaranth import Module, Shape, Signal, Value, signed
+from amaranth import Module, Mux, Shape, Signal, Value, signed
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
 
@@ -23,6 +23,15 @@ def delayed(m: Module, value: Value, cycles: int, name: str = "word", *, control
     for _ in range(cycles):
         value = register(m, value, name, control=control)
     return value
+
+
+def walk(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:
+    """Number of what ``step`` takes, from 0 to ``length - 1`` and again; whether it is the last."""
+    number = Signal(count(length - 1), name=name)
+    last = number == length - 1
+    with m.If(step):
+        m.d.sync += number.eq(Mux(last, 0, number + 1))
+    return number, last
 
 
 def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:

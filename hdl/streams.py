@@ -9,50 +9,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from amaranth import Cat, Elaboratable, Module, Mux, Shape, Signal
-from amaranth.lib import stream, wiring
-from amaranth.lib.fifo import SyncFIFOBuffered
+from amaranth import Cat, Const, Elaboratable, Module, Mux, Signal, Value, unsigned
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.fifo import SyncFIFO, SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
 
-
-class Router(wiring.Component):
-    """Send the transfers of a frame to the sinks that a static table names.
-
-    Arguments:
-        table: pairs ``(transfers, sinks)`` in order; a frame is all of them, then the table starts anew.
-        ways: number of sinks.
-
-    Members: ``i``: stream in; ``o``: ``ways`` streams out.  Combinational; each sink takes a transfer at its own
-    time, and the transfer ends with the last of them.
-    """
-
-    def __init__(self, shape: Any, table: Sequence[tuple[int, Sequence[int]]], ways: int) -> None:
-        self._table, self._ways = [(n, tuple(sinks)) for n, sinks in table], ways
-        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)).array(ways)})
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.turn = turn = _Turn([n for n, _ in self._table])
-        sinks, taken, done = (Signal(self._ways, name=name) for name in ("sinks", "taken", "done"))
-        with m.Switch(turn.step):
-            for number, (_, names) in enumerate(self._table):
-                with m.Case(number):
-                    m.d.comb += sinks.eq(sum(1 << way for way in names))
-        for way, o in enumerate(self.o):
-            m.d.comb += [
-                o.payload.eq(self.i.payload),
-                o.valid.eq(self.i.valid & sinks[way] & ~taken[way]),
-                done[way].eq(taken[way] | o.ready | ~sinks[way]),
-            ]
-        m.d.comb += [self.i.ready.eq(done.all()), turn.transfer.eq(self.i.valid & self.i.ready)]
-        with m.If(self.i.valid):
-            m.d.sync += taken.eq(Mux(done.all(), 0, done & sinks))
-        return m
+TOKEN = unsigned(1)
+"""Payload of a token, which means nothing; words without bits would not be portable Verilog."""
 
 
-class Fork(Router):
+class Fork(wiring.Component):
     """Hand every transfer to all of ``ways`` sinks, each at its own time.
 
     Members: ``i``: stream in; ``o``: ``ways`` streams out.  Combinational from valid to valid; a transfer ends
@@ -60,7 +28,54 @@ class Fork(Router):
     """
 
     def __init__(self, shape: Any, ways: int) -> None:
-        super().__init__(shape, [(1, range(ways))], ways)
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)).array(ways)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        self._hand_out(m, self.i.payload, Const((1 << len(self.o)) - 1, len(self.o)))
+        return m
+
+    def _hand_out(self, m: Module, payload: Any, sinks: Value) -> None:
+        taken, done = (Signal(len(self.o), name=name) for name in ("taken", "done"))
+        for way, o in enumerate(self.o):
+            m.d.comb += [
+                o.payload.eq(payload),
+                o.valid.eq(self.i.valid & sinks[way] & ~taken[way]),
+                done[way].eq(taken[way] | o.ready | ~sinks[way]),
+            ]
+        m.d.comb += self.i.ready.eq(done.all())
+        with m.If(self.i.valid):
+            m.d.sync += taken.eq(Mux(done.all(), 0, done & sinks))
+
+
+class Router(Fork):
+    """Hand the ``words`` of every transfer to the sinks that its ``kind`` has in a static table.
+
+    Arguments:
+        shape: a structure of ``words`` and ``kind``.
+        table: by kind, the numbers of its sinks.
+        ways: number of sinks.
+
+    Members: ``i``: stream in; ``o``: streams of ``words`` out.  As :class:`Fork` otherwise.
+    """
+
+    def __init__(self, shape: data.StructLayout, table: Sequence[Sequence[int]], ways: int) -> None:
+        self._table = [sum(1 << way for way in sinks) for sinks in table]
+        signature = {
+            "i": In(stream.Signature(shape)),
+            "o": Out(stream.Signature(shape.members["words"])).array(ways),
+        }
+        wiring.Component.__init__(self, signature)
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        sinks = Signal(len(self.o))
+        with m.Switch(self.i.payload.kind):
+            for kind, ways in enumerate(self._table):
+                with m.Case(kind):
+                    m.d.comb += sinks.eq(ways)
+        self._hand_out(m, self.i.payload.words, sinks)
+        return m
 
 
 class Merge(wiring.Component):
@@ -132,11 +147,92 @@ class Buffer(wiring.Component):
         return m
 
 
+class Queue(wiring.Component):
+    """First in, first out, ``depth`` transfers long, in block memory.
+
+    Members: ``i``: stream in; ``o``: stream out.  ``latency``: cycles through an empty queue; full throughput.
+    Neither ``i.ready`` nor ``o.valid`` depends on an input.
+    """
+
+    latency = 2
+
+    def __init__(self, shape: Any, depth: int) -> None:
+        self._depth = depth
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        into, out = self._kept(self.i.payload), self._kept(self.o.payload)
+        m.submodules.fifo = fifo = self._fifo(len(into))
+        m.d.comb += [
+            fifo.w_data.eq(into),
+            fifo.w_en.eq(self.i.valid),
+            self.i.ready.eq(fifo.w_rdy),
+            out.eq(fifo.r_data),
+            self.o.valid.eq(fifo.r_rdy),
+            fifo.r_en.eq(self.o.ready),
+        ]
+        return m
+
+    def _fifo(self, width: int) -> Any:
+        return SyncFIFOBuffered(width=width, depth=self._depth)
+
+    def _kept(self, payload: Any) -> Value:
+        """What is stored of a payload."""
+        return Value.cast(payload)
+
+
+class Facts(Queue):
+    """Per-frame facts on their way to one block: a queue for as many frames as the core holds, in registers or LUTs.
+
+    Only ``fields`` of the payload are kept, the ones the block looks at; the others are zero.  Without any, all is.
+    """
+
+    latency = 1
+
+    def __init__(self, shape: Any, fields: Sequence[str], depth: int) -> None:
+        self._fields = tuple(fields)
+        super().__init__(shape, depth)
+
+    def _fifo(self, width: int) -> Any:
+        return SyncFIFO(width=width, depth=self._depth)
+
+    def _kept(self, payload: Any) -> Value:
+        return Cat(payload[name] for name in self._fields) if self._fields else super()._kept(payload)
+
+
+class Tokens(wiring.Component):
+    """Permissions: a place downstream that is free now, or was given back.
+
+    Arguments:
+        number: tokens there are at first, and at most.
+        every: pulses of ``give`` that make a token.
+
+    Members: ``give``: a place, or a part of it, is free again; ``o``: stream of tokens, registered.
+    """
+
+    def __init__(self, number: int, every: int = 1) -> None:
+        self._number, self._every = number, every
+        super().__init__({"give": In(1), "o": Out(stream.Signature(TOKEN))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        left, parts, back = Signal(range(self._number + 1), init=self._number), Signal(count(self._every - 1)), Signal()
+        m.d.comb += [self.o.valid.eq(left != 0), back.eq(self.give & (parts == self._every - 1))]
+        with m.If(self.give):
+            m.d.sync += parts.eq(Mux(back, 0, parts + 1))
+        taken = self.o.valid & self.o.ready
+        m.d.sync += left.eq(left - taken + (back & ((left != self._number) | taken)))
+        return m
+
+
 class Spare(wiring.Component):
     """Stream register with a spare place: neither ``i.ready`` nor ``o.valid`` depends on an input.
 
     Members: ``i``: stream in; ``o``: stream out, a cycle later.
     """
+
+    latency = 1
 
     def __init__(self, shape: Any) -> None:
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
@@ -171,29 +267,3 @@ def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last:
     with m.Elif(leave.ready):
         m.d.sync += [busy.eq(0), valid.eq(0)]
     return cycle, busy
-
-
-class Queue(wiring.Component):
-    """First in, first out, ``depth`` transfers long, in block memory.
-
-    Members: ``i``: stream in; ``o``: stream out.  ``latency``: cycles through an empty queue; full throughput.
-    """
-
-    latency = 2
-
-    def __init__(self, shape: Any, depth: int) -> None:
-        self._depth = depth
-        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.fifo = fifo = SyncFIFOBuffered(width=Shape.cast(self.i.payload.shape()).width, depth=self._depth)
-        m.d.comb += [
-            fifo.w_data.eq(self.i.payload),
-            fifo.w_en.eq(self.i.valid),
-            self.i.ready.eq(fifo.w_rdy),
-            self.o.payload.eq(fifo.r_data),
-            self.o.valid.eq(fifo.r_rdy),
-            fifo.r_en.eq(self.o.ready),
-        ]
-        return m

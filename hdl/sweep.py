@@ -1,17 +1,17 @@
 """The exact sweep of mu_ind: B^z and B^xy of every candidate, and the choice between them (Eqs. 23-27).
 
-    stress ---------------------------------.
-    g ------------- memory --.              |
-    normal (e0) -- butterfly(e0 - g) = p ---+-- Loader: one taxel (p, q, stress) a cycle
-    normal (e1) -- butterfly(e1)     = q ---'      |
+    stress, g -- queues --.
+    normal (e0) -- queue -+- butterfly(e0 - g) = p -- memory --.
+    normal (e1) -- queue --- butterfly(e1)     = q ------------+-- Loader: one taxel (p, q, stress) a cycle
+                                                   |
                                                    v
-          .-- x + P q, q, stress <-- memory -- Passes: x = K (p - [negative] q)   one pass per P candidates
-          '----------------------------------------|
+          .-- x + P q, y - P q, q <-- memory -- Passes: x = K (p - [negative] q), y = K b - x
+          '----------------------------------------|          one pass per P candidates
                                                    v
-                      Lanes: x + c q for c = 0 ... P - 1, sums of max(0, .)
-                                                   |  a row of P pairs (B^z, S - M) per pass
+                      Lanes: lane c sums max(0, x + c q) and max(0, y - c q), a cycle behind lane c - 1
+                                                   |  a row (B^z, S) a cycle, in the order of candidates
                                                    v
-                      Judge: comparator tree, first over B^z, then over |S - M| = B^xy -- index
+                      Judge: smallest B^z so far, then smallest |S - M| = B^xy on its plateau -- index
 
 No multiplier is used: constant factors are additions of shifted words.
 """
@@ -20,29 +20,46 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Module
+from amaranth import Module, Signal, Value
 from amaranth.lib import stream, wiring
+from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.pipeline import product_latency
+from tfra.hdl.arithmetic import count
+from tfra.hdl.combine_store import FRAMES
+from tfra.hdl.streams import Buffer, Queue
 from tfra.hdl.sweep_judge import Judge, judge_latency
 from tfra.hdl.sweep_lanes import Lanes, lanes_latency
-from tfra.hdl.sweep_loader import FOLDED, PLACES, Loader
-from tfra.hdl.sweep_passes import Passes, pass_interval
+from tfra.hdl.sweep_loader import PLACES, TURN, Loader
+from tfra.hdl.sweep_passes import Passes, frame_wait, pass_interval
 from tfra.model.design import Design
+
+_FRAMES = 4
+"""Frames on their way from the first quad of q to an index that is taken: lanes, rows, judge and one to wait."""
+
+_WAITING = {"stress": FRAMES + 1, "g": FRAMES, "normal": 2 * FRAMES}
+"""Vectors that may wait: those of all frames in flight, so that the products never do; of stress one more, that of
+the operand which is next, and the quads behind it in the fold."""
+_FOLDED = 3
 
 
 class Sweep(wiring.Component):
     """``index`` of the candidate with the smallest B^xy on the plateau of B^z; equal to the model's ``sweep``.
 
-    Takes one frame at a time: stress, g and normal in this order, then nothing until the index is taken.  Stress, g
-    and e0 pass at a quad a cycle; quads of e1 at one in ``quad_interval`` cycles, the first of them two cycles
-    behind e0 at the earliest, since the first pass runs while they come.  Quads of e0 wait until direction and
-    frame are valid; both are taken when the index is found.
+    Takes frames back to back: stress, g and normal wait in queues, direction and frame in a buffer each.  A quad of
+    e0 enters with its g; quads of e1 enter with stress, facts being there.  With I = :func:`pass_interval` and R
+    passes, entries (``Queue.latency`` cycles behind their transfers at the earliest) are
+    apart at least
 
-    Resources: no multiplier; per lane five adders or comparators, about 300 4-input tables at 46 bits; memories of
-    Q vector quads, Q stress quads and, with several passes, m + 1 taxels and the sums of all candidates.
+        between quads of e0                                  1
+        from the last of e0 to the first of e1               ``turn``
+        between quads of e1                                  ``quad_interval``
+        from the last of e1 to e0 of the next frame          ``quad_interval``
+        from the last of e1 to e1 of the next frame          ``frame_interval`` = (R - 1) I + max(5, I + 4 - 4 Q)
+
+    Resources: no multiplier; per lane four adders and the read-out of two sums; memories of 5 Q vector quads, 2 Q
+    stress quads and, with several passes, m taxels; with a tolerance the sums of all candidates.
 
     Members:
         stress: Q taxel-domain quads of the normalised frame.
@@ -68,21 +85,44 @@ class Sweep(wiring.Component):
         )
 
     @property
+    def turn(self) -> int:
+        """Cycles from the last quad of e0 to the first of e1 at the shortest."""
+        return TURN
+
+    @property
     def quad_interval(self) -> int:
         """Cycles between two quads of e1 at the shortest."""
         return PLACES
 
     @property
-    def latency(self) -> int:
-        """Cycles from the transfer of the frame's last normal quad (the 2Q-th) to the transfer of the index.
+    def frame_interval(self) -> int:
+        """Cycles from a frame's last quad of e1 to the first of the next frame at the shortest."""
+        return frame_wait(self._design)
 
-        With D = ceil(log2 P), k levels of the product by K (:func:`product_latency`), R passes and s = 1 if there
-        is a tolerance, else 0: ``18 + k + max(D, k) + (R - 1) * pass_interval + 2 D + s + 2 R``.
+    @property
+    def interval(self) -> int:
+        """Cycles per frame while all inputs are always there and the index is always taken.
+
+        With R passes and I = :func:`pass_interval`: ``(R - 1) I + max(I, 4 Q + 1)``, at least ``5 Q + 2`` for all
+        quads to enter.
         """
-        to_taxel = FOLDED + PLACES + 1  # measured sum behind the last word
-        to_lanes = 2 + product_latency(self._design.search.steps)
-        again = (self._design.sweep_passes - 1) * pass_interval(self._design)
-        return to_taxel + to_lanes + lanes_latency(self._design) + 1 + again + judge_latency(self._design)
+        quads = self._design.quads
+        between = max(self.frame_interval, PLACES + quads - 1 + TURN)
+        return PLACES * (quads - 1) + between
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the transfer of the frame's last normal quad (the 2Q-th) to that of the index.
+
+        The unit waits for this quad, that is, the quads before it have entered as early as they may.  With k levels
+        of the product by K (:func:`product_latency`), B levels of the read-out (:func:`lanes_latency`), R passes and
+        I = :func:`pass_interval`: ``17 + k + B + K + (R - 1) (I - P)``, and ``K + 3`` more with a tolerance.
+        """
+        design = self._design
+        again = (design.sweep_passes - 1) * pass_interval(design)
+        last = design.search.steps - (design.sweep_passes - 1) * design.architecture.sweep_lanes
+        rows = again + last + lanes_latency(design)
+        return Queue.latency + Passes.latency(design) + rows + judge_latency(design) + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -90,28 +130,46 @@ class Sweep(wiring.Component):
         m.submodules.passes = passes = Passes(self._design)
         m.submodules.lanes = lanes = Lanes(self._design)
         m.submodules.judge = judge = Judge(self._design)
-        for name in ("stress", "g", "normal"):
-            wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(loader, name))
+        self._wait(m, loader)
         m.d.comb += [
-            loader.known.eq(self.direction.valid & self.frame.valid),
-            loader.done.eq(self.index.valid & self.index.ready),
+            loader.free.eq(self._free(m, loader)),
             passes.i.eq(loader.taxel),
-            passes.negative.eq(self.direction.payload.negative),
-            passes.idle.eq(loader.idle),
+            passes.ends.eq(loader.ends),
             lanes.i.eq(passes.o),
-            # A single row stays in the lanes until it is judged.
-            lanes.clear.eq(loader.idle | (judge.stands if self._design.sweep_passes > 1 else 0)),
-            judge.ended.eq(lanes.ended),
-            judge.idle.eq(loader.idle),
-            judge.exponent.eq(self.frame.payload.exponent),
-            self.direction.ready.eq(judge.found),
-            self.frame.ready.eq(judge.found),
-            self.index.payload.eq(judge.index),
+            passes.back.eq(lanes.o),
+            judge.row.eq(lanes.row),
+            judge.measured.eq(passes.measured),
+            judge.exponent.eq(passes.exponent),
         ]
-        for lane in range(self._design.architecture.sweep_lanes):
-            m.d.comb += [judge.z[lane].eq(lanes.z[lane]), judge.xy[lane].eq(lanes.xy[lane])]
-        with m.If(judge.found):
-            m.d.sync += self.index.valid.eq(1)
-        with m.Elif(self.index.ready):
-            m.d.sync += self.index.valid.eq(0)
+        m.submodules.indices = indices = SyncFIFO(width=len(judge.index), depth=_FRAMES)
+        m.d.comb += [
+            indices.w_data.eq(judge.index),
+            indices.w_en.eq(judge.found),
+            self.index.payload.eq(indices.r_data),
+            self.index.valid.eq(indices.r_rdy),
+            indices.r_en.eq(self.index.ready),
+        ]
         return m
+
+    def _wait(self, m: Module, loader: Loader) -> None:
+        """What comes before the loader needs it."""
+        for name, vectors in _WAITING.items():
+            port = getattr(self, name)
+            m.submodules[name] = wait = Queue(port.payload.shape(), vectors * self._design.quads + _FOLDED)
+            wiring.connect(m, wiring.flipped(port), wait.i)
+            wiring.connect(m, wait.o, getattr(loader, name))
+        for name in ("direction", "frame"):
+            port = getattr(self, name)
+            m.submodules[name] = fact = Buffer(port.payload.shape())
+            wiring.connect(m, wiring.flipped(port), fact.i)
+            wiring.connect(m, fact.o, getattr(loader, name))
+
+    def _free(self, m: Module, loader: Loader) -> Value:
+        """The passes of the frame before leave room for another, and there is a place for its index."""
+        wait, frames = Signal(range(self.frame_interval)), Signal(count(_FRAMES))
+        with m.If(loader.ends):
+            m.d.sync += wait.eq(self.frame_interval - 2)  # the loader begins a cycle later
+        with m.Elif(wait != 0):
+            m.d.sync += wait.eq(wait - 1)
+        m.d.sync += frames.eq(frames + loader.begins - (self.index.valid & self.index.ready))
+        return (wait == 0) & (frames != _FRAMES)

@@ -4,175 +4,141 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
-from amaranth.lib import data, wiring
+from amaranth import Cat, Module, Signal, Value, signed, unsigned
+from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
-from tfra.hdl.comparator_tree import ComparatorTree
-from tfra.hdl.pipeline import delayed
-from tfra.hdl.sweep_lanes import lane_levels
+from tfra.hdl.pipeline import delayed, register, walk
+from tfra.hdl.sweep_lanes import row_layout, unit_shift
+from tfra.hdl.sweep_passes import measured_sum
 from tfra.model.design import Design
 from tfra.model.fixed.sweep import tolerance
 from tfra.model.fixed.widths import widths
 
-
-def limit_latency(design: Design) -> int:
-    """Cycles from the comparator tree's output to the largest B^z of the plateau; an adder if there is a tolerance."""
-    return 2 if tolerance(design).any() else 1
+_DISTANCE = 2
+"""Cycles from a row to its B^xy: difference, magnitude."""
+_REPLAY = 3
+"""Cycles from the read of a row to its turn: memory, its register, comparison with the limit."""
 
 
 def judge_latency(design: Design) -> int:
-    """Cycles from the sums of the last pass to the index: twice through the tree, two turns for every row."""
-    return 3 + 2 * lane_levels(design) + limit_latency(design) + 2 * design.sweep_passes
+    """Cycles from the row of the last candidate to the pulse ``found``; all rows once more if there is a tolerance."""
+    again = design.search.steps + _REPLAY if tolerance(design).any() else 0
+    return _DISTANCE + 1 + again
 
 
 class Judge(wiring.Component):
     """Choose: smallest B^xy of those within the tolerance of the smallest B^z, the first of equals.
 
-    B^z of a row enters the tree as the pass ends; ``lowest`` is the minimum over the rows.  When it stands, every
-    row enters twice: ``v = xy`` where it is not negative, then ``-v - 1`` where it is, so that one adder behind
-    the tree instead of one per lane makes |v|.  Last, (|v|, number) is compared with the best so far.
+    ::
 
-    Resources: a comparator per lane, a :class:`ComparatorTree` of P keys, a memory of the rows if there are several.
+        z -----------> smallest so far? --> plateau --.
+        xy -- minus measured sum -- |.| -- B^xy ------+--> smallest of the plateau so far --> index
+
+    Without a tolerance a smaller B^z begins a new plateau, and an equal one belongs to it: rows are judged as they
+    come.  With a tolerance the plateau is known when all rows are: they wait in a memory and are judged from there,
+    while rows of the next frame take their places.
+
+    Resources: two comparators, two adders; with a tolerance a memory of K + 1 rows, a comparator and an adder more.
     """
 
     def __init__(self, design: Design) -> None:
-        self._design, w = design, widths(design)
-        lanes = design.architecture.sweep_lanes
+        self._design = design
         super().__init__(
             {
-                "z": In(unsigned(w.b_z)).array(lanes),
-                "xy": In(signed(w.b_xy + 1)).array(lanes),
-                "ended": In(1),  # the cycle before a row stands
-                "stands": Out(1),  # the cycle in which z and xy are a row
-                "idle": In(1),
-                "exponent": In(count(design.adc.bits - 1)),
-                "found": Out(1),  # a pulse, one cycle before index stands
+                "row": In(row_layout(design)),
+                "measured": In(unsigned(measured_sum(design))),
+                "exponent": In(payloads.frame_facts(design)["exponent"].shape),
+                "found": Out(1),  # a pulse, while index stands
                 "index": Out(payloads.sweep_index(design)),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        passes, lanes, bits = self._design.sweep_passes, len(self.z), widths(self._design).b_xy + 1
-        m.submodules.tree = tree = ComparatorTree(lanes, bits)
-        row, final = Signal(count(passes - 1)), Signal()
-        m.d.sync += self.stands.eq(self.ended)
-        m.d.comb += final.eq(row == passes - 1)
-        with m.If(self.stands):
-            m.d.sync += row.eq(row + 1)
-        with m.If(self.idle):
-            m.d.sync += row.eq(0)
-        # The first keys reach the limit's comparators in the cycle in which it stands, two behind their turn.
-        begin = delayed(m, self.ended & final, tree.latency + limit_latency(self._design) - 1, control=True)
-        turn, turning, last_turn = self._turns(m, begin)
-        rows = self._rows(m, row, turn)
-        limit = self._limit(m, tree)
-        self._keys(m, tree, rows, limit, final, delayed(m, turn, 2))
-        valid = delayed(m, turning, 3 + tree.latency, control=True)
-        self._best(m, tree, valid)
-        m.d.comb += self.found.eq(delayed(m, last_turn, 4 + tree.latency, control=True))
+        number, z = self._number(m), self.row.z
+        steps = self._design.search.steps
+        last = number == steps
+        # Lanes of the last pass may have no candidate.
+        valid = self.row.valid & (number <= steps) if (1 << len(number)) - 1 > steps else self.row.valid
+        lowest = Signal(len(z), reset_less=True)
+        lower = valid & ((number == 0) | (z < lowest))
+        with m.If(lower):
+            m.d.sync += lowest.eq(z)
+        distance, place = self._distance(m), delayed(m, number, _DISTANCE)
+        if tolerance(self._design).any():
+            complete = register(m, valid & last, control=True)
+            rows = self._rows(m, place, Cat(distance, delayed(m, z, _DISTANCE)), valid, complete)
+            self._plateau(m, rows, self._limit(m, lowest, complete), complete)
+        else:
+            fresh, equal = delayed(m, lower, _DISTANCE), delayed(m, valid & (z == lowest), _DISTANCE)
+            self._best(m, distance, place, equal, fresh)
+        m.d.comb += self.found.eq(delayed(m, valid & last, judge_latency(self._design), control=True))
         return m
 
-    def _turns(self, m: Module, begin: Value) -> tuple[Signal, Signal, Value]:
-        """Count every row twice."""
-        last = 2 * self._design.sweep_passes - 1
-        turn, turning, ends = Signal(count(last)), Signal(), Signal()
-        m.d.comb += ends.eq(turning & (turn == last))
-        with m.If(turning):
-            m.d.sync += turn.eq(turn + 1)
-        with m.If(ends):
-            m.d.sync += turning.eq(0)
-        with m.If(begin):
-            m.d.sync += [turn.eq(0), turning.eq(1)]
-        return turn, turning, ends
+    def _number(self, m: Module) -> Signal:
+        """Candidate of the row; the last pass has rows beyond K."""
+        rows = self._design.sweep_passes * self._design.architecture.sweep_lanes
+        return walk(m, self.row.valid, rows)[0]
 
-    def _rows(self, m: Module, row: Value, turn: Value) -> list[tuple[Value, Value]]:
-        """B^z and xy of every lane, two cycles behind ``turn``; a single row stays in the lanes."""
-        pairs = list(zip(self.z, self.xy, strict=True))
-        if self._design.sweep_passes == 1:
-            return pairs
-        return [self._row(m, Cat(*pair), row, turn) for pair in pairs]
-
-    def _row(self, m: Module, pair: Value, row: Value, turn: Value) -> tuple[Value, Value]:
-        """One lane's pairs; a memory of its own, since some tools choke on a word of thousands of bits."""
-        rows = Memory(shape=unsigned(len(pair)), depth=self._design.sweep_passes, init=[])
-        m.submodules += rows
-        write, read = rows.write_port(), rows.read_port()
-        m.d.comb += [
-            write.addr.eq(row),
-            write.en.eq(self.stands),
-            write.data.eq(pair),
-            read.addr.eq(turn >> 1),
-            read.en.eq(1),
+    def _distance(self, m: Module) -> Signal:
+        """B^xy of the row."""
+        bits = widths(self._design).b_xy
+        difference, distance = Signal(signed(bits + 1), reset_less=True), Signal(bits, reset_less=True)
+        m.d.sync += [
+            difference.eq(self.row.xy - (self.measured << unit_shift(self._design))),
+            distance.eq((difference ^ difference[-1].replicate(bits + 1)) + difference[-1]),
         ]
-        held, bits = delayed(m, read.data, 1), widths(self._design).b_z
-        return held[:bits], held[bits:].as_signed()
+        return distance
 
-    def _limit(self, m: Module, tree: ComparatorTree) -> Value:
-        """The largest B^z of the plateau: minimum over the rows plus tolerance."""
-        bits = widths(self._design).b_z
-        lowest, least = Signal(bits, reset_less=True), tree.least[:bits]
-        fresh = delayed(m, self.stands, 1 + tree.latency, control=True)
-        with m.If(fresh & (least < lowest)):
-            m.d.sync += lowest.eq(least)
-        with m.If(self.idle):
-            m.d.sync += lowest.eq((1 << bits) - 1)
-        if not tolerance(self._design).any():
-            return lowest
-        slack, limit = Signal(bits, reset_less=True), Signal(bits + 1, reset_less=True)
+    def _best(self, m: Module, distance: Value, place: Value, on: Value, fresh: Value) -> None:
+        """The first smallest distance of the rows ``on`` the plateau, which begins anew with a ``fresh`` one."""
+        best = Signal(len(distance), reset_less=True)
+        with m.If(fresh | (on & (distance < best))):
+            m.d.sync += [best.eq(distance), self.index.eq(place)]
+
+    def _limit(self, m: Module, lowest: Value, complete: Value) -> Signal:
+        """The largest B^z of the plateau."""
+        slack = Signal(len(lowest), reset_less=True)
+        limit = Signal(len(lowest) + 1, reset_less=True)
         with m.Switch(self.exponent):
             for exponent, value in enumerate(tolerance(self._design)):
                 with m.Case(exponent):
                     m.d.sync += slack.eq(int(value))
-        m.d.sync += limit.eq(lowest + slack)
+        with m.If(complete):
+            m.d.sync += limit.eq(lowest + slack)
         return limit
 
-    def _keys(
-        self,
-        m: Module,
-        tree: ComparatorTree,
-        rows: list[tuple[Value, Value]],
-        limit: Value,
-        final: Value,
-        turn: Value,
-    ) -> None:
-        """Tree's input: B^z of the row that stands, else xy (or its complement) of a row from the memory.
-
-        Lanes of the last row beyond candidate K get a one on top, as do those that this turn is not for.
-        """
-        passes, bits, lanes = self._design.sweep_passes, widths(self._design).b_xy, len(rows)
-        mirrored, in_last = turn[0], (turn >> 1) == passes - 1
-        for lane, (z, xy) in enumerate(rows):
-            beyond = (passes - 1) * lanes + lane >= self._design.candidates
-            key = Signal(bits + 1, reset_less=True)
-            distance = (xy ^ mirrored.replicate(bits + 1))[: bits + 1]
-            out = (z > limit) | distance[bits] | (in_last & beyond)
-            m.d.sync += key.eq(Cat(distance[:bits], out))
-            with m.If(self.stands):
-                m.d.sync += key.eq(self.z[lane] | ((final & beyond) << bits))
-            m.d.comb += tree.keys[lane].eq(key)
-
-    def _best(self, m: Module, tree: ComparatorTree, valid: Value) -> None:
-        """Smallest (|v|, number) of all turns; the numbers of a row begin at ``base``."""
-        lanes, bits = self._design.architecture.sweep_lanes, widths(self._design).b_xy
-        number = count(self._design.sweep_passes * lanes - 1).width
-        base, mirrored = Signal(number), Signal()
-        layout = data.StructLayout({"number": number, "distance": bits, "out": 1})
-        entry, best = Signal(layout, reset_less=True), Signal(layout, reset_less=True)
-        m.d.sync += [
-            entry.number.eq(base + tree.place),
-            entry.distance.eq(tree.least[:bits] + mirrored),
-            entry.out.eq(tree.least[bits]),
+    def _rows(self, m: Module, place: Value, row: Value, valid: Value, complete: Value) -> tuple[Value, Value, Value]:
+        """Keep every row; when all are there, hand out places, words and marks, a cycle ahead of their turn."""
+        last, wait = self._design.search.steps, _REPLAY - 1
+        m.submodules.rows = rows = Memory(shape=unsigned(len(row)), depth=last + 1, init=[])
+        write, read = rows.write_port(), rows.read_port()
+        turn, turning = Signal(count(last)), Signal()
+        with m.If(turning):
+            m.d.sync += [turn.eq(turn + 1), turning.eq(turn != last)]
+        with m.If(complete):
+            m.d.sync += [turn.eq(0), turning.eq(1)]
+        m.d.comb += [
+            write.addr.eq(place),
+            write.data.eq(row),
+            write.en.eq(delayed(m, valid, _DISTANCE, control=True)),
+            read.addr.eq(turn),
+            read.en.eq(1),
         ]
-        with m.If(valid):
-            m.d.sync += [mirrored.eq(~mirrored), base.eq(Mux(mirrored, base + lanes, base))]
-        entered = delayed(m, valid, 1, control=True)
-        with m.If(entered & (entry.as_value() < best.as_value())):
-            m.d.sync += best.eq(entry)
-        with m.If(self.idle):
-            m.d.sync += [base.eq(0), mirrored.eq(0), best.as_value().eq((1 << layout.size) - 1)]
-        m.d.comb += self.index.eq(best.number)
+        return delayed(m, turn, wait), delayed(m, read.data, wait - 1), delayed(m, turning, wait, control=True)
+
+    def _plateau(self, m: Module, rows: tuple[Value, Value, Value], limit: Value, complete: Value) -> None:
+        """Judge the kept rows; the first on the plateau is fresh."""
+        place, words, turning = rows
+        bits = widths(self._design).b_xy
+        on, begun = Signal(), Signal()
+        m.d.sync += on.eq(turning & (words[bits:] <= limit))
+        with m.If(complete):
+            m.d.sync += begun.eq(0)
+        with m.Elif(on):
+            m.d.sync += begun.eq(1)
+        self._best(m, delayed(m, words[:bits], 1), delayed(m, place, 1), on, on & ~begun)

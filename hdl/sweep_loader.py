@@ -12,35 +12,43 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
-from tfra.hdl.pipeline import delayed
+from tfra.hdl.pipeline import delayed, walk
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import distinct
 from tfra.model.fixed.widths import widths
 
 PLACES = 4
 """Cycles a quad of q takes: one per word."""
-FOLDED = 5
+TURN = 3
+"""Cycles from the last quad of e0 to the first of e1; even the p of a single quad is written before its read."""
+FOLDED = 4
 """Cycles from a quad's transfer to its words behind the butterfly."""
-_READ = FOLDED - 1
-"""Cycles from a quad's transfer to the read of its p and stress."""
+TAXEL = FOLDED + 1
+"""Cycles from a quad's transfer to its first taxel."""
+_READ = FOLDED - 2
+"""Cycles from a quad's transfer to the read of its p, which a register follows: memories are slow."""
 
 
 def folded_taxel(design: Design) -> data.StructLayout:
-    """One taxel behind the butterfly; ``measured`` marks the slot behind a frame's last one."""
+    """One taxel behind the butterfly with what its frame's facts say of it."""
     w = widths(design)
     words = {"p": signed(w.vector), "q": signed(w.vector), "stress": signed(w.stress)}
-    return data.StructLayout({**words, "valid": 1, "measured": 1})
+    facts = {"negative": 1, "exponent": payloads.frame_facts(design)["exponent"].shape}
+    return data.StructLayout({**words, **facts, "valid": 1})
 
 
 class Loader(wiring.Component):
-    """Collect a frame's quads and hand out its taxels.
+    """Hand out a frame's taxels, four cycles for each quad of e1.
 
-    Dataflow of ``normal``, by cycles behind the transfer: 1 held, 2 (g read and held), 3 minus g, 4 and 5
-    butterfly.  Quads of e0 then go to the memory of g, which keeps p from here on.  Quads of e1 stay for four
-    cycles, while p, q and stress are picked word by word; words of mirror taxels that are the same one are left
-    out (``valid`` is low).  ``measured`` follows the last quad's last word.
+    Dataflow of ``normal``, by cycles behind the transfer: 1 held with g, 2 minus g, 3 and 4 butterfly.  Quads of e0
+    then go to the memory of p.  Quads of e1 stay for four cycles, while p, q and stress are picked word by word;
+    words of mirror taxels that are the same one are left out (``valid`` is low).
 
-    Resources: 12 adders of the vector width, memories of Q vector quads and Q stress quads.
+    Quads of e0 are taken with g, one a cycle; those of e1 with stress, one in ``PLACES`` cycles, the first ``TURN``
+    cycles behind e0 at the earliest and a cycle behind ``free`` and facts; e0 of the next frame ``PLACES`` cycles
+    behind e1.
+
+    Resources: 12 adders of the vector width, a memory of Q vector quads.
     """
 
     def __init__(self, design: Design) -> None:
@@ -51,97 +59,79 @@ class Loader(wiring.Component):
                 "stress": In(stream.Signature(payloads.stress_quad(design))),
                 "g": In(stream.Signature(vector)),
                 "normal": In(stream.Signature(vector)),
-                "known": In(1),  # direction and exponent are there
-                "done": In(1),  # the frame is over
-                "idle": Out(1),  # no frame has begun to be swept
+                "direction": In(stream.Signature(payloads.direction(design))),
+                "frame": In(stream.Signature(payloads.frame_facts(design))),
+                "free": In(1),  # e1 of a frame may begin in the next cycle
+                "begins": Out(1),  # the first quad of e1 is taken
+                "ends": Out(1),  # the last quad of e1 is taken
                 "taxel": Out(folded_taxel(design)),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        step, number, behind = Signal(range(5)), self._number(), self._number()
-        in_stress, in_g, in_e0, in_e1 = (step == k for k in range(4))
-        pause = Signal(range(PLACES))
-        took_stress, took_g = self.stress.valid & in_stress, self.g.valid & in_g
-        flow = (in_e0 & self.known) | (in_e1 & (pause == 0))
-        took_e0, took_e1 = self.normal.valid & flow & in_e0, self.normal.valid & flow & in_e1
+        sloping, number, place = Signal(), Signal(count(self._design.quads - 1)), Signal(range(PLACES))
+        first, last = number == 0, number == self._design.quads - 1
+        begun = Signal()  # a register, since the way from here to the queues' reads is long
+        with m.If(self.ends):
+            m.d.sync += begun.eq(0)
+        with m.Elif(self.free & self.direction.valid & self.frame.valid):
+            m.d.sync += begun.eq(1)
+        flow = (place == 0) & Mux(sloping, begun & self.stress.valid, self.g.valid)
+        took = Signal()
+        took_e0, took_e1 = took & ~sloping, took & sloping
         m.d.comb += [
-            self.stress.ready.eq(in_stress),
-            self.g.ready.eq(in_g),
+            took.eq(self.normal.valid & flow),
             self.normal.ready.eq(flow),
-            self.idle.eq(in_stress),
+            self.g.ready.eq(took_e0),
+            self.begins.eq(took_e1 & first),
+            self.ends.eq(took_e1 & last),
         ]
-        last = number == self._design.quads - 1
-        with m.If(took_stress | took_g | took_e0 | took_e1):
+        with m.If(took):
             m.d.sync += number.eq(Mux(last, 0, number + 1))
             with m.If(last):
-                m.d.sync += step.eq(step + 1)
-        with m.If(self.done):
-            m.d.sync += step.eq(0)
-        # One cycle between e0 and e1, so that even the p of a single quad is written before it is read.
-        with m.If(took_e0 | took_e1):
-            m.d.sync += pause.eq(Mux(in_e0, 1, PLACES - 1))
-        with m.Elif(pause != 0):
-            m.d.sync += pause.eq(pause - 1)
-        self._vectors(m, number, behind, took_stress, took_g, took_e0, took_e1, took_e1 & last)
+                m.d.sync += sloping.eq(~sloping)
+        with m.If(took_e1):
+            m.d.sync += place.eq(1)
+        with m.Elif(took_e0 & last):
+            m.d.sync += place.eq(PLACES - TURN + 1)
+        with m.Elif(place != 0):
+            m.d.sync += place.eq(place + 1)
+        leaving = delayed(m, self.ends, PLACES - 1, control=True)
+        m.d.comb += [self.direction.ready.eq(leaving), self.frame.ready.eq(leaving)]
+        self._taxels(m, place, self._later(m, took_e0), self._later(m, took_e1))
         return m
 
-    def _number(self) -> Signal:
-        return Signal(count(self._design.quads - 1))
-
-    def _vectors(
-        self,
-        m: Module,
-        number: Value,
-        behind: Signal,
-        took_stress: Value,
-        took_g: Value,
-        took_e0: Value,
-        took_e1: Value,
-        took_last: Value,
-    ) -> None:
-        """Memories and butterfly; ``behind`` is the quad that leaves the butterfly next."""
-        q = self._design.quads
-        m.submodules.base = base = Memory(shape=payloads.vector_quad(self._design), depth=q, init=[])
-        m.submodules.stresses = stresses = Memory(shape=payloads.stress_quad(self._design), depth=q, init=[])
-        e0, e1 = self._later(m, took_e0), self._later(m, took_e1)
-        write, read, write_stress, read_stress = (
-            base.write_port(),
-            base.read_port(),
-            stresses.write_port(),
-            stresses.read_port(),
-        )
-        offset = Signal(payloads.vector_quad(self._design), reset_less=True)
-        words = self._butterfly(m, took_e0 | took_e1, offset)
-        m.d.sync += offset.eq(Mux(e0[1], read.data.as_value(), 0))
+    def _taxels(self, m: Module, place: Value, e0: Value, e1: Value) -> None:
+        """Memory of p and the picking; bit k of ``e0`` and ``e1``: such a quad was taken k cycles ago."""
+        q, i = self._design.quads, self.taxel
+        m.submodules.memory = memory = Memory(shape=payloads.vector_quad(self._design), depth=q, init=[])
+        write, read = memory.write_port(), memory.read_port()
+        words = self._butterfly(m, e0[0], e1[0])
+        behind, _ = walk(m, e0[FOLDED] | e1[FOLDED], q, "behind")  # the quad that leaves the butterfly next
         m.d.comb += [
-            write.addr.eq(Mux(took_g, number, behind)),
-            write.data.eq(Mux(took_g, self.g.payload.as_value(), Cat(words))),
-            write.en.eq(took_g | e0[FOLDED]),
-            read.addr.eq(Mux(took_e0, number, behind)),
-            read.en.eq(took_e0 | e1[_READ]),
-            write_stress.addr.eq(number),
-            write_stress.data.eq(self.stress.payload),
-            write_stress.en.eq(took_stress),
-            read_stress.addr.eq(behind),
-            read_stress.en.eq(e1[_READ]),
+            write.addr.eq(behind),
+            write.data.eq(Cat(words)),
+            write.en.eq(e0[FOLDED]),
+            read.addr.eq(behind),
+            read.en.eq(e1[_READ]),
+            self.stress.ready.eq(e1[PLACES - 1]),
         ]
-        with m.If(e0[FOLDED] | e1[FOLDED]):
-            m.d.sync += behind.eq(Mux(behind == q - 1, 0, behind + 1))
-        place = Signal(range(PLACES))
-        keep = self._keep(m, behind, e1[_READ])
-        m.d.sync += place.eq(Mux(e1[_READ], 0, place + 1))
+        keep = self._keep(m, behind, e1[FOLDED - 1])
+        stress = data.View(payloads.stress_quad(self._design), delayed(m, self.stress.payload.as_value(), 1))
+        p = data.View(payloads.vector_quad(self._design), delayed(m, read.data.as_value(), 1))
+        picked = delayed(m, place, FOLDED)
         m.d.sync += [
-            self.taxel.p.eq(self._pick(read.data, place)),
-            self.taxel.q.eq(self._pick(words, place)),
-            self.taxel.stress.eq(self._pick(read_stress.data, place)),
-            self.taxel.valid.eq(e1[FOLDED : FOLDED + PLACES].any() & keep.bit_select(place, 1)),
-            self.taxel.measured.eq(delayed(m, took_last, FOLDED + PLACES, control=True)),
+            i.p.eq(self._pick(p, picked)),
+            i.q.eq(self._pick(words, picked)),
+            i.stress.eq(delayed(m, self._pick(stress, delayed(m, place, 1)), FOLDED - 1)),
+            i.negative.eq(delayed(m, self.direction.payload.negative, FOLDED)),
+            i.exponent.eq(delayed(m, self.frame.payload.exponent, FOLDED)),
+            i.valid.eq(e1[FOLDED : FOLDED + PLACES].any() & keep.bit_select(picked, 1)),
         ]
 
     @staticmethod
-    def _pick(words: Sequence[Value], place: Value) -> Value:
+    def _pick(words: Sequence[Value] | data.View, place: Value) -> Value:
         """One of four words: a multiplexer, where indexing a view would take a multiplier for the bit's place."""
         return Array(words[k] for k in range(PLACES))[place]
 
@@ -152,21 +142,22 @@ class Loader(wiring.Component):
         m.d.sync += seen.eq(Cat(pulse, seen))
         return Cat(pulse, seen)
 
-    def _butterfly(self, m: Module, took: Value, offset: data.View) -> list[Value]:
-        """``butterfly(normal - offset)`` modulo the word, which holds p and q by proof."""
+    def _butterfly(self, m: Module, took_e0: Value, took_e1: Value) -> list[Value]:
+        """``butterfly(e0 - g)`` or ``butterfly(e1)`` modulo the word, which holds p and q by proof."""
         bits = widths(self._design).vector
-        held = Signal(payloads.vector_quad(self._design), reset_less=True)
-        with m.If(took):
-            m.d.sync += held.eq(self.normal.payload)
-        same = delayed(m, held.as_value(), 1)
-        same = data.View(payloads.vector_quad(self._design), same)
+        vector = Signal(payloads.vector_quad(self._design), reset_less=True)
+        offset = Signal(payloads.vector_quad(self._design), reset_less=True)
+        with m.If(took_e0 | took_e1):
+            m.d.sync += [vector.eq(self.normal.payload), offset.eq(self.g.payload)]
+        with m.If(took_e1):
+            m.d.sync += offset.as_value().eq(0)
 
         def register(value: Value) -> Signal:
             word = Signal(signed(bits), reset_less=True)
             m.d.sync += word.eq(value)
             return word
 
-        a, b, c, d = (register(same[k] - offset[k]) for k in range(4))
+        a, b, c, d = (register(vector[k] - offset[k]) for k in range(4))
         plus, minus, plus2, minus2 = register(a + b), register(a - b), register(c + d), register(c - d)
         return [register(v) for v in (plus + plus2, minus + minus2, plus - plus2, minus - minus2)]
 

@@ -1,52 +1,61 @@
-"""The sweep's loop: all taxels once per P candidates, with x of the first of them."""
+"""The sweep's loop: all taxels once per P candidates, with x and y of the first of them."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Module, Mux, Signal, Value, signed
-from amaranth.lib import data, wiring
+from amaranth import Module, Mux, Signal, Value, signed, unsigned
+from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
+from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
-from tfra.hdl.pipeline import delayed, product_latency, registered_product
-from tfra.hdl.sweep_loader import folded_taxel
+from tfra.hdl.pipeline import delayed, product_latency, registered_product, walk
+from tfra.hdl.sweep_lanes import grid_stress, lanes_latency, swept_taxel, swept_words, unit_shift
+from tfra.hdl.sweep_loader import PLACES, TAXEL, folded_taxel
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
-
-def swept_words(design: Design) -> data.StructLayout:
-    """What a pass reads and writes of one taxel; ``b`` is its stress, or minus the sum of all positive ones."""
-    w = widths(design)
-    return data.StructLayout({"x": signed(w.candidate), "q": signed(w.vector), "b": signed(w.magnitude + 1)})
-
-
-def swept_taxel(design: Design) -> data.StructLayout:
-    """One step of the lanes; ``measured`` marks a pass's last, whose ``b`` enters the sums whatever its sign."""
-    return data.StructLayout({"words": swept_words(design), "valid": 1, "measured": 1})
+_AGAIN = 3
+"""Cycles from the read of the memory to the lanes: memory, its register, the lanes' input."""
 
 
 def pass_interval(design: Design) -> int:
-    """Cycles between two passes: the taxels, the measured sum and one to clear the lanes.
+    """Cycles between the ends of two passes: the taxels and the end marker.
 
-    The smallest arrays wait a little for ``x + P q``, which must be written before it is read again.
+    With many lanes the loop through lanes and memory is longer, or the read-out of the rows before the next.
     """
-    loop = 4 + product_latency(design.architecture.sweep_lanes)
-    return max(design.sensor.taxels + 2, loop)
+    lanes = design.architecture.sweep_lanes
+    return max(design.sensor.taxels + 1, lanes + 1 + _AGAIN, lanes + lanes_latency(design))
+
+
+def frame_wait(design: Design) -> int:
+    """Cycles from taking the last quad of q to taking the next frame's first at the earliest: further passes."""
+    interval, first = pass_interval(design), PLACES * design.quads
+    return (design.sweep_passes - 1) * interval + max(first + 1, interval) - (first - PLACES)
+
+
+def measured_sum(design: Design) -> int:
+    """Bits of K times the sum of all positive stress."""
+    return widths(design).magnitude + design.search.steps.bit_length()
 
 
 class Passes(wiring.Component):
-    """Let the taxels run past the lanes, once per P candidates, each time with ``x`` of the pass's first one.
+    """Let the taxels run past the lanes, once per P candidates.
 
-    ``x = K (p - [negative] q)`` in the first pass, as the taxels come; ``x + P q`` in the next, from a memory of
-    ``m + 1`` entries.  The last entry is the measured sum: with ``x = q = 0`` and ``b`` = minus the sum of positive
-    stress it subtracts M from what the lanes sum.
+    ``x = K (p - [negative] q)`` and ``y = K b - x`` in the first pass, as the taxels come; then, what the last lane
+    made of them, from a memory of ``m`` entries.  An end marker follows every pass.
 
-    Candidates up to K fit ``widths.candidate``; x wraps beyond, where nothing looks at it, and the wrap does not
+    Candidates up to K fit the words; x and y wrap beyond, where nothing looks at them, and the wrap does not
     spread, since additions are modular.
 
-    Resources: a constant product each by K and P, three adders.
+    Members:
+        i: the loader's taxels; ``ends``: it takes a frame's last quad.
+        o, back: to the first lane, and from the last.
+        measured, exponent: K times the sum of positive stress and the frame's exponent, from its first row on.
+
+    Resources: two constant products by K, three adders.
     """
 
     def __init__(self, design: Design) -> None:
@@ -54,82 +63,74 @@ class Passes(wiring.Component):
         super().__init__(
             {
                 "i": In(folded_taxel(design)),
-                "negative": In(1),
-                "idle": In(1),
+                "ends": In(1),
                 "o": Out(swept_taxel(design)),
+                "back": In(swept_taxel(design)),
+                "measured": Out(unsigned(measured_sum(design))),
+                "exponent": Out(payloads.frame_facts(design)["exponent"].shape),
             }
         )
 
+    @staticmethod
+    def latency(design: Design) -> int:
+        """Cycles from taking the last quad of q to its end marker at the first lane."""
+        return TAXEL + PLACES + 2 + product_latency(design.search.steps)
+
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        first = self._first_pass(m)
-        if self._design.sweep_passes == 1:
-            m.d.sync += self.o.eq(first)
-            return m
-        m.submodules.memory = memory = Memory(
-            shape=swept_words(self._design), depth=self._design.sensor.taxels + 1, init=[]
-        )
-        self._write(m, memory)
-        words, valid, measured = self._read(m, memory, first.measured)
-        m.d.sync += [
-            self.o.words.eq(Mux(valid, words.as_value(), first.words.as_value())),
-            self.o.valid.eq(first.valid | valid),
-            self.o.measured.eq(first.measured | measured),
-        ]
+        begin = delayed(m, self.ends, self.latency(self._design) - _AGAIN, control=True)
+        complete = delayed(m, begin, _AGAIN - 1, control=True)
+        ended: Value = complete
+        x, b, slope, valid = self._first_pass(m)
+        self._measure(m, b, valid, complete)
+        words = self.o.words
+        m.d.sync += [words.x.eq(x), words.y.eq((b << unit_shift(self._design)) - x), words.q.eq(slope)]
+        if self._design.sweep_passes > 1:
+            again, valid_again, ended_again = self._further_passes(m, begin)
+            with m.If(valid_again):
+                m.d.sync += words.eq(again)
+            valid, ended = valid | valid_again, ended | ended_again
+        m.d.sync += [self.o.valid.eq(valid), self.o.ended.eq(ended)]
         return m
 
-    def _first_pass(self, m: Module) -> data.View:
-        design, w, i = self._design, widths(self._design), self.i
-        positive = Signal(signed(w.magnitude + 1), reset_less=True)
+    def _first_pass(self, m: Module) -> tuple[Value, Value, Value, Value]:
+        """K (p - [negative] q), K b, q and whether they are a taxel."""
+        w, i, steps = widths(self._design), self.i, self._design.search.steps
         start = Signal(signed(w.vector + 1), reset_less=True)
-        slope = Signal(signed(w.vector), reset_less=True)
-        b = Signal(signed(w.magnitude + 1), reset_less=True)
-        with m.If(self.idle):
-            m.d.sync += positive.eq(0)
-        with m.Elif(i.valid & (i.stress > 0)):
-            m.d.sync += positive.eq(positive - i.stress)
-        m.d.sync += [start.eq(i.p - Mux(self.negative, i.q, 0)), slope.eq(i.q), b.eq(i.stress)]
-        with m.If(i.measured):
-            m.d.sync += [start.eq(0), slope.eq(0), b.eq(positive)]
-        wait, steps = product_latency(design.search.steps), design.search.steps
-        first = Signal(swept_taxel(design))
-        m.d.comb += [
-            first.words.x.eq(registered_product(m, start, steps)),
-            first.words.q.eq(delayed(m, slope, wait)),
-            first.words.b.eq(delayed(m, b, wait)),
-            first.valid.eq(delayed(m, i.valid | i.measured, 1 + wait, control=True)),
-            first.measured.eq(delayed(m, i.measured, 1 + wait, control=True)),
-        ]
-        return first
+        m.d.sync += start.eq(i.p - Mux(i.negative, i.q, 0))
+        wait = product_latency(steps)
+        x = registered_product(m, start, steps)
+        b = registered_product(m, delayed(m, i.stress, 1), steps)
+        return x, b, delayed(m, i.q, 1 + wait), delayed(m, i.valid, 1 + wait, control=True)
 
-    def _write(self, m: Module, memory: Memory) -> None:
-        """``x + P q`` of every entry, in order, behind the lanes' input."""
-        lanes, last = self._design.architecture.sweep_lanes, self._design.sensor.taxels
-        wait = product_latency(lanes)
-        write, address = memory.write_port(), Signal(count(last))
-        now = data.View(swept_words(self._design), delayed(m, self.o.words.as_value(), wait))
-        then = Signal(swept_words(self._design), reset_less=True)
-        m.d.sync += [
-            then.x.eq(now.x + registered_product(m, self.o.words.q, lanes)),
-            then.q.eq(now.q),
-            then.b.eq(now.b),
-        ]
-        valid = delayed(m, self.o.valid, 1 + wait, control=True)
-        m.d.comb += [write.addr.eq(address), write.data.eq(then), write.en.eq(valid)]
-        with m.If(valid):
-            m.d.sync += address.eq(Mux(address == last, 0, address + 1))
+    def _measure(self, m: Module, b: Value, valid: Value, complete: Value) -> None:
+        """Sum K b where it is positive; the end marker's step hands it over and clears it."""
+        total = Signal(measured_sum(self._design))
+        with m.If(valid & ~b[-1]):
+            m.d.sync += total.eq(total + b[: grid_stress(self._design) - 1])
+        exponent = delayed(m, self.i.exponent, 2 + product_latency(self._design.search.steps))
+        with m.If(complete):
+            m.d.sync += [total.eq(0), self.measured.eq(total), self.exponent.eq(exponent)]
 
-    def _read(self, m: Module, memory: Memory, begin: Value) -> tuple[data.View, Value, Value]:
-        """All entries once per further pass; the words, and the marks that go with them."""
-        last, interval = self._design.sensor.taxels, pass_interval(self._design)
-        read, active = memory.read_port(), Signal()
+    def _further_passes(self, m: Module, begin: Value) -> tuple[Value, Value, Value]:
+        """All entries once per further pass: words, valid and end marker for the lanes' input."""
+        last, interval = self._design.sensor.taxels - 1, pass_interval(self._design)
+        memory = Memory(shape=swept_words(self._design), depth=last + 1, init=[])
+        m.submodules.memory = memory
+        write, read = memory.write_port(), memory.read_port()
+        into, _ = walk(m, self.back.valid, last + 1, "into")
+        m.d.comb += [write.addr.eq(into), write.data.eq(self.back.words), write.en.eq(self.back.valid)]
         slot, left = Signal(range(interval)), Signal(count(self._design.sweep_passes - 1))
+        active, ends, reading = left != 0, slot == interval - 1, Signal()
         with m.If(active):
-            m.d.sync += slot.eq(slot + 1)
-            with m.If(slot == interval - 1):
-                m.d.sync += [slot.eq(0), left.eq(left - 1), active.eq(left != 1)]
-        with m.If(delayed(m, begin, interval - (last + 2), control=True)):
-            m.d.sync += [active.eq(1), slot.eq(0), left.eq(self._design.sweep_passes - 1)]
-        valid, measured = active & (slot <= last), active & (slot == last)
-        m.d.comb += [read.addr.eq(slot), read.en.eq(valid)]
-        return read.data, delayed(m, valid, 1, control=True), delayed(m, measured, 1, control=True)
+            m.d.sync += slot.eq(Mux(ends, 0, slot + 1))
+            with m.If(ends):
+                m.d.sync += left.eq(left - 1)
+        with m.If(begin):
+            m.d.sync += left.eq(self._design.sweep_passes - 1)
+        waits = interval - 1 - (last + 1)  # the first taxel at the end of a pass that is longer than its taxels
+        m.d.comb += reading.eq(active & ~ends & (slot >= waits if waits else 1))
+        m.d.comb += [read.addr.eq(walk(m, reading, last + 1, "out")[0]), read.en.eq(1)]
+        wait = _AGAIN - 1
+        valid = delayed(m, reading, wait, control=True)
+        return delayed(m, read.data.as_value(), wait - 1), valid, delayed(m, active & ends, wait, control=True)

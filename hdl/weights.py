@@ -8,9 +8,10 @@ from amaranth import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count, quad
+from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.payloads import frame_facts, vector_quad
+from tfra.hdl.pipeline import walk
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -86,8 +87,5 @@ class Weights(wiring.Component):
 
     def _release(self, m: Module, enter: Signal) -> None:
         """Take the frame's facts with its last quad."""
-        top = self._design.quads - 1
-        number = Signal(count(top))
-        with m.If(enter):
-            m.d.sync += number.eq(Mux(number == top, 0, number + 1))
-        m.d.comb += self.frame.ready.eq(enter & (number == top))
+        _, last = walk(m, enter, self._design.quads)
+        m.d.comb += self.frame.ready.eq(enter & last)

@@ -19,8 +19,10 @@ from typing import Any
 
 import numpy as np
 
+from tfra.hdl.primitives import cell_models
 from tfra.model.cache import cache_directory
 from tfra.model.design import Design
+from tfra.model.errors import InputError
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.words import frame_words, word_bits
 from tfra.sim import tools
@@ -52,15 +54,19 @@ class ProtocolError(RuntimeError):
 
 @dataclass(frozen=True)
 class Netlist:
-    """A core in Verilog: the files in ``directory``, of which ``top.v`` holds the module ``top``."""
+    """A core in Verilog: the files in ``directory``, of which ``top.v`` holds the module ``top``.
+
+    ``models`` are the files to compile with it: behaviour of the cells that it has instances of.
+    """
 
     directory: Path
     top: str
     sidecar: dict[str, Any]
+    models: tuple[Path, ...] = ()
 
     @property
     def verilog(self) -> Path:
-        """The file to compile; others in the directory are there for it to read."""
+        """The core's own file; others in the directory are there for it to read."""
         return self.directory / f"{self.top}.v"
 
     @property
@@ -117,7 +123,7 @@ def simulate(
         probes: Record the streams between blocks; not available in ``"amaranth"``.
 
     Raises:
-        InputError: The simulator is not usable; the message says what to install.
+        InputError: The simulator is not usable, or not for a core with Verilog cells; the message says what is.
         ProtocolError: The core broke a stream's rules or hung.
         SimulationError: Building or running failed.
     """
@@ -125,6 +131,8 @@ def simulate(
     if not codes.size:
         raise ValueError("codes: at least one frame is needed")
     if chosen == "amaranth":
+        if isinstance(core, Netlist) or (core is None and cell_models(design.target)):
+            raise InputError("simulator", chosen, f"can't run Verilog, Icarus can: {tools.ICARUS_INSTALL}")
         job = _job(design, codes, seed, stall_in, stall_out, expected, ())
         return _run(design, job, _run_pysim(design, job, core, progress), chosen)
     cache = cache_directory(build_dir)
@@ -137,23 +145,25 @@ def generated(design: Design, cache: Path) -> Netlist:
     """Return the generated core of ``design``, from ``cache`` if the same sources have made it before."""
     from tfra.codegen.generate import generate
 
-    place = cache / "cores" / f"{design.name}-{_key(repr(design), _sources(), tools.versions())}"
-    with _once(place) as fresh:
+    place = cache / "cores" / f"{design.name}-{digest(repr(design), sources_hash(), tools.versions())}"
+    with once(place) as fresh:
         if fresh:
             generate(design, fresh)
     sidecar = json.loads((place / f"{design.name}.json").read_text())
-    return Netlist(place, design.name, sidecar)
+    return Netlist(place, design.name, sidecar, cell_models(design.target))
 
 
 def built(netlist: Netlist, simulator: str, cache: Path) -> Path:
     """Return the directory of the executable for ``netlist``, from ``cache`` if it is there."""
     watched = [path for probe in netlist.probes for path in (probe.transfer, probe.words)]
     public = tools.public_signals(netlist.top, watched) if simulator == "verilator" else ""
-    key = _key(netlist.verilog.read_text(), public, simulator, tools.versions(), sys.executable)
+    files = (netlist.verilog, *netlist.models)
+    texts = (file.read_text() for file in files)
+    key = digest(*texts, public, simulator, tools.versions(), sys.executable)
     place = cache / "builds" / f"{netlist.top}-{simulator}-{key}"
-    with _once(place) as fresh:
+    with once(place) as fresh:
         if fresh:
-            arguments = ["build", simulator, netlist.top, str(fresh), str(netlist.verilog)]
+            arguments = ["build", simulator, netlist.top, str(fresh), *map(str, files)]
             if public:
                 (fresh / "public.vlt").write_text(public)
                 arguments.append(str(fresh / "public.vlt"))
@@ -282,7 +292,7 @@ def _launch(arguments: list[str], place: Path, environment: dict[str, str], what
 
 
 @contextmanager
-def _once(place: Path) -> Iterator[Path | None]:
+def once(place: Path) -> Iterator[Path | None]:
     """Yield a directory to fill that becomes ``place``, or None if ``place`` is there.
 
     One process fills it while others that want the same wait; it appears complete or not at all.
@@ -304,16 +314,17 @@ def _once(place: Path) -> Iterator[Path | None]:
             shutil.rmtree(fresh, ignore_errors=True)
 
 
-def _key(*parts: str) -> str:
-    digest = hashlib.sha256()
+def digest(*parts: str) -> str:
+    """Return a short hash of texts, for the name of what they make."""
+    hashed = hashlib.sha256()
     for part in parts:
-        digest.update(f"{len(part)} {part}".encode())
-    return digest.hexdigest()[:16]
+        hashed.update(f"{len(part)} {part}".encode())
+    return hashed.hexdigest()[:16]
 
 
-def _sources() -> str:
+def sources_hash() -> str:
     """Return a hash of every source file that the generated Verilog depends on."""
     from tfra import codegen, hdl, model
 
     files = sorted(file for package in (codegen, hdl, model) for file in Path(package.__path__[0]).rglob("*.py"))
-    return _key(*(file.read_text() for file in files))
+    return digest(*(file.read_text() for file in files))

@@ -27,9 +27,6 @@ from tfra.sim.stimuli import Stimuli, mixture
 PATTERNS = ("none", "random", "bursts")
 """Stalls on both ports; each pattern gets every third frame."""
 
-SETTLED = 14
-"""Frames after which the time between two no longer changes."""
-
 LAST_STAGE = "scaling"
 """Where words go wrong that no probe saw."""
 
@@ -221,7 +218,7 @@ def verify(
         mismatches=sum(third.mismatches for third in thirds),
         first=bad.located() if bad else None,
         violations=tuple(f"stalls {third.pattern}: {note}" for third in thirds for note in third.violations),
-        timing=_timing(design, thirds[0].run, core),
+        timing=_timing(design, thirds[0], core),
         status=_histogram(result),
         against_float=_float_errors(design, seen, result),
         against_contact=_contact_errors(seen, result),
@@ -309,6 +306,11 @@ class _Third:
             probes=probes,
         )
 
+    def alone(self) -> int:
+        """Latency of the first frame in an idle core: frames behind it would delay it."""
+        run = self._again(self._codes[:1], self._model(self._codes[:1]).words)
+        return int(run.latency[0])
+
     def located(self) -> Mismatch:
         """Return the first mismatch with everything that a second run with probes can tell."""
         assert self.first is not None
@@ -341,7 +343,12 @@ class _Third:
         return None, None
 
     def _probing(self) -> str | None:
-        """Return a simulator that can watch probes; Amaranth's own does not know the Verilog's names."""
+        """Return a simulator that can watch probes; Amaranth's own does not know the Verilog's names.
+
+        Gates have no probes: synthesis keeps no signal between blocks by its name.
+        """
+        if isinstance(self._core, Netlist) and not self._core.probes:
+            return None
         if self._simulator != "amaranth":
             return self._simulator
         other = tools.choose()
@@ -374,11 +381,15 @@ def _joined(design: Design, stimuli: Stimuli, thirds: list[_Third]) -> tuple[Res
     return decode(design, words), seen
 
 
-def _timing(design: Design, run: Run | None, core: Any) -> Timing:
+def _timing(design: Design, third: _Third, core: Any) -> Timing:
+    """Latency of a frame that is alone, and the interval over the frames that the design's statement is about."""
+    from tfra.hdl.timing import ENOUGH, SETTLED
+
     latency = interval = None
-    if run is not None:
-        latency = int(run.latency[0])
-        interval = math.ceil(run.interval[-2:].mean()) if len(run.words) >= SETTLED else None
+    if third.run is not None:
+        latency = third.alone()
+        settled = third.run.interval[SETTLED : 2 * SETTLED]
+        interval = math.ceil(settled.mean()) if len(third.run.words) >= ENOUGH else None
     return Timing(latency, interval, *_stated(design, core))
 
 

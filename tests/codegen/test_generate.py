@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ DESIGNS = {
         architecture=Architecture(2, 8),
     ),
 }
+DESIGNS["files"] = replace(DESIGNS["even"], name="files", images="readmemh")
 
 
 @pytest.fixture(scope="module", params=DESIGNS, name="made")
@@ -93,11 +95,10 @@ def test_icarus_reads_it_without_a_word(made, tmp_path):
 
 def run_testbench(directory, name):
     """What the generated testbench says in Icarus."""
-    folder = directory / "testbench"
-    compile_ = ["iverilog", "-g2012", "-Wall", "-Wno-timescale", "-o", "tb", f"../{name}.v", f"{name}_tb.v"]
-    done = subprocess.run(compile_, cwd=folder, capture_output=True, text=True, check=True)
+    compile_ = ["iverilog", "-g2012", "-Wall", "-Wno-timescale", "-o", "tb", f"{name}.v", f"testbench/{name}_tb.v"]
+    done = subprocess.run(compile_, cwd=directory, capture_output=True, text=True, check=True)
     assert done.stderr == ""
-    return subprocess.run(["vvp", "-n", "tb"], cwd=folder, capture_output=True, text=True, check=True).stdout
+    return subprocess.run(["vvp", "-n", "tb"], cwd=directory, capture_output=True, text=True, check=True).stdout
 
 
 def test_the_testbench_passes(made, tmp_path):
@@ -106,6 +107,28 @@ def test_the_testbench_passes(made, tmp_path):
     said = run_testbench(tmp_path / "core", design.name)
     count = len((directory / "testbench" / "results.hex").read_text().split())
     assert f"PASSED: {count} words compared, 0 differ" in said
+
+
+def test_files_beside_the_verilog_are_in_the_sidecar(made):
+    design, directory = made
+    listed = json.loads((directory / f"{design.name}.json").read_text())["images"]
+    assert sorted(i["file"] for i in listed) == sorted(p.name for p in directory.glob("*.hex"))
+    assert bool(listed) == (design.images == "readmemh")
+    for image in listed:
+        lines = (directory / image["file"]).read_text().split()
+        assert len(lines) == image["words"]
+        assert {len(line) for line in lines} == {-(-image["bits"] // 4)}
+        assert max(int(line, 16) for line in lines) < 1 << image["bits"]
+
+
+def test_the_testbench_notices_a_wrong_file(tmp_path):
+    design = DESIGNS["files"]
+    facts = generate(design, tmp_path / "core")
+    file = tmp_path / "core" / next(i["file"] for i in facts["images"] if "rom.memory0" in i["file"])
+    lines = file.read_text().splitlines()
+    lines[0] = f"{int(lines[0], 16) ^ 0x100:0{len(lines[0])}x}"
+    file.write_text("\n".join(lines) + "\n")
+    assert "FAILED" in run_testbench(tmp_path / "core", design.name)
 
 
 def test_the_testbench_notices_a_wrong_word(made, tmp_path):

@@ -44,6 +44,6 @@ def test_images_of_a_small_design_are_what_they_were_when_checked_by_hand():
     assert image.shape == (4, 2 + 6 + 1 + 3)
     assert image[:, 0].tolist() == contact.rows[0, :, 0].tolist()
     assert image[:, 1].tolist() == sums.rows[0, :, 0].tolist()
-    c31 = stacks(design)["residual"].operators[1]
+    c31 = stacks(design)["residual"].operators[2]
     assert c31.flip == 1
-    assert image[:, 3].tolist() == c31.rows[0, [1, 0, 3, 2], 0].tolist()
+    assert image[:, 6].tolist() == c31.rows[0, [1, 0, 3, 2], 0].tolist()

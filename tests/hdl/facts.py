@@ -85,7 +85,7 @@ def real_sums(design: Design, codes: Ints) -> tuple[Normalised, Direction, Ints,
     b = butterfly(to_quads(design, frame.stress)) << design.formats.vector_fraction
     contact = matvec(design, "contact", b)
     residual = matvec(design, "residual", weights(contact[:, :q], frame.regular))
-    return frame, direction, contact[:, q:], residual[:, 3 * q :]
+    return frame, direction, contact[:, q:], residual[:, :3]
 
 
 def real_affine(design: Design, codes: Ints) -> tuple[Normalised, Direction, Dependent]:

@@ -41,7 +41,7 @@ def run(
     stall_in: Pattern = flowing,
     stall_out: Pattern = flowing,
     seed: int = 0,
-    limit: int = 200_000,
+    limit: int = 100_000,
 ) -> Recording:
     """Send ``inputs`` (port -> payloads), take ``outputs`` (port -> number of transfers), record them all.
 

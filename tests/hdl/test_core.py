@@ -6,11 +6,15 @@ import random
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 
 from tests.hdl.harness import bursts, flowing, random_stalls, run
 from tfra.hdl.core import Core
+from tfra.hdl.matvec_schedule import Schedule
+from tfra.hdl.timeline import Timeline
 from tfra.hdl.timing import Timing
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.fixed.coefficients import STACKS
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import layout
 from tfra.model.scenes import contact_codes, directed_codes, wild_codes
@@ -73,14 +77,77 @@ def random_design(seed):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_timing_is_what_the_gateware_does(seed):
+    """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
     design = random_design(seed)
-    codes = contact_codes(design, 6, seed)
+    codes = contact_codes(design, 8, seed)
     words, want, _, taken, cycles = stream(design, codes)
+    timeline = Timeline(design, len(codes))
+    assert (words == want).all()
+    start = taken[0]
+    assert (taken - start).tolist() == [frame.taxel for frame in timeline.frames]
+    assert (cycles - start).tolist() == [frame.words for frame in timeline.frames]
+
+
+@pytest.mark.parametrize("seed", range(12, 18))
+def test_a_single_frame_takes_the_stated_latency(seed):
+    design = random_design(seed)
+    words, want, _, taken, cycles = stream(design, contact_codes(design, 1, seed))
     timing = Timing(design)
     assert (words == want).all()
     assert cycles[0, 0] - taken[0] == timing.latency
     assert cycles[0, -1] - taken[0] == timing.frame_latency
-    assert -(-(cycles[-1, -1] - cycles[-3, -1]) // 2) == timing.initiation_interval
+
+
+@pytest.mark.parametrize("seed", [0, 4, 14])
+def test_products_begin_when_the_timeline_says(seed, monkeypatch):
+    """The chart of docs/schedule.md is what the lanes do: every product of frames back to back, in its cycle."""
+    seen = []
+    elaborate = Schedule.elaborate
+
+    def watched(self, platform):
+        m = elaborate(self, platform)
+        seen.append(self)
+        return m
+
+    monkeypatch.setattr(Schedule, "elaborate", watched)
+    design = random_design(seed)
+    codes = contact_codes(design, 6, seed)
+    launches, taxels = launched(design, codes, seen)
+    start = taxels[design.sensor.taxels - 1]
+    timeline = Timeline(design, len(codes))
+    spans = [(span.start - 1, span.what) for span in timeline.spans if span.unit == "matvec"]
+    assert [(cycle - start, stack) for cycle, stack in launches] == spans[: len(launches)]
+    assert len(launches) == 5 * len(codes)
+
+
+def launched(design, codes, seen):
+    """Cycles and stacks of all products, and cycles of all taxels."""
+    core, launches, taxels = Core(design), [], []
+    simulator = Simulator(core)
+    simulator.add_clock(1e-6)
+
+    async def bench(ctx):
+        flat = codes.ravel().tolist()
+        ctx.set(core.result.ready, 1)
+        ctx.set(core.taxel.valid, 1)
+        cycle = 0
+        while len(launches) < 5 * len(codes):
+            if len(taxels) < len(flat):
+                ctx.set(core.taxel.payload, flat[len(taxels)])
+            else:
+                ctx.set(core.taxel.valid, 0)
+            schedule = seen[-1]
+            sampled = core.taxel.valid & core.taxel.ready, schedule.launch & schedule.new, schedule.stack
+            _, _, taken, launch, stack = await ctx.tick().sample(*sampled)
+            if taken:
+                taxels.append(cycle)
+            if launch:
+                launches.append((cycle, STACKS[stack]))
+            cycle += 1
+
+    simulator.add_testbench(bench)
+    simulator.run()
+    return launches, taxels
 
 
 def test_a_wrong_coefficient_is_noticed(monkeypatch):

@@ -1,12 +1,14 @@
-"""Fork, Router, Merge and the spare register keep order and lose nothing under any stalls."""
+"""Fork, Router, Merge, queues of facts, tokens and the spare register keep order and lose nothing under any stalls."""
 
 from __future__ import annotations
 
 import pytest
-from amaranth import unsigned
+from amaranth import Module, signed, unsigned
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
 
 from tests.hdl.harness import PATTERNS, run
-from tfra.hdl.streams import Fork, Merge, Router, Spare
+from tfra.hdl.streams import TOKEN, Facts, Fork, Merge, Router, Spare, Tokens
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)
@@ -20,11 +22,52 @@ def test_every_sink_of_a_fork_sees_everything(stall_in, stall_out):
 
 
 @pytest.mark.parametrize("stall_out", PATTERNS)
-def test_router_follows_its_table_over_frames(stall_out):
-    router = Router(unsigned(8), [(2, [0]), (1, [0, 1]), (3, [1])], 2)
-    seen = run(router, {"i": list(range(12))}, {"o.0": 6, "o.1": 8}, stall_out=stall_out)
-    assert seen.values["o.0"] == [0, 1, 2, 6, 7, 8]
-    assert seen.values["o.1"] == [2, 3, 4, 5, 8, 9, 10, 11]
+def test_router_sends_every_kind_where_its_table_says(stall_out):
+    shape = data.StructLayout({"words": unsigned(8), "kind": unsigned(2)})
+    router = Router(shape, [[0], [0, 1], [1]], 2)
+    quads = [{"words": number, "kind": number % 3} for number in range(12)]
+    seen = run(router, {"i": quads}, {"o.0": 8, "o.1": 8}, stall_out=stall_out)
+    assert seen.values["o.0"] == [n for n in range(12) if n % 3 != 2]
+    assert seen.values["o.1"] == [n for n in range(12) if n % 3 != 0]
+
+
+@pytest.mark.parametrize("stall_in", PATTERNS)
+@pytest.mark.parametrize("stall_out", PATTERNS)
+def test_facts_keep_order_and_only_their_fields(stall_in, stall_out):
+    shape = data.StructLayout({"mu": signed(7), "flag": 1, "rest": 5})
+    values = [{"mu": number - 20, "flag": number & 1, "rest": number % 32} for number in range(40)]
+    facts = Facts(shape, ("mu", "flag"), 4)
+    seen = run(facts, {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
+    assert seen.values["o"] == [value | {"rest": 0} for value in values]
+
+
+def test_facts_wait_for_a_cycle_and_for_as_many_frames_as_told():
+    seen = run(Facts(unsigned(8), (), 3), {"i": list(range(9))}, {"o": 9})
+    assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [Facts.latency] * 9
+    with pytest.raises(AssertionError, match="no end"):
+        run(Facts(unsigned(8), (), 3), {"i": list(range(4))}, {"o": 5}, limit=200)
+
+
+def test_tokens_are_as_many_as_were_given():
+    """Three at first; two pulses make one; no more than three are kept."""
+
+    class Taken(wiring.Component):
+        def __init__(self):
+            self.tokens = Tokens(3, every=2)
+            super().__init__({"give": In(stream.Signature(1)), "o": Out(stream.Signature(TOKEN))})
+
+        def elaborate(self, platform):
+            m = Module()
+            m.submodules.tokens = self.tokens
+            m.d.comb += [self.give.ready.eq(1), self.tokens.give.eq(self.give.valid)]
+            wiring.connect(m, self.tokens.o, wiring.flipped(self.o))
+            return m
+
+    assert len(run(Taken(), {"give": [1] * 8}, {"o": 7}).values["o"]) == 7
+    with pytest.raises(AssertionError, match="no end"):
+        run(Taken(), {"give": [1] * 8}, {"o": 8}, limit=200)
+    with pytest.raises(AssertionError, match="no end"):
+        run(Taken(), {}, {"o": 4}, limit=200)
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)

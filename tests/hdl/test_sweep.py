@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.hdl.harness import PATTERNS, bursts, flowing, run
 from tfra.hdl.pipeline import product_latency
+from tfra.hdl.streams import Buffer, Queue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.sweep_passes import pass_interval
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
@@ -64,7 +68,8 @@ def contacts(design, number, seed):
     model = FixedTfra(design)
     stages = model(codes.reshape(number, design.sensor.rows, design.sensor.columns)).stages
     start = [0, *np.cumsum([stacks(design)[name].quads for name in PRODUCTS])]
-    g = stages["matvec"][:, start[1] : start[1] + design.quads]
+    sums = 3  # quads of sums, ahead of g
+    g = stages["matvec"][:, start[1] + sums : start[1] + sums + design.quads]
     normal = stages["matvec"][:, start[2] : start[4]]
     negative, exponent = centroids(design, codes).negative, normaliser(design, codes).exponent
     return Frames(stages["normaliser"], g, normal, negative, exponent)
@@ -199,28 +204,67 @@ def test_the_data_reaches_ties_and_both_ends():
     assert ((best == best.min(axis=1, keepdims=True)).sum(axis=1) > 1).sum() > 5
 
 
+def predicted(design, cycles):
+    """Cycle of every index from the transfers into the unit, by the rules of Sweep's docstring."""
+    unit, q = Sweep(design), design.quads
+    ready = {name: np.reshape(cycles[name], (-1, q)) + Queue.latency for name in ("stress", "g")}
+    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + Queue.latency
+    facts = np.maximum(cycles["direction"], cycles["frame"]) + Buffer.latency + 1
+    found, entry, behind = [], -unit.frame_interval, 0
+    for n, frame in enumerate(normal):
+        swept, entry = entry + unit.frame_interval, entry + unit.quad_interval - 1
+        for quad, cycle in enumerate(frame[:q]):
+            entry = max(entry + 1, cycle, ready["g"][n, quad])
+        behind = max(entry + unit.turn, swept, facts[n])
+        for quad, cycle in enumerate(frame[q:]):
+            entry = behind = max(behind, cycle, ready["stress"][n, quad])
+            behind += unit.quad_interval
+        found.append(entry + unit.latency - Queue.latency)
+    return found
+
+
 @pytest.mark.parametrize("stall_in", [flowing, bursts])
 @pytest.mark.parametrize("design", DESIGNS)
-def test_latency_is_the_closed_form(design, stall_in):
-    seen = simulate(design, contacts(design, 3, 9), stall_in=stall_in)
-    last = seen.cycles["normal"][2 * design.quads - 1 :: 2 * design.quads]
-    assert [out - start for out, start in zip(seen.cycles["index"], last, strict=True)] == [Sweep(design).latency] * 3
+def test_every_index_comes_when_stated(design, stall_in):
+    cycles = simulate(design, contacts(design, 4, 9), stall_in=stall_in).cycles
+    assert cycles["index"] == predicted(design, cycles)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.data())
+def test_any_size(data):
+    rows, columns, steps = (data.draw(st.integers(*ends)) for ends in ((2, 6), (2, 6), (1, 24)))
+    lanes, tolerance = data.draw(st.integers(1, steps + 1)), data.draw(st.sampled_from([0.0, 0.4, 30.0]))
+    design, seed = make(rows, columns, steps, lanes, tolerance), data.draw(st.integers(0, 99))
+    frames = contacts(design, 2, seed) + small_numbers(design, 4, seed)
+    seen = simulate(design, frames)
+    assert seen.values["index"] == expected(design, frames).tolist()
+    assert seen.cycles["index"] == predicted(design, seen.cycles)
+    assert set(np.diff(seen.cycles["index"])[2:]) == {Sweep(design).interval}
+
+
+def test_frames_that_cannot_leave_wait_in_the_unit():
+    def late(_):
+        yield from itertools.repeat(True, 900)
+        yield from itertools.repeat(False)
+
+    for design in (make(2, 2, 3, 4), make(2, 2, 3, 4, tolerance=2.0), make(3, 3, 7, 3)):
+        frames = small_numbers(design, 9, 13)
+        assert Sweep(design).interval * len(frames.g) < 900
+        check(design, frames, stall_out=late)
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-def test_latency_is_what_the_docstring_says(design):
-    lanes, passes = design.architecture.sweep_lanes, design.sweep_passes
-    depth, wait = int(np.ceil(np.log2(lanes))), product_latency(design.search.steps)
-    formula = 18 + wait + max(depth, wait) + (passes - 1) * pass_interval(design) + 2 * depth + 2 * passes
-    assert Sweep(design).latency == formula + (design.search.tolerance > 0)
-
-
-def test_quads_pass_at_the_stated_pace():
-    design = make(5, 7, 7, 8)
-    cycles, q = simulate(design, contacts(design, 1, 10)).cycles, design.quads
-    steps = np.diff(cycles["normal"])
-    assert np.ptp(cycles["stress"]) == np.ptp(cycles["g"]) == q - 1
-    assert steps.tolist() == [1] * (q - 1) + [2] + [Sweep(design).quad_interval] * (q - 1)
+def test_cycles_are_what_the_docstrings_say(design):
+    lanes, passes, steps = design.architecture.sweep_lanes, design.sweep_passes, design.search.steps
+    m, q, unit = design.sensor.taxels, design.quads, Sweep(design)
+    wait, levels = product_latency(steps), max(1, int(np.ceil(np.log(lanes) / np.log(8) - 1e-9)))
+    interval = max(m + 1, lanes + 4, lanes + levels)
+    again = (passes - 1) * (interval - lanes)
+    assert pass_interval(design) == interval
+    assert unit.frame_interval == (passes - 1) * interval + max(5, interval + 4 - 4 * q)
+    assert unit.interval == max((passes - 1) * interval + max(interval, 4 * q + 1), 5 * q + 2)
+    assert unit.latency == 17 + wait + levels + steps + again + (steps + 3 if design.search.tolerance else 0)
 
 
 @pytest.mark.parametrize("port", ["stress", "g", "normal", "negative"])

@@ -96,7 +96,7 @@ def test_scoreboard_without_expected_words_compares_nothing() -> None:
 
 
 def job(**changes: object) -> Job:
-    return Job(np.arange(8), 4, WORDS, np.arange(6), **changes)  # type: ignore[arg-type]
+    return Job(np.arange(8), 4, WORDS, np.arange(6), **changes)
 
 
 def test_record_marks_frames() -> None:

@@ -142,7 +142,7 @@ def test_a_broken_rule_is_an_error(
         try:
             simulate(DESIGN, codes, simulator, seed, "none", stall, cache, core=standin(fault, at))
         except ProtocolError as error:
-            assert any(note in violation for violation in error.violations), (seed, error.violations)  # noqa: PT017
+            assert any(note in violation for violation in error.violations), (seed, error.violations)  # noqa: PT017  # seeds that break no rule go on
             return
     pytest.fail(f"fault {fault} went unseen")
 
@@ -160,14 +160,14 @@ def test_the_second_run_needs_no_build(
 ) -> None:
     simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin())
     before = sorted((cache / "builds").iterdir())
-    monkeypatch.setattr(run_module, "_once", lambda place: _present(place))
+    monkeypatch.setattr(run_module, "once", lambda place: _present(place))
     simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin(CORRUPT, 1))
     assert sorted((cache / "builds").iterdir()) == before
     assert not list(cache.glob("run-*"))
 
 
 class _present:
-    """Stands for ``_once`` and insists that the place is there."""
+    """Stands for ``once`` and insists that the place is there."""
 
     def __init__(self, place: Path) -> None:
         assert place.exists()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -53,11 +54,26 @@ def tampered(cache: Path, target: Path, old: str, new: str) -> Netlist:
 
 
 @pytest.mark.usefixtures("few")
+@pytest.mark.parametrize("simulator", ["icarus", "verilator"])
+def test_memory_files_pass_and_a_wrong_word_in_one_fails(cache: Path, tmp_path: Path, simulator: str) -> None:
+    design = replace(DESIGN, images="readmemh")
+    assert verify(design, simulator=simulator, random=20).passed
+    good = generated(design, cache)
+    target = tmp_path / "core"
+    copytree(good.directory, target)
+    file = target / good.sidecar["images"][-1]["file"]
+    words = file.read_text().split()
+    words[0] = f"{int(words[0], 16) ^ 0x100:x}"
+    file.write_text("\n".join(words))
+    assert not verify(design, simulator=simulator, random=20, core=Netlist(target, good.top, good.sidecar)).passed
+
+
+@pytest.mark.usefixtures("few")
 def test_a_good_core_passes() -> None:
     told: list[int] = []
-    report = verify(DESIGN, simulator="icarus", random=20, progress=told.append)
+    report = verify(DESIGN, simulator="icarus", random=62, progress=told.append)
     assert report.passed
-    assert report.kinds == {"contact": 12, "random": 20, "directed": len(directed_codes(DESIGN))}
+    assert report.kinds == {"contact": 12, "random": 62, "directed": len(directed_codes(DESIGN))}
     assert report.frames == sum(told) == sum(report.kinds.values())
     assert report.compared == report.words == report.frames * (layout(DESIGN)[-1].start + 1)
     assert (report.mismatches, report.first, report.violations) == (0, None, ())

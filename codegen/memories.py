@@ -1,0 +1,77 @@
+"""Initial contents of memories: out of the Verilog, into files for ``$readmemh``."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+_MODULE = re.compile(r"^module (?P<module>\\\S+|\w+) ?\(.*?^endmodule", re.DOTALL | re.MULTILINE)
+_BLOCK = re.compile(
+    r"""
+    ^\ \ initial\ begin\n
+    (?P<words>(?:\ {4}(?P<memory>\\\S+\ |\w+)\[0\]\ =\ .*\n)(?:\ {4}(?P=memory)\[\d+\]\ =\ .*\n)*)
+    \ \ end\n
+    """,
+    re.MULTILINE | re.VERBOSE,
+)
+_WORD = re.compile(r"\[(\d+)\] = (\d+)'h([0-9a-f]+);")
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """What the memory ``memory`` of the module ``module`` starts with: unsigned ``words`` of ``bits``, in order."""
+
+    module: str
+    memory: str
+    bits: int
+    words: tuple[int, ...]
+
+    @property
+    def file(self) -> str:
+        """Name of the file, unique for memories of different modules."""
+        return re.sub(r"[^\w.]", "_", f"{self.module}.{self.memory}") + ".hex"
+
+    @property
+    def facts(self) -> dict[str, str | int]:
+        """Everything but the words, for the sidecar."""
+        return {
+            "file": self.file,
+            "module": self.module,
+            "memory": self.memory,
+            "words": len(self.words),
+            "bits": self.bits,
+            "format": "hexadecimal, two's complement where signed, one word a line from address 0",
+        }
+
+
+def extract(verilog: str) -> tuple[str, list[Image]]:
+    """``verilog``, as yosys writes it, with every initialised memory read from a file; and what the files hold.
+
+    Memories of nothing but zeros stay as they are: they hold no data, only spare simulators unknown values.  Raises
+    ``ValueError`` when two memories would share a file.
+    """
+    images: list[Image] = []
+
+    def module(match: re.Match[str]) -> str:
+        name = match["module"].removeprefix("\\")
+
+        def block(match: re.Match[str]) -> str:
+            image = _image(name, match["memory"].strip().removeprefix("\\"), match["words"])
+            if not any(image.words):
+                return match[0]
+            images.append(image)
+            return f'  initial $readmemh("{image.file}", {match["memory"]});\n'
+
+        return _BLOCK.sub(block, match[0])
+
+    text = _MODULE.sub(module, verilog)
+    if len({image.file for image in images}) < len(images):
+        raise ValueError("images: two memories would share a file")
+    return text, images
+
+
+def _image(module: str, memory: str, block: str) -> Image:
+    found = _WORD.findall(block)
+    if [int(address) for address, _, _ in found] != list(range(block.count("\n"))):
+        raise ValueError(f"images: the words of {module}, {memory} are not understood")
+    return Image(module, memory, int(found[0][1]), tuple(int(w, 16) for _, _, w in found))

@@ -1,0 +1,21 @@
+"""Hardware that FPGA families build differently, behind one interface each: multiplier and coefficient memory.
+
+The design's target chooses the variant.  ``"portable"`` is plain Amaranth; the variants of other targets are made of
+instances of the family's cells, whose behaviour for simulation stands in ``models``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tfra.hdl.primitives.multiplier import Multiplier
+from tfra.hdl.primitives.rom import Rom
+
+__all__ = ["Multiplier", "Rom", "cell_models"]
+
+_CELLS = {"portable": (), "ecp5": ("DP16KD", "MULT18X18D"), "ice40": ()}
+
+
+def cell_models(target: str) -> tuple[Path, ...]:
+    """Verilog files with models of the cells that cores for ``target`` may have instances of."""
+    return tuple(Path(__file__).parent / "models" / f"{cell}.v" for cell in _CELLS[target])

@@ -1,0 +1,81 @@
+"""Signed multiplier with registers on both sides."""
+
+from __future__ import annotations
+
+from functools import reduce
+from operator import add
+from typing import Any
+
+from amaranth import Cat, Const, Module, Signal, Value, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.primitives.ecp5 import FACTOR_BITS, Product
+
+_DIGIT = FACTOR_BITS - 1
+
+
+class Multiplier(wiring.Component):
+    """``product = a * b``, exact, :attr:`latency` enabled cycles later, one a cycle.
+
+    ======== ================================================================================================
+    target   made of
+    ======== ================================================================================================
+    portable registers for ``a``, ``b`` and ``product``, none of them reset
+    ice40    the same, which yosys packs into SB_MAC16
+    ecp5     MULT18X18D with its input and output registers: one for factors up to 18 bits.  Longer factors are
+             split into a low digit of 17 bits and the rest; the sum of the two or four products follows the
+             output registers without another one.
+    ======== ================================================================================================
+
+    Members:
+        a, b: signed factors, up to 35 bits each.
+        enable: in, default 1; the registers stand still while it is low.
+        product: out, ``a_bits + b_bits``.
+    """
+
+    latency = 2
+
+    def __init__(self, a_bits: int, b_bits: int, target: str) -> None:
+        self._target = target
+        super().__init__(
+            {
+                "a": In(signed(a_bits)),
+                "b": In(signed(b_bits)),
+                "enable": In(1, init=1),
+                "product": Out(signed(a_bits + b_bits)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        if self._target == "ecp5":
+            m.d.comb += self.product.eq(self._cells(m))
+        else:
+            self._registers(m)
+        return m
+
+    def _registers(self, m: Module) -> None:
+        a, b = Signal.like(self.a, reset_less=True), Signal.like(self.b, reset_less=True)
+        product = Signal.like(self.product, reset_less=True)
+        m.d.comb += self.product.eq(product)
+        with m.If(self.enable):
+            m.d.sync += [a.eq(self.a), b.eq(self.b), product.eq(a * b)]
+
+    def _cells(self, m: Module) -> Value:
+        """Sum of the digits' products; the lowest and the highest of four lie side by side."""
+        products = {}
+        for i, a in enumerate(_digits(self.a)):
+            for j, b in enumerate(_digits(self.b)):
+                m.submodules[f"digits{i}{j}"] = part = Product(a, b, self.enable)
+                products[i, j] = part.product
+        if (1, 1) in products:
+            products[0, 0] = Cat(products[0, 0][: 2 * _DIGIT], products.pop((1, 1))).as_signed()
+        return reduce(add, (word << (_DIGIT * (i + j)) for (i, j), word in products.items()))
+
+
+def _digits(word: Value) -> list[Value]:
+    """A signed word as its low digit, which is never negative, and the signed rest, or as it is if it fits a cell."""
+    if len(word) <= FACTOR_BITS:
+        return [word]
+    return [Cat(word[:_DIGIT], Const(0, 1)).as_signed(), word[_DIGIT:].as_signed()]

@@ -1,0 +1,121 @@
+"""Read-only memory of many words at one address: the coefficients of the lanes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from amaranth import Array, Cat, Module, Signal, Value, signed
+from amaranth.lib import wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.arithmetic import count
+from tfra.hdl.primitives.ecp5 import MEMORY_WORDS, Words
+from tfra.model.fixed.numbers import Ints
+
+
+class Rom(wiring.Component):
+    """``words[n]`` is ``images[n][address]``, :attr:`latency` enabled cycles later, one address a cycle.
+
+    ======== ================================================================================================
+    target   made of
+    ======== ================================================================================================
+    portable a memory for each image, with a register behind it
+    ice40    the same: SB_RAM40_4K has one read port and no output register
+    ecp5     DP16KD with output registers.  Two images share a memory wherever each needs half of it or less:
+             of a pair, one is read by port A, the other by port B.
+    ======== ================================================================================================
+
+    Members:
+        address: in.
+        enable: in, default 1; the registers stand still while it is low.
+        words: out, one for each image, signed words of ``bits``.
+    """
+
+    latency = 2
+
+    def __init__(self, images: Ints, bits: int, target: str) -> None:
+        self._images, self._bits, self._target = images, bits, target
+        super().__init__(
+            {
+                "address": In(count(images.shape[1] - 1)),
+                "enable": In(1, init=1),
+                "words": Out(signed(bits)).array(len(images)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        if self._target == "ecp5":
+            for first in range(0, len(self._images), 2):
+                self._pair(m, first)
+        else:
+            for number in range(len(self._images)):
+                self._memory(m, number)
+        return m
+
+    def _memory(self, m: Module, number: int) -> None:
+        image, shape = self._images[number].tolist(), signed(self._bits)
+        m.submodules[f"memory{number}"] = memory = Memory(shape=shape, depth=len(image), init=image)
+        port, word = memory.read_port(), Signal(shape, name=f"word{number}", reset_less=True)
+        m.d.comb += [port.addr.eq(self.address), port.en.eq(self.enable), self.words[number].eq(word)]
+        with m.If(self.enable):
+            m.d.sync += word.eq(port.data)
+
+    def _pair(self, m: Module, first: int) -> None:
+        """Block memories of two images, or of the last one."""
+        images = self._images[first : first + 2]
+        slices = [self._slice(m, f"memory{first}_{low}", images >> low, bits) for low, bits in _slices(self._bits)]
+        for number, words in enumerate(zip(*slices, strict=True)):
+            m.d.comb += self.words[first + number].eq(Cat(*words))
+
+    def _slice(self, m: Module, name: str, images: Ints, bits: int) -> list[Value]:
+        """The lowest ``bits`` of every image's word, from as many memories as the depth needs."""
+        size = MEMORY_WORDS[bits]
+        found: list[list[Value]] = [[] for _ in images]
+        for start in range(0, images.shape[1], size):
+            part = images[:, start : start + size]
+            for group in _groups(part, size):
+                m.submodules[f"{name}_{start}_{group[0]}"] = memory = self._block(part[group], bits)
+                for number, word in zip(group, memory.words, strict=True):
+                    found[number].append(word)
+        if len(found[0]) == 1:
+            return [words[0] for words in found]
+        block = self._delayed(m, self.address[(size - 1).bit_length() :])
+        return [Array(words)[block] for words in found]
+
+    def _block(self, images: Ints, bits: int) -> Words:
+        """One memory of up to two images: the second, read by the second port, starts in the middle."""
+        size = MEMORY_WORDS[bits]
+        starts = range(0, size, size // len(images))
+        content = np.zeros(size, dtype=np.int64)
+        for start, image in zip(starts, images, strict=True):
+            content[start : start + len(image)] = image
+        place = self.address[: (size // len(images) - 1).bit_length()]
+        return Words(content.tolist(), bits, [(place | start) for start in starts], self.enable)
+
+    def _delayed(self, m: Module, value: Value) -> Value:
+        """``value`` at the time of its word."""
+        for _ in range(self.latency):
+            later = Signal(value.shape(), name="block", reset_less=True)
+            with m.If(self.enable):
+                m.d.sync += later.eq(value)
+            value = later
+        return value
+
+
+def _slices(bits: int) -> Iterator[tuple[int, int]]:
+    """Lowest bit and length of the memories' words that make up one of ``bits``."""
+    low = 0
+    while low < bits:
+        length = min((length for length in MEMORY_WORDS if length >= bits - low), default=max(MEMORY_WORDS))
+        yield low, length
+        low += length
+
+
+def _groups(images: Ints, size: int) -> list[list[int]]:
+    """Images that share a memory of ``size`` words."""
+    numbers = list(range(len(images)))
+    return [numbers] if 2 * images.shape[1] <= size else [[number] for number in numbers]

@@ -1,0 +1,239 @@
+"""The serial core as integers: runs a program cycle by cycle, as the gateware does, and objects to hazards."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from tfra.hdl.serial.isa import (
+    ADDRESS_BITS,
+    MAC_DELAY,
+    MUL_DELAY,
+    NO_POINTER,
+    NO_RESULT,
+    POINTERS,
+    REGISTERS,
+    SETTLE,
+    STORED,
+    Dest,
+    Instruction,
+    Left,
+    Op,
+    Post,
+    Src,
+)
+from tfra.hdl.serial.sizes import Sizes
+
+
+class Hazard(Exception):
+    """A program that reads what is not there yet, or leaves a word's range."""
+
+
+def wrap(value: int, bits: int) -> int:
+    """``value`` as a signed word of ``bits``."""
+    half = 1 << (bits - 1)
+    return (value + half) % (2 * half) - half
+
+
+@dataclass
+class Interpreter:
+    """State of the machine; ``memory``, ``store`` (words of ``lanes`` coefficients) and ``program`` are given.
+
+    ``run`` yields result words ``(value, last)`` until the taxels are used up.  ``cycle`` counts instructions: a
+    cycle each.  With ``strict`` a result that is too long for a word raises ``Hazard``.
+    """
+
+    sizes: Sizes
+    quads: int
+    program: Sequence[Instruction]
+    memory: list[int]
+    store: Sequence[Sequence[int]]
+    strict: bool = True
+    cycle: int = 0
+    pc: int = 0
+    link: int = 0
+    registers: list[int] = field(default_factory=lambda: [0] * REGISTERS)
+    pointers: list[int] = field(default_factory=lambda: [0] * (POINTERS + 1))
+    loops: list[list[int]] = field(default_factory=list)
+    flags: list[bool] = field(default_factory=lambda: [False, False])
+    t: int = 0
+    k: int = 0
+    y: int = 0
+    sh: int = 0
+    sp: int = 0
+    product: int = 0
+    products: list[tuple[int, int]] = field(default_factory=list)
+    sums: list[int] = field(default_factory=list)
+    pending: list[tuple[int, list[int]]] = field(default_factory=list)
+    limited: int = 0
+    written: dict[int, int] = field(default_factory=dict)
+    pointed: dict[int, int] = field(default_factory=dict)
+    last: Instruction = field(default_factory=Instruction)
+    mac_free: int = 0
+
+    def run(self, taxels: Iterator[int]) -> Iterator[tuple[int, bool]]:
+        """Execute until ``taxels`` end; yields words of the result stream."""
+        delayed: int | None = None
+        while True:
+            instruction = self.program[self.pc]
+            following = self.pc + 1 if delayed is None else delayed
+            delayed = self._sequence(instruction)
+            try:
+                out = self._execute(instruction, taxels)
+            except StopIteration:
+                return
+            if out is not None:
+                yield out
+            self.pc, self.cycle = following, self.cycle + 1
+
+    def _sequence(self, i: Instruction) -> int | None:
+        if i.op == Op.DO:
+            self.loops.append([self.pc + 1, i.immediate])
+            return None
+        if i.op == Op.JUMP:
+            target = self.link if i.left == Left.T else i.immediate
+            self.link = self.pc + 2 if i.left == Left.R0 else self.link
+            return target
+        if i.end:
+            start, left = self.loops[-1]
+            if left:
+                self.loops[-1][1] -= 1
+                return start
+            self.loops.pop()
+        return None
+
+    def _address(self, i: Instruction) -> int:
+        if i.dest != Dest.P and self.cycle - self.pointed.get(i.pointer, -SETTLE) < SETTLE:
+            raise Hazard(f"instruction {self.pc}: pointer {i.pointer} is used too early")
+        address = (self.pointers[i.pointer] + i.immediate) % (1 << ADDRESS_BITS)
+        if i.pointer != NO_POINTER:
+            step = {Post.KEEP: 0, Post.UP: 1, Post.DOWN: -1}
+            new = address if i.post == Post.MOVE else self.pointers[i.pointer] + step[i.post]
+            self.pointers[i.pointer] = new % (1 << ADDRESS_BITS)
+        return address
+
+    def _source(self, i: Instruction, address: int, taxels: Iterator[int]) -> int:
+        s = i.source
+        if Src.R0 <= s < Src.R0 + REGISTERS:
+            return self.registers[s - Src.R0]
+        if s == Src.M:
+            if self.cycle - self.written.get(address, -STORED) < STORED:
+                raise Hazard(f"instruction {self.pc}: word {address} is read too early")
+            return self.memory[address]
+        if s == Src.FLOOR:
+            return self.t >> 1
+        if s == Src.IMM:
+            return wrap(i.immediate, ADDRESS_BITS)
+        if s == Src.PRODUCT:
+            return self.product
+        if s == Src.SUM:
+            return self.sums.pop(0)
+        if s == Src.IN:
+            return next(taxels)
+        if s == Src.K:
+            return self.k
+        if s == Src.LIMITED:
+            value, self.limited = self.limited, 0
+            return value
+        return 0
+
+    def _execute(self, i: Instruction, taxels: Iterator[int]) -> tuple[int, bool] | None:
+        while self.products and self.products[0][0] <= self.cycle:
+            self.product = self.products.pop(0)[1]
+        while self.pending and self.pending[0][0] <= self.cycle:
+            self.sums = self.pending.pop(0)[1]
+        if i.waits_for(self.last, 1):
+            raise Hazard(f"instruction {self.pc}: comes too early")
+        self.last = i
+        address = self._address(i)
+        source = self._source(i, address, taxels)
+        flag = self.flags[i.when >> 1 == 2] ^ (i.when & 1) if i.when else True
+        if not flag:
+            return None
+        left = self._left(i)
+        if i.op in (Op.SHIFT, Op.LENGTH):
+            self.t, self.k = 2 * source.bit_length() - (source > 0) if i.op == Op.LENGTH else self._shifted(source), 0
+        elif i.op == Op.MUL:
+            bits = self.sizes.multiplicand
+            if self.strict and wrap(source, bits) != source:
+                raise Hazard(f"instruction {self.pc}: {source} is longer than a multiplicand")
+            self.products.append((self.cycle + MUL_DELAY, wrap(wrap(source, bits) * self.y, self.sizes.word)))
+        elif i.op == Op.MAC:
+            self._mac(address)
+        if i.op in NO_RESULT:
+            return None
+        return self._deliver(i, address, self._result(i, left, source))
+
+    def _left(self, i: Instruction) -> int:
+        if i.left == Left.ZERO:
+            return 0
+        return (self.t + 1) >> 1 if i.left == Left.T else self.registers[i.left - Left.R0]
+
+    def _shifted(self, source: int) -> int:
+        amount = self.sh + self.sizes.reach
+        if amount < 0:
+            raise Hazard(f"instruction {self.pc}: shift by {self.sh}")
+        value = ((source << (1 + self.sizes.reach)) >> amount) if amount < 256 else 0
+        return wrap(value, self.sizes.word + 1)
+
+    def _result(self, i: Instruction, left: int, source: int) -> int | None:
+        if i.op == Op.ADD:
+            value = left + source
+        elif i.op == Op.SUB:
+            value = left - source
+        elif i.op == Op.PLUS:
+            value = left + max(source, 0)
+        elif i.op == Op.LESS:
+            value = left - min(source, 0)
+        elif i.op == Op.ABS:
+            value = left + abs(source)
+        elif i.op == Op.OR:
+            value = left | (source ^ (source >> self.sizes.word))
+        elif i.op == Op.AND:
+            value = left & source
+        elif i.op == Op.FIT:
+            value = min((self.t + 1) >> 1, (1 << (self.sizes.operand - 1)) - 1)
+        elif i.op == Op.LIMIT:
+            top = 1 << (self.sizes.result - 1)
+            value = min(max(source, -top), top - 1)
+            self.limited = -1 if value != source else self.limited
+        else:
+            value = left - source
+            self.t >>= 1
+            taken = value >= 0
+            self.k = (2 * self.k + taken) % (1 << self.sizes.quotient)
+            return value if taken else None
+        if self.strict and wrap(value, self.sizes.word) != value:
+            raise Hazard(f"instruction {self.pc}: {value} is longer than a word")
+        return wrap(value, self.sizes.word)
+
+    def _mac(self, address: int) -> None:
+        if self.cycle < self.mac_free:
+            raise Hazard(f"instruction {self.pc}: sums are still running")
+        self.mac_free = self.cycle + self.quads
+        operands = [wrap(self.memory[address + j], self.sizes.operand) for j in range(self.quads)]
+        rows = [self.store[self.sp + j] for j in range(self.quads)]
+        sums = [sum(o * row[lane] for o, row in zip(operands, rows, strict=True)) for lane in range(self.sizes.lanes)]
+        self.pending.append((self.cycle + self.quads + MAC_DELAY, sums))
+        self.sp += self.quads
+
+    def _deliver(self, i: Instruction, address: int, result: int | None) -> tuple[int, bool] | None:
+        if result is None:
+            return None
+        if i.flag:
+            self.flags[i.flag - 1] = result < 0
+        if i.dest == Dest.M:
+            self.memory[address], self.written[address] = result, self.cycle
+        elif Dest.R0 <= i.dest < Dest.R0 + REGISTERS:
+            self.registers[i.dest - Dest.R0] = result
+        elif i.dest in (Dest.OUT, Dest.LAST):
+            return result, i.dest == Dest.LAST
+        elif i.dest == Dest.P:
+            self.pointers[i.pointer], self.pointed[i.pointer] = result % (1 << ADDRESS_BITS), self.cycle
+        elif i.dest == Dest.Y:
+            self.y = wrap(result, self.sizes.multiplier)
+        elif i.dest == Dest.SH:
+            self.sh = wrap(result, self.sizes.shift)
+        elif i.dest == Dest.SP:
+            self.sp = result
+        return None

@@ -1,0 +1,90 @@
+"""The gateware executes the program as the interpreter does: bit-exact words, exact cycles, any stalls."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+from amaranth.sim import Simulator
+
+from tests.hdl.harness import bursts, flowing, random_stalls, run
+from tests.hdl.serial.designs import DESIGNS
+from tfra.hdl.serial.core import SerialCore
+from tfra.hdl.serial.memory import store_image
+from tfra.hdl.serial.product import DELAY, Product
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.scenes import contact_codes, directed_codes
+
+
+def stream(design, codes, **stalls):
+    want = FixedTfra(design)(codes).words
+    inputs = {"load": store_image(design).ravel().tolist(), "taxel": codes.ravel().tolist()}
+    core = SerialCore(design)
+    seen = run(core, inputs, {"result": want.size}, **stalls)
+    words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
+    last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
+    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
+    return core, words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
+
+
+def test_words_and_cycles():
+    design = DESIGNS["2×3"]
+    codes = np.concatenate([contact_codes(design, 1, seed=1), directed_codes(design)[1:2]])
+    core, words, want, last, cycles, _ = stream(design, codes)
+    assert (words == want).all()
+    assert last[:, -1].all()
+    assert last.sum() == len(want)
+    assert (np.diff(cycles[:, -1]) == core.interval).all()
+
+
+def slow(rng):
+    """A source that the program always waits for."""
+    while True:
+        yield from [True] * 40
+        yield False
+
+
+def test_latency():
+    design = DESIGNS["2×3"]
+    core, words, want, _, cycles, taken = stream(design, contact_codes(design, 1, seed=3), stall_in=slow)
+    assert (words == want).all()
+    assert cycles[0, 0] - taken[0] == core.latency
+
+
+@pytest.mark.parametrize(
+    ("name", "stall_in", "stall_out"), [("2×3", random_stalls, bursts), ("short", bursts, random_stalls)]
+)
+def test_stalls_change_nothing(name, stall_in, stall_out):
+    design = DESIGNS[name]
+    codes = contact_codes(design, 1, seed=4)
+    _, words, want, *_ = stream(design, codes, stall_in=stall_in, stall_out=stall_out, seed=5)
+    assert (words == want).all()
+
+
+def test_wide_words():
+    design = DESIGNS["wide"]
+    _, words, want, *_ = stream(design, contact_codes(design, 1, seed=2), stall_in=flowing)
+    assert (words == want).all()
+
+
+@pytest.mark.parametrize(("a_bits", "b_bits"), [(18, 18), (34, 21), (33, 19), (16, 16), (24, 24), (10, 12)])
+def test_products_are_exact(a_bits, b_bits):
+    dut, rng = Product(a_bits, b_bits, a_bits + b_bits), random.Random(a_bits * b_bits)
+    ends = [(a, b) for a in (-1 << (a_bits - 1), (1 << (a_bits - 1)) - 1) for b in (-1 << (b_bits - 1), -1, 0)]
+    pairs = ends + [(rng.randrange(-1 << a_bits, 1 << a_bits) >> 1, rng.randrange(-1 << b_bits, 1 << b_bits) >> 1)
+                    for _ in range(100)]
+
+    async def bench(ctx):
+        for number, (a, b) in enumerate([*pairs, *[(0, 0)] * (DELAY - 1)]):
+            ctx.set(dut.a, a)
+            ctx.set(dut.b, b)
+            await ctx.tick()
+            if number >= DELAY - 1:
+                want = pairs[number - DELAY + 1]
+                assert ctx.get(dut.o) == want[0] * want[1]
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(bench)
+    simulator.run()

@@ -1,0 +1,107 @@
+"""Gates of both families give the model's words; gates with a fault don't."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tfra.model.design import Adc, Architecture, Design, Formats, Search
+from tfra.model.errors import InputError
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.sensor import SensorArray
+from tfra.sim.netlist import FAMILIES, cells, synthesised
+from tfra.sim.run import Netlist, Run, SimulationError, generated, simulate
+
+DESIGN = Design(
+    SensorArray(2, 2, 4e-3, 4e-3, 3e-3),
+    name="gates",
+    adc=Adc(6),
+    search=Search(2),
+    formats=Formats("short", coefficient=10, operand=10, vector_fraction=0, force_fraction=0),
+    architecture=Architecture(mac_lanes=4, sweep_lanes=2),
+)
+"""Every block in few gates: they compile slowly and run at some hundred cycles a second."""
+
+CODES = np.array([[[-20, -9], [-5, 3]], [[-32, 31], [31, -32]]])
+
+
+FIRST_ROW = re.compile(r"(\.INITVAL_00\(320'h)([0-9a-f]+)")
+SIGNS = sum(1 << (20 * place + DESIGN.formats.coefficient - 1) for place in range(16))
+
+
+@pytest.fixture(params=FAMILIES, name="gates", scope="module")
+def _gates(request: pytest.FixtureRequest, cache: Path) -> Netlist:
+    return synthesised(replace(DESIGN, target=request.param), request.param, cache)
+
+
+@pytest.fixture(scope="module")
+def cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("cache")
+
+
+def play(core: Netlist | None, cache: Path, design: Design = DESIGN) -> Run:
+    expected = FixedTfra(DESIGN)(CODES).words
+    return simulate(design, CODES, "icarus", 1, "random", "none", cache, expected=expected, core=core)
+
+
+def test_gates_equal_the_model(gates: Netlist, cache: Path) -> None:
+    run = play(gates, cache)
+    assert (run.compared, run.mismatches) == (run.words.size, 0)
+    assert run.latency[0] == gates.sidecar["latency_cycles"]
+
+
+@pytest.mark.parametrize("gates", ["ecp5"], indirect=True)
+def test_a_fault_is_found(gates: Netlist, cache: Path, tmp_path: Path) -> None:
+    """The signs of the first coefficients are flipped in both memories."""
+    text, number = FIRST_ROW.subn(lambda row: f"{row[1]}{int(row[2], 16) ^ SIGNS:080x}", gates.verilog.read_text())
+    assert number == 2
+    (tmp_path / gates.verilog.name).write_text(text)
+    run = play(replace(gates, directory=tmp_path), cache)
+    assert run.mismatches > 0
+
+
+def test_cells_of_yosys_leave_room_for_models() -> None:
+    text = cells("ecp5")
+    assert "module TRELLIS_FF(" in text
+    assert "module DP16KD" not in text
+    assert "module MULT18X18D" not in text
+    assert "`include" not in text
+    assert "module SB_MAC16" in cells("ice40")
+
+
+def test_another_target_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="netlist: ice40: the design's target is ecp5"):
+        synthesised(replace(DESIGN, target="ecp5"), "ice40", tmp_path)
+
+
+def test_failing_synthesis_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(FAMILIES, "ecp5", "synth_nothing")
+    with pytest.raises(SimulationError, match=r"synthesis for ecp5: yosys failed: .*No such command: synth_nothing"):
+        synthesised(DESIGN, "ecp5", tmp_path)
+    assert not [place for place in (tmp_path / "netlists").iterdir() if place.is_dir()]
+
+
+def test_amaranth_cannot_run_gates_or_cells(tmp_path: Path) -> None:
+    line = "simulator: amaranth: can't run Verilog, Icarus can: apt-get install iverilog"
+    with pytest.raises(InputError, match=line):
+        simulate(DESIGN, CODES, "amaranth", core=Netlist(tmp_path, "gates", {}))
+    with pytest.raises(InputError, match=line):
+        simulate(replace(DESIGN, target="ecp5"), CODES, "amaranth")
+
+
+@pytest.mark.parametrize("target", FAMILIES)
+def test_the_core_of_a_target_equals_the_model(target: str, cache: Path) -> None:
+    """Before synthesis: Verilog with instances, and the models of their cells."""
+    run = play(None, cache, replace(DESIGN, target=target))
+    assert (run.compared, run.mismatches) == (run.words.size, 0)
+
+
+def test_only_a_target_has_instances(cache: Path) -> None:
+    for target, cells_of in (("portable", 0), ("ecp5", 4), ("ice40", 0)):
+        text = generated(replace(DESIGN, target=target), cache).verilog.read_text()
+        assert text.count("MULT18X18D #(") == cells_of
+        assert text.count("DP16KD #(") == cells_of // 2  # two lanes share one
