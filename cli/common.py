@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from tfra.model.errors import InputError
 
@@ -73,3 +73,15 @@ def progress(title: str, total: int | None = None) -> Iterator[Callable[[int], N
         timer.cancel()
         timer.join()
         bar.stop()
+
+
+@contextmanager
+def stages() -> Iterator[Callable[[str], None]]:
+    """Yield a function that names what is going on; on a terminal a line shows it, with the time since the start."""
+    console = Console(stderr=True)
+    if not console.is_interactive:
+        yield lambda stage: None
+        return
+    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console) as line:
+        task = line.add_task("")
+        yield lambda stage: line.update(task, description=stage)

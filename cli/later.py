@@ -8,11 +8,6 @@ SETTINGS = {"allow_extra_args": True, "ignore_unknown_options": True}
 """Any arguments will do: the answer is the same."""
 
 
-def synth() -> None:
-    """Synthesise, place and route the core (not available yet)."""
-    raise InputError("tfra synth", "", "not available yet")
-
-
 def study() -> None:
     """Study the errors of word lengths (not available yet)."""
     raise InputError("tfra study", "", "not available yet")

@@ -14,6 +14,8 @@ from tfra.cli.estimate import estimate
 from tfra.cli.frames import frames
 from tfra.cli.generate import generate
 from tfra.cli.paper import paper
+from tfra.cli.size import size
+from tfra.cli.synth import synth
 from tfra.cli.verify import verify
 from tfra.model.errors import InputError
 
@@ -27,6 +29,14 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     verify: (
         "tfra verify examples/hertz_40x20.toml",
         "tfra verify examples/hertz_40x20.toml --frames frames.npz --simulator verilator --seed 7",
+    ),
+    size: (
+        "tfra size examples/hertz_40x20.toml --target ecp5-85 --frames-per-second 20000 --latency-us 100",
+        "tfra size examples/hertz_40x20.toml --target ecp5-45 --frames-per-second 1e3 --latency-us 500 --clock-mhz 80",
+    ),
+    synth: (
+        "tfra synth examples/hertz_40x20.toml --target ecp5-85 --out fpga",
+        "tfra synth examples/hertz_40x20.toml --target ecp5-85-8 --seeds 5 --clock-mhz 120 --out fpga --json",
     ),
     paper: ("tfra paper --out paper_again",),
 }
@@ -45,8 +55,7 @@ app = typer.Typer(
 )
 for command, lines in EXAMPLES.items():
     app.command(epilog=_epilog("Examples:", lines))(command)
-for command in (later.synth, later.study):
-    app.command(context_settings=later.SETTINGS)(command)
+app.command(context_settings=later.SETTINGS)(later.study)
 
 
 def _print_version(wanted: bool) -> None:

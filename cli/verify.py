@@ -16,6 +16,7 @@ from tfra.cli.frames import references, simulated
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
     from tfra.model.sensor import Floats
+    from tfra.sim.run import Netlist
 
 
 class Simulator(StrEnum):
@@ -26,10 +27,18 @@ class Simulator(StrEnum):
     AMARANTH = "amaranth"
 
 
+class Family(StrEnum):
+    """Device families that the core can be synthesised for before it runs."""
+
+    ECP5 = "ecp5"
+    ICE40 = "ice40"
+
+
 FramesOption = Annotated[
     Path | None, typer.Option(metavar="FRAMES", help="Stresses in Pa; by default CONFIG's contacts.")
 ]
 SimulatorOption = Annotated[Simulator | None, typer.Option(help="Who runs the core; by default the fastest here.")]
+NetlistOption = Annotated[Family | None, typer.Option(help="Verify the gates that yosys makes of the core.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the random frames and of the stalls.")]
 Random = Annotated[int, typer.Option(min=0, help="Random frames to add.")]
 
@@ -40,6 +49,7 @@ def verify(
     simulator: SimulatorOption = None,
     seed: Seed = 0,
     random: Random = 200,
+    netlist: NetlistOption = None,
     json: Json = False,
 ) -> None:
     """Run frames through the simulated core and compare every bit; exit 1 when something differs."""
@@ -49,15 +59,18 @@ def verify(
     project = load(config)
     check_words(project)
     stresses, known = _stimuli(project, frames)
+    core = _gates(project, netlist) if netlist else None
+    chosen = Simulator.ICARUS if core and not simulator else simulator
     with simulation_failures("verify"), progress("simulating the core") as advance:
         report = check(
             project.design,
             stresses,
-            simulator=simulator and simulator.value,
+            simulator=chosen and chosen.value,
             seed=seed,
             random=random,
             references=known,
             progress=advance,
+            core=core,
         )
     if json:
         print_json(report.as_dict())
@@ -65,6 +78,15 @@ def verify(
         report.render(Console())
     if not report.passed:
         raise typer.Exit(1)
+
+
+def _gates(project: Project, family: Family) -> Netlist:
+    """Return the core as synthesis makes it for ``family``."""
+    from tfra.model.cache import cache_directory
+    from tfra.sim.netlist import synthesised
+
+    with simulation_failures("verify"), progress("synthesising the core"):
+        return synthesised(project.design, family.value, cache_directory())
 
 
 def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[str, Any]]:

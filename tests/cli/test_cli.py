@@ -238,8 +238,8 @@ def test_verify(
     assert json.loads(capsys.readouterr().out) == {"passed": passed}
     references = ["resultant_ref", "mu_ref", "phi_ref_deg"]
     assert calls == [
-        ("skin", (3, 5, 6), {"simulator": None, "seed": 0, "random": 200, "references": references}),
-        ("skin", (1, 5, 6), {"simulator": "verilator", "seed": 3, "random": 7, "references": []}),
+        ("skin", (3, 5, 6), {"simulator": None, "seed": 0, "random": 200, "references": references, "core": None}),
+        ("skin", (1, 5, 6), {"simulator": "verilator", "seed": 3, "random": 7, "references": [], "core": None}),
     ]
 
 
@@ -273,7 +273,8 @@ USAGE = [
         "tfra verify: Invalid value for '--seed': "
         "Input should be a valid integer, unable to parse string as an integer",
     ),
-    (["synth", "skin.toml", "--target", "ecp5", "--out", "d"], "tfra synth: not available yet"),
+    (["synth", "skin.toml", "--out", "d"], "tfra synth: Missing option '--target'."),
+    (["size", "skin.toml", "--target", "xc7"], "tfra size: Missing option '--frames-per-second'."),
     (["paper"], "tfra paper: Missing option '--out'."),
     (["study", "s.toml", "--out", "d"], "tfra study: not available yet"),
     (["frames", "none.toml", "--out", "f.npz"], "none.toml: cannot be read: No such file or directory"),

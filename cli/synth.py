@@ -1,0 +1,62 @@
+"""``tfra synth``: resources and speed on a part, by yosys and nextpnr."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tfra.cli.common import Config, Json, check_words, print_json, stages
+from tfra.model.errors import InputError
+
+if TYPE_CHECKING:
+    from tfra.synth.targets import Target
+
+TargetName = Annotated[
+    str,
+    typer.Option(
+        "--target", metavar="NAME", help="ecp5-25, ecp5-45, ecp5-85 (-6, -7 or -8: grade), ice40up5k, gw2a-18, xc7."
+    ),
+]
+Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier directory of this command.")]
+Seeds = Annotated[int, typer.Option(min=1, max=99, help="Runs of place and route; the median counts.")]
+Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help="What place and route aims at.")]
+
+
+def find_target(name: str) -> Target:
+    """The target called ``name``; raises ``InputError`` for an unknown one."""
+    from tfra.synth.targets import find
+
+    try:
+        return find(name)
+    except ValueError as error:
+        raise InputError("--target", "", str(error)) from None
+
+
+def synth(
+    config: Config, target: TargetName, out: Out, seeds: Seeds = 3, clock_mhz: Clock = None, json: Json = False
+) -> None:
+    """Synthesise, place and route the core: resources, frequency, critical path, frames per second."""
+    from tfra.codegen.config import load
+    from tfra.synth.report import render
+    from tfra.synth.run import run
+    from tfra.synth.tools import ToolError
+
+    part = find_target(target)
+    project = load(config)
+    check_words(project)
+    try:
+        with stages() as say:
+            found = run(project.design, part, out, seeds, clock_mhz or part.clock_mhz, say)
+    except ToolError as error:
+        typer.echo(f"tfra synth: {error}", err=True)
+        raise typer.Exit(1) from None
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(project.path, "", str(error)) from None
+    if json:
+        print_json(found)
+    else:
+        typer.echo(render(found), nl=False)

@@ -1,0 +1,143 @@
+"""What a design asks of an FPGA before any synthesis: its operators, registers and memories, counted in its RTLIL.
+
+Every module of the core's RTLIL is read as text: one :class:`Census` for each block of ``hdl/core.py``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from tfra.codegen.verilog import to_rtlil
+from tfra.model.design import Design
+
+_ADD = ("$add", "$sub", "$neg", "$lt", "$le", "$gt", "$ge")
+_SHIFT = ("$shl", "$shr", "$sshl", "$sshr", "$shift", "$shiftx")
+_LOGIC = ("$and", "$or", "$xor", "$xnor")
+_REDUCE = ("$eq", "$ne", "$reduce_or", "$reduce_and", "$reduce_xor", "$reduce_bool")
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """One memory: words, bits of each, read ports; ``rom`` if nothing writes it."""
+
+    depth: int
+    bits: int
+    reads: int
+    rom: bool
+
+
+@dataclass
+class Census:
+    """Counts of one block.  ``operators`` are bits by kind: add, shift (bits times levels), logic, reduce, mux."""
+
+    registers: int = 0
+    """Flip-flops, in bits."""
+    operators: Counter[str] = field(default_factory=Counter)
+    multipliers: list[tuple[int, int]] = field(default_factory=list)
+    """Widths of the operands of every multiplication with two variable operands."""
+    memories: list[Memory] = field(default_factory=list)
+    instances: Counter[str] = field(default_factory=Counter)
+    """Cells of the target, by type, where the design asks for them by name."""
+
+    def __iadd__(self, other: Census) -> Census:
+        self.registers += other.registers
+        self.operators += other.operators
+        self.multipliers += other.multipliers
+        self.memories += other.memories
+        self.instances += other.instances
+        return self
+
+
+@lru_cache(maxsize=16)
+def census(design: Design) -> dict[str, Census]:
+    """Counts by block of ``hdl/core.py``; what lies outside all blocks is ``"top"``."""
+    return count(to_rtlil(design))
+
+
+def count(rtlil: str) -> dict[str, Census]:
+    """Counts by block in the text of a top module's RTLIL; see :func:`block_of` for the names."""
+    blocks: dict[str, Census] = {}
+    modules = list(_modules(rtlil))
+    own = {name for name, _ in modules}
+    for name, body in modules:
+        found = blocks.setdefault(block_of(name.partition(".")[2]), Census())
+        found += _count_module(body, own)
+    return blocks
+
+
+def block_of(path: str) -> str:
+    """Block of ``hdl/core.py`` that a hierarchical name below the top module lies in: what follows ``core``."""
+    parts = re.split(r"[./]", path.lstrip("\\"))
+    place = parts.index("core") + 1 if "core" in parts else len(parts)
+    return parts[place] if place < len(parts) else "top"
+
+
+def _modules(rtlil: str) -> Iterator[tuple[str, list[str]]]:
+    for text in re.split(r"^module ", rtlil, flags=re.MULTILINE)[1:]:
+        head, *lines = text.splitlines()
+        yield head.strip().lstrip("\\"), [line.strip() for line in lines]
+
+
+def _count_module(lines: list[str], own: set[str]) -> Census:
+    found, reads, writes, memories = Census(), Counter[str](), Counter[str](), dict[str, tuple[int, int]]()
+    resets: list[bool] = []  # for every open switch: does it look at the reset?
+    cell, facts = "", dict[str, str]()
+    for line in lines:
+        word, _, rest = line.partition(" ")
+        if word == "memory":
+            fields = rest.split()
+            memories[fields[-1]] = (int(fields[fields.index("size") + 1]), int(fields[fields.index("width") + 1]))
+        elif word == "cell":
+            cell, facts = rest.split()[0], {}
+        elif word in ("parameter", "connect") and cell:
+            key, _, value = rest.removeprefix("signed ").partition(" ")
+            facts[key] = value
+        elif word == "switch":
+            resets.append(rest.startswith("\\rst "))
+        elif word == "assign" and resets and not any(resets):
+            found.operators["mux"] += _slice_bits(rest)
+        elif word == "end" and cell:
+            if cell in ("$memrd_v2", "$memwr_v2"):
+                (reads if cell == "$memrd_v2" else writes)[facts["\\MEMID"].strip('"').removeprefix("\\")] += 1
+            _count_cell(found, cell, facts, own)
+            cell = ""
+        elif word == "end" and resets:
+            resets.pop()
+    found.memories = [Memory(*size, reads[name], name not in writes) for name, size in memories.items()]
+    return found
+
+
+def _slice_bits(assignment: str) -> int:
+    """Bits of an assignment's left side, ``NAME [LAST:FIRST]`` or ``NAME [BIT]``: Amaranth always writes the slice."""
+    match = re.match(r"\S+ \[(\d+)(?::(\d+))?\]", assignment)
+    if not match:
+        raise ValueError(f"RTLIL: no slice is assigned in {assignment!r}")
+    return int(match[1]) - int(match[2] or match[1]) + 1
+
+
+def _count_cell(found: Census, cell: str, facts: dict[str, str], own: set[str]) -> None:
+    def bits(*keys: str) -> int:
+        return max(int(facts.get(f"\\{key}", "0")) for key in keys)
+
+    operands = bits("A_WIDTH", "B_WIDTH")
+    if cell == "$dff":
+        found.registers += bits("WIDTH")
+    elif cell == "$mul":
+        if (widths := (bits("A_WIDTH"), bits("B_WIDTH"))) and min(widths) > 1:
+            found.multipliers.append(widths)
+    elif cell in _ADD:
+        found.operators["add"] += operands
+    elif cell in _SHIFT:
+        if not facts["\\B"][0].isdigit():  # by a constant is free
+            found.operators["shift"] += bits("Y_WIDTH") * min(bits("B_WIDTH"), bits("A_WIDTH").bit_length())
+    elif cell in _LOGIC:
+        found.operators["logic"] += bits("Y_WIDTH")
+    elif cell in _REDUCE:
+        found.operators["reduce"] += operands
+    elif cell == "$mux":
+        found.operators["mux"] += bits("WIDTH")
+    elif not cell.startswith("$") and cell.removeprefix("\\") not in own:
+        found.instances[cell.removeprefix("\\")] += 1

@@ -1,0 +1,171 @@
+"""Resources of a design before synthesis.
+
+Multipliers and memories follow by the rules that yosys maps them by; lookup tables and flip-flops are sums of the
+operators in the design's :mod:`census <tfra.synth.census>`, each kind at the price fitted to syntheses for ECP5
+(``python -m bench.estimates``).  Other families have other rules for memories and carry chains: for them the estimate
+is a guide, not a proof.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.resources import files
+from typing import Any
+
+from tfra.model.design import Design
+from tfra.synth.census import Census, Memory, census
+from tfra.synth.targets import Family, Target
+
+KINDS = ("add", "shift", "logic", "reduce", "mux")
+"""Operators with a price in lookup tables per bit."""
+
+_BLOCK_COST, _TABLE_COST = 128, 4
+"""What yosys compares: a block memory, and a small one in lookup tables (``share/lattice/*rams_*.txt``)."""
+
+_SELECT_COST = 0.5
+"""For each bit of the multiplexers between small memories: between what syntheses showed, 0.2 and 0.8."""
+
+_WORDS, _BITS, _TABLES = 16, 4, 6
+"""The small memory: words, their bits, and the lookup tables it takes, two of them for writing."""
+
+
+@dataclass(frozen=True)
+class Prices:
+    """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured."""
+
+    lut: Mapping[str, float]
+    ff: float
+    error: Mapping[str, float]
+
+
+@lru_cache(maxsize=1)
+def prices() -> Prices:
+    """The fitted prices in ``estimate_data.json``."""
+    data: dict[str, Any] = json.loads(files("tfra.synth").joinpath("estimate_data.json").read_text())
+    return Prices(data["lut"], data["ff"], data["error"])
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """Where one memory goes: ``blocks`` block memories, or ``tables`` lookup tables and ``registers`` behind them."""
+
+    blocks: int
+    tables: int
+    registers: int
+    levels: int
+    """Bits of multiplexers between the tables."""
+
+
+def place(memory: Memory, family: Family) -> Placed:
+    """The cheaper place of ``memory`` by the costs that yosys compares; constants may become logic."""
+    blocks, rows = _blocks(memory, family), -(-memory.depth // _WORDS)
+    if not memory.rom and not family.distributed:
+        return Placed(blocks, 0, 0, 0)
+    small = -(-memory.bits // _BITS) * rows * memory.reads
+    levels = memory.bits * (rows - 1) * memory.reads
+    cost, tables = _TABLE_COST * small + _SELECT_COST * levels, _TABLES * small
+    if memory.rom:
+        levels = 0
+        cost = tables = -(-memory.depth * memory.bits // _WORDS) * memory.reads
+    if cost > _BLOCK_COST * blocks:
+        return Placed(blocks, 0, 0, 0)
+    return Placed(0, tables, memory.bits * memory.reads, levels)
+
+
+def _blocks(memory: Memory, family: Family) -> int:
+    """Two ports share constants, at half the width; other memories have a copy for each reader."""
+    shared = memory.rom and memory.reads == 2
+    widths = family.memory_widths[1:] if shared else family.memory_widths
+    copies = 1 if shared else memory.reads
+    return copies * min(-(-memory.bits // w) * -(-memory.depth // family.memory_depth(w)) for w in widths)
+
+
+def multipliers(widths: tuple[int, int], family: Family) -> int:
+    """Multiplier cells of one signed product: longer operands are cut, every part but the highest unsigned."""
+    wide, narrow = sorted(widths, reverse=True)
+    most_wide, most_narrow = sorted(family.multiplier, reverse=True)
+    return _parts(wide, most_wide) * _parts(narrow, most_narrow)
+
+
+def _parts(bits: int, most: int) -> int:
+    return 1 if bits <= most else 1 + -(-(bits - most) // (most - 1))
+
+
+def features(counts: Census, family: Family) -> dict[str, float]:
+    """What prices multiply: bits by kind, lookup tables that are certain (``table``), register bits (``ff``).
+
+    With ``DSP`` and ``BRAM``, which cost what they are.
+    """
+    placed = [place(memory, family) for memory in counts.memories]
+    operators = {kind: float(counts.operators[kind]) for kind in KINDS}
+    operators["mux"] += sum(p.levels for p in placed)
+    return {
+        **operators,
+        "table": float(sum(p.tables for p in placed)),
+        "ff": float(counts.registers + sum(p.registers for p in placed)),
+        "DSP": float(sum(multipliers(w, family) for w in counts.multipliers) + _instances(counts, family, "DSP")),
+        "BRAM": float(sum(p.blocks for p in placed) + _instances(counts, family, "BRAM")),
+        "SPRAM": _instances(counts, family, "SPRAM"),
+    }
+
+
+def _instances(counts: Census, family: Family, resource: str) -> float:
+    return tally(counts.instances, family).get(resource, 0.0)
+
+
+def tally(cells: Mapping[str, int], family: Family) -> dict[str, float]:
+    """Resources of ``cells``, by type, as ``family.cells`` weighs them."""
+    return {
+        resource: sum(
+            weight * number
+            for pattern, weight in patterns.items()
+            for cell, number in cells.items()
+            if re.fullmatch(pattern, cell)
+        )
+        for resource, patterns in family.cells.items()
+    }
+
+
+def price(found: Mapping[str, float], rates: Prices) -> dict[str, float]:
+    """Resources from :func:`features`."""
+    lut = found["table"] + sum(rates.lut[kind] * found[kind] for kind in KINDS)
+    return {"LUT": lut, "FF": rates.ff * found["ff"], **{name: found[name] for name in ("DSP", "BRAM", "SPRAM")}}
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Resources of a core by block of ``hdl/core.py`` and name, those that its family has."""
+
+    blocks: Mapping[str, Mapping[str, float]]
+
+    @property
+    def total(self) -> dict[str, int]:
+        """Resources of the core."""
+        rows = list(self.blocks.values())
+        return {name: round(sum(row[name] for row in rows)) for name in rows[0]}
+
+
+def estimate(design: Design, family: Family) -> Estimate:
+    """What ``design`` takes of ``family``'s parts; takes some seconds, since the core is elaborated."""
+    rates, blocks = prices(), {}
+    for name, counts in census(design).items():
+        priced = price(features(counts, family), rates)
+        blocks[name] = {resource: priced[resource] for resource in family.cells}
+    return Estimate(blocks)
+
+
+def misfits(total: Mapping[str, float], target: Target) -> list[str]:
+    """For every resource that ``target`` certainly lacks: its name, the need and what the part has.
+
+    Lookup tables and flip-flops may be over by as much as the fit's own largest error.
+    """
+    error = prices().error
+    return [
+        f"{name}: about {total[name]:,} are needed, {target.name} has {have:,}"
+        for name, have in target.available.items()
+        if total[name] > have * (1 + error.get(name, 0.0))
+    ]

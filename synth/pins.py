@@ -1,0 +1,42 @@
+"""A core whose words pass through shift registers, so that it fits a package of few pins."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Cat, Module, Shape, Signal, Value
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+
+class Pins(wiring.Component):
+    """``core`` with every port one bit wide, for place and route alone.
+
+    While ``shift`` is high, words come in and go out bit by bit, the lowest first; outputs are captured while it is
+    low.  Resources: a register for every bit of the words.
+    """
+
+    def __init__(self, core: wiring.Component) -> None:
+        self._core = core
+        super().__init__({"shift": In(1), **{name: port.flow(1) for name, port in core.signature.members.items()}})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.top = self._core
+        for name, port in self._core.signature.members.items():
+            pin, word = getattr(self, name), Value.cast(getattr(self._core, name))
+            register = Signal(Shape.cast(port.shape).width, name=f"{name}_register", reset_less=True)
+            shifted = Cat(register[1:], pin if port.flow is In else 0)
+            if len(word) == 1:
+                m.d.comb += word.eq(pin) if port.flow is In else pin.eq(word)
+            elif port.flow is In:
+                m.d.comb += word.eq(register)
+                with m.If(self.shift):
+                    m.d.sync += register.eq(shifted)
+            else:
+                assert port.flow is Out
+                m.d.comb += pin.eq(register[0])
+                m.d.sync += register.eq(word)
+                with m.If(self.shift):
+                    m.d.sync += register.eq(shifted)
+        return m

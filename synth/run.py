@@ -1,0 +1,61 @@
+"""``tfra synth``: a directory with the report, the logs and, where the tools can make one, the bitstream."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from amaranth.back import rtlil
+
+from tfra.codegen.files import atomic_directory
+from tfra.codegen.verilog import Top, to_rtlil
+from tfra.model.design import Design
+from tfra.synth.estimate import estimate, misfits
+from tfra.synth.flow import NETLIST, pack, route, synthesise
+from tfra.synth.pins import Pins
+from tfra.synth.report import median_route, render, report
+from tfra.synth.targets import Target
+from tfra.synth.tools import programs, require
+
+SIDECAR = "report.json"
+
+
+def run(
+    design: Design, target: Target, directory: Path, seeds: int, clock_mhz: float, say: Callable[[str], None]
+) -> dict[str, Any]:
+    """Synthesise ``design`` for ``target``, place and route it with seeds 1 to ``seeds``, and return the report.
+
+    Writes ``report.json``, ``report.txt``, a log of every tool and the bitstream of the median seed into
+    ``directory``, all or nothing; ``say`` is told what goes on.  Raises ``InputError`` for a missing tool or a
+    directory that can't be written, ``ValueError`` for a design that does not fit, :class:`tools.ToolError`.
+    """
+    require(programs(target.family))
+    with atomic_directory(directory, SIDECAR) as fresh:
+        say("estimating")
+        estimated = estimate(design, target.family).total
+        if lacks := misfits(estimated, target):
+            raise ValueError(lacks[0])
+        say("synthesis")
+        synthesis = synthesise(netlist(design, target), design.name, target, fresh)
+        routes = []
+        for seed in range(1, (seeds if target.family.program else 0) + 1):
+            say(f"place and route, seed {seed} of {seeds}")
+            routes.append(route(target, fresh, seed, clock_mhz))
+        if routes:
+            say("bitstream")
+            pack(target, fresh, median_route(routes).seed, design.name)
+        found = report(design, target, synthesis, routes, estimated)
+        for leftover in [fresh / NETLIST, *fresh.glob("*.layout")]:
+            leftover.unlink()
+        (fresh / "report.txt").write_text(render(found))
+        (fresh / SIDECAR).write_text(json.dumps(found, indent=1) + "\n")
+    return found
+
+
+def netlist(design: Design, target: Target) -> str:
+    """RTLIL of the core, behind shift registers where the package has few pins."""
+    if not target.family.few_pins:
+        return to_rtlil(design)
+    return str(rtlil.convert(Pins(Top(design)), name=design.name, emit_src=False))

