@@ -29,9 +29,9 @@ from tfra.synth.tools import versions
 FOLDER = ROOT / "bench" / "baselines"
 
 
-def core(rows: int, columns: int, mac: int, sweep: int) -> Design:
+def core(rows: int, columns: int, mac: int) -> Design:
     """A core on a grid of 4 mm x 2 mm."""
-    return Design(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), name="core", architecture=Architecture(mac, sweep))
+    return Design(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), name="core", architecture=Architecture(mac))
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Subject:
     seeds: int
 
 
-SMALL, LARGE = core(4, 4, 4, 3), core(10, 10, 16, 26)
+SMALL, LARGE = core(4, 4, 4), core(10, 10, 16)
 
 SUBJECTS = {
     "cordic": Subject(lambda: str(rtlil.convert(Cordic(SMALL), name="cordic", emit_src=False)), "cordic", "ecp5-25", 1),

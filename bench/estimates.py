@@ -29,24 +29,24 @@ DATA = ROOT / "synth" / "estimate_data.json"
 TARGET = find("ecp5-85")
 
 
-def design(rows: int, columns: int, mac: int, sweep: int, **others: Any) -> Design:
+def design(rows: int, columns: int, mac: int, **others: Any) -> Design:
     """A core on a grid of 4 mm x 2 mm."""
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, name=f"a{rows}x{columns}_l{mac}_p{sweep}", architecture=Architecture(mac, sweep), **others)
+    return Design(sensor, name=f"a{rows}x{columns}_l{mac}", architecture=Architecture(mac), **others)
 
 
 FITTED = (
-    design(4, 4, 4, 3),
-    design(2, 2, 1, 1),
-    design(3, 5, 2, 20, adc=Adc(10)),
-    design(3, 3, 4, 5, formats=replace(FORMATS["wide"], name="custom")),
-    design(4, 6, 8, 34, search=Search(100, 3.0)),
+    design(4, 4, 4),
+    design(2, 2, 1),
+    design(3, 5, 2, adc=Adc(10)),
+    design(3, 3, 4, formats=replace(FORMATS["wide"], name="custom")),
+    design(4, 6, 8, search=Search(100, 3.0)),
 )
 UNSEEN = (
-    design(5, 5, 12, 13),
-    design(6, 4, 24, 6, search=Search(30)),
-    design(7, 9, 32, 17),
-    design(10, 10, 16, 26),
+    design(5, 5, 12),
+    design(6, 4, 24, search=Search(30)),
+    design(7, 9, 32),
+    design(10, 10, 16),
 )
 
 

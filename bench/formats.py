@@ -25,7 +25,7 @@ SEED = 2024
 
 def measure(sensor: SensorArray, formats: str, contacts: int) -> dict[str, Any]:
     """Agreement of the two models on the swept ones of ``contacts`` random contacts."""
-    design = Design(sensor, formats=FORMATS[formats], architecture=Architecture(4, 26))
+    design = Design(sensor, formats=FORMATS[formats], architecture=Architecture(4))
     codes = contact_codes(design, contacts, SEED)
     exact = Tfra(sensor)(codes * design.adc.lsb)
     found = decode(design, FixedTfra(design)(codes).words)

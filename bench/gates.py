@@ -18,8 +18,8 @@ from tfra.sim.run import simulate
 
 FRAMES = 3
 DESIGNS = (
-    Design(SensorArray(4, 4, 4e-3, 4e-3, 3e-3), "gates4", search=Search(8), architecture=Architecture(4, 3)),
-    Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), "gates10", architecture=Architecture(16, 26)),
+    Design(SensorArray(4, 4, 4e-3, 4e-3, 3e-3), "gates4", search=Search(8), architecture=Architecture(4)),
+    Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), "gates10", architecture=Architecture(16)),
 )
 
 

@@ -22,7 +22,6 @@ from tfra.model.sensor import SensorArray
 
 SIZES = (4, 8, 10, 16, 20, 32)
 LANES = (16, 64)
-SWEEP_LANES = 26
 WORDS, WORD_BITS = 1024, 18
 """Of one block memory: DP16KD of ECP5, half a RAMB36E1 of 7-series."""
 DEVICES = {"ECP5-25": 56, "ECP5-45": 108, "ECP5-85": 208, "Artix-7 200T": 730}
@@ -34,7 +33,7 @@ STORED = {"pinv": 8, "gram": 6}
 def square(size: int, lanes: int, operators: Form = "pinv") -> Design:
     """A core of ``size x size`` taxels at 4 mm under 3 mm."""
     sensor = SensorArray(size, size, 4e-3, 4e-3, 3e-3)
-    return Design(sensor, architecture=Architecture(lanes, SWEEP_LANES), operators=operators)
+    return Design(sensor, architecture=Architecture(lanes), operators=operators)
 
 
 def synthesised(design: Design) -> dict[str, int]:
@@ -128,7 +127,7 @@ def plot(rows: list[dict[str, Any]]) -> None:
 def main() -> None:
     """Compute, print, write the JSON, the tables and the plot."""
     rows = [measure(size, lanes) for size in SIZES for lanes in LANES if lanes <= size**2]
-    store("growth", {"sweep_lanes": SWEEP_LANES, "rows": rows})
+    store("growth", {"rows": rows})
     plot(rows)
     insert("growth", table(rows), "docs/growth.md")
     insert("limits", limit_table(), "docs/growth.md")

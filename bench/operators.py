@@ -88,7 +88,7 @@ def agreement(design: Design, found: Result, exact: Result) -> dict[str, Any]:
 
 def measure(sensor: SensorArray, contacts: int) -> dict[str, dict[str, Any]]:
     """All forms on the same frames."""
-    lanes = Architecture(LANES if sensor.taxels >= 100 else 8, 26)
+    lanes = Architecture(LANES if sensor.taxels >= 100 else 8)
     plain = Design(sensor, architecture=lanes)
     codes = contact_codes(plain, contacts, SEED)
     exact = Tfra(sensor)(codes * plain.adc.lsb)

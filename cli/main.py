@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from typing import Annotated
@@ -83,6 +84,7 @@ def top(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line (``sys.argv`` by default) and return its exit code."""
+    warnings.showwarning = lambda message, *_: print(message, file=sys.stderr)
     try:
         return app(arguments, prog_name="tfra", standalone_mode=False) or 0
     except InputError as error:

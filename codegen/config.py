@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 import tomllib
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -182,7 +183,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
             adc=adc,
             search=search,
             formats=formats,
-            architecture=_architecture(document.architecture, sensor, search),
+            architecture=_architecture(file, document.architecture, sensor, search),
             images=document.target.images,
             target=document.target.name,
         )
@@ -199,15 +200,17 @@ def _formats(section: FormatsSection) -> Formats:
     return replace(base, name="custom", **overrides) if overrides else base
 
 
-def _architecture(section: ArchitectureSection, sensor: SensorArray, search: Search) -> Architecture:
-    """Fill in defaults, limited to what a small sensor or a short sweep can keep busy."""
-    usual = Architecture()
+def _architecture(file: Path, section: ArchitectureSection, sensor: SensorArray, search: Search) -> Architecture:
+    """Fill in defaults, limited to what a small sensor can keep busy."""
     most = 4 * -(-sensor.rows // 2) * -(-sensor.columns // 2)
-    mac, sweep = section.mac_lanes, section.sweep_lanes
-    return Architecture(
-        mac_lanes=min(usual.mac_lanes, most) if mac is None else mac,
-        sweep_lanes=min(usual.sweep_lanes, search.steps + 1) if sweep is None else sweep,
-    )
+    lanes, sweep, candidates = section.mac_lanes, section.sweep_lanes, search.steps + 1
+    if sweep is not None:
+        if not 1 <= sweep <= candidates:
+            reason = f"1 to {candidates} (steps + 1 candidates) is needed, got {sweep}"
+            raise ValueError(f"architecture.sweep_lanes: {reason}")
+        reason = "has no effect: the sweep takes a cycle for each taxel and each candidate without lanes"
+        warnings.warn(f"{file}: architecture.sweep_lanes: {reason}", FutureWarning, stacklevel=2)
+    return Architecture(mac_lanes=min(Architecture().mac_lanes, most) if lanes is None else lanes)
 
 
 def _contacts(file: Path, document: Document) -> Iterator[Contact]:

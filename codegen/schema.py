@@ -70,7 +70,7 @@ class FormatsSection(Section):
 
 
 class ArchitectureSection(Section):
-    """``[architecture]``: parallelism; the defaults follow from the sensor and the search."""
+    """``[architecture]``: parallelism; the default follows from the sensor; ``sweep_lanes`` has no effect any more."""
 
     mac_lanes: int | None = None
     sweep_lanes: int | None = None

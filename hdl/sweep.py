@@ -5,15 +5,16 @@
     normal (e1) -- queue --- butterfly(e1)     = q ------------+-- Loader: one taxel (p, q, stress) a cycle
                                                    |
                                                    v
-          .-- x + P q, y - P q, q <-- memory -- Passes: x = K (p - [negative] q), y = K b - x
-          '----------------------------------------|          one pass per P candidates
-                                                   v
-                      Lanes: lane c sums max(0, x + c q) and max(0, y - c q), a cycle behind lane c - 1
-                                                   |  a row (B^z, S) a cycle, in the order of candidates
-                                                   v
-                      Judge: smallest B^z so far, then smallest |S - M| = B^xy on its plateau -- index
+                         Terms: x = K (p - [negative] q), y = K b - x
+                                   |                       |
+                                   v                       v
+                 Sums of max(0, x + k q) = B^z    Sums of max(0, y - k q) = S      one candidate k a cycle
+                                   |                       |
+                                   v                       v
+                 Judge: smallest B^z so far, then smallest |S - M| = B^xy on its plateau -- index
 
-No multiplier is used: constant factors are additions of shifted words.
+A frame takes m + K cycles, not m K: see :class:`tfra.hdl.sweep_sums.Sums`.  No multiplier is used: constant factors are
+additions of shifted words.
 """
 
 from __future__ import annotations
@@ -30,13 +31,14 @@ from tfra.hdl.arithmetic import count
 from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.streams import Buffer, Queue
 from tfra.hdl.sweep_judge import Judge, judge_latency
-from tfra.hdl.sweep_lanes import Lanes, lanes_latency
 from tfra.hdl.sweep_loader import PLACES, TURN, Loader
-from tfra.hdl.sweep_passes import Passes, frame_wait, pass_interval
+from tfra.hdl.sweep_sums import Sums, first_row, sums_wait
+from tfra.hdl.sweep_terms import Terms, term, terms_latency
 from tfra.model.design import Design
+from tfra.model.fixed.widths import widths
 
 _FRAMES = 4
-"""Frames on their way from the first quad of q to an index that is taken: lanes, rows, judge and one to wait."""
+"""Frames on their way from the first quad of q to an index that is taken: terms, sums, judge and one to wait."""
 
 _WAITING = {"stress": FRAMES + 1, "g": FRAMES, "normal": 2 * FRAMES}
 """Vectors that may wait: those of all frames in flight, so that the products never do; of stress one more, that of
@@ -48,18 +50,19 @@ class Sweep(wiring.Component):
     """``index`` of the candidate with the smallest B^xy on the plateau of B^z; equal to the model's ``sweep``.
 
     Takes frames back to back: stress, g and normal wait in queues, direction and frame in a buffer each.  A quad of
-    e0 enters with its g; quads of e1 enter with stress, facts being there.  With I = :func:`pass_interval` and R
-    passes, entries (``Queue.latency`` cycles behind their transfers at the earliest) are
-    apart at least
+    e0 enters with its g; quads of e1 enter with stress, facts being there.  Entries (``Queue.latency`` cycles behind
+    their transfers at the earliest) are apart at least
 
         between quads of e0                                  1
         from the last of e0 to the first of e1               ``turn``
         between quads of e1                                  ``quad_interval``
         from the last of e1 to e0 of the next frame          ``quad_interval``
-        from the last of e1 to e1 of the next frame          ``frame_interval`` = (R - 1) I + max(5, I + 4 - 4 Q)
+        from the last of e1 to e1 of the next frame          ``frame_interval``
 
-    Resources: no multiplier; per lane four adders and the read-out of two sums; memories of 5 Q vector quads, 2 Q
-    stress quads and, with several passes, m taxels; with a tolerance the sums of all candidates.
+    After a reset, the first quad of e1 waits for ``frame_interval`` cycles, in which the memories are cleared.
+
+    Resources: no multiplier; two dividers without feedback; memories of 5 Q vector quads, 2 Q stress quads and
+    2 (K + 1) entries of the sums; with a tolerance the sums of all candidates.
 
     Members:
         stress: Q taxel-domain quads of the normalised frame.
@@ -97,50 +100,53 @@ class Sweep(wiring.Component):
     @property
     def frame_interval(self) -> int:
         """Cycles from a frame's last quad of e1 to the first of the next frame at the shortest."""
-        return frame_wait(self._design)
+        return PLACES - 1 + sums_wait(self._design)
 
     @property
     def interval(self) -> int:
-        """Cycles per frame while all inputs are always there and the index is always taken.
-
-        With R passes and I = :func:`pass_interval`: ``(R - 1) I + max(I, 4 Q + 1)``, at least ``5 Q + 2`` for all
-        quads to enter.
-        """
+        """Cycles per frame while all inputs are always there and the index is always taken; at least 5 Q + 2."""
         quads = self._design.quads
-        between = max(self.frame_interval, PLACES + quads - 1 + TURN)
-        return PLACES * (quads - 1) + between
+        return PLACES * (quads - 1) + max(self.frame_interval, PLACES + quads - 1 + TURN)
 
     @property
     def latency(self) -> int:
         """Cycles from the transfer of the frame's last normal quad (the 2Q-th) to that of the index.
 
         The unit waits for this quad, that is, the quads before it have entered as early as they may.  With k levels
-        of the product by K (:func:`product_latency`), B levels of the read-out (:func:`lanes_latency`), R passes and
-        I = :func:`pass_interval`: ``17 + k + B + K + (R - 1) (I - P)``, and ``K + 3`` more with a tolerance.
+        of the product by K (:func:`product_latency`) and Z quotient bits: ``26 + k + Z + K``, and ``K + 3`` more with a
+        tolerance.
         """
         design = self._design
-        again = (design.sweep_passes - 1) * pass_interval(design)
-        last = design.search.steps - (design.sweep_passes - 1) * design.architecture.sweep_lanes
-        rows = again + last + lanes_latency(design)
-        return Queue.latency + Passes.latency(design) + rows + judge_latency(design) + 1
+        rows = first_row(design) + design.search.steps
+        return Queue.latency + terms_latency(design) + rows + judge_latency(design) + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.loader = loader = Loader(self._design)
-        m.submodules.passes = passes = Passes(self._design)
-        m.submodules.lanes = lanes = Lanes(self._design)
+        m.submodules.terms = terms = Terms(self._design)
         m.submodules.judge = judge = Judge(self._design)
+        words, w = term(self._design), widths(self._design)
+        m.submodules.z = z = Sums(self._design, words["x"].width, w.b_z)
+        m.submodules.xy = xy = Sums(self._design, words["y"].width, w.b_xy)
         self._wait(m, loader)
         m.d.comb += [
             loader.free.eq(self._free(m, loader)),
-            passes.i.eq(loader.taxel),
-            passes.ends.eq(loader.ends),
-            lanes.i.eq(passes.o),
-            passes.back.eq(lanes.o),
-            judge.row.eq(lanes.row),
-            judge.measured.eq(passes.measured),
-            judge.exponent.eq(passes.exponent),
+            terms.i.eq(loader.taxel),
+            terms.ends.eq(loader.ends),
+            z.first.eq(terms.o.x),
+            z.step.eq(terms.o.q),
+            z.size.eq(terms.o.size),
+            xy.first.eq(terms.o.y),
+            xy.step.eq(terms.o.r),
+            xy.size.eq(terms.o.size),
+            judge.row.z.eq(z.sum),
+            judge.row.xy.eq(xy.sum),
+            judge.row.valid.eq(z.valid),
         ]
+        for sums in (z, xy):
+            m.d.comb += [sums.i_valid.eq(terms.valid), sums.ended.eq(terms.ended)]
+        with m.If(z.begins):  # what the judge looks at stands until it has seen all candidates
+            m.d.sync += [judge.measured.eq(terms.measured), judge.exponent.eq(terms.exponent)]
         m.submodules.indices = indices = SyncFIFO(width=len(judge.index), depth=_FRAMES)
         m.d.comb += [
             indices.w_data.eq(judge.index),
@@ -166,7 +172,8 @@ class Sweep(wiring.Component):
 
     def _free(self, m: Module, loader: Loader) -> Value:
         """The passes of the frame before leave room for another, and there is a place for its index."""
-        wait, frames = Signal(range(self.frame_interval)), Signal(count(_FRAMES))
+        wait = Signal(range(self.frame_interval), init=self.frame_interval - 2)
+        frames = Signal(count(_FRAMES))
         with m.If(loader.ends):
             m.d.sync += wait.eq(self.frame_interval - 2)  # the loader begins a cycle later
         with m.Elif(wait != 0):

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Cat, Module, Signal, Value, signed, unsigned
-from amaranth.lib import wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
 from tfra.hdl.pipeline import delayed, register, walk
-from tfra.hdl.sweep_lanes import row_layout, unit_shift
-from tfra.hdl.sweep_passes import measured_sum
+from tfra.hdl.sweep_terms import measured_sum, unit_shift
 from tfra.model.design import Design
 from tfra.model.fixed.sweep import tolerance
 from tfra.model.fixed.widths import widths
@@ -22,6 +21,12 @@ _DISTANCE = 2
 """Cycles from a row to its B^xy: difference, magnitude."""
 _REPLAY = 3
 """Cycles from the read of a row to its turn: memory, its register, comparison with the limit."""
+
+
+def row_layout(design: Design) -> data.StructLayout:
+    """The sums of one candidate."""
+    w = widths(design)
+    return data.StructLayout({"z": unsigned(w.b_z), "xy": unsigned(w.b_xy), "valid": 1})
 
 
 def judge_latency(design: Design) -> int:
@@ -59,11 +64,8 @@ class Judge(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        number, z = self._number(m), self.row.z
-        steps = self._design.search.steps
-        last = number == steps
-        # Lanes of the last pass may have no candidate.
-        valid = self.row.valid & (number <= steps) if (1 << len(number)) - 1 > steps else self.row.valid
+        z, valid = self.row.z, self.row.valid
+        number, last = walk(m, valid, self._design.candidates)
         lowest = Signal(len(z), reset_less=True)
         lower = valid & ((number == 0) | (z < lowest))
         with m.If(lower):
@@ -78,11 +80,6 @@ class Judge(wiring.Component):
             self._best(m, distance, place, equal, fresh)
         m.d.comb += self.found.eq(delayed(m, valid & last, judge_latency(self._design), control=True))
         return m
-
-    def _number(self, m: Module) -> Signal:
-        """Candidate of the row; the last pass has rows beyond K."""
-        rows = self._design.sweep_passes * self._design.architecture.sweep_lanes
-        return walk(m, self.row.valid, rows)[0]
 
     def _distance(self, m: Module) -> Signal:
         """B^xy of the row."""

@@ -92,10 +92,9 @@ TARGETS = ("portable", "ecp5", "ice40")
 
 @dataclass(frozen=True, slots=True)
 class Architecture:
-    """Parallelism: ``mac_lanes`` multiply-accumulate lanes, ``sweep_lanes`` candidates at once."""
+    """Parallelism: ``mac_lanes`` multiply-accumulate lanes."""
 
     mac_lanes: int = 16
-    sweep_lanes: int = 26
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,9 +133,6 @@ class Design:
         allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)
         reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"
         _require(allowed, "architecture.mac_lanes", reason)
-        lanes, most = self.architecture.sweep_lanes, self.candidates
-        reason = f"1 to {most} (steps + 1 candidates) is needed, got {lanes}"
-        _require(1 <= lanes <= most, "architecture.sweep_lanes", reason)
         reason = f"the {self.adc.bits}-bit converter needs an operand of {self.adc.bits} bits or more"
         _require(self.formats.operand >= self.adc.bits, "formats.operand", reason)
 
@@ -159,8 +155,3 @@ class Design:
     def candidates(self) -> int:
         """K + 1 points of the sweep."""
         return self.search.steps + 1
-
-    @property
-    def sweep_passes(self) -> int:
-        """Times the taxels run past the sweep lanes."""
-        return -(-self.candidates // self.architecture.sweep_lanes)

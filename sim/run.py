@@ -190,7 +190,7 @@ def _patience(design: Design) -> int:
     """Cycles that no core needs for a frame, however few its lanes."""
     m, architecture = design.sensor.taxels, design.architecture
     products = 8 * (4 * design.quads) ** 2 // architecture.mac_lanes
-    return 10_000 + 4 * (products + 8 * m * (design.sweep_passes + 4))
+    return 10_000 + 4 * (products + 32 * m + 8 * design.candidates)
 
 
 def _run(design: Design, job: Job, outcome: Outcome, simulator: str) -> Run:

@@ -101,10 +101,7 @@ def timing(design: Design, mhz: float | None) -> dict[str, Any]:
 def render(found: Mapping[str, Any]) -> str:
     """The report as text, lines of at most ``WIDTH`` characters."""
     console = Console(file=io.StringIO(), width=WIDTH, color_system=None)
-    lanes = found["architecture"]
-    console.print(
-        f"{found['name']} on {found['target']}: {lanes['mac_lanes']} MAC lanes, {lanes['sweep_lanes']} sweep lanes"
-    )
+    console.print(f"{found['name']} on {found['target']}: {found['architecture']['mac_lanes']} MAC lanes")
     console.print(_resources(found["resources"]))
     if found["mapper"] == "abc":
         console.print("ABC9 aborted on this netlist: lookup tables are ABC's, which knows no delays.", soft_wrap=True)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from bisect import bisect_left
 from dataclasses import dataclass, replace
 from functools import cache
 
 from tfra.hdl.timing import Timing
 from tfra.model.design import Architecture, Design
 from tfra.synth.estimate import estimate, misfits
-from tfra.synth.targets import Family, Target
+from tfra.synth.targets import Target
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,78 +67,28 @@ def mac_choices(design: Design) -> list[int]:
     return [1, 2, *range(4, 4 * design.quads + 1, 4)]
 
 
-def sweep_choices(design: Design) -> list[int]:
-    """Every number of sweep lanes that no smaller one equals in passes, upwards."""
-    return sorted({-(-design.candidates // passes) for passes in range(1, design.candidates + 1)})
-
-
 def size(design: Design, target: Target, bounds: Bounds) -> Sized:
-    """The core of fewest estimated lookup tables that meets ``bounds`` and fits ``target``.
+    """The core of fewest lanes that meets ``bounds`` and fits ``target``.
 
-    Raises ``ValueError``, which says what is reached at best, when none does.  More lanes are taken never to be
-    slower: only the smallest number of sweep lanes is looked at for every number of MAC lanes.
+    Raises ``ValueError``, which says what is reached at best or what is lacking, when none does.  More lanes are taken
+    never to be slower, and to need less of nothing but block memories, whose depth they share.
     """
-    macs, sweeps = mac_choices(design), sweep_choices(design)
+    choices = mac_choices(design)
 
     @cache
-    def reached(architecture: Architecture) -> Speed:
-        return speed(replace(design, architecture=architecture))
+    def reached(lanes: int) -> Speed:
+        return speed(replace(design, architecture=Architecture(lanes)))
 
-    def good(mac: int, sweep: int) -> bool:
-        return not reached(Architecture(mac, sweep)).misses(bounds)
-
-    if missed := reached(Architecture(macs[-1], sweeps[-1])).misses(bounds):
-        raise ValueError(f"{missed[0]}, at {bounds.clock_mhz:g} MHz with {macs[-1]} MAC and {sweeps[-1]} sweep lanes")
-    cost = _cost(design, target.family)
+    if missed := reached(choices[-1]).misses(bounds):
+        raise ValueError(f"{missed[0]}, at {bounds.clock_mhz:g} MHz with {choices[-1]} MAC lanes")
     lacks: list[str] = []
-    for candidate in sorted(staircase(macs, sweeps, good), key=cost):
-        resources = estimate(replace(design, architecture=candidate), target.family).total
+    for lanes in choices[bisect_left(choices, True, key=lambda lanes: not reached(lanes).misses(bounds)) :]:
+        chosen = Architecture(lanes)
+        resources = estimate(replace(design, architecture=chosen), target.family).total
         lacking = misfits(resources, target)
         if not lacking:
-            return Sized(candidate, reached(candidate), resources)
+            return Sized(chosen, reached(lanes), resources)
         lacks = lacks or lacking
+        if not all(sentence.startswith("BRAM:") for sentence in lacking):
+            break
     raise ValueError(f"{lacks[0]}, for the smallest core that is fast enough")
-
-
-def staircase(macs: list[int], sweeps: list[int], good: Callable[[int, int], bool]) -> Iterator[Architecture]:
-    """The corners of what is ``good``: for every number of MAC lanes that makes a difference the fewest sweep lanes.
-
-    ``good(macs[-1], sweeps[-1])`` is taken for granted, and that more lanes of either kind are as good.
-    """
-    first = _first(len(macs), lambda place: good(macs[place], sweeps[-1]))
-    end = len(sweeps)
-
-    def fewest_sweeps(mac: int) -> int:
-        return _first(end, lambda place: good(mac, sweeps[place]))
-
-    for mac in macs[first:]:
-        fewest = fewest_sweeps(mac)
-        if fewest < end:
-            yield Architecture(mac, sweeps[fewest])
-        end = min(end, fewest)
-        if end == 0:
-            return
-
-
-def _first(count: int, holds: Callable[[int], bool]) -> int:
-    """The first of ``0 ... count - 1`` for which ``holds``, by bisection; ``count`` when none does."""
-    low, high = 0, count
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if holds(middle) else (middle + 1, high)
-    return low
-
-
-def _cost(design: Design, family: Family) -> Callable[[Architecture], float]:
-    """Estimated lookup tables, taken to grow evenly with the lanes of either kind."""
-
-    def tables(mac: int, sweep: int) -> int:
-        return estimate(replace(design, architecture=Architecture(mac, sweep)), family).total["LUT"]
-
-    macs, sweeps = mac_choices(design)[-2:], sweep_choices(design)[:2]
-    mac, sweep = min(macs[0], 4), sweeps[0]
-    base = tables(mac, sweep)
-    more_mac, more_sweep = min(mac + 4, macs[1]), sweeps[-1]
-    per_mac = (tables(more_mac, sweep) - base) / max(1, more_mac - mac)
-    per_sweep = (tables(mac, more_sweep) - base) / max(1, more_sweep - sweep)
-    return lambda chosen: per_mac * chosen.mac_lanes + per_sweep * chosen.sweep_lanes

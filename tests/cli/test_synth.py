@@ -27,7 +27,6 @@ thickness_mm = 3
 steps = 10
 [architecture]
 mac_lanes = 4
-sweep_lanes = 3
 """
 
 SYNTH = ("synth", "skin.toml", "--target", "ecp5-85", "--out", "fpga")
@@ -120,14 +119,14 @@ def test_wrong_targets_and_folders(folder: Path, capfd: pytest.CaptureFixture[st
 def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*SIZE, "--frames-per-second", "100", "--latency-us", "1e5", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert (found["mac_lanes"], found["sweep_lanes"], found["clock_mhz"]) == (1, 1, 150.0)
+    assert (found["mac_lanes"], found["clock_mhz"]) == (1, 150.0)
     assert found["frames_per_second"] >= 100
     assert main([*SIZE, "--frames-per-second", "100", "--latency-us", "1e5"]) == 0
     text = capsys.readouterr().out
-    assert text.startswith("[architecture]\nmac_lanes = 1\nsweep_lanes = 1\n# ecp5-85-6 at 150 MHz: ")
+    assert text.startswith("[architecture]\nmac_lanes = 1\n# ecp5-85-6 at 150 MHz: ")
 
 
 def test_size_out_of_reach(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     said = refusal(capfd, *SIZE, "--frames-per-second", "1e9", "--latency-us", "1e5", "--clock-mhz", "80")
     assert said.startswith("skin.toml: frames_per_second: 1e+09 are wanted, ")
-    assert " is the best, at 80 MHz with 4 MAC and 11 sweep lanes" in said
+    assert " is the best, at 80 MHz with 4 MAC lanes" in said

@@ -75,7 +75,7 @@ def test_every_section(read: Any) -> None:
         'name = "skin_7"\n'
         + SENSOR
         + "[adc]\nbits = 12\nfull_scale_pa = 5e4\n[search]\nsteps = 50\nplateau_tolerance = 2\n"
-        + '[formats]\nname = "wide"\nforce_fraction_bits = 6\n[architecture]\nmac_lanes = 8\nsweep_lanes = 3\n'
+        + '[formats]\nname = "wide"\nforce_fraction_bits = 6\n[architecture]\nmac_lanes = 8\n'
         + '[target]\nname = "portable"\nimages = "readmemh"\n[layer]\npoisson = 0.3\nsampling = "area"\n'
     )
     assert project.layer == LayerSpec(0.3, "area")
@@ -85,7 +85,7 @@ def test_every_section(read: Any) -> None:
         adc=Adc(12, 5e4),
         search=Search(50, 2.0),
         formats=Formats("custom", coefficient=24, operand=24, vector_fraction=14, force_fraction=6),
-        architecture=Architecture(mac_lanes=8, sweep_lanes=3),
+        architecture=Architecture(mac_lanes=8),
         images="readmemh",
     )
 
@@ -128,13 +128,18 @@ def test_contacts_keep_their_order(read: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rows", "columns", "steps", "lanes"),
-    [(2, 2, 100, (4, 26)), (3, 4, 100, (16, 26)), (2, 5, 9, (12, 10)), (10, 10, 1, (16, 2))],
+    ("rows", "columns", "lanes"),
+    [(2, 2, 4), (3, 4, 16), (2, 5, 12), (10, 10, 16)],
 )
-def test_default_lanes_fit(read: Any, rows: int, columns: int, steps: int, lanes: tuple[int, int]) -> None:
+def test_default_lanes_fit(read: Any, rows: int, columns: int, lanes: int) -> None:
     text = SENSOR.replace("rows = 10", f"rows = {rows}").replace("columns = 10", f"columns = {columns}")
-    architecture = read(f"{text}[search]\nsteps = {steps}").design.architecture
-    assert (architecture.mac_lanes, architecture.sweep_lanes) == lanes
+    assert read(text).design.architecture.mac_lanes == lanes
+
+
+def test_sweep_lanes_of_earlier_versions(read: Any, tmp_path: Path) -> None:
+    said = rf"^{tmp_path / 'sensor.toml'}: architecture.sweep_lanes: has no effect"
+    with pytest.warns(FutureWarning, match=said):
+        assert read(SENSOR + "[architecture]\nsweep_lanes = 26").design == read(SENSOR).design
 
 
 @pytest.mark.parametrize(

@@ -22,13 +22,13 @@ from tfra.model.sensor import SensorArray
 from tfra.sim.tools import environment
 
 DESIGNS = {
-    "even": Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(10), architecture=Architecture(4, 4)),
+    "even": Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(10), architecture=Architecture(4)),
     "odd": Design(
         SensorArray(3, 5, 2e-3, 2e-3, 2e-3),
         "odd",
         search=Search(7),
         formats=FORMATS["wide"],
-        architecture=Architecture(2, 8),
+        architecture=Architecture(2),
     ),
 }
 DESIGNS["files"] = replace(DESIGNS["even"], name="files", images="readmemh")

@@ -14,7 +14,7 @@ from tfra.codegen.verilog import to_verilog
 from tfra.model.design import Architecture, Design, Search
 from tfra.model.sensor import SensorArray
 
-DESIGN = Design(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), "small", search=Search(9), architecture=Architecture(4, 5))
+DESIGN = Design(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), "small", search=Search(9), architecture=Architecture(4))
 
 MODULE = """\
 module \\top.lane (clk);

@@ -29,7 +29,7 @@ def test_depth_is_that_of_the_images(name):
     ],
 )
 def test_gram_is_chosen_where_it_saves_blocks(lanes, pinv, gram, chosen):
-    design = Design(PAPER, architecture=Architecture(lanes, 26))
+    design = Design(PAPER, architecture=Architecture(lanes))
     assert blocks(design) == lanes * pinv
     assert blocks(replace(design, operators="gram")) == lanes * gram
     assert economical(design).operators == chosen
@@ -39,5 +39,5 @@ def test_gram_is_chosen_where_it_saves_blocks(lanes, pinv, gram, chosen):
 
 
 def test_sparse_operators_stay_as_they_are():
-    design = Design(PAPER, architecture=Architecture(20, 26), sparse=Filter("F2", 1))
+    design = Design(PAPER, architecture=Architecture(20), sparse=Filter("F2", 1))
     assert economical(design) is design

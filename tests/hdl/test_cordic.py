@@ -15,7 +15,7 @@ from tfra.model.fixed.cordic import cordic, cordic_gain
 from tfra.model.sensor import SensorArray
 
 SENSOR = SensorArray(4, 4, 4e-3, 4e-3, 3e-3)
-SINGLE = Architecture(1, 1)
+SINGLE = Architecture(1)
 DESIGNS = {
     "standard": Design(SENSOR, architecture=SINGLE),
     "wide": Design(SENSOR, formats=FORMATS["wide"], architecture=SINGLE),

@@ -32,20 +32,20 @@ def stream(design, codes, **stalls):
 
 
 CASES = [
-    (Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4, 8)), flowing, flowing),
+    (Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4)), flowing, flowing),
     (
-        Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16), architecture=Architecture(48, 17)),
+        Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16), architecture=Architecture(48)),
         random_stalls,
         flowing,
     ),
-    (Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=Architecture(1, 1)), flowing, bursts),
+    (Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=Architecture(1)), flowing, bursts),
     (
         Design(
             SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
             adc=Adc(16),
             search=Search(9, 2.5),
             formats=FORMATS["wide"],
-            architecture=Architecture(2, 3),
+            architecture=Architecture(2),
         ),
         bursts,
         random_stalls,
@@ -66,13 +66,13 @@ def test_every_word_equals_the_model(design, stall_in, stall_out):
 
 
 def random_design(seed):
-    """Any small array with any numbers of lanes."""
+    """Any small array with any number of lanes."""
     rng = random.Random(seed)
     rows, columns, steps = rng.randrange(2, 8), rng.randrange(2, 8), rng.choice([4, 12, 33])
     most = 4 * ((rows + 1) // 2) * ((columns + 1) // 2)
     lanes = rng.choice([1, 2, *range(4, most + 1, 4)])
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, search=Search(steps), architecture=Architecture(lanes, rng.randrange(1, steps + 2)))
+    return Design(sensor, search=Search(steps), architecture=Architecture(lanes))
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -152,7 +152,7 @@ def launched(design, codes, seen):
 
 def test_a_wrong_coefficient_is_noticed(monkeypatch):
     """The comparison is not blind: one coefficient memory that differs from the model's changes words."""
-    design = Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4, 8))
+    design = Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4))
     from tfra.hdl import matvec
 
     def corrupted(design):

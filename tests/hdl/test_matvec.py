@@ -19,7 +19,7 @@ LONG = Formats("long", coefficient=10, operand=10, vector_fraction=16, force_fra
 
 def make(rows: int, columns: int, lanes: int, formats: Formats = FORMATS["standard"], bits: int = 14) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(mac_lanes=lanes, sweep_lanes=1))
+    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(mac_lanes=lanes))
 
 
 SMALL = [

@@ -20,7 +20,7 @@ SIZES = ((2, 2), (2, 3), (3, 2), (3, 3), (4, 4), (5, 7), (4, 6), (7, 4), (10, 10
 def make(rows: int, columns: int, bits: int = 14, formats: str = "standard") -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
     return Design(
-        sensor, adc=Adc(bits=bits), formats=FORMATS[formats], architecture=Architecture(mac_lanes=1, sweep_lanes=1)
+        sensor, adc=Adc(bits=bits), formats=FORMATS[formats], architecture=Architecture(mac_lanes=1)
     )
 
 

@@ -13,5 +13,5 @@ def make_design(sensor: SensorArray, formats: str = "standard", steps: int = 100
         adc=Adc(14),
         search=Search(steps, tolerance),
         formats=FORMATS[formats],
-        architecture=Architecture(4, min(26, steps + 1)),
+        architecture=Architecture(4),
     )

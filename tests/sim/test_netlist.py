@@ -22,7 +22,7 @@ DESIGN = Design(
     adc=Adc(6),
     search=Search(2),
     formats=Formats("short", coefficient=10, operand=10, vector_fraction=0, force_fraction=0),
-    architecture=Architecture(mac_lanes=4, sweep_lanes=2),
+    architecture=Architecture(mac_lanes=4),
 )
 """Every block in few gates: they compile slowly and run at some hundred cycles a second."""
 

@@ -23,7 +23,7 @@ DESIGN = Design(
     SensorArray(2, 2, 4e-3, 2e-3, 3e-3),
     name="tiny",
     search=Search(8),
-    architecture=Architecture(mac_lanes=1, sweep_lanes=3),
+    architecture=Architecture(mac_lanes=1),
 )
 WORDS = frame_words(DESIGN)
 FRAMES = 5

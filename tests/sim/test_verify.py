@@ -27,7 +27,7 @@ DESIGN = Design(
     SensorArray(3, 2, 4e-3, 4e-3, 3e-3),
     name="tiny",
     search=Search(8),
-    architecture=Architecture(mac_lanes=2, sweep_lanes=9),
+    architecture=Architecture(mac_lanes=2),
 )
 
 

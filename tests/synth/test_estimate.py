@@ -91,12 +91,9 @@ def test_prices_meet_the_measurements(key: str) -> None:
 
 def test_more_lanes_take_more() -> None:
     sensor = SensorArray(3, 3, 4e-3, 2e-3, 3e-3)
-    base, mac, sweep = (
-        estimate(Design(sensor, architecture=Architecture(*lanes)), ECP5) for lanes in ((4, 3), (8, 3), (4, 6))
-    )
+    base, mac = (estimate(Design(sensor, architecture=Architecture(lanes)), ECP5) for lanes in (4, 8))
     assert mac.total["DSP"] == base.total["DSP"] + 4
-    assert sweep.total["DSP"] == base.total["DSP"]
-    assert mac.total["LUT"] > base.total["LUT"] < sweep.total["LUT"]
+    assert mac.total["LUT"] > base.total["LUT"]
     assert sum(row["LUT"] for row in base.blocks.values()) == pytest.approx(base.total["LUT"], abs=1)
     assert set(base.total) == {"LUT", "FF", "DSP", "BRAM"}
 

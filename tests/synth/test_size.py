@@ -1,4 +1,4 @@
-"""Sizing: the staircase against every pair, and a core against brute force over its timing."""
+"""Sizing: a core against brute force over its timing."""
 
 from __future__ import annotations
 
@@ -6,50 +6,33 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tfra.model.design import Architecture, Design, Search
 from tfra.model.sensor import SensorArray
 from tfra.synth import size as module
-from tfra.synth.size import Bounds, Speed, mac_choices, size, speed, staircase, sweep_choices
+from tfra.synth.size import Bounds, Speed, mac_choices, size, speed
 from tfra.synth.targets import find
 
-DESIGN = Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=Architecture(4, 1))
+DESIGN = Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=Architecture(4))
 TARGET = find("ecp5-85")
-
-
-@given(st.lists(st.integers(0, 8), min_size=1, max_size=9))
-def test_the_staircase_is_every_smallest_pair(steps: list[int]) -> None:
-    """``need[i]`` sweep lanes are enough with MAC lanes ``i``: any falling function of them, down to its end."""
-    need = sorted(steps, reverse=True)
-    macs, sweeps = list(range(10, 10 + len(need))), list(range(need[-1], 9))
-    good = {(mac, s) for mac, low in zip(macs, need, strict=True) for s in sweeps if s >= low}
-    corners = {
-        (mac, s)
-        for mac, s in good
-        if not any((a, b) in good and a <= mac and b <= s and (a, b) != (mac, s) for a in macs for b in sweeps)
-    }
-    found = staircase(macs, sweeps, lambda mac, sweep: (mac, sweep) in good)
-    assert {(choice.mac_lanes, choice.sweep_lanes) for choice in found} == corners
 
 
 def test_choices() -> None:
     assert mac_choices(DESIGN) == [1, 2, 4, 8, 12, 16]
-    assert sweep_choices(DESIGN) == [1, 2, 3, 4, 5, 7, 13]  # of 13 candidates: 13, 7, 5, 4, 3, 3, 2 ... passes
     for lanes in mac_choices(DESIGN):
-        replace(DESIGN, architecture=Architecture(lanes, 1))
+        replace(DESIGN, architecture=Architecture(lanes))
 
 
 @pytest.fixture
 def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Prices of lanes without elaborating any core: 100 and 300 lookup tables."""
+    """Prices of lanes without elaborating any core: 100 lookup tables each, and block memories that they share."""
 
     def cost(design: Design, family: object) -> Any:
         class Total:
             total = {  # noqa: RUF012  # a stand-in for an Estimate
-                **dict.fromkeys(("FF", "DSP", "BRAM"), 1),
-                "LUT": 100 * design.architecture.mac_lanes + 300 * design.architecture.sweep_lanes,
+                **dict.fromkeys(("FF", "DSP"), 1),
+                "BRAM": 40 // design.architecture.mac_lanes,
+                "LUT": 100 * design.architecture.mac_lanes,
             }
 
         return Total
@@ -60,24 +43,19 @@ def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("fps", "latency"), [(1e3, 1e4), (5e4, 30.0), (1e5, 1e3), (1e3, 11.0), (1.5e5, 12.0)])
 def test_the_cheapest_core(cheap: None, fps: float, latency: float) -> None:
     bounds = Bounds(100.0, fps, latency)
-    reached = {
-        (mac, sweep): speed(replace(DESIGN, architecture=Architecture(mac, sweep)))
-        for mac in mac_choices(DESIGN)
-        for sweep in sweep_choices(DESIGN)
-    }
+    reached = {lanes: speed(replace(DESIGN, architecture=Architecture(lanes))) for lanes in mac_choices(DESIGN)}
     fast = [lanes for lanes, found in reached.items() if not found.misses(bounds)]
     if not fast:
         with pytest.raises(ValueError, match="is the best"):
             size(DESIGN, TARGET, bounds)
         return
-    best = min(100 * mac + 300 * sweep for mac, sweep in fast)
     found = size(DESIGN, TARGET, bounds)
-    assert found.resources["LUT"] == best
-    assert found.speed == reached[found.architecture.mac_lanes, found.architecture.sweep_lanes]
+    assert found.architecture.mac_lanes == min(fast)
+    assert found.speed == reached[min(fast)]
 
 
 def test_bounds_out_of_reach(cheap: None) -> None:
-    best, lanes = r"[\d.]+ is the best", "at 100 MHz with 16 MAC and 13 sweep lanes"
+    best, lanes = r"[\d.]+ is the best", "at 100 MHz with 16 MAC lanes"
     with pytest.raises(ValueError, match=rf"^frames_per_second: 1e\+09 are wanted, {best}, {lanes}$"):
         size(DESIGN, TARGET, Bounds(100.0, 1e9, 1e3))
     with pytest.raises(ValueError, match=rf"^latency_us: 0.1 is wanted, {best}, {lanes}$"):
@@ -85,9 +63,17 @@ def test_bounds_out_of_reach(cheap: None) -> None:
 
 
 def test_nothing_fits(cheap: None) -> None:
-    tiny = replace(TARGET, name="tiny", available={"LUT": 100, "DSP": 1})
-    with pytest.raises(ValueError, match=r"^LUT: about 400 are needed, tiny has 100, for the smallest core"):
+    tiny = replace(TARGET, name="tiny", available={"LUT": 90, "DSP": 1})
+    with pytest.raises(ValueError, match=r"^LUT: about 100 are needed, tiny has 90, for the smallest core"):
         size(DESIGN, tiny, Bounds(100.0, 1.0, 1e6))
+
+
+def test_more_lanes_for_fewer_memories(cheap: None) -> None:
+    shallow = replace(TARGET, name="shallow", available={"LUT": 1000, "BRAM": 10})
+    assert size(DESIGN, shallow, Bounds(100.0, 1.0, 1e6)).architecture.mac_lanes == 4
+    both = replace(TARGET, name="both", available={"LUT": 300, "BRAM": 10})
+    with pytest.raises(ValueError, match=r"^BRAM: about 40 are needed, both has 10, for the smallest core"):
+        size(DESIGN, both, Bounds(100.0, 1.0, 1e6))
 
 
 def test_misses() -> None:

@@ -7,7 +7,7 @@ import random
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats, Search
 from tfra.model.sensor import SensorArray
 
-ONE = Architecture(1, 1)
+ONE = Architecture(1)
 
 DESIGNS = {
     "2×3": Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=ONE),
