@@ -16,13 +16,13 @@ from typing import Any
 from amaranth.back import rtlil
 
 from bench.publish import ROOT
-from tfra.codegen.verilog import to_rtlil
 from tfra.hdl.cordic import Cordic
 from tfra.model.design import Architecture, Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.baseline import entry, key
 from tfra.synth.flow import route, synthesise
 from tfra.synth.report import clock_facts, median_route, resource_facts
+from tfra.synth.run import netlist
 from tfra.synth.targets import find
 from tfra.synth.tools import versions
 
@@ -48,9 +48,9 @@ SMALL, LARGE = core(4, 4, 4), core(10, 10, 16)
 
 SUBJECTS = {
     "cordic": Subject(lambda: str(rtlil.convert(Cordic(SMALL), name="cordic", emit_src=False)), "cordic", "ecp5-25", 1),
-    "small_cells": Subject(lambda: to_rtlil(SMALL), SMALL.name, "ecp5-25", 0),
-    "small": Subject(lambda: to_rtlil(SMALL), SMALL.name, "ecp5-45", 3),
-    "large_cells": Subject(lambda: to_rtlil(LARGE), LARGE.name, "ecp5-85", 0),
+    "small_cells": Subject(lambda: netlist(SMALL, find("ecp5-25")), SMALL.name, "ecp5-25", 0),
+    "small": Subject(lambda: netlist(SMALL, find("ecp5-45")), SMALL.name, "ecp5-45", 3),
+    "large_cells": Subject(lambda: netlist(LARGE, find("ecp5-85")), LARGE.name, "ecp5-85", 0),
 }
 """By name; the first is small enough for a test, the second takes a minute, the others are for ``make baselines``."""
 

@@ -16,12 +16,12 @@ import numpy as np
 from scipy.optimize import nnls
 
 from bench.publish import ROOT
-from tfra.codegen.verilog import to_rtlil
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, census
 from tfra.synth.estimate import KINDS, Prices, features, price
 from tfra.synth.flow import synthesise
+from tfra.synth.run import netlist
 from tfra.synth.targets import find
 from tfra.synth.tools import versions
 
@@ -53,7 +53,7 @@ UNSEEN = (
 def measure(subject: Design) -> dict[str, Any]:
     """Features and resources of one design."""
     with tempfile.TemporaryDirectory() as folder:
-        found = synthesise(to_rtlil(subject), subject.name, TARGET, Path(folder))
+        found = synthesise(netlist(subject, TARGET), subject.name, TARGET, Path(folder))
     return {"name": subject.name, "features": asked(subject), "measured": dict(found.resources)}
 
 

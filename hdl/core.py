@@ -262,9 +262,11 @@ class Core(wiring.Component):
             m.submodules[f"{name}_fork"] = fork = Fork(shape, len(fields))
             connect(m, getattr(blocks[source], name), fork.i)
             for way, (user, looked_at) in enumerate(fields.items()):
+                if user == "phi":  # which works at once
+                    connect(m, fork.o[way], self._phi(m, blocks))
+                    continue
                 block, _, port = user.partition(".")
-                sink = self._phi(m, blocks) if user == "phi" else getattr(blocks[block], port or name)
-                label = f"{name}_{user.replace('.', '_')}"
+                sink, label = getattr(blocks[block], port or name), f"{name}_{user.replace('.', '_')}"
                 connect(m, fork.o[way], self._facts(m, label, shape, looked_at, _HELD, sink))
 
     def _facts(self, m: Module, label: str, shape: Any, fields: tuple[str, ...], depth: int, sink: Any) -> Any:

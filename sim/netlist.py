@@ -11,7 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from tfra.codegen.sidecar import sidecar
-from tfra.codegen.verilog import run_yosys, to_rtlil
+from tfra.codegen.verilog import Top, run_yosys, to_rtlil, with_free_collisions
 from tfra.hdl.primitives import cell_models
 from tfra.model.design import Design
 from tfra.model.errors import InputError
@@ -43,7 +43,7 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
     place = cache / "netlists" / f"{design.name}-{family}-{key}"
     with once(place) as fresh:
         if fresh:
-            (fresh / "core.il").write_text(to_rtlil(design))
+            (fresh / "core.il").write_text(with_free_collisions(to_rtlil(Top(design), design.name)))
             script = f"read_rtlil core.il; {command} -top {design.name}; write_verilog -noattr {design.name}.v"
             try:
                 run_yosys(script, fresh)

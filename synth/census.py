@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from tfra.codegen.verilog import to_rtlil
+from tfra.codegen.verilog import Top, to_rtlil
 from tfra.model.design import Design
 
 _ADD = ("$add", "$sub", "$neg", "$lt", "$le", "$gt", "$ge")
@@ -54,7 +54,7 @@ class Census:
 @lru_cache(maxsize=16)
 def census(design: Design) -> dict[str, Census]:
     """Counts by block of ``hdl/core.py``; what lies outside all blocks is ``"top"``."""
-    return count(to_rtlil(design))
+    return count(to_rtlil(Top(design), design.name))
 
 
 def count(rtlil: str) -> dict[str, Census]:

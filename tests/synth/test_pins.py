@@ -44,6 +44,9 @@ def test_words_through_pins() -> None:
                 await ctx.tick()
             assert word == value * value + 1
         ctx.set(dut.valid, 1)
+        await ctx.tick()
+        ctx.set(dut.shift, 0)
+        await ctx.tick()
         assert ctx.get(dut.ready) == 1
 
     simulator = Simulator(dut)

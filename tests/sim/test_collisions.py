@@ -1,0 +1,61 @@
+"""No block looks at a word that a memory gives while it is written: synthesis may leave open what that is."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tfra.codegen.sidecar import sidecar
+from tfra.codegen.verilog import PASSES, Top, run_yosys, to_rtlil, with_free_collisions
+from tfra.model.design import Architecture, Design, Search
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.sensor import SensorArray
+from tfra.sim.run import Netlist, Run, SimulationError, simulate
+
+DESIGNS = [
+    Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(20), architecture=Architecture(16)),
+    Design(SensorArray(3, 5, 3e-3, 3e-3, 2e-3), "odd", search=Search(7, 1.5), architecture=Architecture(4)),
+]
+
+
+def unknown(design: Design, directory: Path) -> Netlist:
+    """The core, with unknown words from memories where they are read while they are written."""
+    text = to_rtlil(Top(design), design.name)
+    free = with_free_collisions(text)
+    assert len(re.findall(r"COLLISION_X_MASK 1'1", free)) > 15
+    (directory / "core.il").write_text(free)
+    run_yosys(f"read_rtlil core.il; {PASSES} {design.name}.v", directory)
+    (directory / f"{design.name}.json").write_text(json.dumps(sidecar(design)))
+    return Netlist(directory, design.name, sidecar(design) | {"probes": []})
+
+
+def play(design: Design, core: Netlist, cache: Path) -> Run:
+    """Frames back to back with stalls, more than the core holds."""
+    rng = np.random.default_rng(3)
+    codes = rng.integers(-3000, 1500, (12, design.sensor.rows, design.sensor.columns))
+    expected = FixedTfra(design)(codes).words
+    return simulate(design, codes, "icarus", 5, "bursts", "bursts", cache, expected=expected, core=core)
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design.name)
+def test_words_do_not_depend_on_collisions(design: Design, tmp_path: Path) -> None:
+    place = tmp_path / "core"
+    place.mkdir()
+    run = play(design, unknown(design, place), tmp_path)
+    assert (run.compared, run.mismatches) == (run.words.size, 0)
+
+
+def test_an_unknown_word_is_seen(tmp_path: Path) -> None:
+    """Memories give unknown words whenever anything is written to them."""
+    design, place = DESIGNS[0], tmp_path / "core"
+    place.mkdir()
+    core = unknown(design, place)
+    text, number = re.subn(r"(if \([^&\n]+) && [^\n]* == [^\n]*\) begin", r"\1) begin", core.verilog.read_text())
+    assert number > 15
+    core.verilog.write_text(text)
+    with pytest.raises(SimulationError, match="contains non-0/1 values"):
+        play(design, core, tmp_path)
