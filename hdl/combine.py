@@ -10,7 +10,7 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, quad, round_top
-from tfra.hdl.combine_store import FRAMES, Level, Store, headroom_quad, place
+from tfra.hdl.combine_store import FRAMES, READ, Level, Store, headroom_quad, place
 from tfra.hdl.payloads import affine, chosen, direction, operand, vector_quad
 from tfra.hdl.pipeline import register, walk
 from tfra.hdl.streams import TOKEN, Tokens
@@ -18,8 +18,11 @@ from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import widths
 
-_SUM = 7
+_SUM = 8
 """Stages of the pipeline; the register of the last one is the sum."""
+
+_LATE = _SUM - 2 - READ
+"""Stage beside which z is read, so late that it comes to the adder with its product."""
 
 _START = 2
 """Cycles from the last fact or quad that a vector needs to the entry of its first quad."""
@@ -42,8 +45,8 @@ class Combine(wiring.Component):
         e0 = d0 + alpha d_dep,  d0 = b + g     e1 = d_ind + beta d_dep     d = e0 + mu_ind e1
         f_x = A1-dagger d + mu_x n             f_y = A2-dagger d + mu_y n  f_z = A3-dagger d - n
 
-        x store -> register -> align -> round -> x s -> shift -> + z      z: z store -> register
-            1          2         3        4       5       6      7           (one register each)
+        x store -> choice -> align -> round -> x s -> shift -> + z      z: z store -> choice
+          1, 2       3         4        5       6       7      8           (one register each)
 
     x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
     is written.  One quad per cycle, four multipliers of operand x operand bits.
@@ -155,9 +158,15 @@ class Combine(wiring.Component):
         number, last = walk(m, loaded, q)
         step, whole = walk(m, loaded & last, 3, "step")  # g, d1, d2
         is_g = step == 0
-        put = Signal(data.StructLayout({"words": vector_quad(self._design), "number": len(number)}), reset_less=True)
-        put_place, put_step, valid = register(m, w.d_level.head), register(m, step), register(m, loaded, control=True)
-        m.d.sync += [put.words.eq(self.residual.payload), put.number.eq(number)]
+        facts = {"step": 2, "place": place, "number": len(number)}
+        put = Signal(data.StructLayout({"words": vector_quad(self._design), **facts}), reset_less=True)
+        valid = register(m, loaded, control=True)
+        m.d.sync += [
+            put.words.eq(self.residual.payload),
+            put.step.eq(step),
+            put.place.eq(w.d_level.head),
+            put.number.eq(number),
+        ]
         m.d.comb += [
             self.b.ready.eq(w.b_level.space),
             b_write.en.eq(self.b.valid & self.b.ready),
@@ -171,21 +180,23 @@ class Combine(wiring.Component):
             w.b_level.leave.eq(loaded & last & is_g),
             w.d_level.enter.eq(loaded & last & whole),
             w.d_places.enter.eq(w.d_level.enter),
-            w.x.write.eq(valid & (put_step != 0)),
-            w.x.write_place.eq(put_place),
-            w.x.write_vector.eq(put_step == 2),
+            w.x.write.eq(valid & (put.step != 0)),
+            w.x.write_place.eq(put.place),
+            w.x.write_vector.eq(put.step == 2),
             w.x.write_number.eq(put.number),
             w.x.words.eq(put.words),
         ]
+        later = data.View(put.shape(), register(m, put.as_value()))
+        found = data.View(b_read.data.shape(), register(m, b_read.data.as_value()))
         m.d.sync += [
-            w.z.write.eq(valid),
-            w.z.write_place.eq(put_place),
-            w.z.write_vector.eq(put_step),
-            w.z.write_number.eq(put.number),
+            w.z.write.eq(register(m, valid, control=True)),
+            w.z.write_place.eq(later.place),
+            w.z.write_vector.eq(later.step),
+            w.z.write_number.eq(later.number),
         ]
         for k in range(4):
-            b = Mux(put_step == 0, b_read.data[k] << fraction, 0)
-            m.d.sync += w.z.words[k].eq(put.words[k] + b)
+            b = Mux(later.step == 0, found[k] << fraction, 0)
+            m.d.sync += w.z.words[k].eq(later.words[k] + b)
 
     def _enter(self, m: Module, w: _Wires) -> None:
         """What enters the pipeline: a quad of products, or else one of the vector in hand."""
@@ -264,7 +275,7 @@ class Combine(wiring.Component):
 
     def _read(self, m: Module, w: _Wires) -> None:
         """x first; z so late that it comes to the adder with its product.  Sums e0 and e1 return to stores."""
-        early, late, tag = w.tag[0], w.tag[_SUM - 3], w.tag[_SUM]
+        early, late, tag = w.tag[0], w.tag[_LATE], w.tag[_SUM]
         for store, at in ((w.n, early), (w.x, early), (w.e1, early), (w.z, late), (w.e0, late)):
             m.d.comb += [store.read.eq(w.move), store.read_place.eq(at.place), store.read_number.eq(at.number)]
         m.d.comb += [
@@ -272,7 +283,7 @@ class Combine(wiring.Component):
             w.z.read_vector.eq(Mux(late.job == Job.E0, 0, Mux(late.swap, 2, 1))),  # d0, d_ind
         ]
         end = late.number == self._design.quads - 1
-        m.d.comb += w.d_places.leave.eq(w.valid[_SUM - 3] & w.move & (late.job == Job.E1) & end)
+        m.d.comb += w.d_places.leave.eq(w.valid[_LATE] & w.move & (late.job == Job.E1) & end)
         for store, job in ((w.e0, Job.E0), (w.e1, Job.E1)):
             m.d.comb += [
                 store.write.eq(w.valid[_SUM] & (tag.job == job)),
@@ -281,12 +292,12 @@ class Combine(wiring.Component):
                 store.words.eq(w.sum),
             ]
         products = self._products(m, w)
-        job, sources = w.tag[1].job, [w.x, w.x, w.e1, w.n]
-        late_job = w.tag[_SUM - 2].job
+        job, sources = w.tag[READ].job, [w.x, w.x, w.e1, w.n]
+        late_job = w.tag[_LATE + READ].job
         with m.If(w.move):
             m.d.sync += [
                 w.words.eq(Array(s.quad.as_value() for s in sources)[job]),
-                w.room[2].eq(Array(s.room.as_value() for s in sources)[job]),
+                w.room[READ + 1].eq(Array(s.room.as_value() for s in sources)[job]),
                 w.base.eq(Array(z.as_value() for z in (w.z.quad, w.z.quad, w.e0.quad, products))[late_job]),
             ]
 
@@ -297,9 +308,12 @@ class Combine(wiring.Component):
         m.d.comb += [write.en.eq(w.take), write.data.eq(self.products.payload), read.en.eq(w.move)]
         with m.If(w.take):
             m.d.sync += write.addr.eq(write.addr + 1)
-        with m.If(w.move & w.valid[_SUM - 3] & (w.tag[_SUM - 3].job == Job.FORCE)):
+        with m.If(w.move & w.valid[_LATE] & (w.tag[_LATE].job == Job.FORCE)):
             m.d.sync += read.addr.eq(read.addr + 1)
-        return read.data
+        found = Signal(vector_quad(self._design), reset_less=True)
+        with m.If(w.move):
+            m.d.sync += found.eq(read.data)
+        return found
 
     def _multiply(self, m: Module, w: _Wires) -> None:
         """Align x by its headroom, round it to an operand, multiply, and shift back by the headroom."""
@@ -309,14 +323,14 @@ class Combine(wiring.Component):
         words, scalar = Signal(quad(fmt.operand), reset_less=True), Signal(signed(fmt.operand), reset_less=True)
         product = Signal(quad(2 * fmt.operand), reset_less=True)
         with m.If(w.move):
-            m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(3, _SUM - 1)]
-            m.d.sync += scalar.eq(w.tag[3].scalar)
+            m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(READ + 2, _SUM - 1)]
+            m.d.sync += scalar.eq(w.tag[READ + 2].scalar)
             for k in range(4):
                 m.d.sync += [
-                    aligned[k].eq(w.words[k] << w.room[2][k]),
+                    aligned[k].eq(w.words[k] << w.room[READ + 1][k]),
                     words[k].eq(round_top(aligned[k], fmt.operand)),
                     product[k].eq(words[k] * scalar),
-                    w.shifted[k].eq(_drop(product[k], drop) >> w.room[5][k]),
+                    w.shifted[k].eq(_drop(product[k], drop) >> w.room[_SUM - 2][k]),
                 ]
 
     def _add(self, m: Module, w: _Wires) -> None:
@@ -350,7 +364,7 @@ class _Wires:
         self.valid = [Signal(name=f"valid{k}") for k in range(_SUM + 1)]
         self.tag = [Signal(tag, name=f"tag{k}", reset_less=k > 0) for k in range(_SUM + 1)]
         rooms = headroom_quad(design)
-        self.room = {k: Signal(rooms, name=f"room{k}", reset_less=True) for k in range(2, _SUM - 1)}
+        self.room = {k: Signal(rooms, name=f"room{k}", reset_less=True) for k in range(READ + 1, _SUM - 1)}
         self.words, self.base = Signal(quad(bits), reset_less=True), Signal(quad(bits), reset_less=True)
         self.shifted, self.sum = Signal(quad(bits + 1), reset_less=True), Signal(quad(bits), reset_less=True)
 

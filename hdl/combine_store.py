@@ -16,6 +16,9 @@ from tfra.model.fixed.widths import widths
 FRAMES = 4
 """Frames in flight between the contact product and the force product; memories have a place for each."""
 
+READ = 2
+"""Cycles from an address to the quad: the memory, and a register, since memories are slow."""
+
 place = count(FRAMES - 1)
 """Number of a frame's place."""
 
@@ -34,7 +37,8 @@ class Store(wiring.Component):
 
     Members:
         write, write_place, write_vector, write_number, words: a quad is written.
-        read, read_place, read_vector, read_number: a quad is read; ``quad`` and ``room`` follow a cycle later.
+        read, read_place, read_vector, read_number: a quad is read; ``quad`` and ``room`` follow ``READ`` of the cycles
+            in which ``read`` is high later.
 
     A quad can be read in the cycle after it was written, so can the headroom with its last quad.
     """
@@ -69,8 +73,11 @@ class Store(wiring.Component):
             write.data.eq(self.words),
             read.en.eq(self.read),
             read.addr.eq(Cat(self.read_number, self._slot(self.read_vector, self.read_place))),
-            self.quad.eq(read.data),
         ]
+        quad = Signal(self.quad.shape(), reset_less=True)
+        with m.If(self.read):
+            m.d.sync += quad.eq(read.data)
+        m.d.comb += self.quad.eq(quad)
         if self._headroom:
             self._measure(m)
         return m
@@ -98,8 +105,11 @@ class Store(wiring.Component):
             *(write.data[k].eq(leading_zeros(masks[k])) for k in range(4)),
             read.en.eq(self.read),
             read.addr.eq(self._slot(self.read_vector, self.read_place)),
-            self.room.eq(read.data),
         ]
+        room = Signal(shape, reset_less=True)
+        with m.If(self.read):
+            m.d.sync += room.eq(read.data)
+        m.d.comb += self.room.eq(room)
 
 
 class Level(wiring.Component):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Const, Module, Mux, Shape, Signal, signed, unsigned
+from amaranth import Const, Module, Mux, Shape, Signal, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import add_or_subtract, count
+from tfra.hdl.arithmetic import add_or_subtract
+from tfra.hdl.pipeline import register
 from tfra.model.design import Design
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
 from tfra.model.fixed.widths import widths
@@ -38,9 +39,12 @@ class Cordic(wiring.Component):
         left half plane: (x, y, angle) <- (-x, -y, 1/2 turn)
         i = 0, 1, ...:   (x, y, angle) <- (x + s (y >> i), y - s (x >> i), angle + s atan 2^-i),  s = sign of y
 
-    One rotation per cycle; the rounding of the angle is added before the first of them, so nothing follows the
-    last.  ``latency`` cycles from the transfer of ``i`` to that of ``o``; one vector every ``latency`` + 1 cycles.
-    Resources: three adders and two barrel shifters, no multiplier.
+    A register behind every rotation, so that shifts are wiring; the rounding of the angle is added before the first of
+    them, so nothing follows the last.  One vector per cycle, ``latency`` cycles from the transfer of ``i`` to that of
+    ``o``; all wait together for ``o``.  Resources: three adders a rotation, no multiplier.
+
+    y loses a bit with every rotation: ``|y| <= 2 x / 2^i + i`` holds from the first one on, since y then is either what
+    ``x >> i`` leaves of it or less than that.
 
     Members: ``i``: stream in of ``x``, ``y``; ``o``: stream out of ``modulus``, ``angle``.
     """
@@ -59,38 +63,25 @@ class Cordic(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        last = iterations(self._design) - 1
         turn, word = self._design.formats.operand + ANGLE_GUARD, cordic_word(self._design).width + GROWTH
-        x, y = (Signal(signed(word), name=name, reset_less=True) for name in "xy")
-        angle, rotation = Signal(turn, reset_less=True), Signal(count(last), reset_less=True)
-        busy, done, above = Signal(), Signal(), Signal()
-        steps = Array(Const(step, turn) for step in angle_table(self._design))
-
+        left, half, move = self.i.p.x[-1], 1 << (ANGLE_GUARD - 1), Signal()
+        m.d.comb += [move.eq(~self.o.valid | self.o.ready), self.i.ready.eq(move)]
+        with m.If(move):
+            x = register(m, add_or_subtract(Const(0), self.i.p.x, left)[:word].as_signed(), "x")
+            y = register(m, add_or_subtract(Const(0), self.i.p.y, left)[:word].as_signed(), "y")
+            angle = register(m, Mux(left, (1 << (turn - 1)) + half, half), "angle")
+            valid = register(m, self.i.valid, "valid", control=True)
+            for i, step in enumerate(angle_table(self._design)):
+                up, bits = y[-1], min(word, word - i + 1)
+                x, y, angle = (
+                    register(m, add_or_subtract(x, y >> i, up)[:word].as_signed(), "x"),
+                    register(m, add_or_subtract(y, x >> i, ~up)[:bits].as_signed(), "y"),
+                    register(m, add_or_subtract(angle, Const(step, turn), up)[:turn], "angle"),
+                )
+                valid = register(m, valid, "valid", control=True)
         m.d.comb += [
-            above.eq(~y[-1]),
-            self.i.ready.eq(~busy & ~done),
-            self.o.valid.eq(done),
+            self.o.valid.eq(valid),
             self.o.p.modulus.eq(x),
             self.o.p.angle.eq(angle[ANGLE_GUARD:]),
         ]
-        with m.If(busy):
-            m.d.sync += [
-                x.eq(add_or_subtract(x, y >> rotation, y[-1])),
-                y.eq(add_or_subtract(y, x >> rotation, above)),
-                angle.eq(add_or_subtract(angle, steps[rotation], y[-1])),
-                rotation.eq(rotation + 1),
-            ]
-            with m.If(rotation == last):
-                m.d.sync += [busy.eq(0), done.eq(1)]
-        with m.Elif(done):
-            m.d.sync += done.eq(~self.o.ready)
-        with m.Elif(self.i.valid):
-            left, half = self.i.p.x[-1], 1 << (ANGLE_GUARD - 1)
-            m.d.sync += [
-                x.eq(add_or_subtract(Const(0), self.i.p.x, left)),
-                y.eq(add_or_subtract(Const(0), self.i.p.y, left)),
-                angle.eq(Mux(left, (1 << (turn - 1)) + half, half)),
-                rotation.eq(0),
-                busy.eq(1),
-            ]
         return m

@@ -38,7 +38,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
 from tfra.hdl.matvec_drain import Drain
-from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
+from tfra.hdl.matvec_operand import READ, OperandBuffer, Prepare, amount_quad
 from tfra.hdl.matvec_schedule import SOURCES, Schedule
 from tfra.hdl.payloads import operand, product, vector_quad
 from tfra.hdl.pipeline import delayed
@@ -55,13 +55,13 @@ CHOICE = 1
 """Cycles from there to the launch."""
 _LOAD = FULL + CHOICE + 1
 """Cycles from there to the first read."""
-_ADDRESS = 2
+_ADDRESS = 3
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
-CAPTURE = 7
+CAPTURE = 8
 """Cycles from a quad's read to sums that hold its products."""
 DRAIN = 5
 """Cycles from the capture of sums to their first result: drain register, amounts, shift, rounding, output."""
-_RETURN = 8
+_RETURN = 9
 """Cycles between the read of a pass's last quad and that of the pass after the next, beside the draining."""
 
 
@@ -110,7 +110,7 @@ class MatVec(wiring.Component):
 
     @property
     def pair_interval(self) -> int:
-        """Cycles from the launch of a pass to that of the pass after the next: ``max(2 Q, Q + ceil(L / 4) + 8)``.
+        """Cycles from the launch of a pass to that of the pass after the next: ``max(2 Q, Q + ceil(L / 4) + 9)``.
 
         The first of the two follows after Q cycles.
         """
@@ -234,11 +234,11 @@ class MatVec(wiring.Component):
                 ]
         held = [p.amounts.as_value() for p in passing]
         captured = schedule.oldest ^ drain.drained  # the next one, if the oldest is about to leave
-        source, bank = Signal(2), Signal()
-        parity, part = Signal(), Signal.like(schedule.read_part, reset_less=True)
+        bank = Signal()
         with m.If(schedule.launch):
             m.d.sync += bank.eq(Array(b.head for b in sources)[schedule.source])
-        m.d.sync += [source.eq(schedule.read_source), parity.eq(schedule.read_parity), part.eq(schedule.read_part)]
+        reads = (schedule.read_source, schedule.read_parity, schedule.read_part)
+        source, parity, part = (delayed(m, word, READ) for word in reads)
         m.d.comb += [
             *(b.read.eq(Cat(schedule.quad, bank)) for b in sources),
             schedule.drained.eq(drain.drained),

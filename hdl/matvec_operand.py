@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits, round_top
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import walk
+from tfra.hdl.pipeline import delayed, walk
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -32,6 +32,10 @@ def pick_word(words: Any, part: Value, word: int, size: int) -> Value:
     return choices[0] if size == 4 else Array(choices)[part]
 
 
+READ = 2
+"""Cycles from an address to the quad: the memory, and a register, since memories are slow."""
+
+
 class OperandBuffer(wiring.Component):
     """Banks of operand quads, and how far each parity must be shifted to fill its word; banks are used in turn.
 
@@ -44,7 +48,7 @@ class OperandBuffer(wiring.Component):
         filling, head: the bank that transfers go to; the bank to be read next.
         full: the head may be read; rises two cycles after the transfer of its last quad.
         amounts: those of the head, valid while ``full``.
-        read, quad: quad and bank, and a cycle later its content.
+        read, quad: quad and bank, and ``READ`` cycles later its content.
         free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
     """
 
@@ -69,6 +73,7 @@ class OperandBuffer(wiring.Component):
         depth = 1 << len(self.read) if self._banks == 2 else self._design.quads
         m.submodules.memory = memory = Memory(shape=self.operand.p.shape(), depth=depth, init=[])
         write, read = memory.write_port(), memory.read_port()
+        found = data.View(self.operand.p.shape(), delayed(m, read.data.as_value(), READ - 1, "found"))
         ended = Signal()
         number, last = walk(m, write.en, self._design.quads)
         m.d.comb += [
@@ -77,7 +82,7 @@ class OperandBuffer(wiring.Component):
             write.data.eq(self.operand.p),
             read.addr.eq(self.read),
             ended.eq(write.en & last),
-            *(word.eq(short << self._fraction) for word, short in zip(self.quad, read.data, strict=True)),
+            *(word.eq(short << self._fraction) for word, short in zip(self.quad, found, strict=True)),
         ]
         if self._banks == 2:
             m.d.sync += [self.filling.eq(self.filling ^ ended), self.head.eq(self.head ^ self.free)]

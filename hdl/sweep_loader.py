@@ -147,17 +147,16 @@ class Loader(wiring.Component):
         bits = widths(self._design).vector
         vector = Signal(payloads.vector_quad(self._design), reset_less=True)
         offset = Signal(payloads.vector_quad(self._design), reset_less=True)
+        curved = Signal(reset_less=True)
         with m.If(took_e0 | took_e1):
-            m.d.sync += [vector.eq(self.normal.payload), offset.eq(self.g.payload)]
-        with m.If(took_e1):
-            m.d.sync += offset.as_value().eq(0)
+            m.d.sync += [vector.eq(self.normal.payload), offset.eq(self.g.payload), curved.eq(took_e0)]
 
         def register(value: Value) -> Signal:
             word = Signal(signed(bits), reset_less=True)
             m.d.sync += word.eq(value)
             return word
 
-        a, b, c, d = (register(vector[k] - offset[k]) for k in range(4))
+        a, b, c, d = (register(vector[k] - Mux(curved, offset[k], 0)) for k in range(4))
         plus, minus, plus2, minus2 = register(a + b), register(a - b), register(c + d), register(c - d)
         return [register(v) for v in (plus + plus2, minus + minus2, plus - plus2, minus - minus2)]
 

