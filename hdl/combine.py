@@ -13,13 +13,13 @@ from tfra.hdl.arithmetic import count, quad, round_top
 from tfra.hdl.combine_store import FRAMES, READ, Level, Store, headroom_quad, place
 from tfra.hdl.payloads import affine, chosen, direction, operand, vector_quad
 from tfra.hdl.pipeline import register, walk
-from tfra.hdl.streams import TOKEN, Tokens
+from tfra.hdl.streams import TOKEN, Spare, Tokens
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import widths
 
 _SUM = 8
-"""Stages of the pipeline; the register of the last one is the sum."""
+"""Stages of the pipeline; the register of the last one is the sum, and a spare one follows."""
 
 _LATE = _SUM - 2 - READ
 """Stage beside which z is read, so late that it comes to the adder with its product."""
@@ -97,20 +97,20 @@ class Combine(wiring.Component):
         ``affine`` and ``direction`` are held by their senders; when one comes later, cycles count from the first
         clock edge that finds both valid.
         """
-        return _START + _SUM
+        return _START + self.force_latency
 
     @property
     def update_latency(self) -> int:
         """Cycles from the first clock edge that finds ``chosen`` valid to the first transfer of d.
 
-        When the last e1 leaves later than that, cycles count from its transfer.
+        When the last e1 leaves later than that, cycles count from the one before its transfer.
         """
-        return _START + _SUM
+        return _START + self.force_latency
 
     @property
     def force_latency(self) -> int:
         """Cycles from a transfer of ``products`` to the transfer of its quad of ``forces``."""
-        return _SUM
+        return _SUM + Spare.latency
 
     @property
     def pause(self) -> int:
@@ -258,16 +258,23 @@ class Combine(wiring.Component):
                 ]
 
     def _flow(self, m: Module, w: _Wires) -> None:
-        """All stages wait together for the receiver of the sum."""
+        """All stages wait together while the spare register behind them is in use, which is a register's word."""
         tag, valid = w.tag[_SUM], w.valid[_SUM]
-        force = tag.job == Job.FORCE
+        m.submodules.spare = spare = Spare(data.StructLayout({"words": w.sum.shape(), "job": 2}))
+        out = spare.o.payload
+        force = out.job == Job.FORCE
         m.d.comb += [
-            self.vector.valid.eq(valid & ~force),
-            self.forces.valid.eq(valid & force),
-            w.move.eq(~valid | Mux(force, self.forces.ready, self.vector.ready)),
-            w.e_level.enter.eq(
-                self.vector.valid & w.move & (tag.job == Job.E1) & (tag.number == self._design.quads - 1)
-            ),
+            spare.i.valid.eq(valid),
+            spare.i.payload.words.eq(w.sum),
+            spare.i.payload.job.eq(tag.job),
+            w.move.eq(spare.i.ready),
+            w.e_level.enter.eq(valid & w.move & (tag.job == Job.E1) & (tag.number == self._design.quads - 1)),
+            self.vector.valid.eq(spare.o.valid & ~force),
+            self.vector.payload.words.eq(out.words),
+            self.vector.payload.force.eq(out.job == Job.D),
+            self.forces.valid.eq(spare.o.valid & force),
+            self.forces.payload.eq(out.words),
+            spare.o.ready.eq(Mux(force, self.forces.ready, self.vector.ready)),
         ]
         with m.If(w.move):
             for k in range(1, _SUM + 1):
@@ -286,7 +293,7 @@ class Combine(wiring.Component):
         m.d.comb += w.d_places.leave.eq(w.valid[_LATE] & w.move & (late.job == Job.E1) & end)
         for store, job in ((w.e0, Job.E0), (w.e1, Job.E1)):
             m.d.comb += [
-                store.write.eq(w.valid[_SUM] & (tag.job == job)),
+                store.write.eq(w.valid[_SUM] & w.move & (tag.job == job)),
                 store.write_place.eq(tag.place),
                 store.write_number.eq(tag.number),
                 store.words.eq(w.sum),
@@ -338,11 +345,6 @@ class Combine(wiring.Component):
         with m.If(w.move):
             for k in range(4):
                 m.d.sync += w.sum[k].eq((Cat(1, w.base[k]).as_signed() + w.shifted[k]) >> 1)
-        m.d.comb += [
-            self.vector.payload.words.eq(w.sum),
-            self.vector.payload.force.eq(w.tag[_SUM].job == Job.D),
-            self.forces.payload.eq(w.sum),
-        ]
 
 
 class _Wires:

@@ -86,19 +86,22 @@ class Forces(wiring.Component):
         drop, top = force_drop(self._design), self._design.quads - 1
         rounded, valid = Signal(port.data.shape(), reset_less=True), Signal()
         number, plane, unfolded = Signal(count(top)), Signal(range(PLANES)), self._unfold.o
+        blocked, ends = Signal(), Signal()  # blocked: the plane was full a cycle ago
         m.d.comb += [
-            unfolded.ready.eq(~valid | ~full.bit_select(plane, 1)),
+            unfolded.ready.eq(~valid | ~blocked),
             port.addr.eq(Cat(number, plane)),
             port.data.eq(rounded),
-            port.en.eq(valid & ~full.bit_select(plane, 1)),
+            port.en.eq(valid & ~blocked),
+            ends.eq(port.en & (number == top)),
         ]
+        m.d.sync += blocked.eq(full.bit_select((plane + ends)[: len(plane)], 1))
         with m.If(unfolded.ready):
             m.d.sync += valid.eq(unfolded.valid)
             for k in range(4):
                 m.d.sync += rounded[k].eq((unfolded.payload[k] + (1 << drop >> 1)) >> drop)
         with m.If(port.en):
             m.d.sync += number.eq(number + 1)
-            with m.If(number == top):
+            with m.If(ends):
                 m.d.sync += [number.eq(0), plane.eq(plane + 1), full.bit_select(plane, 1).eq(1)]
 
     def _read(self, m: Module, port: Any, full: Signal) -> None:

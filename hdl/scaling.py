@@ -17,6 +17,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count, round_half, saturate, shift_right
 from tfra.hdl.pipeline import register
+from tfra.hdl.streams import Spare
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 from tfra.model.fixed.words import COUNTER_BITS, layout
@@ -85,29 +86,31 @@ class Scaling(wiring.Component):
     @property
     def latency(self) -> int:
         """Cycles from the one in which the last fact of a frame is valid to the transfer of the first word."""
-        return STAGES
+        return STAGES + Spare.latency
 
     @property
     def force_latency(self) -> int:
         """Cycles from the transfer of a taxel to that of its word."""
-        return STAGES
+        return STAGES + Spare.latency
 
     @property
     def tail(self) -> int:
         """Cycles from the transfer of a frame's last taxel to that of its status."""
-        return STAGES + 1
+        return STAGES + Spare.latency + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         advance, valid = Signal(), Signal(STAGES)
         into = Signal(self._operands(), reset_less=True)
         result = Signal(payloads.result(self._design), reset_less=True)
+        m.submodules.spare = spare = Spare(payloads.result(self._design))  # so that a register lets all advance
         go = self._enter(m, advance, into)
         m.d.comb += [
-            self.result.valid.eq(valid[-1]),
-            self.result.payload.eq(result),
-            advance.eq(~valid[-1] | self.result.ready),
+            spare.i.valid.eq(valid[-1]),
+            spare.i.payload.eq(result),
+            advance.eq(spare.i.ready),
         ]
+        wiring.connect(m, spare.o, wiring.flipped(self.result))
         with m.If(advance):
             m.d.sync += valid.eq(Cat(go, valid))
             self._finish(m, result, *self._multiply(m, into), valid[-2])

@@ -224,7 +224,7 @@ class Timeline:
         f, q = self.frames[number], self.design.quads
         self._tokens["frame"].take()
         self._tokens["n"].take()
-        f.n, f.sums_b = results[q - 1] + 2 * Spare.latency + self.wait.weights, results[q]
+        f.n, f.sums_b = results[q - 1] + Spare.latency + self.wait.weights, results[q]
         self._next["contact"] += 1
         self._b_free = last + 2
         self._input(number + 1)
@@ -299,7 +299,7 @@ class Timeline:
         if name == "e1":
             self._next["e"] += 1
             self._step_candidates = entry + 2
-            f.e1 = out
+            f.e1 = out - Spare.latency
 
     # --- behind the products ---------------------------------------------------------------------------------------
 
@@ -359,7 +359,7 @@ def cycles(design: Design) -> Any:
         latencies["quad"] = blocks["sweep"].quad_interval
         latencies["frame_interval"] = blocks["sweep"].frame_interval
         latencies["read"] = blocks["scaling"].force_latency + blocks["forces"].read_latency
-        forces = blocks["combine"].force_latency + Spare.latency + blocks["forces"].latency
+        forces = blocks["combine"].force_latency + blocks["forces"].latency
         latencies["plane"] = forces + blocks["scaling"].force_latency
         latencies["multiplications"] = blocks["matvec"].multiplications
         latencies["busy"] = blocks["matvec"].busy_cycles

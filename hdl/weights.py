@@ -12,6 +12,7 @@ from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.payloads import frame_facts, vector_quad
 from tfra.hdl.pipeline import walk
+from tfra.hdl.streams import Spare
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -21,7 +22,7 @@ class Weights(wiring.Component):
 
     ::
 
-        solution -> Butterfly -> x -> (1 - x) >> 2 -> max(., 0) if regular -> Butterfly -> n
+        solution -> Butterfly -> x -> (1 - x) >> 2 -> max(., 0) if regular -> Butterfly -> spare -> n
 
     ``-round_shift(x, 2)`` is ``(1 - x) >> 2``: rounding and sign are one subtraction.  A taxel's n is two bits
     shorter than a vector word, by the bounds of :mod:`tfra.model.fixed.widths`.  Fully pipelined, one quad per
@@ -48,16 +49,18 @@ class Weights(wiring.Component):
     @property
     def latency(self) -> int:
         """Cycles from the transfer of a quad of ``solution`` to that of the same quad of ``n``; ``frame`` is valid."""
-        return self._unfold.latency + 2 + self._fold.latency
+        return self._unfold.latency + 2 + self._fold.latency + Spare.latency
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.unfold, m.submodules.fold = unfold, fold = self._unfold, self._fold
         wiring.connect(m, wiring.flipped(self.solution), unfold.i)
-        wiring.connect(m, fold.o, wiring.flipped(self.n))
+        m.submodules.spare = spare = Spare(vector_quad(self._design))
+        wiring.connect(m, fold.o, spare.i)
+        wiring.connect(m, spare.o, wiring.flipped(self.n))
         advance, enter = Signal(), Signal()
         m.d.comb += [
-            advance.eq(~fold.i.valid | fold.i.ready),
+            advance.eq(spare.i.ready),
             unfold.o.ready.eq(advance & self.frame.valid),
             enter.eq(unfold.o.valid & unfold.o.ready),
         ]
@@ -83,7 +86,7 @@ class Weights(wiring.Component):
                     negated[k].eq((1 - self._unfold.o.payload[k]) >> 2),
                     clipped[k].eq(Mux(regular & (negated[k] < 0), 0, negated[k])),
                 ]
-        m.d.comb += [self._fold.i.valid.eq(clipped_valid), self._fold.i.payload.eq(clipped)]
+        m.d.comb += [self._fold.i.valid.eq(clipped_valid & advance), self._fold.i.payload.eq(clipped)]
 
     def _release(self, m: Module, enter: Signal) -> None:
         """Take the frame's facts with its last quad."""
