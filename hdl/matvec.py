@@ -137,7 +137,7 @@ class MatVec(wiring.Component):
     def _result_cycle(self, number: int) -> int:
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
         turn, row = divmod(4 * number + 3, self._lanes)
-        launch = turn // 2 * self.pair_interval + turn % 2 * self._design.quads
+        launch = turn // 2 * self.pair_interval + turn % 2 * max(self._design.quads, self._sum_quads + 1)
         return _LOAD + launch + self._design.quads - 1 + CAPTURE + DRAIN + row // 4
 
     def elaborate(self, platform: Any) -> Module:
@@ -152,7 +152,7 @@ class MatVec(wiring.Component):
         self._read(m, buffers, schedule, prepare, drain)
         address = delayed(m, schedule.address, _ADDRESS, "address")
         valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
-        m.d.comb += drain.complete.eq(delayed(m, schedule.last, CAPTURE, "last", control=True))
+        m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
         m.submodules.rom = rom = Rom(lane_images(design), design.formats.coefficient, design.target)
         m.d.comb += rom.address.eq(address)
         for number, coefficient in enumerate(rom.words):
@@ -233,7 +233,6 @@ class MatVec(wiring.Component):
                     passing[parity].stack.eq(schedule.stack),
                 ]
         held = [p.amounts.as_value() for p in passing]
-        captured = schedule.oldest ^ drain.drained  # the next one, if the oldest is about to leave
         bank = Signal()
         with m.If(schedule.launch):
             m.d.sync += bank.eq(Array(b.head for b in sources)[schedule.source])
@@ -246,8 +245,8 @@ class MatVec(wiring.Component):
             prepare.amounts.eq(Array(held)[parity]),
             prepare.part.eq(part),
             drain.amounts.eq(Array(held)[schedule.oldest]),
-            drain.new.eq(Array(p.new for p in passing)[captured]),
-            drain.stack.eq(Array(p.stack for p in passing)[captured]),
+            drain.new.eq(Array(p.new for p in passing)[schedule.oldest]),
+            drain.stack.eq(Array(p.stack for p in passing)[schedule.oldest]),
         ]
 
 

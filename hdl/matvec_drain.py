@@ -45,7 +45,8 @@ class Drain(wiring.Component):
     registers is a register itself.
 
     Members:
-        sums, complete: L running sums; complete for one cycle, then held until the next pass may change them.
+        sums, completing: L running sums; a cycle before they are complete, which then stand until the next pass may
+            change them.
         amounts: alignment of the operand of the pass in the drain register.
         new, stack: whether the pass that is captured next is its product's first; its stack.
         drained: the last words of a pass leave the drain register.
@@ -62,7 +63,7 @@ class Drain(wiring.Component):
         super().__init__(
             {
                 "sums": In(signed(w.accumulator)).array(self._lanes),
-                "complete": In(1),
+                "completing": In(1),
                 "amounts": In(amount_quad(design)),
                 "new": In(1),
                 "stack": In(2),
@@ -128,16 +129,19 @@ class Drain(wiring.Component):
         return m
 
     def _register(self, m: Module, go: Value) -> tuple[list[Value], Value, Value, Value]:
-        """Sums are captured when the register is free, and leave it W words at a time."""
+        """Sums are captured when the register is free, at a register's word, and leave it W words at a time."""
         steps = max(1, self._lanes // 4)
         register = [Signal.like(s, name=f"held{n}", reset_less=True) for n, s in enumerate(self.sums)]
         valid, waiting, capture, step = Signal(), Signal(), Signal(), Signal(count(steps - 1))
+        wanted, free = Signal(), Signal()
         m.d.comb += [
             self.drained.eq(valid & go & (step == steps - 1)),
-            capture.eq((self.complete | waiting) & (~valid | self.drained)),
+            wanted.eq(self.completing | waiting),
+            free.eq(~capture & (~valid | self.drained)),
         ]
         m.d.sync += [
-            waiting.eq((self.complete | waiting) & ~capture),
+            capture.eq(wanted & free),
+            waiting.eq(wanted & ~free),
             valid.eq(capture | (valid & ~self.drained)),
         ]
         with m.If(capture):

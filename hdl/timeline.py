@@ -215,7 +215,7 @@ class Timeline:
             launch = max(launch, self._launched[-1] + q)
         if len(self._drained) > 1:
             launch = max(launch, self._drained[-2] + 1)
-        capture = max(launch + q + CAPTURE, self._drained[-1] if self._drained else 0)
+        capture = max(launch + q + CAPTURE, self._drained[-1] + 1 if self._drained else 0)
         self._launched.append(launch)
         self._drained.append(capture + max(1, self.design.architecture.mac_lanes // 4))
         return capture

@@ -139,25 +139,23 @@ def _registered(cell: Cell, name: str) -> bool:
 
 
 def _alike(found: list[Cell]) -> bool:
-    """Flip-flops with one clock and one enable, and without a reset."""
+    """Flip-flops with one clock and one enable, not inverted, and without a reset."""
     first = found[0]
-    same = ("CLK", "CE")
     return all(
         cell["type"] == "TRELLIS_FF"
         and cell["connections"].get("LSR", ["0"]) == ["0"]
         and all(cell["parameters"].get(key, value) == value for key, value in _PLAIN.items())
-        and _enable(cell) == _enable(first)
-        and all(cell["connections"].get(port) == first["connections"].get(port) for port in same)
+        and _enable(cell) == _enable(first) != "x"
+        and cell["connections"]["CLK"] == first["connections"]["CLK"]
         for cell in found
     )
 
 
 def _enable(flipflop: Cell) -> Bit:
-    """The bit that enables ``flipflop``, or "1"; an inverted enable is no net's own, and matches no other."""
+    """The bit that enables ``flipflop``, or "1"; or "x", which no block can have, for an inverted one."""
     mode = str(flipflop["parameters"].get("CEMUX", "CE")).strip()
-    if mode == "CE":
-        return flipflop["connections"]["CE"][0]  # type: ignore[no-any-return]
-    return "1" if mode == "1" else mode
+    bit: Bit = flipflop["connections"]["CE"][0] if mode == "CE" else "1"
+    return bit if mode in ("CE", "1") else "x"
 
 
 def _number(value: Any) -> int:
