@@ -17,6 +17,7 @@ from tfra.model.design import Design
 from tfra.model.errors import InputError
 from tfra.sim import tools
 from tfra.sim.run import Netlist, SimulationError, digest, once, sources_hash
+from tfra.synth.registers import absorb
 
 FAMILIES = {
     "ecp5": "synth_ecp5",
@@ -44,9 +45,12 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
     with once(place) as fresh:
         if fresh:
             (fresh / "core.il").write_text(with_free_collisions(to_rtlil(Top(design), design.name)))
-            script = f"read_rtlil core.il; {command} -top {design.name}; write_verilog -noattr {design.name}.v"
             try:
-                run_yosys(script, fresh)
+                run_yosys(f"read_rtlil core.il; {command} -top {design.name}; write_json core.json", fresh)
+                netlist = json.loads((fresh / "core.json").read_text())
+                absorb(netlist, design.name)
+                (fresh / "core.json").write_text(json.dumps(netlist))
+                run_yosys(f"read_json core.json; write_verilog -noattr {design.name}.v", fresh)
             except RuntimeError as error:
                 raise SimulationError(f"synthesis for {family}: {error}") from None
             (fresh / "cells.v").write_text(cells(family))
