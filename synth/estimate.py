@@ -71,7 +71,7 @@ def place(memory: Memory, family: Family) -> Placed:
     if memory.rom:
         levels = 0
         cost = tables = -(-memory.depth * memory.bits // _WORDS) * memory.reads
-    if cost > _BLOCK_COST * blocks:
+    if cost >= _BLOCK_COST * blocks:
         return Placed(blocks, 0, 0, 0)
     return Placed(0, tables, memory.bits * memory.reads, levels)
 
