@@ -171,7 +171,7 @@ class Sweep(wiring.Component):
             wiring.connect(m, fact.o, getattr(loader, name))
 
     def _free(self, m: Module, loader: Loader) -> Value:
-        """The passes of the frame before leave room for another, and there is a place for its index."""
+        """The sums of the frame before leave room for another, and there is a place for its index."""
         wait = Signal(range(self.frame_interval), init=self.frame_interval - 2)
         frames = Signal(count(_FRAMES))
         with m.If(loader.ends):
