@@ -10,9 +10,9 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, quad, round_top
-from tfra.hdl.combine_store import FRAMES, READ, Level, Store, headroom_quad, place
+from tfra.hdl.combine_store import FRAMES, Level, Store, headroom_quad, place
 from tfra.hdl.payloads import affine, chosen, direction, operand, vector_quad
-from tfra.hdl.pipeline import register, walk
+from tfra.hdl.pipeline import READ, register, walk
 from tfra.hdl.streams import TOKEN, Spare, Tokens
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
@@ -317,10 +317,9 @@ class Combine(wiring.Component):
             m.d.sync += write.addr.eq(write.addr + 1)
         with m.If(w.move & w.valid[_LATE] & (w.tag[_LATE].job == Job.FORCE)):
             m.d.sync += read.addr.eq(read.addr + 1)
-        found = Signal(vector_quad(self._design), reset_less=True)
         with m.If(w.move):
-            m.d.sync += found.eq(read.data)
-        return found
+            found = register(m, read.data.as_value(), "found")
+        return data.View(read.data.shape(), found)
 
     def _multiply(self, m: Module, w: _Wires) -> None:
         """Align x by its headroom, round it to an operand, multiply, and shift back by the headroom."""

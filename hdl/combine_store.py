@@ -10,14 +10,12 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
 from tfra.hdl.payloads import vector_quad
+from tfra.hdl.pipeline import register
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
 FRAMES = 4
 """Frames in flight between the contact product and the force product; memories have a place for each."""
-
-READ = 2
-"""Cycles from an address to the quad: the memory, and a register, since memories are slow."""
 
 place = count(FRAMES - 1)
 """Number of a frame's place."""
@@ -74,9 +72,8 @@ class Store(wiring.Component):
             read.en.eq(self.read),
             read.addr.eq(Cat(self.read_number, self._slot(self.read_vector, self.read_place))),
         ]
-        quad = Signal(self.quad.shape(), reset_less=True)
         with m.If(self.read):
-            m.d.sync += quad.eq(read.data)
+            quad = register(m, read.data.as_value(), "quad")
         m.d.comb += self.quad.eq(quad)
         if self._headroom:
             self._measure(m)
@@ -106,9 +103,8 @@ class Store(wiring.Component):
             read.en.eq(self.read),
             read.addr.eq(self._slot(self.read_vector, self.read_place)),
         ]
-        room = Signal(shape, reset_less=True)
         with m.If(self.read):
-            m.d.sync += room.eq(read.data)
+            room = register(m, read.data.as_value(), "room")
         m.d.comb += self.room.eq(room)
 
 

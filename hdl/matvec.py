@@ -38,10 +38,10 @@ from amaranth.lib.wiring import In, Out
 from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
 from tfra.hdl.matvec_drain import Drain
-from tfra.hdl.matvec_operand import READ, OperandBuffer, Prepare, amount_quad
+from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
 from tfra.hdl.matvec_schedule import SOURCES, Schedule
 from tfra.hdl.payloads import operand, product, vector_quad
-from tfra.hdl.pipeline import delayed
+from tfra.hdl.pipeline import READ, delayed
 from tfra.hdl.primitives import Multiplier, Rom
 from tfra.hdl.streams import TOKEN, Tokens
 from tfra.model.design import Design

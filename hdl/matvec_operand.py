@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits, round_top
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import delayed, walk
+from tfra.hdl.pipeline import READ, delayed, walk
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -30,10 +30,6 @@ def pick_word(words: Any, part: Value, word: int, size: int) -> Value:
     """Word ``part * size + word`` of a quad."""
     choices = [words[number] for number in range(word, 4, size)]
     return choices[0] if size == 4 else Array(choices)[part]
-
-
-READ = 2
-"""Cycles from an address to the quad: the memory, and a register, since memories are slow."""
 
 
 class OperandBuffer(wiring.Component):

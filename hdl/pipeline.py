@@ -10,6 +10,9 @@ from amaranth import Module, Mux, Shape, Signal, Value, signed
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
 
+READ = 2
+"""Cycles from an address to the word of a memory: the memory, and a register, since memories are slow."""
+
 
 def register(m: Module, value: Value, name: str = "register", *, control: bool = False) -> Signal:
     """``value`` a cycle later, or a step where ``m`` is in a condition; ``control`` bits are cleared by a reset."""

@@ -91,12 +91,12 @@ class Scaling(wiring.Component):
     @property
     def force_latency(self) -> int:
         """Cycles from the transfer of a taxel to that of its word."""
-        return STAGES + Spare.latency
+        return self.latency
 
     @property
     def tail(self) -> int:
         """Cycles from the transfer of a frame's last taxel to that of its status."""
-        return STAGES + Spare.latency + 1
+        return self.latency + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
