@@ -210,7 +210,10 @@ def _architecture(file: Path, section: ArchitectureSection, sensor: SensorArray,
             raise ValueError(f"architecture.sweep_lanes: {reason}")
         reason = "has no effect: the sweep takes a cycle for each taxel and each candidate without lanes"
         warnings.warn(f"{file}: architecture.sweep_lanes: {reason}", FutureWarning, stacklevel=2)
-    return Architecture(mac_lanes=min(Architecture().mac_lanes, most) if lanes is None else lanes)
+    default = Architecture()
+    lanes = min(default.mac_lanes, most) if lanes is None else lanes
+    words = default.vector_words if section.vector_words is None else section.vector_words
+    return Architecture(mac_lanes=lanes, vector_words=words)
 
 
 def _contacts(file: Path, document: Document) -> Iterator[Contact]:

@@ -73,6 +73,7 @@ class ArchitectureSection(Section):
     """``[architecture]``: parallelism; the default follows from the sensor; ``sweep_lanes`` has no effect any more."""
 
     mac_lanes: int | None = None
+    vector_words: int | None = None
     sweep_lanes: int | None = None
 
 

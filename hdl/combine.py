@@ -10,26 +10,32 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, quad, round_top
-from tfra.hdl.combine_store import FRAMES, Level, Store, headroom_quad, place
-from tfra.hdl.payloads import affine, chosen, direction, operand, vector_quad
+from tfra.hdl.combine_store import FRAMES, Level, Store, headrooms, in_quad, part_number, pick_part, place
+from tfra.hdl.payloads import affine, chosen, direction, operand, vector_part, vector_quad
 from tfra.hdl.pipeline import READ, register, walk
 from tfra.hdl.streams import TOKEN, Spare, Tokens
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import widths
 
-_SUM = 8
+_READ_X = 1
+"""Stage beside which x is read: what enters is in a register."""
+
+_FOUND = _READ_X + READ
+"""Stage beside which x is there."""
+
+_SUM = _FOUND + 6
 """Stages of the pipeline; the register of the last one is the sum, and a spare one follows."""
 
-_LATE = _SUM - 2 - READ
+_READ_Z = _SUM - 2 - READ
 """Stage beside which z is read, so late that it comes to the adder with its product."""
 
 _START = 2
-"""Cycles from the last fact or quad that a vector needs to the entry of its first quad."""
+"""Cycles from the last fact or part that a vector needs to the entry of its first part."""
 
 
 class Job(IntEnum):
-    """What a quad in the pipeline becomes."""
+    """What a part in the pipeline becomes."""
 
     E0 = 0
     E1 = 1
@@ -38,20 +44,20 @@ class Job(IntEnum):
 
 
 class Combine(wiring.Component):
-    """The one unit for ``z + s * x``; the model is :func:`tfra.model.fixed.combine.combine`, four words at a time.
+    """The one unit for ``z + s * x``; the model is :func:`tfra.model.fixed.combine.combine`, W words at a time.
 
     ::
 
         e0 = d0 + alpha d_dep,  d0 = b + g     e1 = d_ind + beta d_dep     d = e0 + mu_ind e1
         f_x = A1-dagger d + mu_x n             f_y = A2-dagger d + mu_y n  f_z = A3-dagger d - n
 
-        x store -> choice -> align -> round -> x s -> shift -> + z      z: z store -> choice
-          1, 2       3         4        5       6       7      8           (one register each)
+        entry -> x store -> choice -> align -> round -> x s -> shift -> + z      z: z store -> choice
+          1       2, 3        4         5        6       7       8      9           (one register each)
 
     x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
-    is written.  One quad per cycle, four multipliers of operand x operand bits.
+    is written.  A quad takes ``design.parts`` cycles, W = ``vector_words`` multipliers of operand x operand bits.
 
-    Quads of products enter as they come, before those of a vector.  Of the vectors d goes before e0, so that the
+    Products enter as they come, before a vector's parts.  Of the vectors d goes before e0, so that the
     older of two frames does; a vector is begun when ``room`` says that its receiver can take it, since what is in
     the pipeline must not be held up: the receiver may wait for forces behind it.  ``combine_store.FRAMES`` frames
     have a place each in the stores, so that those behind need not wait.
@@ -60,9 +66,9 @@ class Combine(wiring.Component):
         b: Q quads a frame, folded stress in converter codes.
         n: Q quads a frame, folded weights.
         residual: 3 Q quads a frame: g, d1, d2.
-        direction, affine: one transfer a frame, taken with the entry of the last quad of e1.
-        chosen: one transfer a frame, taken with the entry of the last quad of d.
-        forced: the same, taken with the entry of the last quad of f_z.
+        direction, affine: one transfer a frame, taken with the entry of the last part of e1.
+        chosen: one transfer a frame, taken with the entry of the last part of d.
+        forced: the same, taken with the entry of the last part of f_z.
         products: 3 Q quads a frame: A1-dagger d, A2-dagger d, A3-dagger d.
         room: tokens, one taken for each vector.
         frame: tokens out, one for each frame that has a place in the stores; its forces return it.
@@ -97,7 +103,7 @@ class Combine(wiring.Component):
         ``affine`` and ``direction`` are held by their senders; when one comes later, cycles count from the first
         clock edge that finds both valid.
         """
-        return _START + self.force_latency
+        return _START + self._design.parts - 1 + self.force_latency
 
     @property
     def update_latency(self) -> int:
@@ -105,7 +111,7 @@ class Combine(wiring.Component):
 
         When the last e1 leaves later than that, cycles count from the one before its transfer.
         """
-        return _START + self.force_latency
+        return _START + self._design.parts - 1 + self.force_latency
 
     @property
     def force_latency(self) -> int:
@@ -114,7 +120,7 @@ class Combine(wiring.Component):
 
     @property
     def pause(self) -> int:
-        """Cycles between the entry of a vector's last quad and that of the next one's first, beyond one."""
+        """Cycles between the entry of a vector's last part and that of the next one's first, beyond one."""
         return 1
 
     def elaborate(self, platform: Any) -> Module:
@@ -137,46 +143,58 @@ class Combine(wiring.Component):
         self._add(m, w)
         return m
 
+    def _walk(self, m: Module, step: Value) -> tuple[Value, Value, Value]:
+        """Number of a vector's part, whether it ends its quad, whether it ends the vector."""
+        design = self._design
+        number, last = walk(m, step, design.quads * design.parts)
+        return number, in_quad(design, number) == design.parts - 1, last
+
     def _load_weights(self, m: Module, w: _Wires) -> None:
-        number, last = walk(m, self.n.valid & self.n.ready, self._design.quads)
+        """A cycle behind the transfer, as what enters is behind the word that n's place is free again."""
+        loaded = Signal()
+        number, ends_quad, last = self._walk(m, loaded)
         m.d.comb += [
-            self.n.ready.eq(w.n_level.space),
-            w.n_level.enter.eq(self.n.valid & self.n.ready & last),
-            w.n.write.eq(self.n.valid & self.n.ready),
+            loaded.eq(self.n.valid & w.n_level.space),
+            self.n.ready.eq(w.n_level.space & ends_quad),
+            w.n_level.enter.eq(loaded & last),
+        ]
+        m.d.sync += [
+            w.n.write.eq(loaded),
             w.n.write_place.eq(w.n_level.head),
             w.n.write_number.eq(number),
-            w.n.words.eq(self.n.payload),
+            w.n.words.eq(pick_part(self._design, self.n.payload, number)),
         ]
 
     def _load_residuals(self, m: Module, w: _Wires) -> None:
         """b waits in a memory of its own for g; d1 and d2 go to both stores, since each is an x or a z."""
-        q, fraction = self._design.quads, self._design.formats.vector_fraction
-        m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=FRAMES << count(q - 1).width, init=[])
-        b_write, b_read = bs.write_port(), bs.read_port()
-        b_number, b_last = walk(m, b_write.en, q)
+        design, q, fraction = self._design, self._design.quads, self._design.formats.vector_fraction
         loaded = Signal()
-        number, last = walk(m, loaded, q)
+        number, ends_quad, last = self._walk(m, loaded)
         step, whole = walk(m, loaded & last, 3, "step")  # g, d1, d2
         is_g = step == 0
         facts = {"step": 2, "place": place, "number": len(number)}
-        put = Signal(data.StructLayout({"words": vector_quad(self._design), **facts}), reset_less=True)
+        put = Signal(data.StructLayout({"words": vector_part(design), **facts}), reset_less=True)
         valid = register(m, loaded, control=True)
         m.d.sync += [
-            put.words.eq(self.residual.payload),
+            put.words.eq(pick_part(design, self.residual.payload, number)),
             put.step.eq(step),
             put.place.eq(w.d_level.head),
             put.number.eq(number),
         ]
+        go = Mux(is_g, w.b_level.some, 1) & w.d_places.space
+        m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=FRAMES << count(q - 1).width, init=[])
+        b_write, b_read = bs.write_port(), bs.read_port()
+        b_number, b_last = walk(m, b_write.en, q)
         m.d.comb += [
             self.b.ready.eq(w.b_level.space),
             b_write.en.eq(self.b.valid & self.b.ready),
             b_write.addr.eq(Cat(b_number, w.b_level.head)),
             b_write.data.eq(self.b.payload),
             w.b_level.enter.eq(b_write.en & b_last),
-            b_read.addr.eq(Cat(number, w.b_level.tail)),
+            b_read.addr.eq(Cat((number >> len(in_quad(design, number)))[: len(b_number)], w.b_level.tail)),
             b_read.en.eq(loaded),
-            self.residual.ready.eq(Mux(is_g, w.b_level.some, 1) & w.d_places.space),
-            loaded.eq(self.residual.valid & self.residual.ready),
+            self.residual.ready.eq(go & ends_quad),
+            loaded.eq(self.residual.valid & go),
             w.b_level.leave.eq(loaded & last & is_g),
             w.d_level.enter.eq(loaded & last & whole),
             w.d_places.enter.eq(w.d_level.enter),
@@ -188,26 +206,29 @@ class Combine(wiring.Component):
         ]
         later = data.View(put.shape(), register(m, put.as_value()))
         found = data.View(b_read.data.shape(), register(m, b_read.data.as_value()))
+        codes = pick_part(design, found, later.number)
         m.d.sync += [
             w.z.write.eq(register(m, valid, control=True)),
             w.z.write_place.eq(later.place),
             w.z.write_vector.eq(later.step),
             w.z.write_number.eq(later.number),
         ]
-        for k in range(4):
-            b = Mux(later.step == 0, found[k] << fraction, 0)
+        for k in range(design.architecture.vector_words):
+            b = Mux(later.step == 0, codes.word_select(k, len(found[k])).as_signed() << fraction, 0)
             m.d.sync += w.z.words[k].eq(later.words[k] + b)
 
     def _enter(self, m: Module, w: _Wires) -> None:
-        """What enters the pipeline: a quad of products, or else one of the vector in hand."""
-        forced = self.forced.payload
-        number, last = walk(m, w.take, self._design.quads)
+        """What enters the pipeline: a part of products, or else one of the vector in hand."""
+        forced, go = self.forced.payload, Signal()
+        number, ends_quad, last = self._walk(m, w.take)
         plane, whole = walk(m, w.take & last, 3, "plane")
         minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
         tag = w.tag[0]
         m.d.comb += [
-            self.products.ready.eq(w.move & self.forced.valid & w.n_level.some),
-            w.take.eq(self.products.valid & self.products.ready),
+            go.eq(w.move & self.forced.valid & w.n_level.some),
+            w.take.eq(self.products.valid & go),
+            self.products.ready.eq(go & ends_quad),
+            w.product.eq(pick_part(self._design, self.products.payload, number)),
             w.n_level.leave.eq(w.take & last & whole),
             self.forced.ready.eq(w.n_level.leave),
             w.valid[0].eq(w.take | w.busy),
@@ -223,13 +244,13 @@ class Combine(wiring.Component):
             m.d.comb += tag.eq(w.vector)
 
     def _vectors(self, m: Module, w: _Wires) -> None:
-        """Begin a vector when all it needs is there, and walk through its quads."""
+        """Begin a vector when all it needs is there, and walk through its parts."""
         candidates, update, second = Signal(), Signal(), Signal()
         step, ends, vector = Signal(), Signal(), w.vector
         sweep_y, facts, winner = self.direction.payload.sweep_y, self.affine.payload, self.chosen.payload
         m.d.comb += [
             step.eq(w.busy & ~w.take & w.move),
-            ends.eq(step & (vector.number == self._design.quads - 1)),
+            ends.eq(step & (vector.number == w.last)),
             w.d_level.leave.eq(ends & (vector.job == Job.E1)),
             w.e_level.leave.eq(ends & (vector.job == Job.D)),
             self.affine.ready.eq(w.d_level.leave),
@@ -260,15 +281,15 @@ class Combine(wiring.Component):
     def _flow(self, m: Module, w: _Wires) -> None:
         """All stages wait together while the spare register behind them is in use, which is a register's word."""
         tag, valid = w.tag[_SUM], w.valid[_SUM]
-        m.submodules.spare = spare = Spare(data.StructLayout({"words": w.sum.shape(), "job": 2}))
+        m.submodules.spare = spare = Spare(data.StructLayout({"words": self.forces.payload.shape(), "job": 2}))
         out = spare.o.payload
         force = out.job == Job.FORCE
         m.d.comb += [
-            spare.i.valid.eq(valid),
-            spare.i.payload.words.eq(w.sum),
+            spare.i.valid.eq(valid & (in_quad(self._design, tag.number) == self._design.parts - 1)),
+            spare.i.payload.words.eq(self._quad(m, w)),
             spare.i.payload.job.eq(tag.job),
             w.move.eq(spare.i.ready),
-            w.e_level.enter.eq(valid & w.move & (tag.job == Job.E1) & (tag.number == self._design.quads - 1)),
+            w.e_level.enter.eq(valid & w.move & (tag.job == Job.E1) & (tag.number == w.last)),
             self.vector.valid.eq(spare.o.valid & ~force),
             self.vector.payload.words.eq(out.words),
             self.vector.payload.force.eq(out.job == Job.D),
@@ -280,17 +301,29 @@ class Combine(wiring.Component):
             for k in range(1, _SUM + 1):
                 m.d.sync += [w.valid[k].eq(w.valid[k - 1]), w.tag[k].eq(w.tag[k - 1])]
 
+    def _quad(self, m: Module, w: _Wires) -> Value:
+        """The sums of a quad's parts; those of a force may come between those of a vector."""
+        latest, force = w.sum.as_value(), w.tag[_SUM].job == Job.FORCE
+        if self._design.parts == 1:
+            return latest
+        kept = []
+        for number, mine in enumerate((~force, force)):
+            parts = Signal((self._design.parts - 1) * len(latest), name=f"kept{number}", reset_less=True)
+            with m.If(w.move & w.valid[_SUM] & mine):
+                m.d.sync += parts.eq(Cat(parts, latest)[len(latest) :])
+            kept.append(parts)
+        return Cat(Mux(force, kept[1], kept[0]), latest)
+
     def _read(self, m: Module, w: _Wires) -> None:
         """x first; z so late that it comes to the adder with its product.  Sums e0 and e1 return to stores."""
-        early, late, tag = w.tag[0], w.tag[_LATE], w.tag[_SUM]
+        early, late, tag = w.tag[_READ_X], w.tag[_READ_Z], w.tag[_SUM]
         for store, at in ((w.n, early), (w.x, early), (w.e1, early), (w.z, late), (w.e0, late)):
             m.d.comb += [store.read.eq(w.move), store.read_place.eq(at.place), store.read_number.eq(at.number)]
         m.d.comb += [
             w.x.read_vector.eq(~early.swap),  # d_dep
             w.z.read_vector.eq(Mux(late.job == Job.E0, 0, Mux(late.swap, 2, 1))),  # d0, d_ind
         ]
-        end = late.number == self._design.quads - 1
-        m.d.comb += w.d_places.leave.eq(w.valid[_LATE] & w.move & (late.job == Job.E1) & end)
+        m.d.comb += w.d_places.leave.eq(w.valid[_READ_Z] & w.move & (late.job == Job.E1) & (late.number == w.last))
         for store, job in ((w.e0, Job.E0), (w.e1, Job.E1)):
             m.d.comb += [
                 store.write.eq(w.valid[_SUM] & w.move & (tag.job == job)),
@@ -299,23 +332,23 @@ class Combine(wiring.Component):
                 store.words.eq(w.sum),
             ]
         products = self._products(m, w)
-        job, sources = w.tag[READ].job, [w.x, w.x, w.e1, w.n]
-        late_job = w.tag[_LATE + READ].job
+        job, sources = w.tag[_FOUND].job, [w.x, w.x, w.e1, w.n]
+        late_job = w.tag[_READ_Z + READ].job
         with m.If(w.move):
             m.d.sync += [
-                w.words.eq(Array(s.quad.as_value() for s in sources)[job]),
-                w.room[READ + 1].eq(Array(s.room.as_value() for s in sources)[job]),
-                w.base.eq(Array(z.as_value() for z in (w.z.quad, w.z.quad, w.e0.quad, products))[late_job]),
+                w.words.eq(Array(s.part.as_value() for s in sources)[job]),
+                w.room[_FOUND + 1].eq(Array(s.room.as_value() for s in sources)[job]),
+                w.base.eq(Array(z.as_value() for z in (w.z.part, w.z.part, w.e0.part, products))[late_job]),
             ]
 
     def _products(self, m: Module, w: _Wires) -> data.View:
-        """The z of forces: what enters meets its x n where other quads' z comes from the store."""
-        m.submodules.products = ring = memory.Memory(shape=vector_quad(self._design), depth=8, init=[])
+        """The z of forces: what enters meets its x n where other parts' z comes from the store."""
+        m.submodules.products = ring = memory.Memory(shape=vector_part(self._design), depth=8, init=[])
         write, read = ring.write_port(), ring.read_port()
-        m.d.comb += [write.en.eq(w.take), write.data.eq(self.products.payload), read.en.eq(w.move)]
+        m.d.comb += [write.en.eq(w.take), write.data.eq(w.product), read.en.eq(w.move)]
         with m.If(w.take):
             m.d.sync += write.addr.eq(write.addr + 1)
-        with m.If(w.move & w.valid[_LATE] & (w.tag[_LATE].job == Job.FORCE)):
+        with m.If(w.move & w.valid[_READ_Z] & (w.tag[_READ_Z].job == Job.FORCE)):
             m.d.sync += read.addr.eq(read.addr + 1)
         with m.If(w.move):
             found = register(m, read.data.as_value(), "found")
@@ -325,15 +358,19 @@ class Combine(wiring.Component):
         """Align x by its headroom, round it to an operand, multiply, and shift back by the headroom."""
         fmt, bits = self._design.formats, widths(self._design).vector
         drop = scalar_fraction(self._design) + fmt.operand - bits
-        aligned = Signal(quad(bits), reset_less=True)
-        words, scalar = Signal(quad(fmt.operand), reset_less=True), Signal(signed(fmt.operand), reset_less=True)
-        product = Signal(quad(2 * fmt.operand), reset_less=True)
+        size = self._design.architecture.vector_words
+        aligned, scalar = (
+            Signal(vector_part(self._design), reset_less=True),
+            Signal(signed(fmt.operand), reset_less=True),
+        )
+        words = Signal(data.ArrayLayout(signed(fmt.operand), size), reset_less=True)
+        product = Signal(data.ArrayLayout(signed(2 * fmt.operand), size), reset_less=True)
         with m.If(w.move):
-            m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(READ + 2, _SUM - 1)]
-            m.d.sync += scalar.eq(w.tag[READ + 2].scalar)
-            for k in range(4):
+            m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(_FOUND + 2, _SUM - 1)]
+            m.d.sync += scalar.eq(w.tag[_FOUND + 2].scalar)
+            for k in range(size):
                 m.d.sync += [
-                    aligned[k].eq(w.words[k] << w.room[READ + 1][k]),
+                    aligned[k].eq(w.words[k] << w.room[_FOUND + 1][k]),
                     words[k].eq(round_top(aligned[k], fmt.operand)),
                     product[k].eq(words[k] * scalar),
                     w.shifted[k].eq(_drop(product[k], drop) >> w.room[_SUM - 2][k]),
@@ -342,7 +379,7 @@ class Combine(wiring.Component):
     def _add(self, m: Module, w: _Wires) -> None:
         """``z + round_half(shifted)`` in one adder: ``(2 z + 1 + shifted) >> 1``."""
         with m.If(w.move):
-            for k in range(4):
+            for k in range(self._design.architecture.vector_words):
                 m.d.sync += w.sum[k].eq((Cat(1, w.base[k]).as_signed() + w.shifted[k]) >> 1)
 
 
@@ -350,8 +387,9 @@ class _Wires:
     """Signals that the parts of the unit share; ``valid[k]`` and ``tag[k]`` stand beside the register of stage k."""
 
     def __init__(self, design: Design) -> None:
-        bits, number = widths(design).vector, count(design.quads - 1)
-        scalar = signed(design.formats.operand)
+        size, scalar = design.architecture.vector_words, signed(design.formats.operand)
+        number = part_number(design)
+        self.last = design.quads * design.parts - 1
         tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
         self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
         self.z, self.e0, self.e1 = Store(design, 4), Store(design), Store(design, headroom=True)
@@ -359,15 +397,16 @@ class _Wires:
         """Frames of b that wait for g; of n, until their forces have entered; of d0, d1 and d2, until e1 has entered,
         and until its z has been read; of e0 and e1, from the sum of e1 until d has entered."""
         self.busy, self.vector = Signal(), Signal(tag, reset_less=True)
-        """A vector is in hand; its next quad."""
-        self.take, self.move = Signal(), Signal()
-        """A quad of products enters; the pipeline advances."""
+        """A vector is in hand; its next part."""
+        self.take, self.product, self.move = Signal(), Signal(vector_part(design)), Signal()
+        """A part of products enters; the pipeline advances."""
         self.valid = [Signal(name=f"valid{k}") for k in range(_SUM + 1)]
         self.tag = [Signal(tag, name=f"tag{k}", reset_less=k > 0) for k in range(_SUM + 1)]
-        rooms = headroom_quad(design)
-        self.room = {k: Signal(rooms, name=f"room{k}", reset_less=True) for k in range(READ + 1, _SUM - 1)}
-        self.words, self.base = Signal(quad(bits), reset_less=True), Signal(quad(bits), reset_less=True)
-        self.shifted, self.sum = Signal(quad(bits + 1), reset_less=True), Signal(quad(bits), reset_less=True)
+        rooms, part = headrooms(design, size), vector_part(design)
+        self.room = {k: Signal(rooms, name=f"room{k}", reset_less=True) for k in range(_FOUND + 1, _SUM - 1)}
+        self.words, self.base, self.sum = (Signal(part, name=n, reset_less=True) for n in ("words", "base", "sum"))
+        longer = data.ArrayLayout(signed(widths(design).vector + 1), size)
+        self.shifted = Signal(longer, reset_less=True)
 
 
 def _drop(product: Value, drop: int) -> Value:

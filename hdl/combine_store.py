@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, Value
+from amaranth import Array, Cat, Module, Mux, Shape, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
-from tfra.hdl.payloads import vector_quad
+from tfra.hdl.payloads import vector_part
 from tfra.hdl.pipeline import register
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
@@ -21,49 +21,66 @@ place = count(FRAMES - 1)
 """Number of a frame's place."""
 
 
-def headroom_quad(design: Design) -> data.ArrayLayout:
-    """Bits that the four parities of a vector leave free."""
-    return data.ArrayLayout(count(widths(design).vector - 1), 4)
+def headrooms(design: Design, words: int) -> data.ArrayLayout:
+    """Bits that so many parities of a vector leave free."""
+    return data.ArrayLayout(count(widths(design).vector - 1), words)
+
+
+def part_number(design: Design) -> Shape:
+    """Number of a part of a vector: of the quad, above that of the part in its quad."""
+    return count(design.quads * design.parts - 1)
+
+
+def pick_part(design: Design, words: Any, number: Value) -> Value:
+    """The words of a quad, or of anything with four parities, that part ``number`` of a vector is about."""
+    size = design.architecture.vector_words
+    choices = [Cat(words[k] for k in range(first, first + size)) for first in range(0, 4, size)]
+    return Array(choices)[in_quad(design, number)] if design.parts > 1 else choices[0]
+
+
+def in_quad(design: Design, number: Value) -> Value:
+    """Which part of its quad part ``number`` of a vector is."""
+    return number[: (design.parts - 1).bit_length()]
 
 
 class Store(wiring.Component):
-    """A memory of vectors: ``FRAMES`` places of ``vectors`` vectors each.
+    """A memory of vectors: ``FRAMES`` places of ``vectors`` vectors each, written and read a part at a time.
 
     Arguments:
         vectors: vectors of a place, a power of two.
         headroom: whether the headroom of the vectors is found as they are written, for use as multiplier operands.
 
     Members:
-        write, write_place, write_vector, write_number, words: a quad is written.
-        read, read_place, read_vector, read_number: a quad is read; ``quad`` and ``room`` follow ``READ`` of the cycles
+        write, write_place, write_vector, write_number, words: a part is written.
+        read, read_place, read_vector, read_number: a part is read; ``part`` and ``room`` follow ``READ`` of the cycles
             in which ``read`` is high later.
 
-    A quad can be read in the cycle after it was written, so can the headroom with its last quad.
+    A part can be read in the cycle after it was written, so can the headroom with its last part.
     """
 
     def __init__(self, design: Design, vectors: int = 1, *, headroom: bool = False) -> None:
         self._design, self._vectors, self._headroom = design, vectors, headroom
-        number, vector = count(design.quads - 1), count(vectors - 1)
+        number, vector = part_number(design), count(vectors - 1)
         super().__init__(
             {
                 "write": In(1),
                 "write_place": In(place),
                 "write_vector": In(vector),
                 "write_number": In(number),
-                "words": In(vector_quad(design)),
+                "words": In(vector_part(design)),
                 "read": In(1),
                 "read_place": In(place),
                 "read_vector": In(vector),
                 "read_number": In(number),
-                "quad": Out(vector_quad(design)),
-                "room": Out(headroom_quad(design)),
+                "part": Out(vector_part(design)),
+                "room": Out(headrooms(design, design.architecture.vector_words)),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        quads = FRAMES * self._vectors << len(self.write_number)
-        m.submodules.words = words = memory.Memory(shape=self.words.shape(), depth=quads, init=[])
+        depth = FRAMES * self._vectors << len(self.write_number)
+        m.submodules.words = words = memory.Memory(shape=self.words.shape(), depth=depth, init=[])
         write, read = words.write_port(), words.read_port()
         m.d.comb += [
             write.en.eq(self.write),
@@ -73,8 +90,8 @@ class Store(wiring.Component):
             read.addr.eq(Cat(self.read_number, self._slot(self.read_vector, self.read_place))),
         ]
         with m.If(self.read):
-            quad = register(m, read.data.as_value(), "quad")
-        m.d.comb += self.quad.eq(quad)
+            part = register(m, read.data.as_value(), "part")
+        m.d.comb += self.part.eq(part)
         if self._headroom:
             self._measure(m)
         return m
@@ -84,18 +101,19 @@ class Store(wiring.Component):
         return Cat(vector, at) if self._vectors > 1 else at
 
     def _measure(self, m: Module) -> None:
-        """OR of magnitudes while a vector is written, zeros behind its last quad."""
-        shape, bits = headroom_quad(self._design), widths(self._design).vector - 1
-        m.submodules.rooms = rooms = memory.Memory(shape=shape, depth=FRAMES * self._vectors, init=[])
+        """OR of magnitudes while a vector is written, zeros behind its last part."""
+        design, size = self._design, self._design.architecture.vector_words
+        bits, last = widths(design).vector - 1, design.quads * design.parts - 1
+        m.submodules.rooms = rooms = memory.Memory(shape=headrooms(design, 4), depth=FRAMES * self._vectors, init=[])
         write = rooms.write_port()
         read = rooms.read_port(transparent_for=[write])  # a vector is used as soon as it is there
         masks = Signal(data.ArrayLayout(bits, 4), reset_less=True)
-        with m.If(self.write):
-            for k in range(4):
-                before = Mux(self.write_number == 0, 0, masks[k])
-                m.d.sync += masks[k].eq(before | magnitude_bits(self.words[k]))
+        for k in range(4):
+            with m.If(self.write & (in_quad(design, self.write_number) == k // size)):
+                before = Mux(self.write_number < design.parts, 0, masks[k])
+                m.d.sync += masks[k].eq(before | magnitude_bits(self.words[k % size]))
         m.d.sync += [
-            write.en.eq(self.write & (self.write_number == self._design.quads - 1)),
+            write.en.eq(self.write & (self.write_number == last)),
             write.addr.eq(self._slot(self.write_vector, self.write_place)),
         ]
         m.d.comb += [
@@ -104,7 +122,8 @@ class Store(wiring.Component):
             read.addr.eq(self._slot(self.read_vector, self.read_place)),
         ]
         with m.If(self.read):
-            room = register(m, read.data.as_value(), "room")
+            number = register(m, self.read_number)
+            room = register(m, pick_part(design, read.data, number), "room")
         m.d.comb += self.room.eq(room)
 
 

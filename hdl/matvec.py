@@ -37,7 +37,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
-from tfra.hdl.matvec_drain import Drain
+from tfra.hdl.matvec_drain import Drain, drain_steps, drain_words
 from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
 from tfra.hdl.matvec_schedule import SOURCES, Schedule
 from tfra.hdl.payloads import operand, product, vector_quad
@@ -85,7 +85,7 @@ class MatVec(wiring.Component):
         self._design = design
         self._lanes = design.architecture.mac_lanes
         self._words = min(4, self._lanes)
-        self._sum_quads = max(1, self._lanes // 4)
+        self._drain_steps = drain_steps(design)
         super().__init__(
             {
                 "b": In(stream.Signature(quad(design.adc.bits + 2))),
@@ -110,12 +110,12 @@ class MatVec(wiring.Component):
 
     @property
     def pair_interval(self) -> int:
-        """Cycles from the launch of a pass to that of the pass after the next: ``max(2 Q, Q + ceil(L / 4) + 9)``.
+        """Cycles from the launch of a pass to that of the pass after the next: ``max(2 Q, Q + L / W + 9)``.
 
         The first of the two follows after Q cycles.
         """
         q = self._design.quads
-        return max(2 * q, q + self._sum_quads + _RETURN)
+        return max(2 * q, q + self._drain_steps + _RETURN)
 
     @property
     def busy_cycles(self) -> int:
@@ -137,8 +137,8 @@ class MatVec(wiring.Component):
     def _result_cycle(self, number: int) -> int:
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
         turn, row = divmod(4 * number + 3, self._lanes)
-        launch = turn // 2 * self.pair_interval + turn % 2 * max(self._design.quads, self._sum_quads + 1)
-        return _LOAD + launch + self._design.quads - 1 + CAPTURE + DRAIN + row // 4
+        launch = turn // 2 * self.pair_interval + turn % 2 * max(self._design.quads, self._drain_steps + 1)
+        return _LOAD + launch + self._design.quads - 1 + CAPTURE + DRAIN + row // drain_words(self._design)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

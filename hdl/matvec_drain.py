@@ -12,7 +12,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import passes
 from tfra.hdl.arithmetic import count, round_half, shift_right
-from tfra.hdl.matvec_operand import amount_quad, pick_word, quad_parts
+from tfra.hdl.matvec_operand import amount_quad, pick_word
 from tfra.hdl.payloads import product
 from tfra.hdl.streams import Spare
 from tfra.model.design import Design
@@ -35,6 +35,16 @@ class _Step:
     start: bool
 
 
+def drain_words(design: Design) -> int:
+    """W: words that leave the drain register in a cycle."""
+    return min(design.architecture.vector_words, design.architecture.mac_lanes)
+
+
+def drain_steps(design: Design) -> int:
+    """Cycles in which the words of a pass leave the drain register."""
+    return design.architecture.mac_lanes // drain_words(design)
+
+
 class Drain(wiring.Component):
     """From complete sums to results on the vector grid.
 
@@ -55,7 +65,7 @@ class Drain(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design, self._lanes = design, design.architecture.mac_lanes
-        self._words = min(4, self._lanes)
+        self._words = drain_words(design)
         w = widths(design)
         self._steps = self._table()
         self._offset = max(step.offset for step in self._steps)
@@ -130,7 +140,7 @@ class Drain(wiring.Component):
 
     def _register(self, m: Module, go: Value) -> tuple[list[Value], Value, Value, Value]:
         """Sums are captured when the register is free, at a register's word, and leave it W words at a time."""
-        steps = max(1, self._lanes // 4)
+        steps = drain_steps(self._design)
         register = [Signal.like(s, name=f"held{n}", reset_less=True) for n, s in enumerate(self.sums)]
         valid, waiting, capture, step = Signal(), Signal(), Signal(), Signal(count(steps - 1))
         wanted, free = Signal(), Signal()
@@ -168,7 +178,7 @@ class Drain(wiring.Component):
 
     def _part_counter(self, m: Module, leave: Value) -> tuple[Value, Value]:
         """Which words of their quad those that leave are, and whether they complete it."""
-        parts = quad_parts(self._design)
+        parts = 4 // self._words
         part = Signal(count(parts - 1))
         if parts > 1:
             with m.If(leave):

@@ -21,7 +21,7 @@ def amount_quad(design: Design) -> data.ArrayLayout:
     return data.ArrayLayout(unsigned((widths(design).vector - 1).bit_length()), 4)
 
 
-def quad_parts(design: Design) -> int:
+def operand_parts(design: Design) -> int:
     """Passes that it takes to complete a result quad: four words over the lanes, or one."""
     return 4 // min(4, design.architecture.mac_lanes)
 
@@ -129,7 +129,7 @@ class Prepare(wiring.Component):
             {
                 "quad": In(vector_quad(design)),
                 "amounts": In(amount_quad(design)),
-                "part": In(count(quad_parts(design) - 1)),
+                "part": In(count(operand_parts(design) - 1)),
                 "words": Out(data.ArrayLayout(signed(design.formats.operand), self._words)),
             }
         )

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import bases, depth, passes
 from tfra.hdl.arithmetic import count
-from tfra.hdl.matvec_operand import quad_parts
+from tfra.hdl.matvec_operand import operand_parts
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import STACKS
 
@@ -56,7 +56,7 @@ class Schedule(wiring.Component):
                 "quad": Out(count(design.quads - 1)),
                 "read_source": Out(2),
                 "read_parity": Out(1),
-                "read_part": Out(count(quad_parts(design) - 1)),
+                "read_part": Out(count(operand_parts(design) - 1)),
                 "address": Out(count(depth(design) - 1)),
             }
         )
@@ -107,7 +107,7 @@ class Schedule(wiring.Component):
 
     def _credit(self, m: Module, chosen: Value) -> None:
         """Two passes at most are on their way between launch and drain; they end in order."""
-        busy, parts = Signal(2), quad_parts(self._design)
+        busy, parts = Signal(2), operand_parts(self._design)
         m.d.comb += self.launch.eq((self.last | ~self.reading) & chosen & ~busy.bit_select(self.parity, 1))
         m.d.sync += busy.eq((busy | (self.launch << self.parity)) & ~(self.drained << self.oldest))
         m.d.sync += [self.parity.eq(self.parity ^ self.launch), self.oldest.eq(self.oldest ^ self.drained)]

@@ -27,6 +27,11 @@ def vector_quad(design: Design) -> data.ArrayLayout:
     return quad(widths(design).vector)
 
 
+def vector_part(design: Design) -> data.ArrayLayout:
+    """The words of a quad that are handled in a cycle, one of ``design.parts``."""
+    return data.ArrayLayout(signed(widths(design).vector), design.architecture.vector_words)
+
+
 def operand(design: Design) -> data.StructLayout:
     """A quad of a candidate's or of the winner's residual; ``force`` marks the latter, d, which gives forces."""
     return data.StructLayout({"words": vector_quad(design), "force": 1})

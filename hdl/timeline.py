@@ -27,6 +27,7 @@ from tfra.hdl.forces import PLANES, Forces
 from tfra.hdl.friction import Friction
 from tfra.hdl.gain import Gain
 from tfra.hdl.matvec import BANKS, CAPTURE, CHOICE, DRAIN, FULL, MatVec
+from tfra.hdl.matvec_drain import drain_steps, drain_words
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
@@ -63,7 +64,7 @@ class Frame:
     sums_b: int = 0
     affine: int = 0
     residual: int = 0
-    """Last quad of d2 at the vector updates."""
+    """Last part of d2 at the vector updates."""
     e1: int = 0
     normal: list[int] = field(default_factory=list)
     """Quads of p and q at the queue of the sweep."""
@@ -199,7 +200,7 @@ class Timeline:
         results = []
         for quad in range(self._stacks[stack]):
             turn, row = divmod(4 * quad + 3, lanes)
-            results.append(captured[turn] + DRAIN + row // 4)
+            results.append(captured[turn] + DRAIN + row // drain_words(self.design))
         q = self.design.quads
         self.spans.append(Span("matvec", stack, number, launches[0] + 1, launches[-1] + 1 + q))
         getattr(self, f"_after_{stack}")(number, launches[-1], results)
@@ -217,7 +218,7 @@ class Timeline:
             launch = max(launch, self._drained[-2] + 1)
         capture = max(launch + q + CAPTURE, self._drained[-1] + 1 if self._drained else 0)
         self._launched.append(launch)
-        self._drained.append(capture + max(1, self.design.architecture.mac_lanes // 4))
+        self._drained.append(capture + drain_steps(self.design))
         return capture
 
     def _after_contact(self, number: int, last: int, results: list[int]) -> None:
@@ -233,7 +234,7 @@ class Timeline:
         f = self.frames[number]
         self._tokens["n"].give(last + 1)
         self._next["residual"] += 1
-        f.residual = results[-1]
+        f.residual = results[-1] + self.design.parts - 1
         taken = max(f.sums_b + Facts.latency, self.frames[number - 1].affine + 1 if number else 0)
         for cycle in results[:3]:
             taken = max(cycle + Facts.latency, taken + 1)
@@ -253,10 +254,11 @@ class Timeline:
         self._tokens["room"].give(last + 1)
         self._tokens["planes"].take()
         self._next["vector"] += 1
-        f.force = results
-        self._entered |= set(results)
-        self._tokens["frame"].give(results[-1])
-        self.spans.append(Span("combine", "forces", number, results[0], results[-1] + 1))
+        parts = self.design.parts
+        f.force = [cycle + parts - 1 for cycle in results]
+        self._entered |= {cycle + part for cycle in results for part in range(parts)}
+        self._tokens["frame"].give(f.force[-1])
+        self.spans.append(Span("combine", "forces", number, results[0], f.force[-1] + 1))
         self._words(number)
 
     # --- the vector updates ----------------------------------------------------------------------------------------
@@ -278,15 +280,15 @@ class Timeline:
         return next((cycle, name, frame) for seen, name, frame in ready if seen <= cycle)
 
     def _vector(self, cycle: int, name: str, number: int) -> None:
-        """Quads enter where none of a product does."""
+        """Parts of quads enter where none of a product does."""
         f, entry = self.frames[number], cycle
         first = 0
         self._tokens["room"].take()
-        for quad in range(self.design.quads):
+        for part in range(self.design.quads * self.design.parts):
             entry += 1
             while entry in self._entered:
                 entry += 1
-            first = first if quad else entry
+            first = first if part else entry
         self._begin_from = entry + 1
         out = entry + self.wait.combine
         self._vectors.append((out, name == "d", number))

@@ -92,9 +92,10 @@ TARGETS = ("portable", "ecp5", "ice40")
 
 @dataclass(frozen=True, slots=True)
 class Architecture:
-    """Parallelism: ``mac_lanes`` multiply-accumulate lanes."""
+    """Parallelism: ``mac_lanes`` multiply-accumulate lanes; ``vector_words`` words of a vector a cycle behind them."""
 
     mac_lanes: int = 16
+    vector_words: int = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,6 +134,8 @@ class Design:
         allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)
         reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"
         _require(allowed, "architecture.mac_lanes", reason)
+        words = self.architecture.vector_words
+        _require(words in (1, 2, 4), "architecture.vector_words", f"1, 2 or 4 is needed, got {words}")
         reason = f"the {self.adc.bits}-bit converter needs an operand of {self.adc.bits} bits or more"
         _require(self.formats.operand >= self.adc.bits, "formats.operand", reason)
 
@@ -150,6 +153,11 @@ class Design:
     def quads(self) -> int:
         """Q: a vector is Q quads of four words, either four mirror taxels or four parities."""
         return self.quad_rows * self.quad_columns
+
+    @property
+    def parts(self) -> int:
+        """Cycles that a quad takes behind the lanes."""
+        return 4 // self.architecture.vector_words
 
     @property
     def candidates(self) -> int:

@@ -23,9 +23,9 @@ from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
-def _design(rows, columns, formats=FORMATS["standard"], bits=14):
+def _design(rows, columns, formats=FORMATS["standard"], bits=14, words=4):
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(mac_lanes=4))
+    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(4, words))
 
 
 DESIGNS = [
@@ -34,11 +34,15 @@ DESIGNS = [
     _design(2, 2),
     _design(4, 6, Formats("long vectors", 12, 10, 16, 4), bits=10),
     _design(3, 2, Formats("short vectors", 12, 27, 0, 0), bits=6),
+    _design(3, 4, words=2),
+    _design(2, 2, words=1),
+    _design(5, 4, words=1),
 ]
 
 
 def _name(design):
-    return f"{design.sensor.rows}x{design.sensor.columns}-{design.formats.name.replace(' ', '-')}"
+    words = design.architecture.vector_words
+    return f"{design.sensor.rows}x{design.sensor.columns}-{words}-{design.formats.name.replace(' ', '-')}"
 
 
 STALLS = [(i, o) for i in PATTERNS for o in PATTERNS]
@@ -211,7 +215,7 @@ class _Late(wiring.Component):
         return m
 
 
-LATE = 130
+LATE = 250
 """A clock edge by which a small design waits for nothing but the late port."""
 
 
@@ -245,9 +249,9 @@ def test_force_latency_and_jobs(design):
     dut, cycles = _late(design, "products")
     q = design.quads
     assert all(f - p == dut.force_latency for p, f in zip(cycles["products"], cycles["forces"], strict=True))
-    assert cycles["forces"][0] - LATE == dut.force_latency
-    assert cycles["vector"][q] - cycles["vector"][q - 1] == 1 + dut.pause
-    assert np.all(np.diff(cycles["forces"]) == 1)
+    assert cycles["forces"][0] - LATE == design.parts - 1 + dut.force_latency
+    assert cycles["vector"][q] - cycles["vector"][q - 1] == design.parts + dut.pause
+    assert np.all(np.diff(cycles["forces"]) == design.parts)
 
 
 def test_the_next_stress_is_taken_while_the_search_runs():

@@ -72,7 +72,7 @@ def random_design(seed):
     most = 4 * ((rows + 1) // 2) * ((columns + 1) // 2)
     lanes = rng.choice([1, 2, *range(4, most + 1, 4)])
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, search=Search(steps), architecture=Architecture(lanes))
+    return Design(sensor, search=Search(steps), architecture=Architecture(lanes, rng.choice([1, 2, 4])))
 
 
 @pytest.mark.parametrize("seed", range(12))

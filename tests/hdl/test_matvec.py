@@ -17,9 +17,11 @@ SHORT = Formats("short", coefficient=12, operand=27, vector_fraction=0, force_fr
 LONG = Formats("long", coefficient=10, operand=10, vector_fraction=16, force_fraction=0)
 
 
-def make(rows: int, columns: int, lanes: int, formats: Formats = FORMATS["standard"], bits: int = 14) -> Design:
+def make(
+    rows: int, columns: int, lanes: int, formats: Formats = FORMATS["standard"], bits: int = 14, words: int = 4
+) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(mac_lanes=lanes))
+    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(lanes, words))
 
 
 SMALL = [
@@ -32,12 +34,17 @@ SMALL = [
     make(4, 4, 12, LONG, 10),
     make(4, 6, 8, FORMATS["wide"]),
     make(4, 6, 24),
+    make(2, 2, 2, words=1),
+    make(2, 3, 8, words=1),
+    make(4, 4, 12, LONG, 10, words=2),
 ]
 LARGE = [make(4, 6, 1), make(5, 7, 4), make(5, 7, 20, FORMATS["wide"]), make(5, 7, 48), make(4, 4, 4)]
 
 
 def label(design: Design) -> str:
-    return f"{design.sensor.rows}x{design.sensor.columns}-{design.architecture.mac_lanes}-{design.formats.name}"
+    sensor, architecture = design.sensor, design.architecture
+    size = f"{sensor.rows}x{sensor.columns}"
+    return f"{size}-{architecture.mac_lanes}-{architecture.vector_words}-{design.formats.name}"
 
 
 def draw(design: Design, frames: int, seed: int) -> np.ndarray:
