@@ -15,6 +15,7 @@ from amaranth.lib.fifo import SyncFIFO, SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
+from tfra.hdl.pipeline import walk
 
 TOKEN = unsigned(1)
 """Payload of a token, which means nothing; words without bits would not be portable Verilog."""
@@ -150,32 +151,41 @@ class Buffer(wiring.Component):
 class Queue(wiring.Component):
     """First in, first out, ``depth`` transfers long, in block memory.
 
-    Members: ``i``: stream in; ``o``: stream out.  ``latency``: cycles through an empty queue; full throughput.
-    Neither ``i.ready`` nor ``o.valid`` depends on an input.
+    A transfer may pass in ``parts`` cycles, through a memory of that much less width.
+
+    Members: ``i``: stream in; ``o``: stream out.  ``latency``: cycles through an empty queue, from the transfer, which
+    is the end of the last part; a transfer in ``parts`` cycles.  Neither ``i.ready`` nor ``o.valid`` depends on an
+    input.
     """
 
     latency = 2
 
-    def __init__(self, shape: Any, depth: int) -> None:
-        self._depth = depth
+    def __init__(self, shape: Any, depth: int, parts: int = 1) -> None:
+        self._depth, self._parts = depth, parts
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         into, out = self._kept(self.i.payload), self._kept(self.o.payload)
-        m.submodules.fifo = fifo = self._fifo(len(into))
+        size = len(into) // self._parts
+        m.submodules.fifo = fifo = self._fifo(size)
+        number, ends = walk(m, fifo.w_en & fifo.w_rdy, self._parts, "put")
+        _, complete = walk(m, fifo.r_en & fifo.r_rdy, self._parts, "got")
+        before = Signal(len(into) - size, reset_less=True)
         m.d.comb += [
-            fifo.w_data.eq(into),
+            fifo.w_data.eq(into.word_select(number, size) if self._parts > 1 else into),
             fifo.w_en.eq(self.i.valid),
-            self.i.ready.eq(fifo.w_rdy),
-            out.eq(fifo.r_data),
-            self.o.valid.eq(fifo.r_rdy),
-            fifo.r_en.eq(self.o.ready),
+            self.i.ready.eq(fifo.w_rdy & ends),
+            out.eq(Cat(before, fifo.r_data)),
+            self.o.valid.eq(fifo.r_rdy & complete),
+            fifo.r_en.eq(self.o.ready | ~complete),
         ]
+        with m.If(fifo.r_en & fifo.r_rdy):
+            m.d.sync += before.eq(Cat(before, fifo.r_data)[size:])
         return m
 
     def _fifo(self, width: int) -> Any:
-        return SyncFIFOBuffered(width=width, depth=self._depth)
+        return SyncFIFOBuffered(width=width, depth=self._depth * self._parts)
 
     def _kept(self, payload: Any) -> Value:
         """What is stored of a payload."""

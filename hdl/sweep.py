@@ -53,7 +53,7 @@ class Sweep(wiring.Component):
     e0 enters with its g; quads of e1 enter with stress, facts being there.  Entries (``Queue.latency`` cycles behind
     their transfers at the earliest) are apart at least
 
-        between quads of e0                                  1
+        between quads of e0                                  ``e0_interval``
         from the last of e0 to the first of e1               ``turn``
         between quads of e1                                  ``quad_interval``
         from the last of e1 to e0 of the next frame          ``quad_interval``
@@ -90,7 +90,12 @@ class Sweep(wiring.Component):
     @property
     def turn(self) -> int:
         """Cycles from the last quad of e0 to the first of e1 at the shortest."""
-        return TURN
+        return max(TURN, self.e0_interval)
+
+    @property
+    def e0_interval(self) -> int:
+        """Cycles between two quads of e0 at the shortest."""
+        return self._design.parts
 
     @property
     def quad_interval(self) -> int:
@@ -104,9 +109,9 @@ class Sweep(wiring.Component):
 
     @property
     def interval(self) -> int:
-        """Cycles per frame while all inputs are always there and the index is always taken; at least 5 Q + 2."""
-        quads = self._design.quads
-        return PLACES * (quads - 1) + max(self.frame_interval, PLACES + quads - 1 + TURN)
+        """Cycles per frame while all inputs are always there and the index is always taken."""
+        steps = self._design.quads - 1
+        return PLACES * steps + max(self.frame_interval, PLACES + self.e0_interval * steps + self.turn)
 
     @property
     def latency(self) -> int:
@@ -161,7 +166,8 @@ class Sweep(wiring.Component):
         """What comes before the loader needs it."""
         for name, vectors in _WAITING.items():
             port = getattr(self, name)
-            m.submodules[name] = wait = Queue(port.payload.shape(), vectors * self._design.quads + _FOLDED)
+            parts = 1 if name == "stress" else self._design.parts
+            m.submodules[name] = wait = Queue(port.payload.shape(), vectors * self._design.quads + _FOLDED, parts)
             wiring.connect(m, wiring.flipped(port), wait.i)
             wiring.connect(m, wait.o, getattr(loader, name))
         for name in ("direction", "frame"):

@@ -245,7 +245,7 @@ class Timeline:
         f = self.frames[number]
         self._tokens["room"].give(last + 1)
         self._next["vector"] += 1
-        f.normal += results
+        f.normal += [cycle + self.design.parts - 1 for cycle in results]
         if len(f.normal) == 2 * self.design.quads:
             self._sweep(number)
 
@@ -310,9 +310,9 @@ class Timeline:
         f, wait = self.frames[number], self.wait
         before = self.frames[number - 1] if number else None
         quads = self.design.quads
-        entered = self._swept + wait.quad - 1
+        entered = self._swept + wait.quad - wait.e0
         for cycle in f.normal[:quads]:
-            entered = max(cycle, entered + 1)
+            entered = max(cycle, entered + wait.e0)
         start = entered = max(entered + wait.turn - wait.quad, self._swept + wait.frame_interval - wait.quad)
         for cycle in f.normal[quads:]:
             entered = max(cycle, entered + wait.quad)
@@ -358,6 +358,7 @@ def cycles(design: Design) -> Any:
         latencies = {name: int(block.latency) for name, block in blocks.items() if name not in ("matvec", "forces")}
         latencies["combine"] = blocks["combine"].force_latency
         latencies["turn"] = blocks["sweep"].turn
+        latencies["e0"] = blocks["sweep"].e0_interval
         latencies["quad"] = blocks["sweep"].quad_interval
         latencies["frame_interval"] = blocks["sweep"].frame_interval
         latencies["read"] = blocks["scaling"].force_latency + blocks["forces"].read_latency

@@ -8,7 +8,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tests.hdl.harness import PATTERNS, run
-from tfra.hdl.streams import TOKEN, Facts, Fork, Merge, Router, Spare, Tokens
+from tfra.hdl.streams import TOKEN, Facts, Fork, Merge, Queue, Router, Spare, Tokens
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)
@@ -29,6 +29,22 @@ def test_router_sends_every_kind_where_its_table_says(stall_out):
     seen = run(router, {"i": quads}, {"o.0": 8, "o.1": 8}, stall_out=stall_out)
     assert seen.values["o.0"] == [n for n in range(12) if n % 3 != 2]
     assert seen.values["o.1"] == [n for n in range(12) if n % 3 != 0]
+
+
+@pytest.mark.parametrize("parts", [1, 2, 4])
+@pytest.mark.parametrize("stall_in", PATTERNS)
+@pytest.mark.parametrize("stall_out", PATTERNS)
+def test_queue_keeps_order_whatever_its_width(parts, stall_in, stall_out):
+    values = [number * 2654435761 % 4096 for number in range(40)]
+    seen = run(Queue(unsigned(12), 5, parts), {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
+    assert seen.values["o"] == values
+
+
+@pytest.mark.parametrize("parts", [1, 2, 4])
+def test_latency_of_a_queue(parts):
+    seen = run(Queue(unsigned(12), 5, parts), {"i": list(range(9))}, {"o": 9})
+    assert seen.cycles["o"] == [cycle + Queue.latency for cycle in seen.cycles["i"]]
+    assert [b - a for a, b in zip(seen.cycles["i"], seen.cycles["i"][1:], strict=False)] == [parts] * 8
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)

@@ -25,13 +25,13 @@ from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
-def make(rows, columns, steps, tolerance=0.0, formats="standard", bits=14):
+def make(rows, columns, steps, tolerance=0.0, formats="standard", bits=14, words=4):
     return Design(
         SensorArray(rows, columns, 4e-3, 2e-3, 3e-3),
         adc=Adc(bits=bits),
         search=Search(steps=steps, tolerance=tolerance),
         formats=FORMATS[formats],
-        architecture=Architecture(mac_lanes=4),
+        architecture=Architecture(mac_lanes=4, vector_words=words),
     )
 
 
@@ -156,6 +156,8 @@ DESIGNS = [
     make(3, 2, 2),
     make(2, 2, 7, bits=6),
     make(2, 2, 100),
+    make(3, 4, 7, words=1),
+    make(4, 4, 5, tolerance=0.7, words=2),
     make(4, 6, 100, formats="wide", bits=16),
     make(5, 4, 13, tolerance=1e9, formats="wide", bits=20),
 ]
@@ -205,9 +207,9 @@ def predicted(design, cycles):
     facts = np.maximum(cycles["direction"], cycles["frame"]) + Buffer.latency + 1
     found, entry, behind = [], 0, 0  # the memories are cleared behind a reset
     for n, frame in enumerate(normal):
-        swept, entry = entry + unit.frame_interval, entry + unit.quad_interval - 1
+        swept, entry = entry + unit.frame_interval, entry + unit.quad_interval - unit.e0_interval
         for quad, cycle in enumerate(frame[:q]):
-            entry = max(entry + 1, cycle, ready["g"][n, quad])
+            entry = max(entry + unit.e0_interval, cycle, ready["g"][n, quad])
         behind = max(entry + unit.turn, swept, facts[n])
         for quad, cycle in enumerate(frame[q:]):
             entry = behind = max(behind, cycle, ready["stress"][n, quad])
@@ -228,7 +230,7 @@ def test_every_index_comes_when_stated(design, stall_in):
 def test_any_size(data):
     rows, columns, steps = (data.draw(st.integers(*ends)) for ends in ((2, 6), (2, 6), (1, 24)))
     tolerance, seed = data.draw(st.sampled_from([0.0, 0.4, 30.0])), data.draw(st.integers(0, 99))
-    design = make(rows, columns, steps, tolerance)
+    design = make(rows, columns, steps, tolerance, words=data.draw(st.sampled_from([1, 2, 4])))
     frames = contacts(design, 2, seed) + small_numbers(design, 4, seed)
     seen = simulate(design, frames)
     assert seen.values["index"] == expected(design, frames).tolist()
@@ -252,7 +254,8 @@ def test_cycles_are_what_the_docstrings_say(design):
     q, steps, unit = design.quads, design.search.steps, Sweep(design)
     levels, bits = product_latency(steps), (steps - 1).bit_length()
     assert unit.frame_interval == 14 + bits + steps
-    assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 5 * q + 2)
+    e0, turn = design.parts, max(3, design.parts)
+    assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 4 * q + e0 * (q - 1) + turn)
     assert unit.latency == 26 + levels + bits + steps + (steps + 3 if design.search.tolerance else 0)
 
 
