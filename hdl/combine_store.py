@@ -101,29 +101,34 @@ class Store(wiring.Component):
         return Cat(vector, at) if self._vectors > 1 else at
 
     def _measure(self, m: Module) -> None:
-        """OR of magnitudes while a vector is written, zeros behind its last part."""
-        design, size = self._design, self._design.architecture.vector_words
-        bits, last = widths(design).vector - 1, design.quads * design.parts - 1
-        m.submodules.rooms = rooms = memory.Memory(shape=headrooms(design, 4), depth=FRAMES * self._vectors, init=[])
+        """OR of magnitudes while a vector is written, zeros behind the parts of its last quad.
+
+        Masks go round with the parts of a quad, so that those of the part at hand are always in the same place.
+        """
+        design, size, length = self._design, self._design.architecture.vector_words, widths(self._design).vector - 1
+        in_place = in_quad(design, self.write_number)
+        depth = FRAMES * self._vectors * design.parts
+        m.submodules.rooms = rooms = memory.Memory(shape=headrooms(design, size), depth=depth, init=[])
         write = rooms.write_port()
         read = rooms.read_port(transparent_for=[write])  # a vector is used as soon as it is there
-        masks = Signal(data.ArrayLayout(bits, 4), reset_less=True)
-        for k in range(4):
-            with m.If(self.write & (in_quad(design, self.write_number) == k // size)):
-                before = Mux(self.write_number < design.parts, 0, masks[k])
-                m.d.sync += masks[k].eq(before | magnitude_bits(self.words[k % size]))
+        masks = Signal(4 * length, reset_less=True)
+        latest = Signal(size * length)
+        for k in range(size):
+            before = Mux(self.write_number < design.parts, 0, masks.word_select(k, length))
+            m.d.comb += latest.word_select(k, length).eq(before | magnitude_bits(self.words[k]))
+        with m.If(self.write):
+            m.d.sync += masks.eq(Cat(masks, latest)[len(latest) :])
         m.d.sync += [
-            write.en.eq(self.write & (self.write_number == last)),
-            write.addr.eq(self._slot(self.write_vector, self.write_place)),
+            write.en.eq(self.write & (self.write_number >= (design.quads - 1) * design.parts)),
+            write.addr.eq(Cat(in_place, self._slot(self.write_vector, self.write_place))),
         ]
         m.d.comb += [
-            *(write.data[k].eq(leading_zeros(masks[k])) for k in range(4)),
+            *(write.data[k].eq(leading_zeros(masks.word_select(4 - size + k, length))) for k in range(size)),
             read.en.eq(self.read),
-            read.addr.eq(self._slot(self.read_vector, self.read_place)),
+            read.addr.eq(Cat(in_quad(design, self.read_number), self._slot(self.read_vector, self.read_place))),
         ]
         with m.If(self.read):
-            number = register(m, self.read_number)
-            room = register(m, pick_part(design, read.data, number), "room")
+            room = register(m, read.data.as_value(), "room")
         m.d.comb += self.room.eq(room)
 
 
