@@ -26,7 +26,7 @@ def size(
     clock_mhz: Clock = None,
     json: Json = False,
 ) -> None:
-    """Choose the number of lanes: the smallest core that meets both bounds and fits the part."""
+    """Choose lanes and words a cycle: the smallest core that meets both bounds and fits the part."""
     from tfra.codegen.config import load
     from tfra.synth.size import Bounds
     from tfra.synth.size import size as choose
@@ -45,6 +45,8 @@ def size(
         facts = {"clock_mhz": clock, "frames_per_second": fps, "latency_us": latency, **asdict(found.speed)}
         print_json({"target": part.name, **asdict(found.architecture), **facts, "estimated": found.resources})
         return
-    typer.echo(f"[architecture]\nmac_lanes = {found.architecture.mac_lanes}")
+    typer.echo("[architecture]")
+    for key, number in asdict(found.architecture).items():
+        typer.echo(f"{key} = {number}")
     typer.echo(f"# {part.name} at {clock:g} MHz: {fps:,.0f} frames a second, {latency:.3f} us to the last word")
     typer.echo("# estimated: " + ", ".join(f"{number:,} {name}" for name, number in found.resources.items()))

@@ -392,7 +392,7 @@ class _Wires:
         self.last = design.quads * design.parts - 1
         tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
         self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
-        self.z, self.e0, self.e1 = Store(design, 4), Store(design), Store(design, headroom=True)
+        self.z, self.e0, self.e1 = Store(design, 3), Store(design), Store(design, headroom=True)
         self.b_level, self.n_level, self.d_level, self.d_places, self.e_level = (Level() for _ in range(5))
         """Frames of b that wait for g; of n, until their forces have entered; of d0, d1 and d2, until e1 has entered,
         and until its z has been read; of e0 and e1, from the sum of e1 until d has entered."""

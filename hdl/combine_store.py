@@ -47,7 +47,7 @@ class Store(wiring.Component):
     """A memory of vectors: ``FRAMES`` places of ``vectors`` vectors each, written and read a part at a time.
 
     Arguments:
-        vectors: vectors of a place, a power of two.
+        vectors: vectors of a place.
         headroom: whether the headroom of the vectors is found as they are written, for use as multiplier operands.
 
     Members:
@@ -98,7 +98,7 @@ class Store(wiring.Component):
 
     def _slot(self, vector: Value, at: Value) -> Value:
         """Where a vector of a place lies; the only one of a place has no number."""
-        return Cat(vector, at) if self._vectors > 1 else at
+        return Cat(at, vector) if self._vectors > 1 else at
 
     def _measure(self, m: Module) -> None:
         """OR of magnitudes while a vector is written, zeros behind the parts of its last quad.

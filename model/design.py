@@ -90,6 +90,10 @@ TARGETS = ("portable", "ecp5", "ice40")
 """Device families; ``"portable"`` is Verilog without instances, for any of them."""
 
 
+VECTOR_WORDS = (1, 2, 4)
+"""Words of a vector that may move in a cycle: the divisors of a quad."""
+
+
 @dataclass(frozen=True, slots=True)
 class Architecture:
     """Parallelism: ``mac_lanes`` multiply-accumulate lanes; ``vector_words`` words of a vector a cycle behind them."""
@@ -135,7 +139,7 @@ class Design:
         reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"
         _require(allowed, "architecture.mac_lanes", reason)
         words = self.architecture.vector_words
-        _require(words in (1, 2, 4), "architecture.vector_words", f"1, 2 or 4 is needed, got {words}")
+        _require(words in VECTOR_WORDS, "architecture.vector_words", f"1, 2 or 4 is needed, got {words}")
         reason = f"the {self.adc.bits}-bit converter needs an operand of {self.adc.bits} bits or more"
         _require(self.formats.operand >= self.adc.bits, "formats.operand", reason)
 

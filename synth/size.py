@@ -1,4 +1,4 @@
-"""The smallest core that is fast enough: lanes from bounds on time, as FINN's ``target_fps``."""
+"""The smallest core that is fast enough: lanes and words from bounds on time, as FINN's ``target_fps``."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from tfra.hdl.timing import Timing
-from tfra.model.design import Architecture, Design
+from tfra.model.design import VECTOR_WORDS, Architecture, Design
 from tfra.synth.estimate import estimate, misfits
 from tfra.synth.targets import Target
 
@@ -49,7 +49,7 @@ class Speed:
 
 @dataclass(frozen=True, slots=True)
 class Sized:
-    """The chosen lanes, what they reach, and the estimated resources."""
+    """The chosen parallelism, what it reaches, and the estimated resources."""
 
     architecture: Architecture
     speed: Speed
@@ -68,22 +68,40 @@ def mac_choices(design: Design) -> list[int]:
 
 
 def size(design: Design, target: Target, bounds: Bounds) -> Sized:
-    """The core of fewest lanes that meets ``bounds`` and fits ``target``.
+    """The core of fewest LUTs among the smallest for each ``vector_words``, which meet ``bounds`` and fit ``target``.
 
-    Raises ``ValueError``, which says what is reached at best or what is lacking, when none does.  More lanes are taken
-    never to be slower, and to need less of nothing but block memories, whose depth they share.
+    Raises ``ValueError``, which says what is reached at best or what is lacking, when none does.
+    """
+    best = Architecture(mac_choices(design)[-1], max(VECTOR_WORDS))
+    if missed := speed(replace(design, architecture=best)).misses(bounds):
+        raise ValueError(f"{missed[0]}, at {bounds.clock_mhz:g} MHz with {best.mac_lanes} MAC lanes")
+    found: list[Sized] = []
+    lacks: list[str] = []
+    for words in VECTOR_WORDS:
+        smallest = _smallest(design, target, bounds, words)
+        if isinstance(smallest, Sized):
+            found.append(smallest)
+        else:
+            lacks = lacks or smallest
+    if not found:
+        raise ValueError(f"{lacks[0]}, for the smallest core that is fast enough")
+    return min(found, key=lambda sized: sized.resources["LUT"])
+
+
+def _smallest(design: Design, target: Target, bounds: Bounds, words: int) -> Sized | list[str]:
+    """The core of fewest lanes, or what all that are fast enough lack, which may be none.
+
+    More lanes are taken never to be slower, and to need less of nothing but block memories, whose depth they share.
     """
     choices = mac_choices(design)
 
     @cache
     def reached(lanes: int) -> Speed:
-        return speed(replace(design, architecture=Architecture(lanes)))
+        return speed(replace(design, architecture=Architecture(lanes, words)))
 
-    if missed := reached(choices[-1]).misses(bounds):
-        raise ValueError(f"{missed[0]}, at {bounds.clock_mhz:g} MHz with {choices[-1]} MAC lanes")
     lacks: list[str] = []
     for lanes in choices[bisect_left(choices, True, key=lambda lanes: not reached(lanes).misses(bounds)) :]:
-        chosen = Architecture(lanes)
+        chosen = Architecture(lanes, words)
         resources = estimate(replace(design, architecture=chosen), target.family).total
         lacking = misfits(resources, target)
         if not lacking:
@@ -91,4 +109,4 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sized:
         lacks = lacks or lacking
         if not all(sentence.startswith("BRAM:") for sentence in lacking):
             break
-    raise ValueError(f"{lacks[0]}, for the smallest core that is fast enough")
+    return lacks

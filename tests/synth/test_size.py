@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tfra.model.design import Architecture, Design, Search
+from tfra.model.design import VECTOR_WORDS, Architecture, Design, Search
 from tfra.model.sensor import SensorArray
 from tfra.synth import size as module
 from tfra.synth.size import Bounds, Speed, mac_choices, size, speed
@@ -25,14 +25,14 @@ def test_choices() -> None:
 
 @pytest.fixture
 def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Prices of lanes without elaborating any core: 100 lookup tables each, and block memories that they share."""
+    """Prices without elaborating any core: 100 lookup tables a lane, 10 a word, and block memories that lanes share."""
 
     def cost(design: Design, family: object) -> Any:
         class Total:
             total = {  # noqa: RUF012  # a stand-in for an Estimate
                 **dict.fromkeys(("FF", "DSP"), 1),
                 "BRAM": 40 // design.architecture.mac_lanes,
-                "LUT": 100 * design.architecture.mac_lanes,
+                "LUT": 100 * design.architecture.mac_lanes + 10 * design.architecture.vector_words,
             }
 
         return Total
@@ -43,15 +43,16 @@ def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("fps", "latency"), [(1e3, 1e4), (5e4, 30.0), (1e5, 1e3), (1e3, 11.0), (1.5e5, 12.0)])
 def test_the_cheapest_core(cheap: None, fps: float, latency: float) -> None:
     bounds = Bounds(100.0, fps, latency)
-    reached = {lanes: speed(replace(DESIGN, architecture=Architecture(lanes))) for lanes in mac_choices(DESIGN)}
-    fast = [lanes for lanes, found in reached.items() if not found.misses(bounds)]
+    every = [Architecture(lanes, words) for lanes in mac_choices(DESIGN) for words in VECTOR_WORDS]
+    reached = {architecture: speed(replace(DESIGN, architecture=architecture)) for architecture in every}
+    fast = [architecture for architecture, found in reached.items() if not found.misses(bounds)]
     if not fast:
         with pytest.raises(ValueError, match="is the best"):
             size(DESIGN, TARGET, bounds)
         return
     found = size(DESIGN, TARGET, bounds)
-    assert found.architecture.mac_lanes == min(fast)
-    assert found.speed == reached[min(fast)]
+    cheapest = min(fast, key=lambda architecture: (architecture.mac_lanes, architecture.vector_words))
+    assert (found.architecture, found.speed) == (cheapest, reached[cheapest])
 
 
 def test_bounds_out_of_reach(cheap: None) -> None:
@@ -64,7 +65,7 @@ def test_bounds_out_of_reach(cheap: None) -> None:
 
 def test_nothing_fits(cheap: None) -> None:
     tiny = replace(TARGET, name="tiny", available={"LUT": 90, "DSP": 1})
-    with pytest.raises(ValueError, match=r"^LUT: about 100 are needed, tiny has 90, for the smallest core"):
+    with pytest.raises(ValueError, match=r"^LUT: about 110 are needed, tiny has 90, for the smallest core"):
         size(DESIGN, tiny, Bounds(100.0, 1.0, 1e6))
 
 
