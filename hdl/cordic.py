@@ -31,6 +31,16 @@ def cordic_modulus(design: Design) -> Shape:
     return unsigned(cordic_word(design).width + GROWTH - 1)
 
 
+def cordic_vector(design: Design) -> data.StructLayout:
+    """What enters."""
+    return data.StructLayout({"x": cordic_word(design), "y": cordic_word(design)})
+
+
+def cordic_latency(design: Design) -> int:
+    """Cycles from the transfer of a vector to that of its modulus and angle: one to enter, one for each rotation."""
+    return iterations(design) + 1
+
+
 class Cordic(wiring.Component):
     """Turn a vector onto the x axis: modulus times the CORDIC gain, and angle in ``2^-operand`` turns.
 
@@ -51,15 +61,13 @@ class Cordic(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        word = cordic_word(design)
-        into = data.StructLayout({"x": word, "y": word})
         out = data.StructLayout({"modulus": cordic_modulus(design), "angle": unsigned(design.formats.operand)})
-        super().__init__({"i": In(stream.Signature(into)), "o": Out(stream.Signature(out))})
+        super().__init__({"i": In(stream.Signature(cordic_vector(design))), "o": Out(stream.Signature(out))})
 
     @property
     def latency(self) -> int:
         """Cycles from the transfer of a vector to that of its modulus and angle."""
-        return iterations(self._design) + 1
+        return cordic_latency(self._design)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

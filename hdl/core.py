@@ -16,12 +16,12 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl import payloads
+from tfra.hdl.angle import Angle
 from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.centroids import Centroids
 from tfra.hdl.combine import Combine
 from tfra.hdl.combine_store import FRAMES
-from tfra.hdl.cordic import Cordic
 from tfra.hdl.dependent import Dependent
 from tfra.hdl.forces import Forces
 from tfra.hdl.friction import Friction
@@ -35,7 +35,7 @@ from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, kinds, stacks
-from tfra.model.fixed.widths import DIVISION_GUARD, widths
+from tfra.model.fixed.widths import widths
 
 _HELD = 8
 """Frames of which the core may hold facts: those in flight, those whose forces wait, and one at either end."""
@@ -112,6 +112,7 @@ class Core(wiring.Component):
         self._wire_products(m, blocks)
         self._wire_results(m, blocks)
         self._wire_facts(m, blocks)
+        self._wire_angle(m, blocks["angle"], blocks["gain"], blocks["scaling"].phi)
         connect(m, blocks["forces"].taxel, blocks["scaling"].taxel)
         connect(m, blocks["scaling"].result, flipped(self.result))
         for probe in probes(self.design):
@@ -143,7 +144,7 @@ class Core(wiring.Component):
             "resultant": Resultant(design),
             "gain": Gain(design),
             "forces": Forces(design),
-            "phi": Cordic(design),
+            "angle": Angle(design),
             "scaling": Scaling(design),
         }
 
@@ -231,7 +232,7 @@ class Core(wiring.Component):
                     "combine": ("sweep_y",),
                     "sweep": ("negative",),
                     "friction": ("sweep_y", "negative"),
-                    "phi": ("cos", "sin"),
+                    "angle": ("cos", "sin"),
                     "scaling": ("vanishing",),
                 },
             ),
@@ -262,30 +263,20 @@ class Core(wiring.Component):
             m.submodules[f"{name}_fork"] = fork = Fork(shape, len(fields))
             connect(m, getattr(blocks[source], name), fork.i)
             for way, (user, looked_at) in enumerate(fields.items()):
-                if user == "phi":  # which works at once
-                    connect(m, fork.o[way], self._phi(m, blocks))
+                if user == "angle":  # which has a place for one
+                    connect(m, fork.o[way], blocks[user].direction)
                     continue
                 block, _, port = user.partition(".")
                 sink, label = getattr(blocks[block], port or name), f"{name}_{user.replace('.', '_')}"
                 connect(m, fork.o[way], self._facts(m, label, shape, looked_at, _HELD, sink))
 
+    def _wire_angle(self, m: Module, angle: Any, gain: Any, phi: Any) -> None:
+        """The CORDIC's other user; phi, long before the result needs it."""
+        connect(m, gain.vector, angle.vector)
+        connect(m, angle.turned, gain.turned)
+        connect(m, angle.phi, self._facts(m, "phi", phi.payload.shape(), (), _HELD, phi))
+
     def _facts(self, m: Module, label: str, shape: Any, fields: tuple[str, ...], depth: int, sink: Any) -> Any:
         m.submodules[f"{label}_facts"] = facts = Facts(shape, fields, depth)
         connect(m, facts.o, sink)
         return facts.i
-
-    def _phi(self, m: Module, blocks: dict[str, Any]) -> Any:
-        """phi = atan2(sin, cos) by a CORDIC of its own, long before the result needs it."""
-        phi, sink = blocks["phi"], blocks["scaling"].phi
-        scaling = self._facts(m, "phi", sink.payload.shape(), (), _HELD, sink)
-        direction = stream.Signature(payloads.direction(self.design)).flip().create(path=("phi_direction",))
-        m.d.comb += [
-            phi.i.payload.x.eq(direction.payload.cos << DIVISION_GUARD),
-            phi.i.payload.y.eq(direction.payload.sin << DIVISION_GUARD),
-            phi.i.valid.eq(direction.valid),
-            direction.ready.eq(phi.i.ready),
-            scaling.payload.eq(phi.o.payload.angle),
-            scaling.valid.eq(phi.o.valid),
-            phi.o.ready.eq(scaling.ready),
-        ]
-        return direction

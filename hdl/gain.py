@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import bit_length, count
-from tfra.hdl.cordic import Cordic
+from tfra.hdl.cordic import cordic_latency, cordic_modulus, cordic_vector
 from tfra.hdl.divider import Divider
 from tfra.hdl.pipeline import register
 from tfra.model.design import Design
@@ -27,27 +27,34 @@ class Gain(wiring.Component):
         |F_z| * gain ---------------> normal -+-> Divider -> mu                   |
         magnitude * gain^2 ------------------------> top bits --------------------+
 
-    One Cordic and one Divider serve twice each, mu is divided while the second run turns, and the constant
-    products are serial and done within the first run.  Every frame takes the same time, whether its values are
-    used or not.  Shifts are limited to what their payload holds: a longer one leaves nothing of a word anyway.
+    One Cordic, the one of :mod:`tfra.hdl.angle`, and one Divider serve twice each, mu is divided while the second run
+    turns, and the constant products are serial and done within the first run.  Every frame takes the same time,
+    whether its values are used or not.  Shifts are limited to what their payload holds: a longer one leaves nothing of
+    a word anyway.
 
     ``latency`` cycles from the one in which ``total`` and ``frame`` are valid to the transfer of ``gain``; both
-    are taken in the cycle before it; one frame every ``latency`` + 1 cycles.  Resources: a Cordic, a Divider, two
-    adders, one barrel shifter, no multiplier.
+    are taken in the cycle before it; one frame every ``latency`` + 1 cycles.  Resources: a Divider, two adders, one
+    barrel shifter, no multiplier.
 
-    Members: ``total``, ``frame``: streams in, one transfer a frame; ``gain``: stream out.
+    Members:
+        total, frame: streams in, one transfer a frame.
+        vector: stream out to the Cordic, which is always ready.
+        turned: stream in, the modulus, ``cordic_latency`` cycles after its vector.
+        gain: stream out.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
         operand, bits = design.formats.operand, widths(design).division
-        self._cordic = Cordic(design)
+        self._turn = cordic_latency(design)
         # Numerators are below twice their denominators, mu's because it divides by four times the normal force.
         self._divider = Divider(bits + 1, bits + 2, operand - 1)
         super().__init__(
             {
                 "total": In(stream.Signature(payloads.total(design))),
                 "frame": In(stream.Signature(payloads.frame_facts(design))),
+                "vector": Out(stream.Signature(cordic_vector(design))),
+                "turned": In(stream.Signature(cordic_modulus(design))),
                 "gain": Out(stream.Signature(payloads.gain(design))),
             }
         )
@@ -59,21 +66,20 @@ class Gain(wiring.Component):
         Two runs of the Cordic, one division; one cycle each to take magnitudes, to start either run, for the
         length of the modulus, for its shift, and to start the division.
         """
-        return 2 * self._cordic.latency + self._divider.latency + 6
+        return 2 * self._turn + self._divider.latency + 6
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.cordic = cordic = self._cordic
         m.submodules.divider = divider = self._divider
         # From the start of mu's division to that of the second: no state below has to ask for ready.
-        assert divider.interval <= cordic.latency + 3
+        assert divider.interval <= self._turn + 3
         design, bits = self._design, widths(self._design).division
         out = Signal(payloads.gain(design), reset_less=True)
         # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
         x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
         start = Signal()
         normal, numerator = self._products(m, start)
-        work = Signal(max(len(numerator), len(cordic.o.p.modulus)), reset_less=True)
+        work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
         length, top = _normalise(m, work, bits)
         top_numerator, numerator_length = Signal.like(top, reset_less=True), Signal.like(length, reset_less=True)
         modulus_is_zero, unbounded = length == 0, Signal(reset_less=True)
@@ -81,8 +87,9 @@ class Gain(wiring.Component):
 
         m.d.comb += [
             self.gain.payload.eq(out),
-            cordic.i.p.x.eq(x),
-            cordic.i.p.y.eq(y),
+            self.vector.p.x.eq(x),
+            self.vector.p.y.eq(y),
+            self.turned.ready.eq(1),
             divider.o.ready.eq(1),
         ]
         m.d.sync += unbounded.eq(x >= (y << 2))
@@ -94,27 +101,23 @@ class Gain(wiring.Component):
                 m.d.sync += [x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
                 m.next = "TANGENTIAL"
             with m.State("TANGENTIAL"):
-                m.d.comb += cordic.i.valid.eq(1)
+                m.d.comb += self.vector.valid.eq(1)
                 m.next = "TURN"
-            with m.State("TURN"):
-                m.d.comb += cordic.o.ready.eq(1)
-                with m.If(cordic.o.valid):
-                    m.d.sync += [x.eq(cordic.o.p.modulus), y.eq(normal)]
-                    m.next = "MODULUS"
+            with m.State("TURN"), m.If(self.turned.valid):
+                m.d.sync += [x.eq(self.turned.p), y.eq(normal)]
+                m.next = "MODULUS"
             with m.State("MODULUS"):
                 m.d.comb += [
-                    cordic.i.valid.eq(1),
+                    self.vector.valid.eq(1),
                     divider.i.valid.eq(1),
                     divider.i.p.numerator.eq(x),
                     divider.i.p.denominator.eq(y << 2),
                 ]
                 m.d.sync += work.eq(numerator)
                 m.next = "TURN AGAIN"
-            with m.State("TURN AGAIN"):
-                m.d.comb += cordic.o.ready.eq(1)
-                with m.If(cordic.o.valid):
-                    m.d.sync += [top_numerator.eq(top), numerator_length.eq(length), work.eq(cordic.o.p.modulus)]
-                    m.next = "LENGTH"
+            with m.State("TURN AGAIN"), m.If(self.turned.valid):
+                m.d.sync += [top_numerator.eq(top), numerator_length.eq(length), work.eq(self.turned.p)]
+                m.next = "LENGTH"
             with m.State("LENGTH"):
                 m.next = "TOP"
             with m.State("TOP"):
@@ -161,7 +164,7 @@ class Gain(wiring.Component):
         design = self._design
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
-        assert digits < self._cordic.latency
+        assert digits < self._turn
         left = Signal(count(digits))
         with m.If(start):
             m.d.sync += left.eq(digits)
