@@ -33,8 +33,8 @@ class Gain(wiring.Component):
     a word anyway.
 
     ``latency`` cycles from the one in which ``total`` and ``frame`` are valid to the transfer of ``gain``; both
-    are taken in the cycle before it; one frame every ``latency`` + 1 cycles.  Resources: a Divider, two adders, one
-    barrel shifter, no multiplier.
+    are taken in the first cycle in which it is valid; one frame every ``latency`` + 1 cycles.  Resources: a Divider,
+    two adders, one barrel shifter, no multiplier.
 
     Members:
         total, frame: streams in, one transfer a frame.
@@ -77,7 +77,7 @@ class Gain(wiring.Component):
         out = Signal(payloads.gain(design), reset_less=True)
         # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
         x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
-        start = Signal()
+        start, done = Signal(), Signal()
         normal, numerator = self._products(m, start)
         work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
         length, top = _normalise(m, work, bits)
@@ -90,11 +90,14 @@ class Gain(wiring.Component):
             self.vector.p.x.eq(x),
             self.vector.p.y.eq(y),
             self.turned.ready.eq(1),
+            self.total.ready.eq(done),
+            self.frame.ready.eq(done),
             divider.o.ready.eq(1),
         ]
         m.d.sync += unbounded.eq(x >= (y << 2))
         force_shift, resultant_shift, below = self._shifts(m, length, numerator_length, regular)
 
+        m.d.sync += done.eq(0)
         with m.FSM() as fsm:
             with m.State("IDLE"), m.If(self.total.valid & self.frame.valid):
                 m.d.comb += start.eq(1)
@@ -130,8 +133,8 @@ class Gain(wiring.Component):
                 ]
                 m.next = "DIVIDE"
             with m.State("DIVIDE"), m.If(divider.o.valid):
-                m.d.comb += [self.total.ready.eq(1), self.frame.ready.eq(1)]
                 m.d.sync += [
+                    done.eq(1),
                     out.mantissa.eq(self._mantissa(regular, top_numerator)),
                     out.force_shift.eq(_limit(force_shift, out.force_shift.shape())),
                     out.resultant_shift.eq(_limit(resultant_shift, out.resultant_shift.shape())),

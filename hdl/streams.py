@@ -11,7 +11,7 @@ from typing import Any
 
 from amaranth import Cat, Const, Elaboratable, Module, Mux, Signal, Value, unsigned
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.fifo import SyncFIFO, SyncFIFOBuffered
+from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
@@ -153,9 +153,9 @@ class Queue(wiring.Component):
 
     A transfer may pass in ``parts`` cycles, through a memory of that much less width.
 
-    Members: ``i``: stream in; ``o``: stream out.  ``latency``: cycles through an empty queue, from the transfer, which
-    is the end of the last part; a transfer in ``parts`` cycles.  Neither ``i.ready`` nor ``o.valid`` depends on an
-    input.
+    Members: ``i``: stream in; ``o``: stream out, registered.  ``latency``: cycles through an empty queue, from the
+    transfer, which is the end of the last part; a transfer in ``parts`` cycles.  Neither ``i.ready`` nor ``o.valid``
+    depends on an input.
     """
 
     latency = 2
@@ -168,7 +168,7 @@ class Queue(wiring.Component):
         m = Module()
         into, out = self._kept(self.i.payload), self._kept(self.o.payload)
         size = len(into) // self._parts
-        m.submodules.fifo = fifo = self._fifo(size)
+        m.submodules.fifo = fifo = SyncFIFOBuffered(width=size, depth=self._depth * self._parts)
         number, ends = walk(m, fifo.w_en & fifo.w_rdy, self._parts, "put")
         _, complete = walk(m, fifo.r_en & fifo.r_rdy, self._parts, "got")
         before = Signal(len(into) - size, reset_less=True)
@@ -184,28 +184,20 @@ class Queue(wiring.Component):
             m.d.sync += before.eq(Cat(before, fifo.r_data)[size:])
         return m
 
-    def _fifo(self, width: int) -> Any:
-        return SyncFIFOBuffered(width=width, depth=self._depth * self._parts)
-
     def _kept(self, payload: Any) -> Value:
         """What is stored of a payload."""
         return Value.cast(payload)
 
 
 class Facts(Queue):
-    """Per-frame facts on their way to one block: a queue for as many frames as the core holds, in registers or LUTs.
+    """Per-frame facts on their way to one block: a queue for as many frames as the core holds, in LUTs.
 
     Only ``fields`` of the payload are kept, the ones the block looks at; the others are zero.  Without any, all is.
     """
 
-    latency = 1
-
     def __init__(self, shape: Any, fields: Sequence[str], depth: int) -> None:
         self._fields = tuple(fields)
         super().__init__(shape, depth)
-
-    def _fifo(self, width: int) -> Any:
-        return SyncFIFO(width=width, depth=self._depth)
 
     def _kept(self, payload: Any) -> Value:
         return Cat(payload[name] for name in self._fields) if self._fields else super()._kept(payload)

@@ -57,7 +57,7 @@ def test_facts_keep_order_and_only_their_fields(stall_in, stall_out):
     assert seen.values["o"] == [value | {"rest": 0} for value in values]
 
 
-def test_facts_wait_for_a_cycle_and_for_as_many_frames_as_told():
+def test_facts_wait_for_as_long_and_for_as_many_frames_as_told():
     seen = run(Facts(unsigned(8), (), 3), {"i": list(range(9))}, {"o": 9})
     assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [Facts.latency] * 9
     with pytest.raises(AssertionError, match="no end"):
