@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from itertools import pairwise
+from operator import or_
 from typing import Any
 
 from amaranth import Cat, Elaboratable, Module, Mux, Shape, Signal, Value, signed, unsigned
@@ -36,9 +38,17 @@ class _Sizes:
         return self.word + self.multiplier
 
     @property
-    def steps(self) -> int:
-        """Shifts by powers of two that normalise a product."""
-        return (self.product - 1).bit_length()
+    def shifts(self) -> list[int]:
+        """Places by which a product moves, or not, one after the other to be normalised: powers of four.
+
+        Each but the largest up to three times: three distances take half the multiplexers of the six powers of two.
+        """
+        most, left = self.product - 1, list[int]()
+        distance: int = 4 ** ((most.bit_length() - 1) // 2)
+        while distance:
+            left += [distance] * (most // distance if not left else 3)
+            distance //= 4
+        return left
 
 
 def _sizes(design: Design) -> _Sizes:
@@ -57,7 +67,7 @@ class Centroids(wiring.Component):
     Prefix sums weigh the taxels, so the moments take no multiplier: U adds the running sum of the row at every
     taxel, V the running sum of the frame at every end of a row.  The second line is serial: x and y each have one
     adder that multiplies a bit of S (or of the pitch ratio) a cycle, and one register that normalises in steps of
-    32, 16, ... 1 places.  It works on copies while the next frame adds up, whose last taxel waits until the
+    ..., 16, 4, 1 places.  It works on copies while the next frame adds up, whose last taxel waits until the
     direction has been taken.
 
     A taxel a cycle, a frame every ``interval`` cycles.  Resources: about 20 registers of a
@@ -82,7 +92,7 @@ class Centroids(wiring.Component):
         """Cycles from the transfer of a frame's last taxel to the transfer of its direction."""
         sizes = _sizes(self._design)
         sums, products = 4, (widths(self._design).magnitude + 1) + (sizes.ratio + 1)
-        normalisations, rounding, decision = 2 * 2 * sizes.steps, 1, 3
+        normalisations, rounding, decision = 2 * 2 * len(sizes.shifts), 1, 3
         return sums + products + normalisations + rounding + decision
 
     @property
@@ -196,37 +206,41 @@ class _Solver(Elaboratable):
         self._value = _pair("value", signed(sizes.product))
         self._by_pitch = Signal()
         self._left = Signal(count(sizes.multiplier))
-        self._step = Signal(sizes.steps)
+        self._step = Signal(len(sizes.shifts))
+        self._distances = sorted(set(sizes.shifts))
+        self._adding, self._shift = Signal(), Signal(len(self._distances))
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        flat = Signal()
+        pitch = Signal()
         difference = Signal(signed(len(self._top(0)) + 1), reset_less=True)
-        with m.FSM() as fsm:
+        m.d.sync += [self._shift.eq(0), pitch.eq(0)]
+        with m.FSM():
             with m.State("idle"), m.If(self.claim):
+                m.d.sync += self.busy.eq(1)
                 m.next = "load"
-            with m.State("load"):
-                self._load(m)
-                with m.If(self.load_v):
-                    m.next = "multiply"
+            with m.State("load"), m.If(self.load_v):
+                m.d.sync += self._adding.eq(1)
+                m.next = "multiply"
             with m.State("multiply"):
-                m.d.sync += [*self._multiply(), self._left.eq(self._left - 1)]
-                m.d.sync += self._step.eq(1 << (self._sizes.steps - 1))
+                m.d.sync += [self._left.eq(self._left - 1), self._step.eq(1)]
                 with m.If(self._left == 0):
+                    m.d.sync += self._adding.eq(0)
                     m.next = "look"
             with m.State("look"):
-                m.d.sync += flat.eq(self._is_flat())
+                m.d.sync += self._shift.eq(self._look())
                 m.next = "move"
             with m.State("move"):
-                self._move(m, flat)
-                with m.If(~self._step[0]):
+                m.d.sync += self._step.eq(self._step << 1)
+                with m.If(~self._step[-1]):
                     m.next = "look"
                 with m.Elif(self._by_pitch):
                     m.next = "compare"
                 with m.Else():
+                    m.d.sync += pitch.eq(1)
                     m.next = "pitch"
             with m.State("pitch"):
-                m.d.sync += self._load_pitch()
+                m.d.sync += [self._by_pitch.eq(1), self._adding.eq(1)]
                 m.next = "multiply"
             with m.State("compare"):
                 m.d.sync += self._compare(difference)
@@ -235,60 +249,61 @@ class _Solver(Elaboratable):
                 self._decide(m, difference)
                 m.next = "out"
             with m.State("out"), m.If(self.taken):
-                m.d.sync += [self.valid.eq(0), self._by_pitch.eq(0)]
+                m.d.sync += [self.busy.eq(0), self.valid.eq(0), self._by_pitch.eq(0)]
                 m.next = "idle"
-        m.d.comb += self.busy.eq(~fsm.ongoing("idle"))
+        self._load(m, pitch)
+        self._work(m, self.load_v | pitch)
         return m
 
-    def _load(self, m: Module) -> None:
-        """Copy the sums while they are whole: those of the next frame follow at once."""
+    def _load(self, m: Module, pitch: Value) -> None:
+        """Copy the sums while they are whole, since those of the next frame follow at once; later their pitches."""
         (minus_x, minus_y), (plus_x, plus_y) = self._minus, self._plus
         with m.If(self.load_u):
             m.d.sync += [plus_x.eq(self.traction.u), minus_x.eq(self.compression.u)]
             m.d.sync += [self._factor[0].eq(self.compression.s), self._factor[1].eq(self.traction.s)]
         with m.If(self.load_v):
             m.d.sync += [plus_y.eq(self.traction.v), minus_y.eq(self.compression.v)]
-        m.d.sync += [*self._clear(), self._left.eq(widths(self._design).magnitude)]
+            m.d.sync += self._left.eq(widths(self._design).magnitude)
+        with m.If(pitch):
+            for axis, factor in enumerate(pitch_ratio(self._design)):
+                rounded = round_top(self._value[axis], widths(self._design).division)
+                m.d.sync += [self._plus[axis].eq(rounded), self._factor[axis].eq(factor)]
+            m.d.sync += self._left.eq(self._sizes.ratio)
 
-    def _load_pitch(self) -> list[Any]:
-        rounded = (round_top(value, widths(self._design).division) for value in self._value)
-        return [
-            *(plus.eq(word) for plus, word in zip(self._plus, rounded, strict=True)),
-            *(factor.eq(pitch) for factor, pitch in zip(self._factor, pitch_ratio(self._design), strict=True)),
-            *self._clear(),
-            self._left.eq(self._sizes.ratio),
-            self._by_pitch.eq(1),
-        ]
+    def _work(self, m: Module, clear: Value) -> None:
+        """Terms and values: zero before a product, then a bit of the factors a cycle, then steps of normalisation.
 
-    def _clear(self) -> list[Any]:
-        """Before a product: the first cycle of a multiplication adds the term that is not yet there."""
-        return [signal.eq(0) for signal in (*self._term, *self._value)]
-
-    def _multiply(self) -> list[Any]:
-        """One bit of the factors, lowest first; the sum moves down a place."""
+        What happens is known from registers of its own: the state drives too much to be looked at here.
+        """
         low = self._sizes.multiplier
         bit0, bit1 = (factor[0] for factor in self._factor)
         plus_on, minus_on = (bit0, Mux(self._by_pitch, bit1, bit0)), bit1 & ~self._by_pitch
-        statements: list[Any] = [factor.eq(factor >> 1) for factor in self._factor]
-        for axis, value in enumerate(self._value):
-            term = self._term[axis]
-            statements += [
-                term.eq(Mux(plus_on[axis], self._plus[axis], 0) - Mux(minus_on, self._minus[axis], 0)),
-                value.eq(Cat(value[1:low], value[low:].as_signed() + term)),
-            ]
-        return statements
+        for axis, (term, value) in enumerate(zip(self._term, self._value, strict=True)):
+            with m.If(clear):  # the first cycle of a multiplication adds the term that is not yet there
+                m.d.sync += [term.eq(0), value.eq(0)]
+            with m.Elif(self._adding):
+                m.d.sync += [
+                    term.eq(Mux(plus_on[axis], self._plus[axis], 0) - Mux(minus_on, self._minus[axis], 0)),
+                    value.eq(Cat(value[1:low], value[low:].as_signed() + term)),
+                ]
+            with m.Elif(self._shift.any()):
+                m.d.sync += value.eq(self._shifted(value))
+        with m.If(self._adding):
+            m.d.sync += [factor.eq(factor >> 1) for factor in self._factor]
 
-    def _is_flat(self) -> Value:
-        """True when both values survive the present step: all bits that it drops equal the sign."""
-        places = (1 << k for k in range(self._sizes.steps))
-        flat = [~Cat(magnitude_bits(value[-1 - n :]) for value in self._value).any() for n in places]
-        return (Cat(flat) & self._step).any()
+    def _look(self) -> Value:
+        """The distance of the present step, if both values survive it: all bits that it drops equal the sign."""
+        found = []
+        for distance in self._distances:
+            flat = ~Cat(magnitude_bits(value[-1 - distance :]) for value in self._value).any()
+            steps = [step for step, at in zip(self._step, self._sizes.shifts, strict=True) if at == distance]
+            found.append(flat & Cat(steps).any())
+        return Cat(found)
 
-    def _move(self, m: Module, flat: Value) -> None:
-        m.d.sync += self._step.eq(self._step >> 1)
-        for k in range(self._sizes.steps):
-            with m.If(flat & self._step[k]):
-                m.d.sync += [value.eq(value << (1 << k)) for value in self._value]
+    def _shifted(self, value: Value) -> Value:
+        """``value`` moved by the only distance that is on."""
+        moved = zip(self._shift, self._distances, strict=True)
+        return reduce(or_, ((value << places)[: len(value)] & on.replicate(len(value)) for on, places in moved))
 
     def _top(self, axis: int) -> Value:
         """All bits of a normalised length that can differ from zero."""
