@@ -66,9 +66,9 @@ class Combine(wiring.Component):
         b: Q quads a frame, folded stress in converter codes.
         n: Q quads a frame, folded weights.
         residual: 3 Q quads a frame: g, d1, d2.
-        direction, affine: one transfer a frame, taken with the entry of the last part of e1.
-        chosen: one transfer a frame, taken with the entry of the last part of d.
-        forced: the same, taken with the entry of the last part of f_z.
+        direction, affine: one transfer a frame, taken a cycle behind the entry of the last part of e1.
+        chosen: one transfer a frame, taken a cycle behind the entry of the last part of d.
+        forced: the same, taken when the forces of the frame before are on their way.
         products: 3 Q quads a frame: A1-dagger d, A2-dagger d, A3-dagger d.
         room: tokens, one taken for each vector.
         frame: tokens out, one for each frame that has a place in the stores; its forces return it.
@@ -219,18 +219,20 @@ class Combine(wiring.Component):
 
     def _enter(self, m: Module, w: _Wires) -> None:
         """What enters the pipeline: a part of products, or else one of the vector in hand."""
-        forced, go = self.forced.payload, Signal()
+        m.submodules.forced = waiting = Spare(self.forced.payload.shape())
+        wiring.connect(m, wiring.flipped(self.forced), waiting.i)
+        forced, go = waiting.o.payload, Signal()
         number, ends_quad, last = self._walk(m, w.take)
         plane, whole = walk(m, w.take & last, 3, "plane")
         minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
         tag = w.tag[0]
         m.d.comb += [
-            go.eq(w.move & self.forced.valid & w.n_level.some),
+            go.eq(w.move & waiting.o.valid & w.n_level.some),
             w.take.eq(self.products.valid & go),
             self.products.ready.eq(go & ends_quad),
             w.product.eq(pick_part(self._design, self.products.payload, number)),
             w.n_level.leave.eq(w.take & last & whole),
-            self.forced.ready.eq(w.n_level.leave),
+            waiting.o.ready.eq(w.n_level.leave),
             w.valid[0].eq(w.take | w.busy),
         ]
         with m.If(w.take):
@@ -251,17 +253,18 @@ class Combine(wiring.Component):
         m.d.comb += [
             step.eq(w.busy & ~w.take & w.move),
             ends.eq(step & (vector.number == w.last)),
-            w.d_level.leave.eq(ends & (vector.job == Job.E1)),
-            w.e_level.leave.eq(ends & (vector.job == Job.D)),
             self.affine.ready.eq(w.d_level.leave),
             self.direction.ready.eq(w.d_level.leave),
             self.chosen.ready.eq(w.e_level.leave),
         ]
-        m.d.sync += [
+        m.d.sync += [  # registers, since the way from here to the queues of facts is long
+            w.d_level.leave.eq(ends & (vector.job == Job.E1)),
+            w.e_level.leave.eq(ends & (vector.job == Job.D)),
             candidates.eq(self.affine.valid & self.direction.valid & ~w.d_level.leave),
             update.eq(self.chosen.valid & ~w.e_level.leave),
         ]
-        begin_d, begin_e = update & w.e_level.some, candidates & w.d_level.some & (second | w.e_level.space)
+        begin_d = update & w.e_level.some & ~w.e_level.leave
+        begin_e = candidates & w.d_level.some & ~w.d_level.leave & (second | w.e_level.space)
         with m.If(step):
             m.d.sync += [vector.number.eq(vector.number + 1), w.busy.eq(~ends)]
         with m.If(~w.busy & self.room.valid):

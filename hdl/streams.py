@@ -169,11 +169,11 @@ class Queue(wiring.Component):
         into, out = self._kept(self.i.payload), self._kept(self.o.payload)
         size = len(into) // self._parts
         m.submodules.fifo = fifo = SyncFIFOBuffered(width=size, depth=self._depth * self._parts)
-        number, ends = walk(m, fifo.w_en & fifo.w_rdy, self._parts, "put")
-        _, complete = walk(m, fifo.r_en & fifo.r_rdy, self._parts, "got")
+        number, ends = self._part(m, fifo.w_en & fifo.w_rdy, "put")
+        _, complete = self._part(m, fifo.r_en & fifo.r_rdy, "got")
         before = Signal(len(into) - size, reset_less=True)
         m.d.comb += [
-            fifo.w_data.eq(into.word_select(number, size) if self._parts > 1 else into),
+            fifo.w_data.eq(into.word_select(number, size)),
             fifo.w_en.eq(self.i.valid),
             self.i.ready.eq(fifo.w_rdy & ends),
             out.eq(Cat(before, fifo.r_data)),
@@ -183,6 +183,10 @@ class Queue(wiring.Component):
         with m.If(fifo.r_en & fifo.r_rdy):
             m.d.sync += before.eq(Cat(before, fifo.r_data)[size:])
         return m
+
+    def _part(self, m: Module, step: Value, name: str) -> tuple[Value, Value]:
+        """Number of a transfer's part, and whether it is the last; no counter for a single one."""
+        return walk(m, step, self._parts, name) if self._parts > 1 else (Const(0, 0), Const(1))
 
     def _kept(self, payload: Any) -> Value:
         """What is stored of a payload."""

@@ -295,12 +295,12 @@ class Timeline:
         self.spans.append(Span("combine", name, number, first, entry + 1))
         if name == "d":
             self._next["d"] += 1
-            self._step_update = entry + 2
+            self._step_update = entry + 3
         else:
             self._second = name == "e0"
         if name == "e1":
             self._next["e"] += 1
-            self._step_candidates = entry + 2
+            self._step_candidates = entry + 3
             f.e1 = out - Spare.latency
 
     # --- behind the products ---------------------------------------------------------------------------------------
