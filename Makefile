@@ -8,8 +8,8 @@
 #              the studies of docs/calibration.md and docs/errors.md: contacts of the paper, sources of error
 # make sparse, make fem_convergence, make operators
 #              the tables of docs/sparse.md, docs/fem.md and docs/memory.md
-# make schedule
-#              the Gantt chart of docs/schedule.md
+# make schedule, make timing
+#              the Gantt chart of docs/schedule.md, and its table of cycles stated and measured on random cores
 # make growth, make large
 #              what larger arrays cost, docs/growth.md, and how far they can go, docs/large_arrays.md
 # make primitives
@@ -29,7 +29,7 @@ READY := $(VENV)/ready
 TYPES := build/types/tfra
 
 .PHONY: demo test bench c_speed cores formats campaign sparse fem_convergence operators growth large
-.PHONY: schedule estimates baselines calibrate errors primitives gates clean icarus chromium
+.PHONY: schedule timing estimates baselines calibrate errors primitives gates clean icarus chromium
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -48,7 +48,7 @@ test: $(READY) icarus chromium
 bench: $(READY)
 	$(VENV)/bin/python -m bench.speed
 
-c_speed cores formats campaign calibrate errors sparse fem_convergence operators growth large primitives gates schedule: $(READY) icarus
+c_speed cores formats campaign calibrate errors sparse fem_convergence operators growth large primitives gates schedule timing: $(READY) icarus
 	$(VENV)/bin/python -m bench.$@
 
 estimates baselines: $(READY)

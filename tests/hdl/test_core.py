@@ -2,34 +2,21 @@
 
 from __future__ import annotations
 
-import random
-
 import numpy as np
 import pytest
 from amaranth.sim import Simulator
 
-from tests.hdl.harness import bursts, flowing, random_stalls, run
+from tests.hdl.cores import random_design, stream
+from tests.hdl.harness import bursts, flowing, random_stalls
 from tfra.hdl.core import Core
 from tfra.hdl.matvec_schedule import Schedule
 from tfra.hdl.timeline import Timeline
 from tfra.hdl.timing import Timing
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
 from tfra.model.fixed.coefficients import STACKS
-from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import layout
 from tfra.model.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.sensor import SensorArray
-
-
-def stream(design, codes, **stalls):
-    """Result words ``(n, words)``, last marks, and the cycles of last taxels and of result words."""
-    want = FixedTfra(design)(codes).words
-    seen = run(Core(design), {"taxel": codes.ravel().tolist()}, {"result": want.size}, **stalls)
-    words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
-    last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
-    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
-    return words, want, last, taken, np.array(seen.cycles["result"]).reshape(want.shape)
-
 
 CASES = [
     (Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4)), flowing, flowing),
@@ -63,16 +50,6 @@ def test_every_word_equals_the_model(design, stall_in, stall_out):
     assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
     assert last[:, -1].all()
     assert last.sum() == len(want)
-
-
-def random_design(seed):
-    """Any small array with any number of lanes."""
-    rng = random.Random(seed)
-    rows, columns, steps = rng.randrange(2, 8), rng.randrange(2, 8), rng.choice([4, 12, 33])
-    most = 4 * ((rows + 1) // 2) * ((columns + 1) // 2)
-    lanes = rng.choice([1, 2, *range(4, most + 1, 4)])
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, search=Search(steps), architecture=Architecture(lanes, rng.choice([1, 2, 4])))
 
 
 @pytest.mark.parametrize("seed", range(12))
