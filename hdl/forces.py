@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, signed
-from amaranth.lib import memory, stream, wiring
+from amaranth import Cat, Module, Mux, Signal, Value, signed
+from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, quad
 from tfra.hdl.butterfly import Butterfly
+from tfra.hdl.normaliser import Raster
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.streams import TOKEN, Tokens
+from tfra.hdl.pipeline import register
+from tfra.hdl.streams import TOKEN, Spare, Tokens
 from tfra.model.design import Design
 from tfra.model.fixed.widths import force_drop, widths
 
@@ -24,7 +26,7 @@ class Forces(wiring.Component):
 
     ::
 
-        folded -> Butterfly -> round_shift(., force_drop) -> plane memory (8 planes x Q quads) -> place -> taxel
+        folded -> Butterfly -> round_shift(., force_drop) -> memory (8 planes x Q quads) -> place -> spare -> taxel
 
     The four mirror taxels of a quad lie at one address, so a single walk over the quads finds every taxel: forth
     and back over the quad columns of a row, forth and back over the quad rows of the plane.  The middle line of
@@ -52,15 +54,15 @@ class Forces(wiring.Component):
     def latency(self) -> int:
         """Cycles from the transfer of a plane's last quad to that of its first taxel, when the plane before has left.
 
-        The registers of the butterfly, of rounding, of the memory's cells, of its read port, behind that, and of
-        the word sent.
+        The registers of the butterfly, of rounding, of the memory's cells, of its read port, behind that, of the word,
+        and a spare one, so that the walk does not look at what the sink decides in the same cycle.
         """
-        return self._unfold.latency + 5
+        return self._unfold.latency + 5 + Spare.latency
 
     @property
     def read_latency(self) -> int:
         """Cycles from the last read of a plane to the transfer of its last taxel, when nothing stalls."""
-        return 3
+        return 3 + Spare.latency
 
     @property
     def plane_cycles(self) -> int:
@@ -75,18 +77,19 @@ class Forces(wiring.Component):
         m.submodules.frames = self._frames = Tokens(PLANES // 3, every=3)
         wiring.connect(m, self._frames.o, wiring.flipped(self.room))
         m.submodules.plane = plane = memory.Memory(shape=words, depth=PLANES << len(Signal(count(top))), init=[])
-        full = Signal(PLANES)
+        full = Signal(range(PLANES + 1))
         wiring.connect(m, wiring.flipped(self.folded), self._unfold.i)
-        self._write(m, plane.write_port(), full)
-        self._read(m, plane.read_port(), full)
+        entered = self._write(m, plane.write_port(), full)
+        left = self._read(m, plane.read_port(), full)
+        m.d.sync += full.eq(full + entered - left)
         return m
 
-    def _write(self, m: Module, port: Any, full: Signal) -> None:
-        """Round the unfolded quads and store them while their plane of the memory is free."""
+    def _write(self, m: Module, port: Any, full: Value) -> Value:
+        """Round the unfolded quads and store them while a plane of the memory is free; high with a plane's last."""
         drop, top = force_drop(self._design), self._design.quads - 1
         rounded, valid = Signal(port.data.shape(), reset_less=True), Signal()
         number, plane, unfolded = Signal(count(top)), Signal(range(PLANES)), self._unfold.o
-        blocked, ends = Signal(), Signal()  # blocked: the plane was full a cycle ago
+        blocked, ends = Signal(), Signal()  # blocked: no plane was free a cycle ago
         m.d.comb += [
             unfolded.ready.eq(~valid | ~blocked),
             port.addr.eq(Cat(number, plane)),
@@ -94,7 +97,7 @@ class Forces(wiring.Component):
             port.en.eq(valid & ~blocked),
             ends.eq(port.en & (number == top)),
         ]
-        m.d.sync += blocked.eq(full.bit_select((plane + ends)[: len(plane)], 1))
+        m.d.sync += blocked.eq(Mux(ends, full == PLANES - 1, full == PLANES))
         with m.If(unfolded.ready):
             m.d.sync += valid.eq(unfolded.valid)
             for k in range(4):
@@ -102,61 +105,42 @@ class Forces(wiring.Component):
         with m.If(port.en):
             m.d.sync += number.eq(number + 1)
             with m.If(ends):
-                m.d.sync += [number.eq(0), plane.eq(plane + 1), full.bit_select(plane, 1).eq(1)]
+                m.d.sync += [number.eq(0), plane.eq(plane + 1)]
+        return ends
 
-    def _read(self, m: Module, port: Any, full: Signal) -> None:
-        """Walk over a full plane: address, then read port, then its register, then the word of the place."""
-        plane, move, issue = Signal(range(PLANES)), Signal(), Signal()
-        place, end = self._walk(m, port, plane, issue)
+    def _read(self, m: Module, port: Any, full: Value) -> Value:
+        """Walk over a full plane: address, read port, its register, the word of the place; high with the last read.
+
+        Each stage moves when the next one does or has nothing: what waits leaves no gap for the plane behind it.
+        """
+        plane, issue, ends = Signal(range(PLANES)), Signal(), Signal()
+        m.submodules.raster = raster = Raster(self._design)
+        m.submodules.spare = spare = Spare(self.taxel.payload.shape())
+        wiring.connect(m, spare.o, wiring.flipped(self.taxel))
+        place = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
         fetched, held, sent = Signal(), Signal(), Signal()
-        fetched_place, held_place = Signal(2, reset_less=True), Signal(2, reset_less=True)
-        words = Signal(port.data.shape(), reset_less=True)
-        word = Signal(self.taxel.payload.shape(), reset_less=True)
+        send = ~sent | spare.i.ready
+        hold = ~held | send
+        fetch = ~fetched | hold
         m.d.comb += [
-            move.eq(~sent | self.taxel.ready),
-            issue.eq(move & full.bit_select(plane, 1)),
-            port.en.eq(move),
-            self.taxel.valid.eq(sent),
-            self.taxel.payload.eq(word),
+            issue.eq(fetch & (full != 0)),
+            ends.eq(issue & raster.last),
+            raster.transfer.eq(issue),
+            port.en.eq(fetch),
+            port.addr.eq(Cat(raster.quad, plane)),
+            spare.i.valid.eq(sent),
         ]
-        with m.If(move):
-            m.d.sync += [fetched.eq(issue), held.eq(fetched), sent.eq(held)]
-            m.d.sync += [fetched_place.eq(place), held_place.eq(fetched_place), words.eq(port.data)]
-            rows = [Mux(held_place[0], words[k + 1], words[k]) for k in (0, 2)]
-            m.d.sync += word.eq(Mux(held_place[1], rows[1], rows[0]))
-        m.d.comb += self._frames.give.eq(issue & end)
-        with m.If(issue & end):
-            m.d.sync += [plane.eq(plane + 1), full.bit_select(plane, 1).eq(0)]
-
-    def _walk(self, m: Module, port: Any, plane: Signal, step: Signal) -> tuple[Signal, Signal]:
-        """Address and mirror place of the next taxel; ``end`` marks the last one, at quad 0 again."""
-        design = self._design
-        rows, columns, width = design.sensor.rows, design.sensor.columns, design.quad_columns
-        row, column = Signal(count(rows - 1)), Signal(count(columns - 1))
-        number, place = Signal(count(design.quads - 1)), Signal(2)
-        row_end, end = Signal(), Signal()
-        m.d.comb += [
-            port.addr.eq(Cat(number, plane)),
-            row_end.eq(column == columns - 1),
-            end.eq(row_end & (row == rows - 1)),
-        ]
-        turn_x, turn_y = column == width - 1, row == design.quad_rows - 1
-        with m.If(step & row_end):
-            m.d.sync += [column.eq(0), place[0].eq(0), row.eq(row + 1)]
-            _move(m, number, width, place[1], turn_y, rows)
-            with m.If(end):
-                m.d.sync += [row.eq(0), place[1].eq(0), number.eq(0)]
-        with m.Elif(step):
-            m.d.sync += column.eq(column + 1)
-            _move(m, number, 1, place[0], turn_x, columns)
-        return place, end
-
-
-def _move(m: Module, number: Signal, stride: int, mirrored: Any, turn: Any, length: int) -> None:
-    """One step along a line of ``length`` taxels: forth, then back; an even line visits its last quad twice."""
-    with m.If(mirrored):
-        m.d.sync += number.eq(number - stride)
-    with m.Elif(turn):
-        m.d.sync += [mirrored.eq(1), number.eq(number - stride * (length % 2))]
-    with m.Else():
-        m.d.sync += number.eq(number + stride)
+        with m.If(fetch):
+            m.d.sync += fetched.eq(issue)
+            fetched_place = register(m, place, "fetched_place")
+        with m.If(hold):
+            m.d.sync += held.eq(fetched)
+            held_place, words = register(m, fetched_place, "held_place"), register(m, port.data.as_value(), "words")
+        with m.If(send):
+            m.d.sync += sent.eq(held)
+            quad = data.View(port.data.shape(), words)
+            rows = [Mux(held_place[0], quad[k + 1], quad[k]) for k in (0, 2)]
+            word = register(m, Mux(held_place[1], rows[1], rows[0]), "word")
+        m.d.comb += [spare.i.payload.eq(word), self._frames.give.eq(ends)]
+        m.d.sync += plane.eq(plane + ends)
+        return ends

@@ -18,10 +18,11 @@ class Raster(Elaboratable):
     """Place of the next taxel of a row-major frame; ``transfer`` steps on, and frames follow each other.
 
     All outputs are registers.  ``row``, ``column``: where; ``row_start``, ``row_end``: the ends of a row;
-    ``last``: the end of the frame.
+    ``last``: the end of the frame; ``quad``: number of the quad that the taxel is in.
     """
 
     def __init__(self, design: Design) -> None:
+        self._stride = design.quad_columns
         self._rows, self._columns = design.sensor.rows, design.sensor.columns
         self.transfer = Signal()
         self.row = Signal(count(self._rows - 1))
@@ -29,6 +30,7 @@ class Raster(Elaboratable):
         self.row_start = Signal(init=1)
         self.row_end = Signal()
         self.last = Signal()
+        self.quad = Signal(count(design.quads - 1))
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -43,7 +45,15 @@ class Raster(Elaboratable):
             ]
             with m.If(self.row_end):
                 m.d.sync += self.row.eq(Mux(self.last, 0, self.row + 1))
+            with m.If(~self.last):  # the last taxel and the first one share their quad
+                m.d.sync += self.quad.eq(self.quad + self._step())
         return m
+
+    def _step(self) -> Value:
+        """From a taxel's quad to the next one's: to the middle of a row and back, to the middle row and back."""
+        across = _towards_middle(self.column, self._columns, 1)
+        down = _towards_middle(self.row, self._rows, self._stride)
+        return Mux(self.row_end, down, across)
 
 
 class Normaliser(wiring.Component):
@@ -208,19 +218,17 @@ class _Pages(Elaboratable):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         design, raster = self._design, self._raster
-        page, target = Signal(), Signal(self.quad.shape())
+        page = Signal()
         with m.If(raster.transfer & raster.last):
             m.d.sync += page.eq(~page)
-        with m.Elif(raster.transfer):  # the last taxel and the first one share their quad
-            m.d.sync += target.eq(target + self._step())
-        place = Signal(len(target) + 1, reset_less=True)
-        m.d.sync += place.eq(Cat(target, page))
+        place = Signal(len(raster.quad) + 1, reset_less=True)
+        m.d.sync += place.eq(Cat(raster.quad, page))
         # On the middle line of an odd count a taxel is its own mirror image and belongs to both sides.
         rows, columns = design.sensor.rows, design.sensor.columns
         side_y = (raster.row < design.quad_rows, raster.row >= rows // 2)
         side_x = (raster.column < design.quad_columns, raster.column >= columns // 2)
         for number in range(4):
-            bank = memory.Memory(shape=self.code.shape(), depth=(1 << len(target)) + design.quads, init=[])
+            bank = memory.Memory(shape=self.code.shape(), depth=(1 << len(raster.quad)) + design.quads, init=[])
             m.submodules[f"bank{number}"] = bank
             write, read, enable = bank.write_port(), bank.read_port(), Signal(name=f"enable{number}")
             m.d.sync += enable.eq(raster.transfer & side_y[number >> 1] & side_x[number & 1])
@@ -229,13 +237,6 @@ class _Pages(Elaboratable):
                 *(read.en.eq(self.read), read.addr.eq(Cat(self.quad, ~page)), self.stored[number].eq(read.data)),
             ]
         return m
-
-    def _step(self) -> Value:
-        """From a taxel's quad to the next one's: to the middle of a row and back, to the middle row and back."""
-        raster, sensor = self._raster, self._design.sensor
-        across = _towards_middle(raster.column, sensor.columns, 1)
-        down = _towards_middle(raster.row, sensor.rows, self._design.quad_columns)
-        return Mux(raster.row_end, down, across)
 
 
 def _towards_middle(position: Value, length: int, stride: int) -> Value:

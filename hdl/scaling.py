@@ -23,8 +23,11 @@ from tfra.model.fixed.widths import widths
 from tfra.model.fixed.words import COUNTER_BITS, layout
 from tfra.model.tfra import Status
 
-STAGES = 7
-"""Registers between a word's entry and the result: operands, products, sum, product, shift, rounding, result."""
+STAGES = 8
+"""Registers between a word's entry and the result: operands, products, sum, product, two shifts, rounding, result."""
+
+FINE = 3
+"""Bits of a shift that its second step looks at."""
 
 CHUNK = 17
 """Bits of a word for each partial product: unsigned, they fit the signed 18 bits of common multiplier blocks."""
@@ -35,12 +38,11 @@ FACTS = ("gain", "total", "chosen", "affine", "direction", "frame", "phi")
 
 @dataclass(frozen=True)
 class _Entry:
-    """A step of a frame: ``words`` transfers of ``word * factor / 2^shift``, only the ``plain`` ones unlimited."""
+    """A step of a frame: ``word * factor / 2^shift``, only the ``plain`` ones unlimited; or the taxels of a plane."""
 
-    word: Value
+    word: Value | int
     factor: Value | int = 1
     shift: Value | int = 0
-    words: int = 1
     plain: bool = True
     taxel: bool = False
     last: bool = False
@@ -136,7 +138,7 @@ class Scaling(wiring.Component):
         gain, chosen, contact = self.gain.p, self.chosen.p, self.frame.p.contact
         regular = contact & self.frame.p.traction
         tangential, normal = Mux(regular, gain.mantissa, 0), Mux(contact, gain.mantissa, 0)
-        factors, taxels = (tangential, tangential, normal), self._design.sensor.taxels
+        factors = (tangential, tangential, normal)
         fields = {
             "frame": [_Entry(counter)],
             "exponent": [_Entry(self.frame.p.exponent)],
@@ -149,9 +151,7 @@ class Scaling(wiring.Component):
                 _Entry(self.total.p.words[axis], factor, gain.resultant_shift, plain=False)
                 for axis, factor in enumerate(factors)
             ],
-            "forces": [
-                _Entry(self.taxel.p, factor, gain.force_shift, taxels, plain=False, taxel=True) for factor in factors
-            ],
+            "forces": [_Entry(0, factor, gain.force_shift, plain=False, taxel=True) for factor in factors],
             "status": [_Entry(self._status(), last=True)],
         }
         return [entry for field in layout(self._design) for entry in fields[field.name]]
@@ -172,32 +172,43 @@ class Scaling(wiring.Component):
         return Cat(flags[Status(1 << place)] for place in range(len(flags)))
 
     def _enter(self, m: Module, advance: Value, into: data.View) -> Value:
-        """Load the next word with its factor and shift; true when there is one."""
+        """Load the next word with its factor and shift; true when there is one.
+
+        The facts of a step are chosen while the step before it enters, since they stand: this takes no time later.
+        """
         counter = Signal(COUNTER_BITS)
         entries = self._entries(counter)
-        step, done = Signal(count(len(entries) - 1)), Signal(count(self._design.sensor.taxels - 1))
-        go, words_done, frame_done = Signal(), Signal(), Signal()
+        step, taxels, closing = Signal(count(len(entries) - 1)), Signal(), Signal()
+        held = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
+        first, go, move = Signal(init=1), Signal(), Signal()
         facts = [getattr(self, name) for name in FACTS]
-
-        with m.Switch(step):
-            for number, entry in enumerate(entries):
-                with m.Case(number):
-                    # Facts stay until they are taken, so only the first word has to look for them.
-                    there = Cat(fact.valid for fact in facts).all() if number == 0 else 1
-                    m.d.comb += [
-                        go.eq(self.taxel.valid if entry.taxel else there),
-                        self.taxel.ready.eq(advance if entry.taxel else 0),
-                        words_done.eq(done == entry.words - 1),
-                        frame_done.eq(entry.last),
-                    ]
-                    with m.If(advance):
-                        m.d.sync += [getattr(into, name).eq(getattr(entry, name)) for name in into.shape().members]
-        m.d.comb += [fact.ready.eq(advance & frame_done) for fact in facts]
-        with m.If(advance & go):
-            m.d.sync += done.eq(Mux(words_done, 0, done + 1))
-            with m.If(words_done):
-                m.d.sync += [step.eq(Mux(frame_done, 0, step + 1)), counter.eq(counter + frame_done)]
+        # Facts stay until they are taken, so only the first word has to look for them.
+        there = ~first | Cat(fact.valid for fact in facts).all()
+        m.d.comb += [
+            go.eq(Mux(taxels, self.taxel.valid, there)),
+            self.taxel.ready.eq(advance & taxels),
+            move.eq(advance & go & (~taxels | self._last_taxel(m))),
+            *(fact.ready.eq(advance & closing) for fact in facts),
+        ]
+        with m.If(advance):
+            m.d.sync += [into.eq(held), into.word.eq(Mux(taxels, self.taxel.p, held.word))]
+        with m.If(move):
+            m.d.sync += [step.eq(Mux(closing, 0, step + 1)), first.eq(closing)]
+            with m.Switch(step):
+                for number, following in enumerate([*entries[1:], entries[0]]):
+                    with m.Case(number):
+                        m.d.sync += [taxels.eq(following.taxel), closing.eq(following.last)]
+                        m.d.sync += [getattr(held, name).eq(getattr(following, name)) for name in into.shape().members]
+        with m.If(move & first):
+            m.d.sync += counter.eq(counter + 1)
         return go
+
+    def _last_taxel(self, m: Module) -> Value:
+        """Whether the next taxel is a plane's last one."""
+        number, last = Signal(count(self._design.sensor.taxels - 1)), Signal()
+        with m.If(self.taxel.valid & self.taxel.ready):
+            m.d.sync += [number.eq(Mux(last, 0, number + 1)), last.eq(number == self._design.sensor.taxels - 2)]
+        return last
 
     def _multiply(self, m: Module, into: data.View) -> tuple[Value, Value, Value]:
         """``word * factor / 2^shift`` rounded half up, with the word's flags beside it."""
@@ -211,7 +222,9 @@ class Scaling(wiring.Component):
         shift, flags = into.shift, Cat(into.plain, into.last)
         for _ in range(3):
             shift, flags = register(m, shift, "shift"), register(m, flags, "flags")
-        shifted, flags = register(m, shift_right(product, shift), "shifted"), register(m, flags, "flags")
+        coarse, flags = register(m, shift_right(product, shift[FINE:] << FINE), "coarse"), register(m, flags, "flags")
+        shift = register(m, shift[:FINE], "shift")
+        shifted, flags = register(m, coarse >> shift, "shifted"), register(m, flags, "flags")
         rounded, flags = register(m, round_half(shifted), "rounded"), register(m, flags, "flags")
         return rounded, flags[0], flags[1]
 
