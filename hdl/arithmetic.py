@@ -49,23 +49,13 @@ def magnitude_bits(value: Value) -> Value:
     return (value ^ value[-1].replicate(len(value)))[: len(value) - 1]
 
 
-def bit_length(value: Value) -> Value:
-    """Bit length of an unsigned value: a tree over halves, logarithmic depth."""
-    width = len(value)
-    if width == 1:
-        return value
-    half = 1 << ((width - 1).bit_length() - 1)
-    low, high = value[:half], value[half:]
-    return Mux(high.any(), half + bit_length(high), bit_length(low))
-
-
 def count(top: int) -> Shape:
     """Shape of a counter that holds 0 ... ``top``."""
     return unsigned(max(1, top.bit_length()))
 
 
 def leading_zeros(value: Value) -> Value:
-    """Zeros above the highest set bit of an unsigned value, its length for zero: ``len(value) - bit_length(value)``.
+    """Zeros above the highest set bit of an unsigned value, its length for zero.
 
     A tree of multiplexers without an adder, so that it leaves time in a cycle.
     """

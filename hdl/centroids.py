@@ -247,10 +247,10 @@ class _Solver(Elaboratable):
                 m.next = "decide"
             with m.State("decide"):
                 self._decide(m, difference)
-                m.next = "out"
-            with m.State("out"), m.If(self.taken):
-                m.d.sync += [self.busy.eq(0), self.valid.eq(0), self._by_pitch.eq(0)]
+                m.d.sync += self._by_pitch.eq(0)
                 m.next = "idle"
+        with m.If(self.valid & self.taken):
+            m.d.sync += [self.busy.eq(0), self.valid.eq(0)]
         self._load(m, pitch)
         self._work(m, self.load_v | pitch)
         return m

@@ -56,10 +56,10 @@ class Friction(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        cycle, index = self._control(m)
+        cycle, index, mirrored = self._control(m)
         regular = self.frame.payload.contact & self.frame.payload.traction
         grid = Signal(unsigned(self.design.formats.operand - 2), reset_less=True)
-        m.d.sync += grid.eq(Mux(regular, self._grid(m, index), 0))
+        m.d.sync += grid.eq(Mux(regular, self._grid(m, Mux(self.direction.payload.negative, mirrored, index)), 0))
         mu_ind = Signal(signed(self.design.formats.operand), reset_less=True)
         m.d.sync += mu_ind.eq(Mux(self.direction.payload.negative, -grid, grid))
         exact = self._exact(m, grid)
@@ -68,23 +68,24 @@ class Friction(wiring.Component):
             self._choose(m, mu_ind, exact)
         return m
 
-    def _control(self, m: Module) -> tuple[Value, Value]:
-        """Cycle of the schedule, zero until index and facts are there; the index."""
+    def _control(self, m: Module) -> tuple[Value, Value, Value]:
+        """Cycle of the schedule, zero until index and facts are there; the index, from below and from above."""
         facts = (self.direction, self.affine, self.frame)
         cycle, busy = one_at_a_time(m, self.index, facts, self.chosen, _CHOOSE)
         index = Signal(payloads.sweep_index(self.design), reset_less=True)
+        mirrored = Signal.like(index)
         m.d.comb += [fact.ready.eq(cycle == _CHOOSE) for fact in facts]
         with m.If(~busy):
-            m.d.sync += index.eq(self.index.payload)
-        return cycle, index
+            m.d.sync += [index.eq(self.index.payload), mirrored.eq(self.design.search.steps - self.index.payload)]
+        return cycle, index, mirrored
 
-    def _grid(self, m: Module, index: Value) -> Value:
+    def _grid(self, m: Module, number: Value) -> Value:
         """|mu_ind|: index 0 is the smallest mu, so the negative side counts down."""
-        steps, words = self.design.search.steps, [int(word) for word in mu_grid(self.design)]
+        words = [int(word) for word in mu_grid(self.design)]
         shape = unsigned(self.design.formats.operand - 2)
         m.submodules.grid = memory = Memory(shape=shape, depth=len(words), init=words)
         port = memory.read_port()
-        m.d.comb += port.addr.eq(Mux(self.direction.payload.negative, steps - index, index))
+        m.d.comb += port.addr.eq(number)
         return port.data
 
     def _exact(self, m: Module, grid: Value) -> Value:

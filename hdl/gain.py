@@ -9,7 +9,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import bit_length, count
+from tfra.hdl.arithmetic import count, leading_zeros
 from tfra.hdl.cordic import cordic_latency, cordic_modulus, cordic_vector
 from tfra.hdl.divider import Divider
 from tfra.hdl.pipeline import register
@@ -80,9 +80,9 @@ class Gain(wiring.Component):
         start, done = Signal(), Signal()
         normal, numerator = self._products(m, start)
         work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
-        length, top = _normalise(m, work, bits)
-        top_numerator, numerator_length = Signal.like(top, reset_less=True), Signal.like(length, reset_less=True)
-        modulus_is_zero, unbounded = length == 0, Signal(reset_less=True)
+        zeros, top = _normalise(m, work, bits)
+        top_numerator, numerator_zeros = Signal.like(top, reset_less=True), Signal.like(zeros, reset_less=True)
+        modulus_is_zero, unbounded = zeros == len(work), Signal(reset_less=True)
         regular = self.frame.p.contact & self.frame.p.traction
 
         m.d.comb += [
@@ -95,7 +95,7 @@ class Gain(wiring.Component):
             divider.o.ready.eq(1),
         ]
         m.d.sync += unbounded.eq(x >= (y << 2))
-        force_shift, resultant_shift, below = self._shifts(m, length, numerator_length, regular)
+        force_shift, resultant_shift, below = self._shifts(m, numerator_zeros - zeros, regular)
 
         m.d.sync += done.eq(0)
         with m.FSM() as fsm:
@@ -119,7 +119,7 @@ class Gain(wiring.Component):
                 m.d.sync += work.eq(numerator)
                 m.next = "TURN AGAIN"
             with m.State("TURN AGAIN"), m.If(self.turned.valid):
-                m.d.sync += [top_numerator.eq(top), numerator_length.eq(length), work.eq(self.turned.p)]
+                m.d.sync += [top_numerator.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
                 m.next = "LENGTH"
             with m.State("LENGTH"):
                 m.next = "TOP"
@@ -180,14 +180,14 @@ class Gain(wiring.Component):
         numerator = _serial_product(m, self.frame.p.magnitude, second, digits, start, left != 0)
         return normal[design.formats.operand - 2 :], numerator
 
-    def _shifts(
-        self, m: Module, modulus_length: Value, numerator_length: Value, regular: Value
-    ) -> tuple[Value, Value, Value]:
-        """Shifts of forces and of resultants, and whether one is negative; they settle while the Divider works."""
+    def _shifts(self, m: Module, growth: Value, regular: Value) -> tuple[Value, Value, Value]:
+        """Shifts of forces and of resultants, and whether one is negative; they settle while the Divider works.
+
+        ``growth``: by how much the modulus is longer than the numerator.
+        """
         design, exponent_total = self._design, self.total.p.exponent
         operand, fraction = design.formats.operand, design.formats.force_fraction
-        growth = register(m, modulus_length - numerator_length)
-        swept = register(m, growth - exponent_total + (2 * operand - 4))
+        swept = register(m, register(m, growth) - exponent_total + (2 * operand - 4))
         exponent = register(m, Mux(regular, swept, normal_gain(design)[1]))
         force_shift = register(m, exponent + (2 - force_drop(design) - fraction))
         resultant_shift = register(m, exponent + exponent_total - fraction)
@@ -209,9 +209,9 @@ def _serial_product(m: Module, word: Value, constant: int, digits: int, start: V
 
 
 def _normalise(m: Module, work: Value, bits: int) -> tuple[Value, Value]:
-    """Bit length of ``work`` one cycle later, and two cycles later its ``bits`` top bits from the highest one."""
-    length = register(m, bit_length(work))
-    return length, register(m, (work << (len(work) - length)[: len(length)])[len(work) - bits : len(work)])
+    """Zeros above ``work`` one cycle later, and two cycles later its ``bits`` top bits from the highest one."""
+    zeros = register(m, leading_zeros(work))
+    return zeros, register(m, (work << zeros)[len(work) - bits : len(work)])
 
 
 def _limit(value: Value, shape: Shape) -> Value:
