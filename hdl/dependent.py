@@ -9,9 +9,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import add_or_subtract, count, during, round_top
+from tfra.hdl.arithmetic import add_or_subtract, count, round_top
 from tfra.hdl.divider import Divider
-from tfra.hdl.pipeline import align
+from tfra.hdl.pipeline import ahead, align, register
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.scalars import scalar_fraction
@@ -127,7 +127,10 @@ class Dependent(wiring.Component):
     def _control(self, m: Module, full: Value) -> Value:
         """Cycle of the schedule: zero until sums and facts are there, the one after the last until affine has left."""
         cycle = Signal(count(_DIVIDE + 1))
-        m.d.comb += [self.direction.ready.eq(cycle == _SWAP), self.frame.ready.eq(cycle == _DIVIDE)]
+        m.d.comb += [
+            self.direction.ready.eq(self._at(m, cycle, _SWAP)),
+            self.frame.ready.eq(self._at(m, cycle, _DIVIDE)),
+        ]
         with m.If(cycle == 0):
             m.d.sync += cycle.eq(full & self.direction.valid & self.frame.valid)
         with m.Elif(cycle <= _DIVIDE):
@@ -136,14 +139,20 @@ class Dependent(wiring.Component):
             m.d.sync += cycle.eq(0)
         return cycle
 
+    @staticmethod
+    def _at(m: Module, cycle: Value, number: int) -> Signal:
+        """High in one cycle of the schedule, and a register: it steers many words."""
+        return ahead(m, cycle, range(number, number + 1))
+
     def _normalise(self, m: Module, ring: list[Signal], cycle: Value) -> Value:
         """The ring's words at operand length, one each cycle; they return to its tail."""
         vector, operand = widths(self.design).vector, self.design.formats.operand
         exact = [word[:vector].as_signed() for word in ring]
         rounded = Signal(signed(operand), reset_less=True)
-        aligned, zeros = align(m, exact, exact[0], cycle == _ZEROS)
+        # Measured over and over until the schedule begins, so that a register can say when.
+        aligned, zeros = align(m, exact, exact[0], register(m, cycle == _ZEROS - 1, "measure"))
         m.d.sync += rounded.eq(round_top(aligned, operand))
-        with m.If(during(cycle, _RING)):
+        with m.If(ahead(m, cycle, _RING)):
             m.d.sync += [word.eq(after) for word, after in zip(ring, [*ring[1:], rounded], strict=True)]
         m.d.comb += self.affine.payload.significant.eq(vector - 1 - zeros)
         return rounded
@@ -154,32 +163,32 @@ class Dependent(wiring.Component):
         factor = Signal(signed(operand), reset_less=True)
         product = Signal(signed(2 * operand), reset_less=True)
         last, middle, first = exact = [Signal(signed(2 * operand), name=f"u{n}", reset_less=True) for n in range(3)]
-        second = Signal()  # of a pair, which is subtracted where the pair's sign is plus
-        negative = Signal()
-        m.d.comb += second.eq(cycle[0] ^ (_ADD.start & 1))
-        with m.Switch(cycle):
+        second = cycle[0] ^ (_ADD.start & 1)  # of a pair, which is subtracted where the pair's sign is plus
+        subtract = Signal(reset_less=True)
+        with m.Switch(cycle):  # a cycle ahead
             for pair, sign in enumerate((0, direction.sweep_y, 1)):
-                with m.Case(_ADD[2 * pair], _ADD[2 * pair + 1]):
-                    m.d.comb += negative.eq(sign)
+                for turn in range(2):
+                    with m.Case(_ADD[2 * pair + turn] - 1):
+                        m.d.sync += subtract.eq(sign ^ turn)
         m.d.sync += [factor.eq(Mux(second, direction.cos, direction.sin)), product.eq(word * factor)]
-        with m.If(during(cycle, _ADD)):
+        with m.If(ahead(m, cycle, _ADD)):
             base = Mux(second, last, 0).as_signed()
-            m.d.sync += last.eq(add_or_subtract(base, product, negative ^ second))
+            m.d.sync += last.eq(add_or_subtract(base, product, subtract))
             with m.If(~second):
                 m.d.sync += [first.eq(middle), middle.eq(last)]
-        with m.If((cycle == _SWAP) & ~direction.sweep_y):
+        with m.If(self.direction.ready & ~direction.sweep_y):
             m.d.sync += [first.eq(last), last.eq(first)]
-        with m.If(during(cycle, _ALIGN_U)):
+        with m.If(ahead(m, cycle, _ALIGN_U)):
             m.d.sync += [first.eq(middle), middle.eq(last)]
         return exact
 
     def _magnitudes(self, m: Module, exact: list[Signal], cycle: Value) -> tuple[list[Signal], list[Signal]]:
         """|num1|, |num0|, |den| with a common factor, and their signs."""
         bits = widths(self.design).division
-        aligned, _ = align(m, exact, exact[-1], cycle == _ZEROS_U)
+        aligned, _ = align(m, exact, exact[-1], self._at(m, cycle, _ZEROS_U))
         size = [Signal(bits, name=f"size{n}", reset_less=True) for n in range(3)]
         negative = [Signal(name=f"negative{n}", reset_less=True) for n in range(3)]
-        with m.If(during(cycle, _ROUND_U)):
+        with m.If(ahead(m, cycle, _ROUND_U)):
             m.d.sync += [size[0].eq(_round_magnitude(aligned, bits)), negative[0].eq(aligned[-1])]
             m.d.sync += [size[n + 1].eq(size[n]) for n in range(2)]
             m.d.sync += [negative[n + 1].eq(negative[n]) for n in range(2)]
@@ -190,7 +199,7 @@ class Dependent(wiring.Component):
         affine, facts, den = self.affine.payload, self.frame.payload, size[2]
         vanishing, usable = Signal(reset_less=True), Signal()
         limit = den << _WHOLE
-        with m.If(cycle == _COMPARE):
+        with m.If(self._at(m, cycle, _COMPARE)):
             m.d.sync += vanishing.eq((size[0] >= limit) | (size[1] >= limit))
         m.d.comb += [usable.eq(facts.contact & facts.traction & ~vanishing), affine.vanishing.eq(vanishing)]
         for name, number in (("alpha", 1), ("beta", 0)):
@@ -199,7 +208,7 @@ class Dependent(wiring.Component):
                 divider.i.payload.numerator.eq(Mux(usable, size[number], 0)),
                 divider.i.payload.denominator.eq(den | ~usable),
                 divider.i.payload.negative.eq(negative[number] ^ negative[2]),
-                divider.i.valid.eq(cycle == _DIVIDE),
+                divider.i.valid.eq(self.frame.ready),
                 divider.o.ready.eq(self.affine.ready),
                 affine[name].eq(divider.o.payload),
             ]

@@ -8,7 +8,7 @@ from operator import or_
 
 from amaranth import Module, Mux, Shape, Signal, Value, signed
 
-from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
+from tfra.hdl.arithmetic import count, during, leading_zeros, magnitude_bits
 
 READ = 2
 """Cycles from an address to the word of a memory: the memory, and a register, since memories are slow."""
@@ -26,6 +26,11 @@ def delayed(m: Module, value: Value, cycles: int, name: str = "word", *, control
     for _ in range(cycles):
         value = register(m, value, name, control=control)
     return value
+
+
+def ahead(m: Module, counter: Value, window: range) -> Signal:
+    """``during(counter, window)`` from a register, for a counter that only waits two steps before it, or earlier."""
+    return register(m, during(counter, range(window.start - 1, window.stop - 1)), "ahead", control=True)
 
 
 def walk(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:

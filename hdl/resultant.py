@@ -9,8 +9,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import during, round_top
-from tfra.hdl.pipeline import align
+from tfra.hdl.arithmetic import round_top
+from tfra.hdl.pipeline import ahead, align
 from tfra.hdl.streams import one_at_a_time
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
@@ -70,7 +70,8 @@ class Resultant(wiring.Component):
         facts = (self.affine, self.frame)
         cycle, busy = one_at_a_time(m, self.chosen, facts, self.total, _LAST)
         chosen = self.chosen.payload
-        m.d.comb += [fact.ready.eq(cycle == _ALIGN.start) for fact in facts]
+        first = ahead(m, cycle, _ALIGN[:1])
+        m.d.comb += [fact.ready.eq(first) for fact in facts]
         with m.If(~busy):
             m.d.sync += [factors[0].eq(chosen.mu_x), factors[1].eq(chosen.mu_y)]
         with m.Elif(cycle != 0):
@@ -94,9 +95,10 @@ class Resultant(wiring.Component):
                         m.d.sync += start.eq(Mux(swept, sums[3 * row], 0))
         m.d.sync += product.eq(word * factor)
         second = cycle[0] ^ (_ADD.start & 1)
-        with m.If(during(cycle, _ADD)):
+        add = ahead(m, cycle, _ADD)
+        with m.If(add):
             m.d.sync += exact[0].eq(Mux(second, exact[0], start << fraction) + product)
-        with m.If((during(cycle, _ADD) & ~second) | during(cycle, _ALIGN)):
+        with m.If((add & ~second) | ahead(m, cycle, _ALIGN)):
             m.d.sync += [exact[1].eq(exact[0]), exact[2].eq(exact[1])]
         return exact
 
@@ -104,10 +106,10 @@ class Resultant(wiring.Component):
         """The three sums at division length, one each cycle; first comes F_x."""
         width, bits = len(exact[0]), widths(self.design).division
         words, exponent = self.total.payload.words, self.total.payload.exponent
-        aligned, zeros = align(m, exact, exact[2], cycle == _ZEROS)
-        with m.If(cycle == _ALIGN.start):
+        aligned, zeros = align(m, exact, exact[2], ahead(m, cycle, range(_ZEROS, _ZEROS + 1)))
+        with m.If(self.frame.ready):
             # operand - 1 - affine.significant + fraction + bits - 1 - (width - 1 - zeros)
             fixed = self.design.formats.operand - 1 + scalar_fraction(self.design) + bits - width
             m.d.sync += exponent.eq(fixed - self.affine.payload.significant + zeros)
-        with m.If(during(cycle, _ROUND)):
+        with m.If(ahead(m, cycle, _ROUND)):
             m.d.sync += [words[0].eq(words[1]), words[1].eq(words[2]), words[2].eq(round_top(aligned, bits))]
