@@ -31,7 +31,7 @@ from tfra.codegen.schema import (
     exact,
 )
 from tfra.model.contact import Contact
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats, Search
+from tfra.model.design import FORMATS, SERIAL, Adc, Architecture, Design, Formats, Search
 from tfra.model.errors import InputError
 from tfra.model.layer import ElasticLayer, Sampling
 from tfra.model.layer import frames as layer_frames
@@ -203,17 +203,16 @@ def _formats(section: FormatsSection) -> Formats:
 def _architecture(file: Path, section: ArchitectureSection, sensor: SensorArray, search: Search) -> Architecture:
     """Fill in defaults, limited to what a small sensor can keep busy."""
     most = 4 * -(-sensor.rows // 2) * -(-sensor.columns // 2)
-    lanes, sweep, candidates = section.mac_lanes, section.sweep_lanes, search.steps + 1
+    sweep, candidates = section.sweep_lanes, search.steps + 1
     if sweep is not None:
         if not 1 <= sweep <= candidates:
             reason = f"1 to {candidates} (steps + 1 candidates) is needed, got {sweep}"
             raise ValueError(f"architecture.sweep_lanes: {reason}")
         reason = "has no effect: the sweep takes a cycle for each taxel and each candidate without lanes"
         warnings.warn(f"{file}: architecture.sweep_lanes: {reason}", FutureWarning, stacklevel=2)
-    default = Architecture()
-    lanes = min(default.mac_lanes, most) if lanes is None else lanes
-    words = default.vector_words if section.vector_words is None else section.vector_words
-    return Architecture(mac_lanes=lanes, vector_words=words)
+    default = SERIAL if section.kind == SERIAL.kind else Architecture(min(Architecture().mac_lanes, most))
+    chosen = {key: value for key in ("mac_lanes", "vector_words") if (value := getattr(section, key)) is not None}
+    return replace(default, kind=section.kind, **chosen)
 
 
 def _contacts(file: Path, document: Document) -> Iterator[Contact]:

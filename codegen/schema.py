@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
-from tfra.model.design import Adc, Images, Search
+from tfra.model.design import Adc, Architecture, Images, Search
 from tfra.model.layer import Sampling
 
 MOST_DIRECTIONS = 100_000
@@ -70,8 +70,12 @@ class FormatsSection(Section):
 
 
 class ArchitectureSection(Section):
-    """``[architecture]``: parallelism; the default follows from the sensor; ``sweep_lanes`` has no effect any more."""
+    """``[architecture]``: the kind of core, and its parallelism, whose default follows from the sensor.
 
+    ``sweep_lanes`` has no effect any more.
+    """
+
+    kind: str = Architecture().kind
     mac_lanes: int | None = None
     vector_words: int | None = None
     sweep_lanes: int | None = None

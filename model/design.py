@@ -86,6 +86,9 @@ FORMATS = {
 }
 """Named format sets; their measured exactness is stated in the README."""
 
+KINDS = ("parallel", "serial")
+"""Microarchitectures: blocks that stream to each other, or one instruction of a program a cycle (docs/serial.md)."""
+
 TARGETS = ("portable", "ecp5", "ice40")
 """Device families; ``"portable"`` is Verilog without instances, for any of them."""
 
@@ -96,10 +99,19 @@ VECTOR_WORDS = (1, 2, 4)
 
 @dataclass(frozen=True, slots=True)
 class Architecture:
-    """Parallelism: ``mac_lanes`` multiply-accumulate lanes; ``vector_words`` words of a vector a cycle behind them."""
+    """One of ``KINDS``, and the parallelism of the parallel core.
+
+    ``mac_lanes`` multiply-accumulate lanes; ``vector_words`` words of a vector a cycle behind them.  A serial core's
+    follow from its word lengths: both are 0, as in ``SERIAL``.
+    """
 
     mac_lanes: int = 16
     vector_words: int = 4
+    kind: str = "parallel"
+
+
+SERIAL = Architecture(mac_lanes=0, vector_words=0, kind="serial")
+"""The serial core."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,14 +146,24 @@ class Design:
         # Filtered matrices no longer satisfy A-dagger = A^T (A A^T)^-1.
         exact = self.sparse is None or self.operators == "pinv"
         _require(exact, "operators", "sparse operators need A-dagger itself: pinv")
-        lanes, most = self.architecture.mac_lanes, 4 * self.quads
+        self._check_architecture()
+        reason = f"the {self.adc.bits}-bit converter needs an operand of {self.adc.bits} bits or more"
+        _require(self.formats.operand >= self.adc.bits, "formats.operand", reason)
+
+    def _check_architecture(self) -> None:
+        kind, lanes, most = self.architecture.kind, self.architecture.mac_lanes, 4 * self.quads
+        _require(kind in KINDS, "architecture.kind", f"one of {', '.join(KINDS)} is needed, got {kind!r}")
+        if kind == "serial":
+            for key in ("mac_lanes", "vector_words"):
+                given = getattr(self.architecture, key)
+                _require(given == 0, f"architecture.{key}", f"the serial core leaves nothing to choose, got {given}")
+            _require(self.operators == "pinv", "operators", "the serial core multiplies by A-dagger itself: pinv")
+            return
         allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)
         reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"
         _require(allowed, "architecture.mac_lanes", reason)
         words = self.architecture.vector_words
         _require(words in VECTOR_WORDS, "architecture.vector_words", f"1, 2 or 4 is needed, got {words}")
-        reason = f"the {self.adc.bits}-bit converter needs an operand of {self.adc.bits} bits or more"
-        _require(self.formats.operand >= self.adc.bits, "formats.operand", reason)
 
     @property
     def quad_rows(self) -> int:
