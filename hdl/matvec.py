@@ -45,7 +45,7 @@ from tfra.hdl.pipeline import READ, delayed
 from tfra.hdl.primitives import Multiplier, Rom
 from tfra.hdl.streams import TOKEN, Tokens
 from tfra.model.design import Design
-from tfra.model.fixed.coefficients import PRODUCTS, STACKS, stacks
+from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, stacks
 from tfra.model.fixed.widths import widths
 
 BANKS = {"b": 1, "n": 2, "vector": 2}
@@ -106,7 +106,7 @@ class MatVec(wiring.Component):
     @property
     def multiplications(self) -> int:
         """Products of a frame that count; lanes that have no row left in a last pass multiply by zero besides."""
-        return sum(4 * stacks(self._design)[name].quads * self._design.quads for name in PRODUCTS)
+        return multiplications(self._design)
 
     @property
     def pair_interval(self) -> int:

@@ -6,16 +6,22 @@ instances of the family's cells, whose behaviour for simulation stands in ``mode
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 from tfra.hdl.primitives.multiplier import Multiplier
 from tfra.hdl.primitives.rom import Rom
 
-__all__ = ["Multiplier", "Rom", "cell_models"]
+__all__ = ["Multiplier", "Rom", "cell_models", "models"]
 
 _CELLS = {"portable": (), "ecp5": ("DP16KD", "MULT18X18D"), "ice40": ()}
 
 
 def cell_models(target: str) -> tuple[Path, ...]:
-    """Verilog files with models of the cells that cores for ``target`` may have instances of."""
-    return tuple(Path(__file__).parent / "models" / f"{cell}.v" for cell in _CELLS[target])
+    """Verilog files with models of the cells that these primitives, for ``target``, are made of."""
+    return models(_CELLS[target])
+
+
+def models(cells: Iterable[str]) -> tuple[Path, ...]:
+    """Verilog files with models of ``cells``."""
+    return tuple(Path(__file__).parent / "models" / f"{cell}.v" for cell in cells)

@@ -22,9 +22,6 @@ from tfra.hdl.serial.sizes import sizes
 from tfra.hdl.streams import Buffer, Spare
 from tfra.model.design import Design
 
-PORTS = 4
-"""Cycles of the two ports and of the datapath, beside the instructions between them."""
-
 
 class SerialCore(wiring.Component):
     """Triaxial contact forces of a stream of tactile frames, one instruction of a fixed program a cycle.
@@ -34,12 +31,12 @@ class SerialCore(wiring.Component):
         taxel: converter codes, row-major, ``m`` transfers a frame.
         result: words of :func:`tfra.model.fixed.words.layout`, ``last`` on a frame's final word.
 
-    Both streams of frames may stall at any time; then the program waits.  ``target`` as of
-    :class:`tfra.hdl.serial.store.Store`.  Raises ``ValueError`` when the design does not fit.
+    Both streams of frames may stall at any time; then the program waits.  Latency and interval are stated by
+    :class:`tfra.hdl.serial.timing.Timing`.  Raises ``ValueError`` when the design does not fit.
     """
 
-    def __init__(self, design: Design, target: str | None = None) -> None:
-        self.design, self._target = design, target
+    def __init__(self, design: Design) -> None:
+        self.design = design
         self.program, self._store = program(design), store_image(design)
         super().__init__(
             {
@@ -49,23 +46,13 @@ class SerialCore(wiring.Component):
             }
         )
 
-    @property
-    def latency(self) -> int:
-        """Cycles from the transfer of a frame's last taxel, if the program waits for it, to that of the first word."""
-        return self.program.first + PORTS
-
-    @property
-    def interval(self) -> int:
-        """Cycles from frame to frame, if neither stream stalls."""
-        return self.program.interval
-
     def elaborate(self, platform: Any) -> Module:
         m, size, code = Module(), sizes(self.design), self.program
         m.submodules.taxels = taxels = Buffer(self.taxel.payload.shape())
         m.submodules.results = results = Spare(self.result.payload.shape())
         m.submodules.sequencer = sequencer = Sequencer(code.instructions)
         m.submodules.memory = memory = Memory(shape=signed(size.word), depth=len(code.memory), init=code.memory)
-        m.submodules.lanes = lanes = Lanes(size, self.design.quads, code.operands, len(self._store), self._target)
+        m.submodules.lanes = lanes = Lanes(size, self.design.quads, code.operands, len(self._store), self.design.target)
         m.submodules.product = product = Product(size.multiplicand, size.multiplier, size.word)
         m.submodules.datapath = path = Datapath(size, self.taxel.payload.shape())
         connect(m, flipped(self.taxel), taxels.i)

@@ -33,7 +33,7 @@ class Lanes(Elaboratable):
     last one.  ``set_pointer`` and ``load`` (a whole word) move the coefficients' pointer; ``write`` enters an operand.
     """
 
-    def __init__(self, sizes: Sizes, quads: int, operands: int, depth: int, target: str | None) -> None:
+    def __init__(self, sizes: Sizes, quads: int, operands: int, depth: int, target: str) -> None:
         self._sizes, self._quads, self._depth, self._target = sizes, quads, depth, target
         self._operands = 1 << max(1, (operands - 1).bit_length())
         self.address = Signal(range(self._operands))

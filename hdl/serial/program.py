@@ -55,14 +55,19 @@ F0, NOT_F0, F1, NOT_F1 = When.F0, When.NOT_F0, When.F1, When.NOT_F1
 @dataclass(frozen=True)
 class Program:
     """``instructions``; ``memory``: first contents of the data memory, the lowest ``operands`` words of which the
-    lanes read, too; ``first``: cycles from the instruction that takes a frame's last taxel to that of its first result
-    word; ``interval``: from frame to frame."""
+    lanes read, too.
+
+    Cycles: ``first`` from the instruction that takes a frame's last taxel to that of its first result word, ``last`` to
+    that of its last one; ``interval`` from frame to frame; ``taxel`` from one to the next in a row.
+    """
 
     instructions: tuple[Instruction, ...]
     memory: tuple[int, ...]
     operands: int
     first: int
+    last: int
     interval: int
+    taxel: int
 
 
 def program(design: Design) -> Program:
@@ -81,7 +86,7 @@ class _Frame(Routines):
         a = self.a
         a.move(self.at("counter"), NOTHING)
         start, before = len(a.program), a.cycles
-        taken = self._intake() - before
+        taken, taxel = self._intake()
         self._stress()
         self._direction()
         self._contact()
@@ -95,25 +100,26 @@ class _Frame(Routines):
         self._resultant()
         self._gain()
         self._phi()
-        first = a.cycles - before - taken + 1  # behind the counter, which is fetched first
+        first = a.cycles - taken + 1  # behind the counter, which is fetched first
         self._header()
         self._forces()
         self._status()
+        last = a.cycles - taken - 1
         a.jump(start)
         interval = a.cycles - before
         a.link()
         self.map.reserve(2)  # a product looks for a fifth parity behind its table
         memory = tuple(self.map.words)
-        return Program(tuple(a.program), memory, self.map.operands, first, interval)
+        return Program(tuple(a.program), memory, self.map.operands, first, last, interval, taxel)
 
     def _set_flag(self, flag: int, word: Operand) -> None:
         self.a.op(Op.ADD, Dest.NONE, ZERO, word, flag=1 + flag)
 
-    def _intake(self) -> int:
+    def _intake(self) -> tuple[int, int]:
         """Codes as they come, and their prefix sums: moments of compression (R1, R2) and traction (R3, R4); R5: the
         largest code, sign folded away.
 
-        Returns the cycle of the last one.
+        Returns the cycle of the last one, and the cycles from one to the next of its row.
         """
         a, sensor, top = self.a, self.design.sensor, (1 << (self.design.adc.bits - 1)) - 1
         names = ("sum_c", "sum_t", "v_c", "v_t")
@@ -134,7 +140,7 @@ class _Frame(Routines):
                 a.op(Op.OR, R0, ZERO, R0)
                 a.sign(0, R5, R0)
                 a.move(R5, R0, F0)
-                behind = a.here - start
+                taxel, behind = a.here, a.here - start
             start = a.here
             a.add(self.at("sum_c"), R1, self.at("sum_c"))
             a.add(self.at("sum_t"), R3, self.at("sum_t"))
@@ -150,7 +156,7 @@ class _Frame(Routines):
         a.move(R0, self.const(top - 1))
         a.sub(self.at("input_saturated"), R0, R5)
         self.length(R5, R5)
-        return taken
+        return taken, taxel
 
     def _stress(self) -> None:
         """Normalise the frame, and fold it into d = b."""

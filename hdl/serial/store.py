@@ -7,7 +7,12 @@ from typing import Any
 from amaranth import ClockSignal, Const, Elaboratable, Instance, Module, Signal, unsigned
 from amaranth.lib.memory import Memory
 
-_WIDTH, _DEPTH = 16, 1 << 14
+_CELL, _WIDTH, _DEPTH = "SB_SPRAM256KA", 16, 1 << 14
+
+
+def cells(target: str) -> tuple[str, ...]:
+    """Types of the cells that a store for ``target`` is made of."""
+    return (_CELL,) if target == "ice40" else ()
 
 
 class Store(Elaboratable):
@@ -16,14 +21,14 @@ class Store(Elaboratable):
     For ``target`` "ice40" it is made of SB_SPRAM256KA, which have no first contents; otherwise a plain memory.
     """
 
-    def __init__(self, bits: int, depth: int, target: str | None = None) -> None:
+    def __init__(self, bits: int, depth: int, target: str) -> None:
         self._bits, self._depth, self._target = bits, depth, target
         self.address = Signal(range(depth))
         self.i, self.o, self.write = Signal(bits), Signal(bits), Signal()
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        if self._target == "ice40":
+        if cells(self._target):
             self._blocks(m)
         else:
             m.submodules.memory = memory = Memory(shape=unsigned(self._bits), depth=self._depth, init=[])
@@ -46,7 +51,7 @@ class Store(Elaboratable):
         for number in range(count):
             part = slice(number * _WIDTH, (number + 1) * _WIDTH)
             m.submodules[f"block{number}"] = Instance(
-                "SB_SPRAM256KA",
+                _CELL,
                 i_ADDRESS=address,
                 i_DATAIN=padded[part],
                 i_MASKWREN=Const(0b1111, 4),

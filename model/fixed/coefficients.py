@@ -87,6 +87,11 @@ def products(design: Design) -> tuple[str, ...]:
     return PRODUCTS if design.operators == "pinv" else (*PRODUCTS[:-1], "gram", "force")
 
 
+def multiplications(design: Design) -> int:
+    """Real products of a frame."""
+    return sum(4 * stacks(design)[name].quads * design.quads for name in PRODUCTS)
+
+
 @lru_cache(maxsize=4)
 def _fold_matrix(design: Design) -> tuple[Floats, Floats]:
     """fold ``(4Q, m)`` and unfold ``(m, 4Q)`` as matrices, with ``unfold @ fold = identity``."""

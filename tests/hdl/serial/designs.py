@@ -4,35 +4,33 @@ from __future__ import annotations
 
 import random
 
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats, Search
+from tfra.model.design import FORMATS, SERIAL, Adc, Design, Formats, Search
 from tfra.model.sensor import SensorArray
 
-ONE = Architecture(1)
-
 DESIGNS = {
-    "2×3": Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=ONE),
-    "3×4": Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(10), architecture=ONE),
-    "5×7, tolerance": Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16, 2.5), architecture=ONE),
+    "2×3": Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=SERIAL),
+    "3×4": Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(10), architecture=SERIAL),
+    "5×7, tolerance": Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16, 2.5), architecture=SERIAL),
     "wide": Design(
         SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
         adc=Adc(16),
         search=Search(9, 2.5),
         formats=FORMATS["wide"],
-        architecture=ONE,
+        architecture=SERIAL,
     ),
     "short": Design(
         SensorArray(4, 4, 4e-3, 2.5e-3, 3e-3),
         adc=Adc(8),
         search=Search(1),
         formats=Formats("short", 10, 10, 16, 3),
-        architecture=ONE,
+        architecture=SERIAL,
     ),
     "long": Design(
         SensorArray(4, 6, 5e-3, 3e-3, 2e-3),
         adc=Adc(6),
         search=Search(33),
         formats=Formats("long", 18, 27, 0, 0),
-        architecture=ONE,
+        architecture=SERIAL,
     ),
 }
 
@@ -42,8 +40,8 @@ def random_design(seed: int) -> Design:
     rng = random.Random(seed)
     rows, columns = rng.randrange(2, 9), rng.randrange(2, 9)
     pitch = [rng.choice([1.27e-3, 2e-3, 4e-3]) for _ in range(2)]
-    return Design(SensorArray(rows, columns, *pitch, 3e-3), search=Search(rng.choice([1, 7, 12, 63])), architecture=ONE)
+    return Design(SensorArray(rows, columns, *pitch, 3e-3), search=Search(rng.choice([1, 7, 12, 63])), architecture=SERIAL)
 
 
-TEN = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=ONE)
+TEN = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=SERIAL)
 """The design that has to fit an iCE40UP5K."""

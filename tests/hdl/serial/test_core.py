@@ -13,6 +13,7 @@ from tests.hdl.serial.designs import DESIGNS
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.memory import store_image
 from tfra.hdl.serial.product import DELAY, Product
+from tfra.hdl.serial.timing import Timing
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.scenes import contact_codes, directed_codes
 
@@ -20,36 +21,29 @@ from tfra.model.scenes import contact_codes, directed_codes
 def stream(design, codes, **stalls):
     want = FixedTfra(design)(codes).words
     inputs = {"load": store_image(design).ravel().tolist(), "taxel": codes.ravel().tolist()}
-    core = SerialCore(design)
-    seen = run(core, inputs, {"result": want.size}, **stalls)
+    seen = run(SerialCore(design), inputs, {"result": want.size}, **stalls)
     words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
     last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
     taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
-    return core, words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
+    return Timing(design), words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
 
 
 def test_words_and_cycles():
     design = DESIGNS["2×3"]
     codes = np.concatenate([contact_codes(design, 1, seed=1), directed_codes(design)[1:2]])
-    core, words, want, last, cycles, _ = stream(design, codes)
+    timing, words, want, last, cycles, _ = stream(design, codes)
     assert (words == want).all()
     assert last[:, -1].all()
     assert last.sum() == len(want)
-    assert (np.diff(cycles[:, -1]) == core.interval).all()
-
-
-def slow(rng):
-    """A source that the program always waits for."""
-    while True:
-        yield from [True] * 40
-        yield False
+    assert (np.diff(cycles[:, -1]) == timing.initiation_interval).all()
 
 
 def test_latency():
     design = DESIGNS["2×3"]
-    core, words, want, _, cycles, taken = stream(design, contact_codes(design, 1, seed=3), stall_in=slow)
+    timing, words, want, _, cycles, taken = stream(design, contact_codes(design, 1, seed=3), stall_in=flowing)
     assert (words == want).all()
-    assert cycles[0, 0] - taken[0] == core.latency
+    assert cycles[0, 0] - taken[0] == timing.latency
+    assert cycles[0, -1] - taken[0] == timing.frame_latency
 
 
 @pytest.mark.parametrize(

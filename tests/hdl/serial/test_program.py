@@ -10,7 +10,7 @@ from tfra.hdl.serial.interpreter import Interpreter
 from tfra.hdl.serial.memory import bases, groups, store_image
 from tfra.hdl.serial.program import program
 from tfra.hdl.serial.sizes import sizes
-from tfra.model.design import Architecture, Design, Search
+from tfra.model.design import SERIAL, Design, Search
 from tfra.model.fixed.coefficients import STACKS, stacks
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import layout
@@ -89,6 +89,6 @@ def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
 
 @pytest.mark.parametrize(("rows", "steps"), [(4, 1000), (20, 4)])
 def test_designs_that_do_not_fit_are_refused(rows, steps):
-    design = Design(SensorArray(rows, rows, 2e-3, 2e-3, 3e-3), search=Search(steps), architecture=Architecture(1))
+    design = Design(SensorArray(rows, rows, 2e-3, 2e-3, 3e-3), search=Search(steps), architecture=SERIAL)
     with pytest.raises(ValueError, match=r"architecture.kind: the serial core holds 2048 words, more are needed"):
         program(design)
