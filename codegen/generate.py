@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from tfra.codegen.files import atomic_directory
-from tfra.codegen.images import lane_images
+from tfra.codegen.images import LOAD, lane_images
 from tfra.codegen.memories import extract
 from tfra.codegen.sidecar import sidecar
 from tfra.codegen.testbench import hex_words, testbench
 from tfra.codegen.verilog import to_verilog
+from tfra.hdl.cores import loaded
 from tfra.model.design import Design
 
 
@@ -21,10 +22,11 @@ def generate(design: Design, directory: Path) -> dict[str, Any]:
     ``NAME.v`` is complete in itself, or with ``images = "readmemh"`` reads the memories' contents from the ``.hex``
     files beside it, which the sidecar lists; tools look for these in the directory they work in.
     ``coefficients/lane_NN.hex`` hold what the lanes' memories are initialised with, for flows that fill memories in
-    their own way; ``testbench`` checks itself in any Verilog simulator.  The same design gives the same bytes.
+    their own way; ``coefficients/load.hex`` what a serial core is loaded with.  ``testbench`` checks itself in any
+    Verilog simulator.  The same design gives the same bytes.
 
-    Raises ``ValueError`` for formats that can overflow and ``InputError`` for a directory that can't be written;
-    either leaves the directory as it was.
+    Raises ``ValueError`` for formats that can overflow or a serial core that is too large, and ``InputError`` for a
+    directory that can't be written; either leaves the directory as it was.
     """
     verilog = to_verilog(design)
     verilog, images = extract(verilog) if design.images == "readmemh" else (verilog, [])
@@ -44,6 +46,8 @@ def generate(design: Design, directory: Path) -> dict[str, Any]:
 
 
 def coefficient_files(design: Design) -> dict[str, str]:
-    """Text for ``$readmemh`` by name, one file for each lane's memory."""
-    bits = design.formats.coefficient
+    """Text for ``$readmemh`` by name: a file for each lane's memory, or one of what is loaded."""
+    bits, words = design.formats.coefficient, loaded(design)
+    if words is not None:
+        return {LOAD: hex_words(words, bits)}
     return {f"lane_{lane:02}.hex": hex_words(image, bits) for lane, image in enumerate(lane_images(design))}

