@@ -174,6 +174,8 @@ class Job:
     taxels: int
     frame_words: int
     expected: Ints | None = None
+    coefficients: Ints | None = None
+    """What goes through the ``load`` port, if the core has one, before the first frame."""
     seed: int = 0
     stall_in: str = "none"
     stall_out: str = "none"
@@ -191,19 +193,20 @@ class Job:
     def save(self, path: Path) -> None:
         """Write the job for another process."""
         rest = {key: getattr(self, key) for key in _PLAIN} | {"probes": [asdict(p) for p in self.probes]}
-        expected = np.empty(0, np.int64) if self.expected is None else self.expected
-        np.savez(path, codes=self.codes, expected=expected, rest=np.array(json.dumps(rest)))
+        words = {key: getattr(self, key) for key in ("codes", "expected", "coefficients")}
+        given = {key: value for key, value in words.items() if value is not None}
+        np.savez(path, **given, rest=np.array(json.dumps(rest)))
 
     @classmethod
     def load(cls, path: Path) -> Job:
         """Read what ``save`` wrote."""
         with np.load(path) as file:
-            codes, expected, rest = file["codes"], file["expected"], json.loads(str(file["rest"]))
+            words, rest = {key: file[key] for key in file if key != "rest"}, json.loads(str(file["rest"]))
         rest["probes"] = tuple(
             Probe(**{**probe, "layout": tuple((bits, sign) for bits, sign in probe["layout"])})
             for probe in rest["probes"]
         )
-        return cls(codes=codes, expected=expected if len(expected) else None, **rest)
+        return cls(**words, **rest)
 
 
 _PLAIN = ("taxels", "frame_words", "seed", "stall_in", "stall_out", "patience", "drain")
@@ -245,7 +248,7 @@ class Record:
         self.violations = Violations()
         self.rules = StreamRules(job.frame_words, self.violations)
         self.scoreboard = Scoreboard(None if job.expected is None else job.expected.tolist())
-        self.sent = 0
+        self.loaded = self.sent = 0
         self.cycles = 0
         self.last_taxel: list[int] = []
         self.first_word: list[int] = []
@@ -254,13 +257,17 @@ class Record:
 
     @property
     def transfers(self) -> int:
-        """Transfers of both ports, a measure of progress."""
-        return self.sent + self.rules.taken
+        """Transfers of all ports, a measure of progress."""
+        return self.loaded + self.sent + self.rules.taken
 
     @property
     def missing(self) -> int:
         """Words still to come."""
         return self.job.frames * self.job.frame_words - self.rules.taken
+
+    def coefficient_sent(self) -> None:
+        """Count a coefficient."""
+        self.loaded += 1
 
     def taxel_sent(self, cycle: Callable[[], int]) -> None:
         """Count a taxel; ``cycle`` is asked at the end of a frame only."""

@@ -7,13 +7,14 @@ from typing import Any
 
 from amaranth.sim import Simulator
 
+from tfra.model.fixed.numbers import Ints
 from tfra.sim.protocol import Job, Outcome, Record, stalls
 
 _PERIOD = 1e-6
 
 
 def run(core: Any, job: Job, progress: Callable[[int], None] | None = None) -> Outcome:
-    """Run ``job`` on ``core``, a component with the stream ports ``taxel`` and ``result``.
+    """Run ``job`` on ``core``, a component with the stream ports ``taxel`` and ``result``, and ``load`` if it loads.
 
     Probes of the job are left out: their names are those of the Verilog.
     """
@@ -54,19 +55,24 @@ def _clock(record: Record, state: _State) -> Callable[[Any], Any]:
 
 
 def _driver(core: Any, record: Record, state: _State) -> Callable[[Any], Any]:
-    job, port = record.job, core.taxel
-    pattern = stalls(job.stall_in, job.seed, "taxel")
+    job = record.job
 
-    async def process(ctx: Any) -> None:
-        for code in job.codes.tolist():
+    async def send(ctx: Any, name: str, words: Ints, sent: Callable[[], None]) -> None:
+        port, pattern = getattr(core, name), stalls(job.stall_in, job.seed, name)
+        for word in words.tolist():
             while next(pattern):
                 ctx.set(port.valid, 0)
                 await ctx.tick()
-            ctx.set(port.payload, code)
+            ctx.set(port.payload, word)
             ctx.set(port.valid, 1)
             await ctx.tick().until(port.ready)
-            record.taxel_sent(state.now)
+            sent()
         ctx.set(port.valid, 0)
+
+    async def process(ctx: Any) -> None:
+        if job.coefficients is not None:
+            await send(ctx, "load", job.coefficients, record.coefficient_sent)
+        await send(ctx, "taxel", job.codes, lambda: record.taxel_sent(state.now))
 
     return process
 

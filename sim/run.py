@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from tfra.hdl.primitives import cell_models
+from tfra.hdl.cores import core_models, loaded, make_core
 from tfra.model.cache import cache_directory
 from tfra.model.design import Design
 from tfra.model.errors import InputError
@@ -131,7 +131,7 @@ def simulate(
     if not codes.size:
         raise ValueError("codes: at least one frame is needed")
     if chosen == "amaranth":
-        if isinstance(core, Netlist) or (core is None and cell_models(design.target)):
+        if isinstance(core, Netlist) or (core is None and core_models(design)):
             raise InputError("simulator", chosen, f"can't run Verilog, Icarus can: {tools.ICARUS_INSTALL}")
         job = _job(design, codes, seed, stall_in, stall_out, expected, ())
         return _run(design, job, _run_pysim(design, job, core, progress), chosen)
@@ -150,7 +150,7 @@ def generated(design: Design, cache: Path) -> Netlist:
         if fresh:
             generate(design, fresh)
     sidecar = json.loads((place / f"{design.name}.json").read_text())
-    return Netlist(place, design.name, sidecar, cell_models(design.target))
+    return Netlist(place, design.name, sidecar, core_models(design))
 
 
 def built(netlist: Netlist, simulator: str, cache: Path) -> Path:
@@ -183,13 +183,15 @@ def _job(
     flat = np.asarray(codes, dtype=np.int64).reshape(-1) & ((1 << design.adc.bits) - 1)
     patterns = None if expected is None else expected.reshape(-1) & ((1 << word_bits(design)) - 1)
     taxels, words = design.sensor.taxels, frame_words(design)
-    return Job(flat, taxels, words, patterns, seed, stall_in, stall_out, _patience(design), probes=probes)
+    image = loaded(design)
+    first = None if image is None else image & ((1 << design.formats.coefficient) - 1)
+    return Job(flat, taxels, words, patterns, first, seed, stall_in, stall_out, _patience(design), probes=probes)
 
 
 def _patience(design: Design) -> int:
     """Cycles that no core needs for a frame, however few its lanes."""
-    m, architecture = design.sensor.taxels, design.architecture
-    products = 8 * (4 * design.quads) ** 2 // architecture.mac_lanes
+    m, fewest = design.sensor.taxels, design.architecture.mac_lanes or 1  # the serial core has more than one
+    products = 8 * (4 * design.quads) ** 2 // fewest
     return 10_000 + 4 * (products + 32 * m + 8 * design.candidates)
 
 
@@ -219,11 +221,7 @@ def _rows(probe: Probe, packed: list[int]) -> Ints:
 def _run_pysim(design: Design, job: Job, core: Any, progress: Progress | None) -> Outcome:
     from tfra.sim import pysim
 
-    if core is None:
-        from tfra.hdl.core import Core
-
-        core = Core(design)
-    return pysim.run(core, job, progress)
+    return pysim.run(core or make_core(design), job, progress)
 
 
 def _run_cocotb(netlist: Netlist, job: Job, simulator: str, cache: Path, progress: Progress | None) -> Outcome:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import First, RisingEdge, Timer
 from cocotb.utils import get_sim_time
 
+from tfra.model.fixed.numbers import Ints
 from tfra.sim.protocol import Job, Probe, Record, stalls
 
 PERIOD = 10  # steps of the simulator's time unit
@@ -51,30 +53,29 @@ class Time:
 
 
 class Driver:
-    """Source of the taxel stream."""
+    """Source of the stream ``name``, which stalls as the job says."""
 
-    def __init__(self, dut: Any, record: Record, now: Time) -> None:
-        self._clk, self._data = RisingEdge(dut.clk), dut.taxel_data
-        self._valid, self._ready = dut.taxel_valid, dut.taxel_ready
-        self._record, self._now = record, now
-        self._stalls = stalls(record.job.stall_in, record.job.seed, "taxel")
+    def __init__(self, dut: Any, name: str, job: Job) -> None:
+        self._clk, self._data = RisingEdge(dut.clk), dut[f"{name}_data"]
+        self._valid, self._ready = dut[f"{name}_valid"], dut[f"{name}_ready"]
+        self._stalls = stalls(job.stall_in, job.seed, name)
 
-    async def run(self) -> None:
-        """Send all frames."""
+    async def send(self, words: Ints, sent: Callable[[], None]) -> None:
+        """Send ``words``; ``sent`` is called at every transfer."""
         clk, rise = self._clk, RisingEdge(self._ready)
-        for code in self._record.job.codes.tolist():
+        for word in words.tolist():
             if next(self._stalls):
                 self._valid.value = 0
                 await clk
                 while next(self._stalls):
                     await clk
-            self._data.value = code
+            self._data.value = word
             self._valid.value = 1
             await clk
             while not self._ready.value:
                 await rise
                 await clk
-            self._record.taxel_sent(self._now.cycle)
+            sent()
         self._valid.value = 0
 
 
@@ -150,8 +151,18 @@ async def _watch(record: Record) -> None:
         await Timer(record.job.patience * PERIOD, "step")
 
 
-async def _reset(dut: Any, now: Time) -> None:
-    dut.rst.value, dut.taxel_data.value, dut.taxel_valid.value, dut.result_ready.value = 1, 0, 0, 0
+async def _drive(dut: Any, record: Record, now: Time) -> None:
+    """Load coefficients, if the core wants them, and send all frames."""
+    job = record.job
+    if job.coefficients is not None:
+        await Driver(dut, "load", job).send(job.coefficients, record.coefficient_sent)
+    await Driver(dut, "taxel", job).send(job.codes, lambda: record.taxel_sent(now.cycle))
+
+
+async def _reset(dut: Any, job: Job, now: Time) -> None:
+    dut.rst.value, dut.result_ready.value = 1, 0
+    for name in ("taxel",) if job.coefficients is None else ("load", "taxel"):
+        dut[f"{name}_data"].value = dut[f"{name}_valid"].value = 0
     Clock(dut.clk, PERIOD, "step").start()
     for _ in range(RESET_CYCLES):
         await RisingEdge(dut.clk)
@@ -162,11 +173,11 @@ async def _reset(dut: Any, now: Time) -> None:
 async def execute(dut: Any, job: Job, told: Path | None = None) -> Record:
     """Run ``job`` and return its record."""
     record, now = Record(job), Time()
-    await _reset(dut, now)
+    await _reset(dut, job, now)
     if job.probes:
         taps = [Tap(dut, probe, words) for probe, words in zip(job.probes, record.probes, strict=True)]
         cocotb.start_soon(_listen(dut, taps))
-    cocotb.start_soon(Driver(dut, record, now).run())
+    cocotb.start_soon(_drive(dut, record, now))
     monitor = cocotb.start_soon(Monitor(dut, record, now, told).run())
     watchdog = cocotb.start_soon(_watch(record))
     await First(monitor, watchdog)

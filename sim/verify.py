@@ -12,6 +12,7 @@ import numpy.typing as npt
 from rich.console import Console
 from rich.table import Table
 
+from tfra.hdl.cores import regular, timing
 from tfra.model.design import Design
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.pipeline import FixedResult, FixedTfra
@@ -383,21 +384,17 @@ def _joined(design: Design, stimuli: Stimuli, thirds: list[_Third]) -> tuple[Res
 
 def _timing(design: Design, third: _Third, core: Any) -> Timing:
     """Latency of a frame that is alone, and the interval over the frames that the design's statement is about."""
-    from tfra.hdl.timing import ENOUGH, SETTLED
-
     latency = interval = None
+    window, enough = regular(design)
     if third.run is not None:
         latency = third.alone()
-        settled = third.run.interval[SETTLED : 2 * SETTLED]
-        interval = math.ceil(settled.mean()) if len(third.run.words) >= ENOUGH else None
+        interval = math.ceil(third.run.interval[window].mean()) if len(third.run.words) >= enough else None
     return Timing(latency, interval, *_stated(design, core))
 
 
 def _stated(design: Design, core: Any) -> tuple[int | None, int | None]:
     if core is None:
-        from tfra.hdl.timing import Timing as Stated
-
-        stated = Stated(design)
+        stated = timing(design)
         return stated.latency, stated.initiation_interval
     facts = core.sidecar if isinstance(core, Netlist) else {}
     return facts.get("latency_cycles"), facts.get("interval_cycles")
