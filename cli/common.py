@@ -30,12 +30,17 @@ def print_json(summary: dict[str, Any]) -> None:
     typer.echo(json.dumps(summary, indent=2, allow_nan=False))
 
 
-def check_words(project: Project) -> None:
-    """Prove that no word of the integer model overflows; raises ``InputError`` when the formats are too long."""
+def check_core(project: Project) -> None:
+    """Prove that no word of the core overflows, and that a core of its kind can hold the design.
+
+    Raises ``InputError`` when the formats are too long or the sensor is too large.
+    """
+    from tfra.hdl.cores import make_core
     from tfra.model.fixed.widths import widths
 
     try:
         widths(project.design)
+        make_core(project.design)
     except ValueError as error:
         raise InputError(project.path, "", str(error)) from None
 

@@ -10,7 +10,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfra.cli.common import check_words, simulation_failures
+from tfra.cli.common import check_core, simulation_failures
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -92,7 +92,7 @@ def codes(project: Project, frames: Floats, source: Path) -> Ints:
     """
     from tfra.model.fixed.words import quantise
 
-    check_words(project)
+    check_core(project)
     try:
         return quantise(project.design, frames)
     except ValueError as error:  # over full scale

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, check_words, print_json, progress
+from tfra.cli.common import Config, Json, check_core, print_json, progress
 
 Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier generated directory.")]
 
@@ -18,7 +18,7 @@ def generate(config: Config, out: Out, json: Json = False) -> None:
     from tfra.codegen.generate import generate as write
 
     project = load(config)
-    check_words(project)
+    check_core(project)
     with progress("generating the core"):
         sidecar = write(project.design, out)
     if json:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, check_words, print_json, progress
+from tfra.cli.common import Config, Json, check_core, print_json, progress
 from tfra.cli.synth import TargetName, find_target
 from tfra.model.errors import InputError
 
@@ -33,7 +33,7 @@ def size(
 
     part = find_target(target)
     project = load(config)
-    check_words(project)
+    check_core(project)
     clock = clock_mhz or part.clock_mhz
     try:
         with progress("sizing the core"):

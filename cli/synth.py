@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, check_words, print_json, stages
+from tfra.cli.common import Config, Json, check_core, print_json, stages
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def synth(
 
     part = find_target(target)
     project = load(config)
-    check_words(project)
+    check_core(project)
     try:
         with stages() as say:
             found = run(project.design, part, out, seeds, clock_mhz or part.clock_mhz, say)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from tfra.cli.common import Config, Json, check_words, print_json, progress, simulation_failures
+from tfra.cli.common import Config, Json, check_core, print_json, progress, simulation_failures
 from tfra.cli.engines import codes
 from tfra.cli.frames import references, simulated
 
@@ -57,7 +57,7 @@ def verify(
     from tfra.sim.verify import verify as check
 
     project = load(config)
-    check_words(project)
+    check_core(project)
     stresses, known = _stimuli(project, frames)
     core = _gates(project, netlist) if netlist else None
     chosen = Simulator.ICARUS if core and not simulator else simulator

@@ -17,6 +17,8 @@ from tfra.synth.tools import YOSYS, ToolError, run
 NETLIST = "netlist.json"
 _RTLIL, _CELLS = "core.il", "cells.json"
 _CONSTRAINTS = "pins.lpf"
+_CONSTANT = "$PACKER_"
+"""How nextpnr's names of constant nets begin: one of them is the write clock of memories that are never written."""
 _YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
 
 
@@ -96,7 +98,7 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
         layout: f"{name}.layout",
         "--seed": str(seed),
         "--freq": str(clock_mhz),
-        "--router": "router2",
+        "--router": target.family.router,
     }
     flat = [word for option in options.items() for word in option]
     if target.family.constraints:
@@ -108,16 +110,17 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
 
 def read_route(report: Mapping[str, Any], target: Target, seed: int) -> Route:
     """What nextpnr's JSON ``report`` says; raises ``ValueError`` where it is not that of a design with one clock."""
-    if len(report["fmax"]) != 1:
-        raise ValueError(f"nextpnr: one clock is expected, got {sorted(report['fmax'])}")
-    ((clock, speed),) = report["fmax"].items()
+    clocks = sorted(name for name in report["fmax"] if not name.startswith(_CONSTANT))
+    if len(clocks) != 1:
+        raise ValueError(f"nextpnr: one clock is expected, got {clocks}")
+    (clock,) = clocks
     edge = f"posedge {clock}"
     inner = [path["path"] for path in report["critical_paths"] if path["from"] == path["to"] == edge]
     if len(inner) != 1:
         raise ValueError(f"nextpnr: one critical path of {clock} is expected, got {len(inner)}")
     used = report["utilization"]
     resources = {name: used[bel]["used"] for name, bel in target.family.bels.items()}
-    return Route(seed, speed["achieved"], resources, read_path(inner[0]))
+    return Route(seed, report["fmax"][clock]["achieved"], resources, read_path(inner[0]))
 
 
 def read_path(steps: list[Mapping[str, Any]]) -> CriticalPath:

@@ -12,7 +12,7 @@ from typing import Any
 from rich.console import Console
 from rich.table import Column, Table
 
-from tfra.hdl.timing import Timing
+from tfra.hdl import cores
 from tfra.model.design import Design
 from tfra.synth.flow import Route, Synthesis
 from tfra.synth.targets import Target
@@ -40,6 +40,7 @@ def report(
         "name": design.name,
         "target": target.name,
         "architecture": asdict(design.architecture),
+        "mac_lanes": cores.lanes(design),
         "resources": resource_facts(target, used, estimated),
         "mapper": synthesis.mapper,
         "cells": dict(sorted(synthesis.cells.items())),
@@ -80,7 +81,7 @@ def clock_facts(routes: Sequence[Route]) -> dict[str, Any]:
 
 def timing(design: Design, mhz: float | None) -> dict[str, Any]:
     """Cycles of ``design`` and, at ``mhz``, times: latency to the first result word, frame latency to the last."""
-    found = Timing(design)
+    found = cores.timing(design)
     cycles = {
         "latency": found.latency,
         "frame_latency": found.frame_latency,
@@ -92,16 +93,15 @@ def timing(design: Design, mhz: float | None) -> dict[str, Any]:
         **times,
         **({"frames_per_second": round(1e6 * mhz / found.initiation_interval, 1)} if mhz else {}),
         "multiplications_per_frame": found.multiplications,
-        "mac_utilisation": round(
-            found.multiplications / (design.architecture.mac_lanes * found.initiation_interval), 4
-        ),
+        "mac_utilisation": round(found.multiplications / (cores.lanes(design) * found.initiation_interval), 4),
     }
 
 
 def render(found: Mapping[str, Any]) -> str:
     """The report as text, lines of at most ``WIDTH`` characters."""
     console = Console(file=io.StringIO(), width=WIDTH, color_system=None)
-    console.print(f"{found['name']} on {found['target']}: {found['architecture']['mac_lanes']} MAC lanes")
+    kind, lanes = found["architecture"]["kind"], found["mac_lanes"]
+    console.print(f"{found['name']} on {found['target']}: {kind} core, {lanes} MAC lanes")
     console.print(_resources(found["resources"]))
     if found["mapper"] == "abc":
         console.print("ABC9 aborted on this netlist: lookup tables are ABC's, which knows no delays.", soft_wrap=True)

@@ -6,6 +6,7 @@ from bisect import bisect_left
 from dataclasses import dataclass, replace
 from functools import cache
 
+from tfra.hdl.cores import is_serial
 from tfra.hdl.timing import Timing
 from tfra.model.design import VECTOR_WORDS, Architecture, Design
 from tfra.synth.estimate import estimate, misfits
@@ -93,6 +94,8 @@ def _smallest(design: Design, target: Target, bounds: Bounds, words: int) -> Siz
 
     More lanes are taken never to be slower, and to need less of nothing but block memories, whose depth they share.
     """
+    if is_serial(design):
+        raise ValueError("architecture.kind: the serial core has no lanes to choose")
     choices = mac_choices(design)
 
     @cache
