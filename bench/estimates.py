@@ -22,7 +22,7 @@ from tfra.synth.census import Census, census
 from tfra.synth.estimate import KINDS, Prices, features, price
 from tfra.synth.flow import synthesise
 from tfra.synth.run import netlist
-from tfra.synth.targets import find
+from tfra.synth.targets import Family, find
 from tfra.synth.tools import versions
 
 DATA = ROOT / "synth" / "estimate_data.json"
@@ -57,12 +57,12 @@ def measure(subject: Design) -> dict[str, Any]:
     return {"name": subject.name, "features": asked(subject), "measured": dict(found.resources)}
 
 
-def asked(subject: Design) -> dict[str, float]:
-    """Features of one design, all blocks together."""
+def asked(subject: Design, family: Family = TARGET.family) -> dict[str, float]:
+    """Features of one design on ``family``, all blocks together."""
     total = Census()
     for block in census(subject).values():
         total += block
-    return features(total, TARGET.family)
+    return features(total, family)
 
 
 def refit(record: dict[str, Any]) -> None:

@@ -35,12 +35,12 @@ def check_core(project: Project) -> None:
 
     Raises ``InputError`` when the formats are too long or the sensor is too large.
     """
-    from tfra.hdl.cores import make_core
+    from tfra.hdl.cores import check_size
     from tfra.model.fixed.widths import widths
 
     try:
         widths(project.design)
-        make_core(project.design)
+        check_size(project.design)
     except ValueError as error:
         raise InputError(project.path, "", str(error)) from None
 

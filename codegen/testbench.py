@@ -84,7 +84,7 @@ endmodule
 
 _LOAD = {
     "load_signals": """\
-  reg signed [$load_top:0] coefficients [0:$loads - 1];
+  reg signed [$load_top:0] coefficients [0:$last_load];
   integer load = 0;
   reg load_valid = 0;
   wire load_ready;
@@ -98,7 +98,7 @@ _LOAD = {
 """,
     "load_transfers": """\
     load_valid = 1;
-    while (load < $loads) begin
+    while (load <= $last_load) begin
       @(posedge clk);
       if (load_ready) #1 load = load + 1;
     end
@@ -136,7 +136,7 @@ def _load(design: Design) -> dict[str, str]:
     words = loaded(design)
     if words is None:
         return dict.fromkeys(_LOAD, "")
-    sizes = {"loads": len(words), "load_top": design.formats.coefficient - 1}
+    sizes = {"last_load": len(words) - 1, "load_top": design.formats.coefficient - 1}
     return {name: Template(text).substitute(sizes) for name, text in _LOAD.items()}
 
 

@@ -14,6 +14,7 @@ from tfra.hdl.primitives import cell_models, models
 from tfra.hdl.serial import timing as serial_timing
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.memory import store_image
+from tfra.hdl.serial.program import program
 from tfra.hdl.serial.sizes import sizes
 from tfra.hdl.serial.store import cells
 from tfra.model.design import Design
@@ -26,8 +27,15 @@ def is_serial(design: Design) -> bool:
 
 
 def make_core(design: Design) -> Core | SerialCore:
-    """The core of ``design``; raises ``ValueError`` for a design that its kind can't hold."""
+    """The core of ``design``; raises ``ValueError`` as :func:`check_size`."""
     return SerialCore(design) if is_serial(design) else Core(design)
+
+
+def check_size(design: Design) -> None:
+    """Raise ``ValueError`` for a design that the serial core's memories can't hold."""
+    if is_serial(design):
+        program(design)
+        store_image(design)
 
 
 def timing(design: Design) -> parallel_timing.Timing | serial_timing.Timing:

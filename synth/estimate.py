@@ -1,9 +1,9 @@
 """Resources of a design before synthesis.
 
 Multipliers and memories follow by the rules that yosys maps them by; lookup tables and flip-flops are sums of the
-operators in the design's :mod:`census <tfra.synth.census>`, each kind at the price fitted to syntheses for ECP5
-(``python -m bench.estimates``).  Other families have other rules for memories and carry chains: for them the estimate
-is a guide, not a proof.
+operators in the design's :mod:`census <tfra.synth.census>`, each kind at the price fitted to syntheses: of parallel
+cores for ECP5 (``python -m bench.estimates``), of serial cores for iCE40 (``python -m bench.serial``).  Other families
+have other rules for memories and carry chains: for them the estimate is a guide, not a proof.
 """
 
 from __future__ import annotations
@@ -42,10 +42,13 @@ class Prices:
     error: Mapping[str, float]
 
 
-@lru_cache(maxsize=1)
-def prices() -> Prices:
-    """The fitted prices in ``estimate_data.json``."""
-    data: dict[str, Any] = json.loads(files("tfra.synth").joinpath("estimate_data.json").read_text())
+_DATA = {"parallel": "estimate_data.json", "serial": "estimate_serial.json"}
+
+
+@lru_cache(maxsize=2)
+def prices(kind: str = "parallel") -> Prices:
+    """The fitted prices of cores of ``kind``."""
+    data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(_DATA[kind]).read_text())
     return Prices(data["lut"], data["ff"], data["error"])
 
 
@@ -151,19 +154,19 @@ class Estimate:
 
 def estimate(design: Design, family: Family) -> Estimate:
     """What ``design`` takes of ``family``'s parts; takes some seconds, since the core is elaborated."""
-    rates, blocks = prices(), {}
+    rates, blocks = prices(design.architecture.kind), {}
     for name, counts in census(design).items():
         priced = price(features(counts, family), rates)
         blocks[name] = {resource: priced[resource] for resource in family.cells}
     return Estimate(blocks)
 
 
-def misfits(total: Mapping[str, float], target: Target) -> list[str]:
-    """For every resource that ``target`` certainly lacks: its name, the need and what the part has.
+def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") -> list[str]:
+    """For every resource that ``target`` certainly lacks for a core of ``kind``: its name, the need, what the part has.
 
     Lookup tables and flip-flops may be over by as much as the fit's own largest error.
     """
-    error = prices().error
+    error = prices(kind).error
     return [
         f"{name}: about {total[name]:,} are needed, {target.name} has {have:,}"
         for name, have in target.available.items()

@@ -33,7 +33,7 @@ def run(
     with atomic_directory(directory, SIDECAR) as fresh:
         say("estimating")
         estimated = estimate(design, target.family).total
-        if lacks := misfits(estimated, target):
+        if lacks := misfits(estimated, target, design.architecture.kind):
             raise ValueError(lacks[0])
         say("synthesis")
         synthesis = synthesise(netlist(design, target), design.name, target, fresh)
