@@ -62,7 +62,7 @@ def main() -> None:
         record[key] = [measure(subject) for subject in designs]
     rates = fit(record["fitted"])
     worst = errors([*record["fitted"], *record["unseen"]], rates)
-    error = {name: round(float(max(abs(worst[name]))), 3) for name in ("LUT", "FF")}
+    error = {name: round(float(max(abs(worst[name]))), 3) for name in ("LUT", "FF", "BRAM")}
     DATA.write_text(json.dumps(record | {"lut": rates.lut, "ff": rates.ff, "error": error}, indent=1) + "\n")
     print(rates, error)
     for key in ("fitted", "unseen"):

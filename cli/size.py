@@ -46,7 +46,7 @@ def size(
         print_json({"target": part.name, **asdict(found.architecture), **facts, "estimated": found.resources})
         return
     typer.echo("[architecture]")
-    for key, number in asdict(found.architecture).items():
-        typer.echo(f"{key} = {number}")
+    for key in ("mac_lanes", "vector_words"):
+        typer.echo(f"{key} = {getattr(found.architecture, key)}")
     typer.echo(f"# {part.name} at {clock:g} MHz: {fps:,.0f} frames a second, {latency:.3f} us to the last word")
     typer.echo("# estimated: " + ", ".join(f"{number:,} {name}" for name, number in found.resources.items()))

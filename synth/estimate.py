@@ -164,7 +164,7 @@ def estimate(design: Design, family: Family) -> Estimate:
 def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") -> list[str]:
     """For every resource that ``target`` certainly lacks for a core of ``kind``: its name, the need, what the part has.
 
-    Lookup tables and flip-flops may be over by as much as the fit's own largest error.
+    Every resource may be over by as much as the fit's own largest error.
     """
     error = prices(kind).error
     return [

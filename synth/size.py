@@ -73,6 +73,8 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sized:
 
     Raises ``ValueError``, which says what is reached at best or what is lacking, when none does.
     """
+    if is_serial(design):
+        raise ValueError("architecture.kind: the serial core has no lanes to choose")
     best = Architecture(mac_choices(design)[-1], max(VECTOR_WORDS))
     if missed := speed(replace(design, architecture=best)).misses(bounds):
         raise ValueError(f"{missed[0]}, at {bounds.clock_mhz:g} MHz with {best.mac_lanes} MAC lanes")
@@ -94,8 +96,6 @@ def _smallest(design: Design, target: Target, bounds: Bounds, words: int) -> Siz
 
     More lanes are taken never to be slower, and to need less of nothing but block memories, whose depth they share.
     """
-    if is_serial(design):
-        raise ValueError("architecture.kind: the serial core has no lanes to choose")
     choices = mac_choices(design)
 
     @cache

@@ -40,7 +40,8 @@ def random_design(seed: int) -> Design:
     rng = random.Random(seed)
     rows, columns = rng.randrange(2, 9), rng.randrange(2, 9)
     pitch = [rng.choice([1.27e-3, 2e-3, 4e-3]) for _ in range(2)]
-    return Design(SensorArray(rows, columns, *pitch, 3e-3), search=Search(rng.choice([1, 7, 12, 63])), architecture=SERIAL)
+    steps = rng.choice([1, 7, 12, 63])
+    return Design(SensorArray(rows, columns, *pitch, 3e-3), search=Search(steps), architecture=SERIAL)
 
 
 TEN = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=SERIAL)
