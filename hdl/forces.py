@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, Value, signed
+from amaranth import Array, Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count, quad
+from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
+from tfra.hdl.combine_store import in_quad, part_number, pick_part
 from tfra.hdl.normaliser import Raster
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import register
+from tfra.hdl.pipeline import register, walk
 from tfra.hdl.streams import TOKEN, Spare, Tokens
 from tfra.model.design import Design
 from tfra.model.fixed.widths import force_drop, widths
@@ -55,9 +56,9 @@ class Forces(wiring.Component):
         """Cycles from the transfer of a plane's last quad to that of its first taxel, when the plane before has left.
 
         The registers of the butterfly, of rounding, of the memory's cells, of its read port, behind that, of the word,
-        and a spare one, so that the walk does not look at what the sink decides in the same cycle.
+        and a spare one, so that the walk does not look at what the sink decides in the same cycle; parts of a quad.
         """
-        return self._unfold.latency + 5 + Spare.latency
+        return self._unfold.latency + 5 + Spare.latency + self._design.parts - 1
 
     @property
     def read_latency(self) -> int:
@@ -71,12 +72,12 @@ class Forces(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        top = self._design.quads - 1
-        words = quad(widths(self._design).force)
+        words = data.ArrayLayout(self.taxel.payload.shape(), self._design.architecture.vector_words)
+        depth = PLANES << part_number(self._design).width
         m.submodules.unfold = self._unfold
         m.submodules.frames = self._frames = Tokens(PLANES // 3, every=3)
         wiring.connect(m, self._frames.o, wiring.flipped(self.room))
-        m.submodules.plane = plane = memory.Memory(shape=words, depth=PLANES << len(Signal(count(top))), init=[])
+        m.submodules.plane = plane = memory.Memory(shape=words, depth=depth, init=[])
         full = Signal(range(PLANES + 1))
         wiring.connect(m, wiring.flipped(self.folded), self._unfold.i)
         entered = self._write(m, plane.write_port(), full)
@@ -86,26 +87,23 @@ class Forces(wiring.Component):
 
     def _write(self, m: Module, port: Any, full: Value) -> Value:
         """Round the unfolded quads and store them while a plane of the memory is free; high with a plane's last."""
-        drop, top = force_drop(self._design), self._design.quads - 1
-        rounded, valid = Signal(port.data.shape(), reset_less=True), Signal()
-        number, plane, unfolded = Signal(count(top)), Signal(range(PLANES)), self._unfold.o
-        blocked, ends = Signal(), Signal()  # blocked: no plane was free a cycle ago
+        design, drop, unfolded = self._design, force_drop(self._design), self._unfold.o
+        rounded, valid = Signal(quad(widths(design).force), reset_less=True), Signal()
+        plane, blocked, ends = Signal(range(PLANES)), Signal(), Signal()  # blocked: no plane was free a cycle ago
+        number, last = walk(m, port.en, design.quads * design.parts)
         m.d.comb += [
-            unfolded.ready.eq(~valid | ~blocked),
+            unfolded.ready.eq(~valid | (~blocked & (in_quad(design, number) == design.parts - 1))),
             port.addr.eq(Cat(number, plane)),
-            port.data.eq(rounded),
+            port.data.eq(pick_part(design, rounded, number)),
             port.en.eq(valid & ~blocked),
-            ends.eq(port.en & (number == top)),
+            ends.eq(port.en & last),
         ]
         m.d.sync += blocked.eq(Mux(ends, full == PLANES - 1, full == PLANES))
         with m.If(unfolded.ready):
             m.d.sync += valid.eq(unfolded.valid)
             for k in range(4):
                 m.d.sync += rounded[k].eq((unfolded.payload[k] + (1 << drop >> 1)) >> drop)
-        with m.If(port.en):
-            m.d.sync += number.eq(number + 1)
-            with m.If(ends):
-                m.d.sync += [number.eq(0), plane.eq(plane + 1)]
+        m.d.sync += plane.eq(plane + ends)
         return ends
 
     def _read(self, m: Module, port: Any, full: Value) -> Value:
@@ -118,6 +116,9 @@ class Forces(wiring.Component):
         m.submodules.spare = spare = Spare(self.taxel.payload.shape())
         wiring.connect(m, spare.o, wiring.flipped(self.taxel))
         place = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
+        size = self._design.architecture.vector_words
+        inside = (size - 1).bit_length()  # bits of the place that a part has words for; the others are address
+        number = Cat(place[inside:], raster.quad)[: part_number(self._design).width]
         fetched, held, sent = Signal(), Signal(), Signal()
         send = ~sent | spare.i.ready
         hold = ~held | send
@@ -127,20 +128,19 @@ class Forces(wiring.Component):
             ends.eq(issue & raster.last),
             raster.transfer.eq(issue),
             port.en.eq(fetch),
-            port.addr.eq(Cat(raster.quad, plane)),
+            port.addr.eq(Cat(number, plane)),
             spare.i.valid.eq(sent),
         ]
         with m.If(fetch):
             m.d.sync += fetched.eq(issue)
-            fetched_place = register(m, place, "fetched_place")
+            fetched_place = register(m, place[:inside], "fetched_place")
         with m.If(hold):
             m.d.sync += held.eq(fetched)
             held_place, words = register(m, fetched_place, "held_place"), register(m, port.data.as_value(), "words")
         with m.If(send):
             m.d.sync += sent.eq(held)
-            quad = data.View(port.data.shape(), words)
-            rows = [Mux(held_place[0], quad[k + 1], quad[k]) for k in (0, 2)]
-            word = register(m, Mux(held_place[1], rows[1], rows[0]), "word")
+            part = data.View(port.data.shape(), words)
+            word = register(m, Array(part[k] for k in range(size))[held_place] if inside else part[0], "word")
         m.d.comb += [spare.i.payload.eq(word), self._frames.give.eq(ends)]
         m.d.sync += plane.eq(plane + ends)
         return ends

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -14,9 +16,9 @@ from tfra.model.fixed.widths import force_drop, widths
 from tfra.model.sensor import SensorArray
 
 
-def _design(rows, columns, formats=FORMATS["standard"]):
+def _design(rows, columns, formats=FORMATS["standard"], words=4):
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, formats=formats, architecture=Architecture(mac_lanes=4))
+    return Design(sensor, formats=formats, architecture=Architecture(4, words))
 
 
 DESIGNS = [
@@ -27,13 +29,17 @@ DESIGNS = [
     _design(2, 2),
     _design(3, 2),
     _design(2, 3, FORMATS["wide"]),
+    _design(2, 2, words=1),
+    _design(5, 4, words=1),
+    _design(4, 3, words=2),
 ]
 WALKS = [(rows, columns) for rows in (2, 3, 6, 16) for columns in (2, 3, 5, 16)]
 FRAMES = 3
 
 
 def _name(design):
-    return f"{design.sensor.rows}x{design.sensor.columns}-{design.formats.name}"
+    words = design.architecture.vector_words
+    return f"{design.sensor.rows}x{design.sensor.columns}-{words}-{design.formats.name}"
 
 
 def _folded(design, seed, frames=FRAMES):
@@ -75,12 +81,13 @@ def test_walks_over_any_array(size):
 
 @pytest.mark.parametrize("design", DESIGNS, ids=_name)
 def test_latency_and_throughput(design):
-    dut, folded, plane = Forces(design), _folded(design, seed=3), design.sensor.taxels
-    seen = _run(dut, folded, folded.shape[0] * plane)
+    """Quads come as fast as the updates give them."""
+    dut, folded, plane, gap = Forces(design), _folded(design, seed=3), design.sensor.taxels, design.parts - 1
+    seen = _run(dut, folded, folded.shape[0] * plane, stall_in=lambda rng: itertools.cycle([True] * gap + [False]))
     into, out = seen.cycles["folded"], seen.cycles["taxel"]
     assert out[0] - into[design.quads - 1] == dut.latency
-    assert out[plane] - out[0] == dut.plane_cycles
-    assert np.all(np.diff(out) == 1)
+    assert out[plane] - out[0] == max(dut.plane_cycles, design.quads * design.parts)
+    assert np.all(np.diff(np.reshape(out, (-1, plane))) == 1)
 
 
 def test_latency_of_a_plane_that_comes_late():
