@@ -21,7 +21,6 @@ from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.centroids import Centroids
 from tfra.hdl.combine import Combine
-from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.dependent import Dependent
 from tfra.hdl.forces import Forces
 from tfra.hdl.friction import Friction
@@ -30,7 +29,8 @@ from tfra.hdl.matvec import MatVec
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Facts, Fork, Merge, Router, Spare
+from tfra.hdl.streams import Facts, Fork, Router, Spare
+from tfra.hdl.sums_queue import SumsQueue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
 from tfra.model.design import Design
@@ -180,12 +180,12 @@ class Core(wiring.Component):
     def _wire_results(self, m: Module, blocks: dict[str, Any]) -> None:
         """Results of the products to those who wait for them."""
         vector = payloads.vector_quad(self.design)
-        m.submodules.sums_merge = sums = Merge(vector, [(1, 0), (3, 1)], 2)
+        m.submodules.sums = sums = SumsQueue(self.design)
         connect(m, sums.o, blocks["dependent"].sums)
         operators = {
             "weights": (["c33_inv"], self._spare(m, "solution", vector, blocks["weights"].solution)),
-            "sums_b": (["sums_b"], self._facts(m, "sums_b", vector, (), FRAMES, sums.i[0])),
-            "sums_n": (["sums_n"], self._facts(m, "sums_n", vector, (), 3 * FRAMES, sums.i[1])),
+            "sums_b": (["sums_b"], sums.b),
+            "sums_n": (["sums_n"], sums.n),
             "residual": (["c33", "c31", "c32"], blocks["combine"].residual),
             "g": (["c33"], blocks["sweep"].g),
             "normal": (["normal"], blocks["sweep"].normal),

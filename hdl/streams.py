@@ -1,4 +1,4 @@
-"""Plumbing between blocks: streams of ``amaranth.lib.stream`` are split, merged and routed here.
+"""Plumbing between blocks: streams of ``amaranth.lib.stream`` are split and routed here.
 
 Per-frame facts travel as streams with one transfer a frame.  A block may look at such a transfer for as long as
 it needs it and takes it (``ready``) in the last cycle of use, so the sender holds it and no block keeps a copy.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from amaranth import Cat, Const, Elaboratable, Module, Mux, Signal, Value, unsigned
+from amaranth import Cat, Const, Module, Mux, Signal, Value, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.fifo import SyncFIFOBuffered
 from amaranth.lib.wiring import In, Out
@@ -76,51 +76,6 @@ class Router(Fork):
                 with m.Case(kind):
                     m.d.comb += sinks.eq(ways)
         self._hand_out(m, self.i.payload.words, sinks)
-        return m
-
-
-class Merge(wiring.Component):
-    """Take ``n`` transfers from input ``way`` for each ``(n, way)`` of ``order`` in turn, over and over.
-
-    Members: ``i``: streams in; ``o``: stream out.  Combinational.
-    """
-
-    def __init__(self, shape: Any, order: Sequence[tuple[int, int]], ways: int) -> None:
-        self._order = list(order)
-        super().__init__({"i": In(stream.Signature(shape)).array(ways), "o": Out(stream.Signature(shape))})
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.turn = turn = _Turn([n for n, _ in self._order])
-        with m.Switch(turn.step):
-            for number, (_, way) in enumerate(self._order):
-                with m.Case(number):
-                    m.d.comb += [
-                        self.o.payload.eq(self.i[way].payload),
-                        self.o.valid.eq(self.i[way].valid),
-                        self.i[way].ready.eq(self.o.ready),
-                    ]
-        m.d.comb += turn.transfer.eq(self.o.valid & self.o.ready)
-        return m
-
-
-class _Turn(Elaboratable):
-    """Which entry of a cyclic table of transfer counts it is the turn of."""
-
-    def __init__(self, counts: Sequence[int]) -> None:
-        self._counts = list(counts)
-        self.transfer = Signal()
-        self.step = Signal(count(len(counts) - 1))
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        done = Signal(count(max(self._counts) - 1))
-        with m.If(self.transfer):
-            m.d.sync += done.eq(done + 1)
-            with m.Switch(self.step):
-                for number, transfers in enumerate(self._counts):
-                    with m.Case(number), m.If(done == transfers - 1):
-                        m.d.sync += [done.eq(0), self.step.eq((number + 1) % len(self._counts))]
         return m
 
 

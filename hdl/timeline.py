@@ -32,6 +32,7 @@ from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
 from tfra.hdl.streams import Facts, Spare
+from tfra.hdl.sums_queue import SumsQueue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
 from tfra.model.design import Design
@@ -235,9 +236,9 @@ class Timeline:
         self._tokens["n"].give(last + 1)
         self._next["residual"] += 1
         f.residual = results[-1] + self.design.parts - 1
-        taken = max(f.sums_b + Facts.latency, self.frames[number - 1].affine + 1 if number else 0)
+        taken = max(f.sums_b + SumsQueue.latency, self.frames[number - 1].affine + 1 if number else 0)
         for cycle in results[:3]:
-            taken = max(cycle + Facts.latency, taken + 1)
+            taken = max(cycle + SumsQueue.latency, taken + 1)
         f.affine = max(taken, f.direction + Facts.latency - 1) + self.wait.dependent
         self.spans.append(Span("dependent", "alpha, beta", number, taken, f.affine))
 

@@ -1,4 +1,4 @@
-"""Fork, Router, Merge, queues of facts, tokens and the spare register keep order and lose nothing under any stalls."""
+"""Fork, Router, queues of facts, tokens and the spare register keep order and lose nothing under any stalls."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tests.hdl.harness import PATTERNS, run
-from tfra.hdl.streams import TOKEN, Facts, Fork, Merge, Queue, Router, Spare, Tokens
+from tfra.hdl.streams import TOKEN, Facts, Fork, Queue, Router, Spare, Tokens
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)
@@ -84,13 +84,6 @@ def test_tokens_are_as_many_as_were_given():
         run(Taken(), {"give": [1] * 8}, {"o": 8}, limit=200)
     with pytest.raises(AssertionError, match="no end"):
         run(Taken(), {}, {"o": 4}, limit=200)
-
-
-@pytest.mark.parametrize("stall_in", PATTERNS)
-def test_merge_takes_turns_as_told(stall_in):
-    merge = Merge(unsigned(8), [(1, 1), (2, 0)], 2)
-    seen = run(merge, {"i.0": [1, 2, 3, 4], "i.1": [11, 12]}, {"o": 6}, stall_in=stall_in)
-    assert seen.values["o"] == [11, 1, 2, 12, 3, 4]
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)

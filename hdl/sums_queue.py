@@ -1,0 +1,72 @@
+"""The sums of all frames in flight, on their way from the products to ``dependent``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.arithmetic import count
+from tfra.hdl.combine_store import FRAMES
+from tfra.hdl.payloads import vector_quad
+from tfra.hdl.pipeline import walk
+from tfra.model.design import Design
+
+ROWS = 4
+"""Quads of sums a frame: one with the contact product, the others with the residual's."""
+
+
+class SumsQueue(wiring.Component):
+    """Quads of two products, in the order of their frames: one of ``b``, then three of ``n``, over and over.
+
+    Frames follow each other in a memory with a row for each quad, which is read from end to end: a row is free again
+    when it has been read.  Neither ``ready`` nor ``o.valid`` depends on an input.
+
+    Members:
+        b, n: streams in; at most one of them is valid in a cycle, since results of products come one at a time.
+        o: stream out, registered.
+
+    Resources: one memory of 16 vector quads, which small memories of common devices just hold.
+    """
+
+    latency = 2
+    """Cycles from the transfer of a quad whose turn it is to that at the other end."""
+
+    def __init__(self, design: Design) -> None:
+        shape = vector_quad(design)
+        super().__init__(
+            {"b": In(stream.Signature(shape)), "n": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))}
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.rows = rows = Memory(shape=self.o.payload.shape(), depth=FRAMES * ROWS, init=[])
+        write, read = rows.write_port(), rows.read_port()
+        put_b, put_n, move, get = (Signal(name=name) for name in ("put_b", "put_n", "move", "get"))
+        b_frame, _ = walk(m, put_b, FRAMES, "b_frame")
+        n_row, n_last = walk(m, put_n, ROWS - 1, "n_row")
+        n_frame, _ = walk(m, put_n & n_last, FRAMES, "n_frame")
+        place, _ = walk(m, get, FRAMES * ROWS, "place")
+        is_b = place % ROWS == 0
+        b_level, n_level = Signal(count(FRAMES)), Signal(count(FRAMES * (ROWS - 1)))
+        m.d.sync += [b_level.eq(b_level + put_b - (get & is_b)), n_level.eq(n_level + put_n - (get & ~is_b))]
+        m.d.comb += [
+            self.b.ready.eq(b_level != FRAMES),
+            self.n.ready.eq(n_level != FRAMES * (ROWS - 1)),
+            put_b.eq(self.b.valid & self.b.ready),
+            put_n.eq(self.n.valid & self.n.ready),
+            write.en.eq(put_b | put_n),
+            write.addr.eq(Mux(self.b.valid, b_frame * ROWS, n_frame * ROWS + n_row + 1)),
+            write.data.eq(Mux(self.b.valid, self.b.payload.as_value(), self.n.payload.as_value())),
+            move.eq(~self.o.valid | self.o.ready),
+            get.eq(move & Mux(is_b, b_level != 0, n_level != 0)),
+            read.addr.eq(place),
+            read.en.eq(get),
+            self.o.payload.eq(read.data),
+        ]
+        with m.If(move):
+            m.d.sync += self.o.valid.eq(get)
+        return m
