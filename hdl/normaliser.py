@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Cat, Elaboratable, Module, Mux, Signal, Value, signed
-from amaranth.lib import memory, stream, wiring
+from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import add_carry, count, leading_zeros, magnitude_bits
 from tfra.hdl.payloads import frame_facts, stress_quad
+from tfra.hdl.streams import Spare
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -62,7 +63,7 @@ class Normaliser(wiring.Component):
     b = code << exponent, where the exponent counts the leading zeros of the OR of ``code ^ sign``; equal to
     :func:`tfra.model.fixed.normaliser.normaliser`::
 
-        taxel -> register -+-> four banks, one per mirror place, two pages -> register -> shift -> quads
+        taxel -> register -+-> four banks, one per mirror place, two pages -> register -> shift -> spare -> quads
                            +-> sum of |code|, OR of code ^ sign -> leading zeros -> shift -> frame
 
     A frame loads into one page while the one before leaves the other.  Its last taxel waits until the quads and the
@@ -139,26 +140,30 @@ class Normaliser(wiring.Component):
 
     def _leave(self, m: Module, pages: _Pages, start: Value, exponent: Value) -> Value:
         """Read, register and shift the quads of a frame; true when the last one is taken."""
-        layout = stress_quad(self._design)
+        quad = stress_quad(self._design)
+        m.submodules.spare = spare = Spare(data.StructLayout({"quad": quad, "end": 1}))  # a register lets all go
         flow, running, final = Signal(), Signal(), Signal()
-        read, out = (Signal(layout, name=name, reset_less=True) for name in ("read", "out"))
-        valid, end = Signal(3), Signal(3)  # behind the memory, the register and the shift
+        read = Signal(quad, reset_less=True)
+        valid, end = Signal(2), Signal(2)  # behind the memory and the register
         m.d.comb += [
-            flow.eq(~valid[2] | self.quads.ready),
+            flow.eq(spare.i.ready),
             final.eq(pages.quad == self._design.quads - 1),
             pages.read.eq(flow),
-            self.quads.valid.eq(valid[2]),
-            self.quads.payload.eq(out),
+            spare.i.valid.eq(valid[1]),
+            *(spare.i.p.quad[place].eq(read[place] << exponent) for place in range(4)),
+            spare.i.p.end.eq(end[1]),
+            self.quads.valid.eq(spare.o.valid),
+            self.quads.payload.eq(spare.o.p.quad),
+            spare.o.ready.eq(self.quads.ready),
         ]
         with m.If(flow):
             m.d.sync += [valid.eq(Cat(running, valid)), end.eq(Cat(final, end))]
-            for place in range(4):
-                m.d.sync += [read[place].eq(pages.stored[place]), out[place].eq(read[place] << exponent)]
+            m.d.sync += [read[place].eq(pages.stored[place]) for place in range(4)]
         with m.If(flow & running):
             m.d.sync += [running.eq(~final), pages.quad.eq(Mux(final, 0, pages.quad + 1))]
         with m.If(start):
             m.d.sync += running.eq(1)
-        return valid[2] & self.quads.ready & end[2]
+        return self.quads.valid & self.quads.ready & spare.o.p.end
 
 
 class _Facts(Elaboratable):
