@@ -77,7 +77,7 @@ class Gain(wiring.Component):
         out = Signal(payloads.gain(design), reset_less=True)
         # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
         x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
-        start, done = Signal(), Signal()
+        start, again, done = Signal(), Signal(), Signal()  # again: the second run of the Cordic
         normal, numerator = self._products(m, start)
         work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
         zeros, top = _normalise(m, work, bits)
@@ -97,17 +97,23 @@ class Gain(wiring.Component):
         m.d.sync += unbounded.eq(x >= (y << 2))
         force_shift, resultant_shift, below = self._shifts(m, numerator_zeros - zeros, regular)
 
+        # What a run gives is steered by one bit, not by the state.
+        with m.If(~again):
+            m.d.sync += work.eq(numerator)
+            with m.If(self.turned.valid):
+                m.d.sync += [x.eq(self.turned.p), y.eq(normal)]
+        with m.Elif(self.turned.valid):
+            m.d.sync += [top_numerator.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
         m.d.sync += done.eq(0)
         with m.FSM() as fsm:
             with m.State("IDLE"), m.If(self.total.valid & self.frame.valid):
                 m.d.comb += start.eq(1)
-                m.d.sync += [x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
+                m.d.sync += [again.eq(0), x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
                 m.next = "TANGENTIAL"
             with m.State("TANGENTIAL"):
                 m.d.comb += self.vector.valid.eq(1)
                 m.next = "TURN"
             with m.State("TURN"), m.If(self.turned.valid):
-                m.d.sync += [x.eq(self.turned.p), y.eq(normal)]
                 m.next = "MODULUS"
             with m.State("MODULUS"):
                 m.d.comb += [
@@ -116,10 +122,9 @@ class Gain(wiring.Component):
                     divider.i.p.numerator.eq(x),
                     divider.i.p.denominator.eq(y << 2),
                 ]
-                m.d.sync += work.eq(numerator)
+                m.d.sync += again.eq(1)
                 m.next = "TURN AGAIN"
             with m.State("TURN AGAIN"), m.If(self.turned.valid):
-                m.d.sync += [top_numerator.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
                 m.next = "LENGTH"
             with m.State("LENGTH"):
                 m.next = "TOP"
