@@ -11,7 +11,7 @@ from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, unsigned
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.fifo import SyncFIFOBuffered
+from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
@@ -122,21 +122,30 @@ class Queue(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         into, out = self._kept(self.i.payload), self._kept(self.o.payload)
-        size = len(into) // self._parts
-        m.submodules.fifo = fifo = SyncFIFOBuffered(width=size, depth=self._depth * self._parts)
-        number, ends = self._part(m, fifo.w_en & fifo.w_rdy, "put")
-        _, complete = self._part(m, fifo.r_en & fifo.r_rdy, "got")
+        size, depth = len(into) // self._parts, self._depth * self._parts
+        # One place stays free, so that the two ends tell what is there without a count; the output is the last place.
+        m.submodules.places = places = Memory(shape=unsigned(size), depth=depth, init=[])
+        write, read = places.write_port(), places.read_port()
+        space, some, found, leave, move = Signal(), Signal(), Signal(), Signal(), Signal()
+        head, end = walk(m, write.en, depth, "head")
+        tail, _ = walk(m, read.en, depth, "tail")
+        number, ends = self._part(m, write.en, "put")
+        _, complete = self._part(m, leave, "got")
         before = Signal(len(into) - size, reset_less=True)
         m.d.comb += [
-            fifo.w_data.eq(into.word_select(number, size)),
-            fifo.w_en.eq(self.i.valid),
-            self.i.ready.eq(fifo.w_rdy & ends),
-            out.eq(Cat(before, fifo.r_data)),
-            self.o.valid.eq(fifo.r_rdy & complete),
-            fifo.r_en.eq(self.o.ready | ~complete),
+            space.eq(Mux(end, 0, head + 1) != tail),
+            self.i.ready.eq(space & ends),
+            *(write.addr.eq(head), write.data.eq(into.word_select(number, size)), write.en.eq(self.i.valid & space)),
+            leave.eq(found & (self.o.ready | ~complete)),
+            move.eq(~found | leave),
+            some.eq(head != tail),
+            *(read.addr.eq(tail), out.eq(Cat(before, read.data)), read.en.eq(move & some)),
+            self.o.valid.eq(found & complete),
         ]
-        with m.If(fifo.r_en & fifo.r_rdy):
-            m.d.sync += before.eq(Cat(before, fifo.r_data)[size:])
+        with m.If(move):
+            m.d.sync += found.eq(some)
+        with m.If(leave):
+            m.d.sync += before.eq(Cat(before, read.data)[size:])
         return m
 
     def _part(self, m: Module, step: Value, name: str) -> tuple[Value, Value]:
