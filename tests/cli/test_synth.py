@@ -104,6 +104,23 @@ def test_a_core_that_does_not_fit(folder: Path, capfd: pytest.CaptureFixture[str
     assert said.endswith("are needed, ice40up5k has 5,280")
 
 
+def test_a_serial_core(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("serial.toml").write_text(CONFIG.replace("mac_lanes = 4", 'kind = "serial"\n[target]\nname = "ice40"'))
+    assert main(["synth", "serial.toml", "--target", "ice40up5k", "--out", "fpga"]) == 0
+    assert "serial on ice40up5k: serial core, 3 MAC lanes" in capsys.readouterr().out
+    assert Path("fpga/serial.bit").is_file()
+
+
+def test_what_a_serial_core_cannot_do(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("serial.toml").write_text(CONFIG.replace("mac_lanes = 4", 'kind = "serial"'))
+    said = refusal(capfd, "size", "serial.toml", *SIZE[2:], "--frames-per-second", "1", "--latency-us", "1e5")
+    assert said == "serial.toml: architecture.kind: the serial core has no lanes to choose"
+    large = Path("serial.toml").read_text().replace("= 2", "= 24")
+    Path("serial.toml").write_text(large)
+    said = refusal(capfd, "generate", "serial.toml", "--out", "core")
+    assert said == "serial.toml: architecture.kind: the serial core holds 2048 words, more are needed"
+
+
 def test_wrong_targets_and_folders(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     said = refusal(capfd, "synth", "skin.toml", "--target", "ecp5", "--out", "fpga")
     assert said.startswith("--target: one of ecp5-25-6, ")

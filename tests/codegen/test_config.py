@@ -11,7 +11,7 @@ import pytest
 
 from tfra.codegen.config import LayerSpec, Project, load
 from tfra.model.contact import Contact, ContactShape
-from tfra.model.design import Adc, Architecture, Design, Formats, Search
+from tfra.model.design import SERIAL, Adc, Architecture, Design, Formats, Search
 from tfra.model.errors import InputError
 from tfra.model.sensor import SensorArray
 
@@ -134,6 +134,11 @@ def test_contacts_keep_their_order(read: Any) -> None:
 def test_default_lanes_fit(read: Any, rows: int, columns: int, lanes: int) -> None:
     text = SENSOR.replace("rows = 10", f"rows = {rows}").replace("columns = 10", f"columns = {columns}")
     assert read(text).design.architecture.mac_lanes == lanes
+
+
+def test_the_serial_core_chooses_its_own_lanes(read: Any) -> None:
+    assert read(SENSOR + '[architecture]\nkind = "serial"').design.architecture == SERIAL
+    assert read(SENSOR + '[architecture]\nkind = "parallel"').design == read(SENSOR).design
 
 
 def test_sweep_lanes_of_earlier_versions(read: Any, tmp_path: Path) -> None:
@@ -264,6 +269,15 @@ WRONG_SECTIONS = [
     (
         "[architecture]\nmac_lanes = 3",
         "architecture.mac_lanes: 1, 2 or a multiple of 4 up to 100 (4 parities x 25 quads) is needed, got 3",
+    ),
+    ('[architecture]\nkind = "serail"', "architecture.kind: one of parallel, serial is needed, got 'serail'"),
+    (
+        '[architecture]\nkind = "serial"\nmac_lanes = 4',
+        "architecture.mac_lanes: the serial core leaves nothing to choose, got 4",
+    ),
+    (
+        '[architecture]\nkind = "serial"\nvector_words = 2',
+        "architecture.vector_words: the serial core leaves nothing to choose, got 2",
     ),
     (
         "[architecture]\nsweep_lanes = 102",

@@ -15,8 +15,8 @@ import pytest
 from tfra.codegen.generate import generate
 from tfra.codegen.images import lane_images
 from tfra.codegen.verilog import run_yosys
-from tfra.hdl.timing import Timing
-from tfra.model.design import FORMATS, Architecture, Design, Search
+from tfra.hdl.cores import loaded, timing
+from tfra.model.design import FORMATS, SERIAL, Architecture, Design, Search
 from tfra.model.fixed.words import frame_words, word_bits
 from tfra.model.sensor import SensorArray
 from tfra.sim.tools import environment
@@ -31,6 +31,7 @@ DESIGNS = {
         architecture=Architecture(2),
     ),
 }
+DESIGNS["serial"] = Design(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), "serial", search=Search(3), architecture=SERIAL)
 DESIGNS["files"] = replace(DESIGNS["even"], name="files", images="readmemh")
 
 
@@ -46,7 +47,7 @@ def test_sidecar_tells_what_the_core_is(made):
     design, directory = made
     facts = json.loads((directory / f"{design.name}.json").read_text())
     assert facts["name"] == design.name
-    assert facts["latency_cycles"] == Timing(design).latency
+    assert facts["latency_cycles"] == timing(design).latency
     assert facts["result"]["transfers_per_frame"] == frame_words(design)
     assert {p["name"]: p["bits"] for p in facts["ports"]}["result_data"] == word_bits(design)
     verilog = (directory / f"{design.name}.v").read_text()
@@ -78,12 +79,23 @@ def test_no_traces_of_this_machine(made):
 
 def test_images_hold_the_coefficients(made):
     design, directory = made
-    bits = design.formats.coefficient
-    for lane, row in enumerate(lane_images(design)):
-        words = [int(line, 16) for line in (directory / "coefficients" / f"lane_{lane:02}.hex").read_text().split()]
+    bits, words = design.formats.coefficient, loaded(design)
+    images = {f"lane_{n:02}": row for n, row in enumerate(lane_images(design))} if words is None else {"load": words}
+    for name, row in images.items():
+        words = [int(line, 16) for line in (directory / "coefficients" / f"{name}.hex").read_text().split()]
         signed = [word - (1 << bits) if word >> (bits - 1) else word for word in words]
         np.testing.assert_array_equal(signed, row)
-    assert len(list((directory / "coefficients").iterdir())) == design.architecture.mac_lanes
+    assert len(list((directory / "coefficients").iterdir())) == len(images)
+
+
+def test_the_sidecar_tells_what_to_load(made):
+    design, directory = made
+    facts = json.loads((directory / f"{design.name}.json").read_text())
+    assert ("load" in facts) == (design is DESIGNS["serial"])
+    if "load" in facts:
+        assert facts["architecture"]["kind"] == "serial"
+        assert facts["load"]["transfers"] == len((directory / facts["load"]["file"]).read_text().split())
+        assert facts["interval_cycles"] == timing(design).initiation_interval
 
 
 def test_icarus_reads_it_without_a_word(made, tmp_path):
@@ -131,17 +143,28 @@ def test_the_testbench_notices_a_wrong_file(tmp_path):
     assert "FAILED" in run_testbench(tmp_path / "core", design.name)
 
 
+def test_the_testbench_notices_a_wrong_load(made, tmp_path):
+    design, directory = made
+    if design is not DESIGNS["serial"]:
+        return
+    shutil.copytree(directory, tmp_path / "core")
+    file = tmp_path / "core" / "coefficients" / "load.hex"
+    first, rest = file.read_text().split("\n", 1)
+    file.write_text(f"{int(first, 16) ^ 0x4000:x}\n{rest}")
+    assert "FAILED" in run_testbench(tmp_path / "core", design.name)
+
+
 def test_the_testbench_notices_a_wrong_word(made, tmp_path):
     design, directory = made
     shutil.copytree(directory, tmp_path / "core")
     file = tmp_path / "core" / "testbench" / "results.hex"
     lines = file.read_text().splitlines()
-    lines[30] = f"{int(lines[30], 16) ^ 1:0{len(lines[30])}x}"
+    lines[20] = f"{int(lines[20], 16) ^ 1:0{len(lines[30])}x}"
     file.write_text("\n".join(lines) + "\n")
     said = run_testbench(tmp_path / "core", design.name)
     assert "1 differ" in said
     assert "FAILED" in said
-    assert "word 30" in said
+    assert "word 20" in said
 
 
 def test_verilator_lint_is_clean(made, tmp_path):

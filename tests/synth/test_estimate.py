@@ -7,13 +7,16 @@ from importlib.resources import files
 
 import pytest
 
-from tfra.model.design import Architecture, Design
+from tfra.model.design import SERIAL, Architecture, Design, Search
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, Memory
 from tfra.synth.estimate import KINDS, Prices, estimate, features, misfits, multipliers, place, price, prices
 from tfra.synth.targets import ECP5, ICE40, XILINX, find
 
-DATA = json.loads(files("tfra.synth").joinpath("estimate_data.json").read_text())
+DATA = {
+    kind: json.loads(files("tfra.synth").joinpath(name).read_text())
+    for kind, name in (("parallel", "estimate_data.json"), ("serial", "estimate_serial.json"))
+}
 
 
 @pytest.mark.parametrize(
@@ -78,15 +81,31 @@ def test_price_is_the_sum_of_its_parts() -> None:
 
 
 @pytest.mark.parametrize("key", ["fitted", "unseen"])
-def test_prices_meet_the_measurements(key: str) -> None:
-    """Sizes outside the fit too: LUT within 25 %, FF within 15 %, DSP and BRAM within 10 %."""
-    assert len(DATA[key]) >= 2
-    for row in DATA[key]:
-        found, measured = price(row["features"], prices()), row["measured"]
+@pytest.mark.parametrize(("kind", "blocks"), [("parallel", 0.1), ("serial", 0.2)])
+def test_prices_meet_the_measurements(kind: str, blocks: float, key: str) -> None:
+    """Sizes outside the fit too: LUT within 25 %, FF within 15 %, DSP within 10 %, BRAM within ``blocks``."""
+    assert len(DATA[kind][key]) >= 2
+    for row in DATA[kind][key]:
+        found, measured = price(row["features"], prices(kind)), row["measured"]
         assert found["LUT"] == pytest.approx(measured["LUT"], rel=0.25), row["name"]
         assert found["FF"] == pytest.approx(measured["FF"], rel=0.15), row["name"]
         assert found["DSP"] == pytest.approx(measured["DSP"], rel=0.1), row["name"]
-        assert found["BRAM"] == pytest.approx(measured["BRAM"], rel=0.1, abs=1), row["name"]
+        assert found["BRAM"] == pytest.approx(measured["BRAM"], rel=blocks, abs=1), row["name"]
+
+
+def test_a_serial_core() -> None:
+    """By its own prices, block by block; its coefficients are cells of the target."""
+    design = Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=SERIAL, target="ice40")
+    found = estimate(design, ICE40)
+    assert found.blocks.keys() >= {"sequencer", "lanes", "product", "datapath"}
+    assert found.total["SPRAM"] == 4
+    (row,) = [row for row in DATA["serial"]["fitted"] if row["name"] == "s4x4"]
+    for name, used in row["measured"].items():
+        assert found.total[name] == pytest.approx(used, rel=0.1), name
+    target, need = find("ice40up5k"), round(5280 * (1 + prices("serial").error["LUT"])) + 1
+    assert misfits({**found.total, "LUT": need}, target, "serial") == [
+        f"LUT: about {need:,} are needed, ice40up5k has 5,280"
+    ]
 
 
 def test_more_lanes_take_more() -> None:

@@ -40,6 +40,13 @@ def test_nextpnrs_report() -> None:
     assert found.path.logic_ns + found.path.routing_ns == pytest.approx(1e3 / found.mhz, abs=0.01)
 
 
+def test_a_constant_is_no_clock() -> None:
+    """nextpnr-ice40 times the write clock of a memory that is never written, which is a constant."""
+    sample: dict[str, Any] = copy.deepcopy(SAMPLE)
+    sample["fmax"]["$PACKER_GND_NET_$glb_clk"] = {"achieved": 263.2}
+    assert read_route(sample, find("ecp5-45"), 1) == read_route(SAMPLE, find("ecp5-45"), 1)
+
+
 @pytest.mark.parametrize("damage", ["clock", "path", "bel"])
 def test_another_report_is_refused(damage: str) -> None:
     sample: dict[str, Any] = copy.deepcopy(SAMPLE)

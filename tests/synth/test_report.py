@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from tfra.hdl.serial import timing as serial_timing
 from tfra.hdl.timing import Timing
-from tfra.model.design import Architecture, Design
+from tfra.model.design import SERIAL, Architecture, Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.flow import CriticalPath, Route, Synthesis
 from tfra.synth.report import WIDTH, median_route, render, report
@@ -34,6 +35,16 @@ def test_numbers() -> None:
     assert times["frame_latency_us"] == pytest.approx(cycles.frame_latency / 100)
     assert times["frames_per_second"] == pytest.approx(1e8 / cycles.initiation_interval, abs=0.1)
     assert times["mac_utilisation"] == pytest.approx(cycles.multiplications / 4 / cycles.initiation_interval, abs=1e-4)
+
+
+def test_a_serial_core() -> None:
+    design = replace(DESIGN, architecture=SERIAL)
+    found = report(design, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED)
+    cycles = serial_timing.Timing(design)
+    assert (found["architecture"]["kind"], found["mac_lanes"]) == ("serial", 3)
+    assert found["timing"]["latency_cycles"] == cycles.latency
+    assert found["timing"]["frames_per_second"] == pytest.approx(1e8 / cycles.initiation_interval, abs=0.1)
+    assert "skin on ecp5-25-6: serial core, 3 MAC lanes" in render(found)
 
 
 def test_the_median_is_a_seed() -> None:

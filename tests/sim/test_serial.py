@@ -1,0 +1,77 @@
+"""A serial core in Verilog, in Amaranth's simulator, as gates, and with a wrong coefficient."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tfra.hdl.cores import loaded, timing
+from tfra.model.design import SERIAL, Adc, Design, Formats, Search
+from tfra.model.errors import InputError
+from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.scenes import contact_codes
+from tfra.model.sensor import SensorArray
+from tfra.sim import run as run_module
+from tfra.sim.netlist import synthesised
+from tfra.sim.run import simulate
+from tfra.sim.verify import Report, verify
+
+DESIGN = Design(
+    SensorArray(4, 4, 4e-3, 2.5e-3, 3e-3),
+    name="serial",
+    adc=Adc(8),
+    search=Search(2),
+    formats=Formats("short", 10, 10, 4, 3),
+    architecture=SERIAL,
+)
+FRAMES = 5
+"""The first pattern of stalls gets two of them, which show the interval."""
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    place = tmp_path_factory.getbasetemp() / "cache"
+    monkeypatch.setenv("TFRA_CACHE", str(place))
+    return place
+
+
+def verified(design: Design) -> Report:
+    return verify(design, contact_codes(design, FRAMES, 1) * design.adc.lsb, "icarus", random=0)
+
+
+def test_verify() -> None:
+    """Words under all stalls, and the timing as stated; the coefficients in a model of the target's memories."""
+    found = verified(replace(DESIGN, target="ice40"))
+    stated = timing(DESIGN)
+    assert found.passed
+    assert (found.timing.latency, found.timing.interval) == (stated.latency, stated.initiation_interval)
+
+
+def test_in_amaranth() -> None:
+    codes = contact_codes(DESIGN, 1, 2)
+    run = simulate(DESIGN, codes, "amaranth", 1, "random", "bursts", expected=FixedTfra(DESIGN)(codes).words)
+    assert (run.compared, run.mismatches) == (run.words.size, 0)
+    with pytest.raises(InputError, match="can't run Verilog"):
+        simulate(replace(DESIGN, target="ice40"), codes, "amaranth")
+
+
+def test_a_wrong_coefficient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    image = loaded(DESIGN)
+    assert image is not None
+    image[0] ^= 1 << 7
+    monkeypatch.setattr(run_module, "loaded", lambda design: image)
+    found = verified(DESIGN)
+    assert not found.passed
+    assert found.mismatches > 0
+
+
+def test_gates(cache: Path) -> None:
+    """A smaller core, since gates run at some hundred cycles a second."""
+    design = replace(DESIGN, sensor=SensorArray(2, 2, 4e-3, 4e-3, 3e-3), adc=Adc(6), search=Search(1), target="ice40")
+    codes = contact_codes(design, 1, 1)
+    core = synthesised(design, "ice40", cache)
+    run = simulate(design, codes, "icarus", expected=FixedTfra(design)(codes).words, core=core)
+    assert (run.compared, run.mismatches) == (run.words.size, 0)
+    assert run.latency[0] == core.sidecar["latency_cycles"]
