@@ -16,6 +16,8 @@ from functools import cached_property
 class Family:
     """How a family's tools are called, and how their cells count as resources."""
 
+    name: str
+    """As a design's target says it."""
     synthesis: str
     """yosys' commands; ``{top}`` is the top module."""
     cells: Mapping[str, Mapping[str, float]]
@@ -69,6 +71,7 @@ class Target:
 
 
 ECP5 = Family(
+    name="ecp5",
     synthesis="synth_ecp5 -top {top}",
     cells={
         "LUT": {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6},
@@ -89,6 +92,7 @@ ECP5 = Family(
 )
 
 ICE40 = Family(
+    name="ice40",
     synthesis="synth_ice40 -dsp -spram -top {top}",
     cells={
         "LUT": {"SB_LUT4": 1},
@@ -108,6 +112,7 @@ ICE40 = Family(
 )
 
 GOWIN = Family(
+    name="gowin",
     synthesis="synth_gowin -family gw2a -top {top}",
     cells={
         "LUT": {"LUT[1-4]": 1, "ALU": 1, "RAM16SDP4": 4, "RAM16SDP2": 2, "RAM16SDP1": 1},
@@ -124,6 +129,7 @@ GOWIN = Family(
 )
 
 XILINX = Family(
+    name="xilinx",
     synthesis="synth_xilinx -flatten -family xc7 -top {top}",
     cells={
         "LUT": {"LUT[1-6]|INV": 1, "RAM32M|RAM64M": 4, "RAM32X1D|RAM64X1D": 2, "RAM128X1D": 4, "SRL16E|SRLC32E": 1},

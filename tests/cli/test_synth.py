@@ -111,6 +111,11 @@ def test_a_serial_core(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert Path("fpga/serial.bit").is_file()
 
 
+def test_cells_of_another_family(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("skin.toml").write_text(CONFIG + '[target]\nname = "ice40"\n')
+    assert refusal(capfd, *SYNTH) == "skin.toml: target.name: ecp5-85-6 has no cells of ice40"
+
+
 def test_what_a_serial_core_cannot_do(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     Path("serial.toml").write_text(CONFIG.replace("mac_lanes = 4", 'kind = "serial"'))
     said = refusal(capfd, "size", "serial.toml", *SIZE[2:], "--frames-per-second", "1", "--latency-us", "1e5")
