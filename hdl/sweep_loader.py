@@ -12,7 +12,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
-from tfra.hdl.pipeline import delayed, walk
+from tfra.hdl.pipeline import READ, delayed, walk
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import distinct
 from tfra.model.fixed.widths import widths
@@ -48,7 +48,7 @@ class Loader(wiring.Component):
     cycles behind e0 at the earliest and a cycle behind ``free`` and facts; e0 of the next frame ``PLACES`` cycles
     behind e1.
 
-    Resources: 12 adders of the vector width, a memory of Q vector quads.
+    Resources: 12 adders of the vector width, a memory of Q vector quads, a part wide.
     """
 
     def __init__(self, design: Design) -> None:
@@ -104,31 +104,51 @@ class Loader(wiring.Component):
 
     def _taxels(self, m: Module, place: Value, e0: Value, e1: Value) -> None:
         """Memory of p and the picking; bit k of ``e0`` and ``e1``: such a quad was taken k cycles ago."""
-        q, i = self._design.quads, self.taxel
-        m.submodules.memory = memory = Memory(shape=payloads.vector_quad(self._design), depth=q, init=[])
-        write, read = memory.write_port(), memory.read_port()
-        words = self._butterfly(m, e0[0], e1[0])
-        behind, _ = walk(m, e0[FOLDED] | e1[FOLDED], q, "behind")  # the quad that leaves the butterfly next
-        m.d.comb += [
-            write.addr.eq(behind),
-            write.data.eq(Cat(words)),
-            write.en.eq(e0[FOLDED]),
-            read.addr.eq(behind),
-            read.en.eq(e1[_READ]),
-            self.stress.ready.eq(e1[PLACES - 1]),
-        ]
+        i, words = self.taxel, self._butterfly(m, e0[0], e1[0])
+        behind, _ = walk(m, e0[FOLDED] | e1[FOLDED], self._design.quads, "behind")  # leaves the butterfly next
+        m.d.comb += self.stress.ready.eq(e1[PLACES - 1])
         keep = self._keep(m, behind, e1[FOLDED - 1])
         stress = data.View(payloads.stress_quad(self._design), delayed(m, self.stress.payload.as_value(), 1))
-        p = data.View(payloads.vector_quad(self._design), delayed(m, read.data.as_value(), 1))
         picked = delayed(m, place, FOLDED)
         m.d.sync += [
-            i.p.eq(self._pick(p, picked)),
+            i.p.eq(self._p(m, Cat(words), behind, place, e0, e1)),
             i.q.eq(self._pick(words, picked)),
             i.stress.eq(delayed(m, self._pick(stress, delayed(m, place, 1)), FOLDED - 1)),
             i.negative.eq(delayed(m, self.direction.payload.negative, FOLDED)),
             i.exponent.eq(delayed(m, self.frame.payload.exponent, FOLDED)),
             i.valid.eq(e1[FOLDED : FOLDED + PLACES].any() & keep.bit_select(picked, 1)),
         ]
+
+    def _p(self, m: Module, words: Value, behind: Value, place: Value, e0: Value, e1: Value) -> Value:
+        """Memory of p, a part wide: the p of the taxel beside the butterfly.
+
+        Words stand behind the butterfly until the next quad comes, which is as many cycles as it has parts.
+        """
+        design, inside = self._design, (self._design.architecture.vector_words - 1).bit_length()
+        shape = payloads.vector_part(design)
+        m.submodules.memory = memory = Memory(shape=shape, depth=design.parts << len(behind), init=[])
+        write, read = memory.write_port(), memory.read_port()
+        part = Signal(PLACES.bit_length() - 1 - inside)  # of the quad that leaves the butterfly
+        stored = e0[FOLDED : FOLDED + design.parts].any()
+        later = delayed(m, place, _READ)
+        m.d.sync += part.eq(Mux(stored, part + 1, 0))
+        m.d.comb += [
+            write.addr.eq(Cat(part, self._kept(m, behind, e0[FOLDED]))),
+            write.data.eq(words.word_select(part, len(words) // design.parts)),
+            write.en.eq(stored),
+            read.addr.eq(Cat(later[inside:], self._kept(m, behind, e1[_READ]))),
+            read.en.eq(e1[_READ : _READ + PLACES].any()),
+        ]
+        found = data.View(shape, delayed(m, read.data.as_value(), 1))
+        return Array(found)[delayed(m, later[:inside], READ)] if inside else found[0]
+
+    @staticmethod
+    def _kept(m: Module, value: Value, when: Value) -> Value:
+        """``value`` of the cycle ``when``, and behind it."""
+        kept = Signal.like(value, reset_less=True)
+        with m.If(when):
+            m.d.sync += kept.eq(value)
+        return Mux(when, value, kept)
 
     @staticmethod
     def _pick(words: Sequence[Value] | data.View, place: Value) -> Value:
