@@ -29,7 +29,7 @@ from tfra.hdl.matvec import MatVec
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Facts, Fork, Router, Spare
+from tfra.hdl.streams import Facts, Fork, Router
 from tfra.hdl.sums_queue import SumsQueue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
@@ -179,11 +179,10 @@ class Core(wiring.Component):
 
     def _wire_results(self, m: Module, blocks: dict[str, Any]) -> None:
         """Results of the products to those who wait for them."""
-        vector = payloads.vector_quad(self.design)
         m.submodules.sums = sums = SumsQueue(self.design)
         connect(m, sums.o, blocks["dependent"].sums)
         operators = {
-            "weights": (["c33_inv"], self._spare(m, "solution", vector, blocks["weights"].solution)),
+            "weights": (["c33_inv"], blocks["weights"].solution),
             "sums_b": (["sums_b"], sums.b),
             "sums_n": (["sums_n"], sums.n),
             "residual": (["c33", "c31", "c32"], blocks["combine"].residual),
@@ -198,12 +197,6 @@ class Core(wiring.Component):
         connect(m, blocks["matvec"].result, router.i)
         for way, (_, sink) in enumerate(operators.values()):
             connect(m, router.o[way], sink)
-
-    def _spare(self, m: Module, name: str, shape: Any, sink: Any) -> Any:
-        """Cut the way back of ``ready``, which would run through several blocks."""
-        m.submodules[f"{name}_spare"] = spare = Spare(shape)
-        connect(m, spare.o, sink)
-        return spare.i
 
     def _wire_facts(self, m: Module, blocks: dict[str, Any]) -> None:
         """Per-frame facts to all who need them, what each of them looks at, in a queue of its own."""

@@ -226,7 +226,7 @@ class Timeline:
         f, q = self.frames[number], self.design.quads
         self._tokens["frame"].take()
         self._tokens["n"].take()
-        f.n, f.sums_b = results[q - 1] + Spare.latency + self.wait.weights, results[q]
+        f.n, f.sums_b = results[q - 1] + self.wait.weights, results[q]
         self._next["contact"] += 1
         self._b_free = last + 2
         self._input(number + 1)

@@ -67,7 +67,8 @@ class Rom(wiring.Component):
     def _pair(self, m: Module, first: int) -> None:
         """Block memories of two images, or of the last one."""
         images = self._images[first : first + 2]
-        slices = [self._slice(m, f"memory{first}_{low}", images >> low, bits) for low, bits in _slices(self._bits)]
+        parts = _slices(self._bits, images.shape[1])
+        slices = [self._slice(m, f"memory{first}_{low}", images >> low, bits) for low, bits in parts]
         for number, words in enumerate(zip(*slices, strict=True)):
             m.d.comb += self.words[first + number].eq(Cat(*words))
 
@@ -106,11 +107,17 @@ class Rom(wiring.Component):
         return value
 
 
-def _slices(bits: int) -> Iterator[tuple[int, int]]:
-    """Lowest bit and length of the memories' words that make up one of ``bits``."""
+def _slices(bits: int, depth: int) -> Iterator[tuple[int, int]]:
+    """Lowest bit and length of the memories' words that make up one of ``bits``.
+
+    Deep memories of short words spare a multiplexer for each bit, so they are taken where they are not more.
+    """
+    long, short = max(MEMORY_WORDS), min(MEMORY_WORDS)
+    deep = long // short * -(-depth // MEMORY_WORDS[short]) <= -(-depth // MEMORY_WORDS[long])
+    lengths = [short] if deep else [long, short]
     low = 0
     while low < bits:
-        length = min((length for length in MEMORY_WORDS if length >= bits - low), default=max(MEMORY_WORDS))
+        length = min((length for length in lengths if length >= bits - low), default=max(lengths))
         yield low, length
         low += length
 
