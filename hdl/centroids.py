@@ -71,7 +71,7 @@ class Centroids(wiring.Component):
     direction has been taken.
 
     A taxel a cycle, a frame every ``interval`` cycles.  Resources: about 20 registers of a
-    moment's length, no multiplier; 10 x 10 taxels of 14 bits take 1000 LUT4 and 560 flip-flops of an ECP5.
+    moment's length, no multiplier; 10 x 10 taxels of 14 bits take 810 LUT4 and 560 flip-flops of an ECP5.
 
     Members:
         taxel: stream in, codes of a frame row by row.

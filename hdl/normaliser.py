@@ -70,7 +70,7 @@ class Normaliser(wiring.Component):
     facts of the frame before have all been taken: there is one exponent, and the facts of two frames never meet.
 
     A taxel a cycle, a quad a cycle, a frame every ``interval`` cycles.  Resources: four memories of ``2 Q`` codes,
-    barrel shifters for four codes and the sum, no multiplier; 10 x 10 taxels of 14 bits take 680 LUT4, 290 flip-flops
+    barrel shifters for four codes and the sum, no multiplier; 10 x 10 taxels of 14 bits take 820 LUT4, 350 flip-flops
     and 64 16 x 4 memories of an ECP5.
 
     Members:
