@@ -248,11 +248,11 @@ class Combine(wiring.Component):
     def _vectors(self, m: Module, w: _Wires) -> None:
         """Begin a vector when all it needs is there, and walk through its parts."""
         candidates, update, second = Signal(), Signal(), Signal()
-        step, ends, vector = Signal(), Signal(), w.vector
+        step, ends, vector, final = Signal(), Signal(), w.vector, Signal()  # final: vector is its last part
         sweep_y, facts, winner = self.direction.payload.sweep_y, self.affine.payload, self.chosen.payload
         m.d.comb += [
             step.eq(w.busy & ~w.take & w.move),
-            ends.eq(step & (vector.number == w.last)),
+            ends.eq(step & final),
             self.affine.ready.eq(w.d_level.leave),
             self.direction.ready.eq(w.d_level.leave),
             self.chosen.ready.eq(w.e_level.leave),
@@ -266,10 +266,10 @@ class Combine(wiring.Component):
         begin_d = update & w.e_level.some & ~w.e_level.leave
         begin_e = candidates & w.d_level.some & ~w.d_level.leave & (second | w.e_level.space)
         with m.If(step):
-            m.d.sync += [vector.number.eq(vector.number + 1), w.busy.eq(~ends)]
+            m.d.sync += [vector.number.eq(vector.number + 1), final.eq(vector.number == w.last - 1), w.busy.eq(~final)]
         with m.If(~w.busy & self.room.valid):
             m.d.comb += self.room.ready.eq(begin_d | begin_e)
-            m.d.sync += [w.busy.eq(begin_d | begin_e), vector.number.eq(0)]
+            m.d.sync += [w.busy.eq(begin_d | begin_e), vector.number.eq(0), final.eq(w.last == 0)]
             with m.If(begin_d):
                 m.d.sync += [vector.job.eq(Job.D), vector.place.eq(w.e_level.tail), vector.scalar.eq(winner.mu_ind)]
             with m.Elif(begin_e):

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
 from tfra.hdl.payloads import vector_part
-from tfra.hdl.pipeline import register
+from tfra.hdl.pipeline import fill, register
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -144,11 +144,10 @@ class Level(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        level = Signal(range(FRAMES + 1))
+        taken = fill(m, FRAMES, self.enter, self.leave)
         m.d.sync += [
-            level.eq(level + self.enter - self.leave),
             self.head.eq(self.head + self.enter),
             self.tail.eq(self.tail + self.leave),
         ]
-        m.d.comb += [self.some.eq(level != 0), self.space.eq(level != FRAMES)]
+        m.d.comb += [self.some.eq(taken[0]), self.space.eq(~taken[-1])]
         return m

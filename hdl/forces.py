@@ -13,7 +13,7 @@ from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.combine_store import in_quad, part_number, pick_part
 from tfra.hdl.normaliser import Raster
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import register, walk
+from tfra.hdl.pipeline import fill, register, walk
 from tfra.hdl.streams import TOKEN, Spare, Tokens
 from tfra.model.design import Design
 from tfra.model.fixed.widths import force_drop, widths
@@ -78,11 +78,13 @@ class Forces(wiring.Component):
         m.submodules.frames = self._frames = Tokens(PLANES // 3, every=3)
         wiring.connect(m, self._frames.o, wiring.flipped(self.room))
         m.submodules.plane = plane = memory.Memory(shape=words, depth=depth, init=[])
-        full = Signal(range(PLANES + 1))
+        entered, left = Signal(), Signal()
+        full = fill(m, PLANES, entered, left)
         wiring.connect(m, wiring.flipped(self.folded), self._unfold.i)
-        entered = self._write(m, plane.write_port(), full)
-        left = self._read(m, plane.read_port(), full)
-        m.d.sync += full.eq(full + entered - left)
+        m.d.comb += [
+            entered.eq(self._write(m, plane.write_port(), full)),
+            left.eq(self._read(m, plane.read_port(), full)),
+        ]
         return m
 
     def _write(self, m: Module, port: Any, full: Value) -> Value:
@@ -98,7 +100,7 @@ class Forces(wiring.Component):
             port.en.eq(valid & ~blocked),
             ends.eq(port.en & last),
         ]
-        m.d.sync += blocked.eq(Mux(ends, full == PLANES - 1, full == PLANES))
+        m.d.sync += blocked.eq(Mux(ends, full[-2], full[-1]))
         with m.If(unfolded.ready):
             m.d.sync += valid.eq(unfolded.valid)
             for k in range(4):
@@ -124,7 +126,7 @@ class Forces(wiring.Component):
         hold = ~held | send
         fetch = ~fetched | hold
         m.d.comb += [
-            issue.eq(fetch & (full != 0)),
+            issue.eq(fetch & full[0]),
             ends.eq(issue & raster.last),
             raster.transfer.eq(issue),
             port.en.eq(fetch),

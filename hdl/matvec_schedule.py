@@ -65,19 +65,21 @@ class Schedule(wiring.Component):
         m = Module()
         chosen, ends = self._choose(m)
         self._credit(m, chosen)
-        m.d.comb += self.last.eq(self.reading & (self.quad == self._design.quads - 1))
+        ending, quads = Signal(init=self._design.quads == 1), self._design.quads  # a register: much hangs on it
+        m.d.comb += self.last.eq(self.reading & ending)
         m.d.sync += self.free.eq((self.launch & ends) << self.source)
         with m.If(self.launch):
             m.d.sync += [
                 self.reading.eq(1),
                 self.quad.eq(0),
+                ending.eq(quads == 1),
                 self.read_source.eq(self.source),
                 self.read_parity.eq(self.parity),
             ]
         with m.Elif(self.last):
             m.d.sync += self.reading.eq(0)
         with m.Else():
-            m.d.sync += self.quad.eq(self.quad + 1)
+            m.d.sync += [self.quad.eq(self.quad + 1), ending.eq(self.quad == quads - 2)]
         self._walk(m)
         return m
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import reduce
 from operator import or_
 
-from amaranth import Module, Mux, Shape, Signal, Value, signed
+from amaranth import Cat, Module, Mux, Shape, Signal, Value, signed
 
 from tfra.hdl.arithmetic import count, during, leading_zeros, magnitude_bits
 
@@ -34,12 +34,26 @@ def ahead(m: Module, counter: Value, window: range) -> Signal:
 
 
 def walk(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:
-    """Number of what ``step`` takes, from 0 to ``length - 1`` and again; whether it is the last."""
-    number = Signal(count(length - 1), name=name)
-    last = number == length - 1
+    """Number of what ``step`` takes, from 0 to ``length - 1`` and again; whether it is the last, a register too."""
+    number, last = Signal(count(length - 1), name=name), Signal(init=length == 1, name=f"{name}_last")
     with m.If(step):
         m.d.sync += number.eq(Mux(last, 0, number + 1))
+        if length > 1:
+            m.d.sync += last.eq(number == length - 2)
     return number, last
+
+
+def fill(m: Module, places: int, enter: Value, leave: Value, *, full: bool = False) -> Signal:
+    """How many of ``places`` are taken, a bit each from the first: both ends are registers that others may look at.
+
+    ``enter`` counts only while there is a place.
+    """
+    taken = Signal(places, init=-int(full) & ((1 << places) - 1), name="taken")
+    with m.If(enter & ~leave):
+        m.d.sync += taken.eq(Cat(1, taken))
+    with m.Elif(leave & ~enter):
+        m.d.sync += taken.eq(taken[1:])
+    return taken
 
 
 def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:

@@ -15,7 +15,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
-from tfra.hdl.pipeline import walk
+from tfra.hdl.pipeline import fill, walk
 
 TOKEN = unsigned(1)
 """Payload of a token, which means nothing; words without bits would not be portable Verilog."""
@@ -187,12 +187,9 @@ class Tokens(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        left, parts, back = Signal(range(self._number + 1), init=self._number), Signal(count(self._every - 1)), Signal()
-        m.d.comb += [self.o.valid.eq(left != 0), back.eq(self.give & (parts == self._every - 1))]
-        with m.If(self.give):
-            m.d.sync += parts.eq(Mux(back, 0, parts + 1))
-        taken = self.o.valid & self.o.ready
-        m.d.sync += left.eq(left - taken + (back & ((left != self._number) | taken)))
+        _, completes = walk(m, self.give, self._every, "parts")
+        left = fill(m, self._number, self.give & completes, self.o.valid & self.o.ready, full=True)
+        m.d.comb += self.o.valid.eq(left[0])
         return m
 
 

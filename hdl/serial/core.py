@@ -109,4 +109,3 @@ class SerialCore(wiring.Component):
             with m.If(lane == ways - 1):
                 m.d.sync += [left.eq(left - 1), loading.eq(left != 0)]
         return loading
-

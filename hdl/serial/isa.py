@@ -261,7 +261,7 @@ class Assembler:
 
     def emit(self, instruction: Instruction) -> None:
         """Append ``instruction``, behind a pause if the one before needs it; a loop's first pauses stand before it."""
-        while any(instruction.waits_for(other, n) for n, other in enumerate(self.program[: -STORED : -1], 1)):
+        while any(instruction.waits_for(other, n) for n, other in enumerate(self.program[:-STORED:-1], 1)):
             if self.program[-1].op == Op.DO:
                 self.program.insert(-1, Instruction())
                 self._cycles[-2] += 1

@@ -63,5 +63,3 @@ class Store(Elaboratable):
                 i_POWEROFF=Const(1),
                 o_DATAOUT=found[part],
             )
-
-
