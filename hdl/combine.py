@@ -227,7 +227,7 @@ class Combine(wiring.Component):
         minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
         tag = w.tag[0]
         m.d.comb += [
-            go.eq(w.move & waiting.o.valid & w.n_level.some),
+            go.eq(~w.stopped & waiting.o.valid & w.n_level.some),
             w.take.eq(self.products.valid & go),
             self.products.ready.eq(go & ends_quad),
             w.product.eq(pick_part(self._design, self.products.payload, number)),
@@ -251,7 +251,7 @@ class Combine(wiring.Component):
         step, ends, vector, final = Signal(), Signal(), w.vector, Signal()  # final: vector is its last part
         sweep_y, facts, winner = self.direction.payload.sweep_y, self.affine.payload, self.chosen.payload
         m.d.comb += [
-            step.eq(w.busy & ~w.take & w.move),
+            step.eq(w.busy & ~w.take & ~w.stopped),
             ends.eq(step & final),
             self.affine.ready.eq(w.d_level.leave),
             self.direction.ready.eq(w.d_level.leave),
@@ -292,6 +292,7 @@ class Combine(wiring.Component):
             spare.i.payload.words.eq(self._quad(m, w)),
             spare.i.payload.job.eq(tag.job),
             w.move.eq(spare.i.ready),
+            w.stopped.eq(spare.used),
             w.e_level.enter.eq(valid & w.move & (tag.job == Job.E1) & (tag.number == w.last)),
             self.vector.valid.eq(spare.o.valid & ~force),
             self.vector.payload.words.eq(out.words),
@@ -401,8 +402,10 @@ class _Wires:
         and until its z has been read; of e0 and e1, from the sum of e1 until d has entered."""
         self.busy, self.vector = Signal(), Signal(tag, reset_less=True)
         """A vector is in hand; its next part."""
-        self.take, self.product, self.move = Signal(), Signal(vector_part(design)), Signal()
-        """A part of products enters; the pipeline advances."""
+        self.take, self.product = Signal(), Signal(vector_part(design))
+        """A part of products enters."""
+        self.move, self.stopped = Signal(), Signal()
+        """The pipeline advances; it does not, for decisions."""
         self.valid = [Signal(name=f"valid{k}") for k in range(_SUM + 1)]
         self.tag = [Signal(tag, name=f"tag{k}", reset_less=k > 0) for k in range(_SUM + 1)]
         rooms, part = headrooms(design, size), vector_part(design)

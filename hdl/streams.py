@@ -196,22 +196,26 @@ class Tokens(wiring.Component):
 class Spare(wiring.Component):
     """Stream register with a spare place: neither ``i.ready`` nor ``o.valid`` depends on an input.
 
-    Members: ``i``: stream in; ``o``: stream out, a cycle later.
+    Members: ``i``: stream in; ``o``: stream out, a cycle later; ``used``: ``i.ready`` is low, in a register of its own
+    for decisions, since what enables the registers of a pipeline has many to drive.
     """
 
     latency = 1
 
     def __init__(self, shape: Any) -> None:
-        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)), "used": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        used, kept = Signal(), Signal.like(self.i.p, reset_less=True)
-        m.d.comb += self.i.ready.eq(~used)
+        ready, kept = Signal(init=1), Signal.like(self.i.p, reset_less=True)
+        m.d.comb += self.i.ready.eq(ready)
+        with m.If(ready):
+            m.d.sync += kept.eq(self.i.p)
         with m.If(~self.o.valid | self.o.ready):
-            m.d.sync += [self.o.valid.eq(self.i.valid | used), used.eq(0), self.o.p.eq(Mux(used, kept, self.i.p))]
-        with m.Elif(~used):
-            m.d.sync += [used.eq(self.i.valid), kept.eq(self.i.p)]
+            m.d.sync += [self.o.valid.eq(self.i.valid | self.used), self.o.p.eq(Mux(self.used, kept, self.i.p))]
+            m.d.sync += [self.used.eq(0), ready.eq(1)]
+        with m.Elif(ready):
+            m.d.sync += [self.used.eq(self.i.valid), ready.eq(~self.i.valid)]
         return m
 
 

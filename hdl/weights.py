@@ -61,7 +61,7 @@ class Weights(wiring.Component):
         advance, enter = Signal(), Signal()
         m.d.comb += [
             advance.eq(spare.i.ready),
-            unfold.o.ready.eq(advance & self.frame.valid),
+            unfold.o.ready.eq(~spare.used & self.frame.valid),
             enter.eq(unfold.o.valid & unfold.o.ready),
         ]
         self._clip(m, advance, enter)
