@@ -93,7 +93,7 @@ ECP5 = Family(
 
 ICE40 = Family(
     name="ice40",
-    synthesis="synth_ice40 -dsp -spram -top {top}",
+    synthesis="synth_ice40 -dsp -spram -device u -top {top}",
     cells={
         "LUT": {"SB_LUT4": 1},
         "FF": {"SB_DFF.*": 1},
