@@ -158,11 +158,11 @@ class Combine(wiring.Component):
             self.n.ready.eq(w.n_level.space & ends_quad),
             w.n_level.enter.eq(loaded & last),
         ]
-        m.d.sync += [
-            w.n.write.eq(loaded),
-            w.n.write_place.eq(w.n_level.head),
-            w.n.write_number.eq(number),
-            w.n.words.eq(pick_part(self._design, self.n.payload, number)),
+        m.d.sync += w.n.write.eq(loaded)
+        m.d.comb += [
+            w.n.write_place.eq(register(m, w.n_level.head)),
+            w.n.write_number.eq(register(m, number)),
+            w.n.words.eq(register(m, pick_part(self._design, self.n.payload, number))),
         ]
 
     def _load_residuals(self, m: Module, w: _Wires) -> None:
@@ -207,15 +207,15 @@ class Combine(wiring.Component):
         later = data.View(put.shape(), register(m, put.as_value()))
         found = data.View(b_read.data.shape(), register(m, b_read.data.as_value()))
         codes = pick_part(design, found, later.number)
-        m.d.sync += [
-            w.z.write.eq(register(m, valid, control=True)),
-            w.z.write_place.eq(later.place),
-            w.z.write_vector.eq(later.step),
-            w.z.write_number.eq(later.number),
+        m.d.sync += w.z.write.eq(register(m, valid, control=True))
+        m.d.comb += [
+            w.z.write_place.eq(register(m, later.place)),
+            w.z.write_vector.eq(register(m, later.step)),
+            w.z.write_number.eq(register(m, later.number)),
         ]
         for k in range(design.architecture.vector_words):
             b = Mux(later.step == 0, codes.word_select(k, len(found[k])).as_signed() << fraction, 0)
-            m.d.sync += w.z.words[k].eq(later.words[k] + b)
+            m.d.comb += w.z.words[k].eq(register(m, (later.words[k] + b)[: len(later.words[k])]))
 
     def _enter(self, m: Module, w: _Wires) -> None:
         """What enters the pipeline: a part of products, or else one of the vector in hand."""

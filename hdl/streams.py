@@ -207,12 +207,12 @@ class Spare(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        ready, kept = Signal(init=1), Signal.like(self.i.p, reset_less=True)
-        m.d.comb += self.i.ready.eq(ready)
+        ready, (out, kept) = Signal(init=1), (Signal.like(self.i.p, name=n, reset_less=True) for n in ("out", "kept"))
+        m.d.comb += [self.i.ready.eq(ready), self.o.p.eq(out)]
         with m.If(ready):
             m.d.sync += kept.eq(self.i.p)
         with m.If(~self.o.valid | self.o.ready):
-            m.d.sync += [self.o.valid.eq(self.i.valid | self.used), self.o.p.eq(Mux(self.used, kept, self.i.p))]
+            m.d.sync += [self.o.valid.eq(self.i.valid | self.used), out.eq(Mux(self.used, kept, self.i.p))]
             m.d.sync += [self.used.eq(0), ready.eq(1)]
         with m.Elif(ready):
             m.d.sync += [self.used.eq(self.i.valid), ready.eq(~self.i.valid)]

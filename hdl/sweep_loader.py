@@ -104,9 +104,10 @@ class Loader(wiring.Component):
 
     def _taxels(self, m: Module, place: Value, e0: Value, e1: Value) -> None:
         """Memory of p and the picking; bit k of ``e0`` and ``e1``: such a quad was taken k cycles ago."""
-        i, words = self.taxel, self._butterfly(m, e0[0], e1[0])
+        i, words = Signal(self.taxel.shape(), reset_less=True), self._butterfly(m, e0[0], e1[0])
         behind, _ = walk(m, e0[FOLDED] | e1[FOLDED], self._design.quads, "behind")  # leaves the butterfly next
-        m.d.comb += self.stress.ready.eq(e1[PLACES - 1])
+        valid = Signal()
+        m.d.comb += [self.stress.ready.eq(e1[PLACES - 1]), self.taxel.eq(i), self.taxel.valid.eq(valid)]
         keep = self._keep(m, behind, e1[FOLDED - 1])
         stress = data.View(payloads.stress_quad(self._design), delayed(m, self.stress.payload.as_value(), 1))
         picked = delayed(m, place, FOLDED)
@@ -116,7 +117,7 @@ class Loader(wiring.Component):
             i.stress.eq(delayed(m, self._pick(stress, delayed(m, place, 1)), FOLDED - 1)),
             i.negative.eq(delayed(m, self.direction.payload.negative, FOLDED)),
             i.exponent.eq(delayed(m, self.frame.payload.exponent, FOLDED)),
-            i.valid.eq(e1[FOLDED : FOLDED + PLACES].any() & keep.bit_select(picked, 1)),
+            valid.eq(e1[FOLDED : FOLDED + PLACES].any() & keep.bit_select(picked, 1)),
         ]
 
     def _p(self, m: Module, words: Value, behind: Value, place: Value, e0: Value, e1: Value) -> Value:
