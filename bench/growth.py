@@ -19,6 +19,8 @@ from tfra.model.design import Architecture, Design, Form
 from tfra.model.fixed.coefficients import coefficient_bits
 from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
+from tfra.synth.estimate import estimate
+from tfra.synth.targets import find
 
 SIZES = (4, 8, 10, 16, 20, 32)
 LANES = (16, 64)
@@ -36,9 +38,10 @@ def square(size: int, lanes: int, operators: Form = "pinv") -> Design:
     return Design(sensor, architecture=Architecture(lanes), operators=operators)
 
 
-def synthesised(design: Design) -> dict[str, int]:
-    """LUTs and block memories of the whole core, by key ``luts`` and ``blocks``; none are known yet."""
-    return {}
+def estimated(design: Design) -> dict[str, int]:
+    """LUTs and block memories of the whole core on an ECP5, on paper."""
+    total = estimate(replace(design, target="ecp5"), find("ecp5-85").family).total
+    return {name: total[name] for name in ("LUT", "BRAM")}
 
 
 def measure(size: int, lanes: int) -> dict[str, Any]:
@@ -54,7 +57,7 @@ def measure(size: int, lanes: int) -> dict[str, Any]:
         "bits": {form: coefficient_bits(replace(design, operators=form)) for form in get_args(Form)},
         "blocks": design.architecture.mac_lanes * -(-depth(design) // WORDS),
         "vector": widths(design).vector,
-        "synthesised": synthesised(design),
+        "estimated": estimated(design),
     }
 
 
@@ -76,11 +79,11 @@ def table(rows: list[dict[str, Any]]) -> str:
     """Markdown: one row for each core."""
     lines = [
         "| array | MAC lanes | real products | last word after | interval | frames/s at 100 MHz | coefficients, kbit: "
-        "`pinv`, `gram` | coefficient blocks | vector bits | LUT, blocks in all |",
+        "`pinv`, `gram` | coefficient blocks | vector bits | LUT, blocks in all, estimated |",
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for row in rows:
-        whole = ", ".join(f"{value:,}" for value in row["synthesised"].values()) or "–"
+        whole = ", ".join(f"{value:,}" for value in row["estimated"].values())
         kbit = ", ".join(f"{value / 1000:,.0f}" for value in row["bits"].values())
         lines.append(
             f"| {row['size']}×{row['size']} | {row['lanes']} | {row['products']:,} | {row['latency']:,} "
