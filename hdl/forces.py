@@ -135,14 +135,14 @@ class Forces(wiring.Component):
         ]
         with m.If(fetch):
             m.d.sync += fetched.eq(issue)
-            fetched_place = register(m, place[:inside], "fetched_place")
+            fetched_place = register(m, place, "fetched_place")
         with m.If(hold):
             m.d.sync += held.eq(fetched)
             held_place, words = register(m, fetched_place, "held_place"), register(m, port.data.as_value(), "words")
         with m.If(send):
             m.d.sync += sent.eq(held)
             part = data.View(port.data.shape(), words)
-            word = register(m, Array(part[k] for k in range(size))[held_place] if inside else part[0], "word")
+            word = register(m, Array(part[k] for k in range(size))[held_place[:inside]] if inside else part[0], "word")
         m.d.comb += [spare.i.payload.eq(word), self._frames.give.eq(ends)]
         m.d.sync += plane.eq(plane + ends)
         return ends

@@ -131,7 +131,7 @@ class Queue(wiring.Component):
         tail, _ = walk(m, read.en, depth, "tail")
         number, ends = self._part(m, write.en, "put")
         _, complete = self._part(m, leave, "got")
-        before = Signal(len(into) - size, reset_less=True)
+        before = self._before(m, leave, read.data, len(into) - size)
         m.d.comb += [
             space.eq(Mux(end, 0, head + 1) != tail),
             self.i.ready.eq(space & ends),
@@ -144,9 +144,17 @@ class Queue(wiring.Component):
         ]
         with m.If(move):
             m.d.sync += found.eq(some)
-        with m.If(leave):
-            m.d.sync += before.eq(Cat(before, read.data)[size:])
         return m
+
+    @staticmethod
+    def _before(m: Module, leave: Value, latest: Value, bits: int) -> Value:
+        """The parts of a transfer that have left the memory."""
+        if not bits:
+            return Const(0, 0)
+        before = Signal(bits, reset_less=True)
+        with m.If(leave):
+            m.d.sync += before.eq(Cat(before, latest)[len(latest) :])
+        return before
 
     def _part(self, m: Module, step: Value, name: str) -> tuple[Value, Value]:
         """Number of a transfer's part, and whether it is the last; no counter for a single one."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from amaranth import Array, Cat, Module, Mux, Signal, Value, signed
+from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -129,10 +129,12 @@ class Loader(wiring.Component):
         shape = payloads.vector_part(design)
         m.submodules.memory = memory = Memory(shape=shape, depth=design.parts << len(behind), init=[])
         write, read = memory.write_port(), memory.read_port()
-        part = Signal(PLACES.bit_length() - 1 - inside)  # of the quad that leaves the butterfly
+        # Of the quad that leaves the butterfly; words without bits would not be portable Verilog.
+        part = Signal(count(design.parts - 1)) if design.parts > 1 else Const(0, 0)
         stored = e0[FOLDED : FOLDED + design.parts].any()
         later = delayed(m, place, _READ)
-        m.d.sync += part.eq(Mux(stored, part + 1, 0))
+        if design.parts > 1:
+            m.d.sync += part.eq(Mux(stored, part + 1, 0))
         m.d.comb += [
             write.addr.eq(Cat(part, self._kept(m, behind, e0[FOLDED]))),
             write.data.eq(words.word_select(part, len(words) // design.parts)),

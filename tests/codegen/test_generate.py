@@ -33,6 +33,7 @@ DESIGNS = {
 }
 DESIGNS["serial"] = Design(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), "serial", search=Search(3), architecture=SERIAL)
 DESIGNS["files"] = replace(DESIGNS["even"], name="files", images="readmemh")
+DESIGNS["narrow"] = replace(DESIGNS["even"], name="narrow", architecture=Architecture(4, 1))
 
 
 @pytest.fixture(scope="module", params=DESIGNS, name="made")
