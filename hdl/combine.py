@@ -10,7 +10,8 @@ from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, quad, round_top
-from tfra.hdl.combine_store import FRAMES, Level, Store, headrooms, in_quad, part_number, pick_part, place
+from tfra.hdl.combine_store import FRAMES, Level, Store, headrooms, place
+from tfra.hdl.parts import in_quad, part_number, pick_part
 from tfra.hdl.payloads import affine, chosen, direction, operand, vector_part, vector_quad
 from tfra.hdl.pipeline import READ, register, walk
 from tfra.hdl.streams import TOKEN, Spare, Tokens

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Module, Mux, Shape, Signal, Value
+from amaranth import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
+from tfra.hdl.parts import in_quad, part_number
 from tfra.hdl.payloads import vector_part
 from tfra.hdl.pipeline import fill, register
 from tfra.model.design import Design
@@ -24,23 +25,6 @@ place = count(FRAMES - 1)
 def headrooms(design: Design, words: int) -> data.ArrayLayout:
     """Bits that so many parities of a vector leave free."""
     return data.ArrayLayout(count(widths(design).vector - 1), words)
-
-
-def part_number(design: Design) -> Shape:
-    """Number of a part of a vector: of the quad, above that of the part in its quad."""
-    return count(design.quads * design.parts - 1)
-
-
-def pick_part(design: Design, words: Any, number: Value) -> Value:
-    """The words of a quad, or of anything with four parities, that part ``number`` of a vector is about."""
-    size = design.architecture.vector_words
-    choices = [Cat(words[k] for k in range(first, first + size)) for first in range(0, 4, size)]
-    return Array(choices)[in_quad(design, number)] if design.parts > 1 else choices[0]
-
-
-def in_quad(design: Design, number: Value) -> Value:
-    """Which part of its quad part ``number`` of a vector is."""
-    return number[: (design.parts - 1).bit_length()]
 
 
 class Store(wiring.Component):

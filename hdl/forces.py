@@ -10,8 +10,8 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
-from tfra.hdl.combine_store import in_quad, part_number, pick_part
 from tfra.hdl.normaliser import Raster
+from tfra.hdl.parts import in_quad, part_number, pick_part
 from tfra.hdl.payloads import vector_quad
 from tfra.hdl.pipeline import fill, register, walk
 from tfra.hdl.streams import TOKEN, Spare, Tokens

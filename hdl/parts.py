@@ -1,0 +1,27 @@
+"""Parts of vectors: the ``vector_words`` words of a quad that are handled in a cycle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Array, Cat, Shape, Value
+
+from tfra.hdl.arithmetic import count
+from tfra.model.design import Design
+
+
+def part_number(design: Design) -> Shape:
+    """Number of a part of a vector: of the quad, above that of the part in its quad."""
+    return count(design.quads * design.parts - 1)
+
+
+def pick_part(design: Design, words: Any, number: Value) -> Value:
+    """The words of a quad, or of anything with four parities, that part ``number`` of a vector is about."""
+    size = design.architecture.vector_words
+    choices = [Cat(words[k] for k in range(first, first + size)) for first in range(0, 4, size)]
+    return Array(choices)[in_quad(design, number)] if design.parts > 1 else choices[0]
+
+
+def in_quad(design: Design, number: Value) -> Value:
+    """Which part of its quad part ``number`` of a vector is."""
+    return number[: (design.parts - 1).bit_length()]
