@@ -25,3 +25,9 @@ def pick_part(design: Design, words: Any, number: Value) -> Value:
 def in_quad(design: Design, number: Value) -> Value:
     """Which part of its quad part ``number`` of a vector is."""
     return number[: (design.parts - 1).bit_length()]
+
+
+def nth_part(word: Value, number: Value, parts: int) -> Value:
+    """One of ``parts`` equal parts of ``word``: a multiplexer, where ``word_select`` would take a multiplier."""
+    size = len(word) // parts
+    return Array(word.word_select(k, size) for k in range(parts))[number] if parts > 1 else word

@@ -15,6 +15,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
+from tfra.hdl.parts import nth_part
 from tfra.hdl.pipeline import fill, walk
 
 TOKEN = unsigned(1)
@@ -135,7 +136,11 @@ class Queue(wiring.Component):
         m.d.comb += [
             space.eq(Mux(end, 0, head + 1) != tail),
             self.i.ready.eq(space & ends),
-            *(write.addr.eq(head), write.data.eq(into.word_select(number, size)), write.en.eq(self.i.valid & space)),
+            *(
+                write.addr.eq(head),
+                write.data.eq(nth_part(into, number, self._parts)),
+                write.en.eq(self.i.valid & space),
+            ),
             leave.eq(found & (self.o.ready | ~complete)),
             move.eq(~found | leave),
             some.eq(head != tail),

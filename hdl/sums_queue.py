@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Module, Mux, Signal
+from amaranth import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -15,7 +15,8 @@ from tfra.hdl.payloads import vector_quad
 from tfra.hdl.pipeline import walk
 from tfra.model.design import Design
 
-ROWS = 4
+_ROW_BITS = 2
+ROWS = 1 << _ROW_BITS
 """Quads of sums a frame: one with the contact product, the others with the residual's."""
 
 
@@ -50,7 +51,7 @@ class SumsQueue(wiring.Component):
         n_row, n_last = walk(m, put_n, ROWS - 1, "n_row")
         n_frame, _ = walk(m, put_n & n_last, FRAMES, "n_frame")
         place, _ = walk(m, get, FRAMES * ROWS, "place")
-        is_b = place % ROWS == 0
+        is_b = place[:_ROW_BITS] == 0
         b_level, n_level = Signal(count(FRAMES)), Signal(count(FRAMES * (ROWS - 1)))
         m.d.sync += [b_level.eq(b_level + put_b - (get & is_b)), n_level.eq(n_level + put_n - (get & ~is_b))]
         m.d.comb += [
@@ -59,7 +60,7 @@ class SumsQueue(wiring.Component):
             put_b.eq(self.b.valid & self.b.ready),
             put_n.eq(self.n.valid & self.n.ready),
             write.en.eq(put_b | put_n),
-            write.addr.eq(Mux(self.b.valid, b_frame * ROWS, n_frame * ROWS + n_row + 1)),
+            write.addr.eq(Mux(self.b.valid, Cat(Const(0, _ROW_BITS), b_frame), Cat((n_row + 1)[:_ROW_BITS], n_frame))),
             write.data.eq(Mux(self.b.valid, self.b.payload.as_value(), self.n.payload.as_value())),
             move.eq(~self.o.valid | self.o.ready),
             get.eq(move & Mux(is_b, b_level != 0, n_level != 0)),

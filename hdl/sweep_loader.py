@@ -12,6 +12,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
+from tfra.hdl.parts import nth_part
 from tfra.hdl.pipeline import READ, delayed, walk
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import distinct
@@ -137,7 +138,7 @@ class Loader(wiring.Component):
             m.d.sync += part.eq(Mux(stored, part + 1, 0))
         m.d.comb += [
             write.addr.eq(Cat(part, self._kept(m, behind, e0[FOLDED]))),
-            write.data.eq(words.word_select(part, len(words) // design.parts)),
+            write.data.eq(nth_part(words, part, design.parts)),
             write.en.eq(stored),
             read.addr.eq(Cat(later[inside:], self._kept(m, behind, e1[_READ]))),
             read.en.eq(e1[_READ : _READ + PLACES].any()),
