@@ -26,6 +26,6 @@ def test_everything_grows():
         assert values == sorted(set(values)), key
     assert rows[-1]["bits"]["gram"] < rows[-1]["bits"]["pinv"] <= rows[-1]["blocks"] * growth.WORDS * growth.WORD_BITS
     assert len({line.count("|") for line in growth.table(rows).splitlines()}) == 1
-    rows[0]["synthesised"] = {"luts": 12345, "blocks": 7}
+    rows[0]["estimated"] = {"luts": 12345, "blocks": 7}
     assert "| 12,345, 7 |" in growth.table(rows)
     assert len(growth.limit_table().splitlines()) == 2 + len(growth.DEVICES)
