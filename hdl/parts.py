@@ -17,9 +17,7 @@ def part_number(design: Design) -> Shape:
 
 def pick_part(design: Design, words: Any, number: Value) -> Value:
     """The words of a quad, or of anything with four parities, that part ``number`` of a vector is about."""
-    size = design.architecture.vector_words
-    choices = [Cat(words[k] for k in range(first, first + size)) for first in range(0, 4, size)]
-    return Array(choices)[in_quad(design, number)] if design.parts > 1 else choices[0]
+    return nth_part(Cat(words[k] for k in range(4)), in_quad(design, number), design.parts)
 
 
 def in_quad(design: Design, number: Value) -> Value:

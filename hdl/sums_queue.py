@@ -9,10 +9,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count
 from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import walk
+from tfra.hdl.pipeline import fill, walk
 from tfra.model.design import Design
 
 _ROW_BITS = 2
@@ -52,18 +51,17 @@ class SumsQueue(wiring.Component):
         n_frame, _ = walk(m, put_n & n_last, FRAMES, "n_frame")
         place, _ = walk(m, get, FRAMES * ROWS, "place")
         is_b = place[:_ROW_BITS] == 0
-        b_level, n_level = Signal(count(FRAMES)), Signal(count(FRAMES * (ROWS - 1)))
-        m.d.sync += [b_level.eq(b_level + put_b - (get & is_b)), n_level.eq(n_level + put_n - (get & ~is_b))]
+        b, n = fill(m, FRAMES, put_b, get & is_b), fill(m, FRAMES * (ROWS - 1), put_n, get & ~is_b)
         m.d.comb += [
-            self.b.ready.eq(b_level != FRAMES),
-            self.n.ready.eq(n_level != FRAMES * (ROWS - 1)),
+            self.b.ready.eq(~b[-1]),
+            self.n.ready.eq(~n[-1]),
             put_b.eq(self.b.valid & self.b.ready),
             put_n.eq(self.n.valid & self.n.ready),
             write.en.eq(put_b | put_n),
             write.addr.eq(Mux(self.b.valid, Cat(Const(0, _ROW_BITS), b_frame), Cat((n_row + 1)[:_ROW_BITS], n_frame))),
             write.data.eq(Mux(self.b.valid, self.b.payload.as_value(), self.n.payload.as_value())),
             move.eq(~self.o.valid | self.o.ready),
-            get.eq(move & Mux(is_b, b_level != 0, n_level != 0)),
+            get.eq(move & Mux(is_b, b[0], n[0])),
             read.addr.eq(place),
             read.en.eq(get),
             self.o.payload.eq(read.data),
