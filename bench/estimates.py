@@ -102,11 +102,15 @@ def main(arguments: list[str]) -> None:
             for subject in designs:
                 record[key].append(measure(subject))
                 print(record[key][-1], flush=True)
+    conclude(record, DATA, ("LUT", "FF"))
+
+
+def conclude(record: dict[str, Any], path: Path, uncertain: tuple[str, ...]) -> None:
+    """Fit, write the data file ``path`` with the largest errors of the ``uncertain`` resources, and print."""
     rates = fit(record["fitted"])
     worst = errors([*record["fitted"], *record["unseen"]], rates)
-    error = {name: round(float(max(abs(worst[name]))), 3) for name in ("LUT", "FF")}
-    record |= {"lut": rates.lut, "ff": rates.ff, "error": error}
-    DATA.write_text(json.dumps(record, indent=1) + "\n")
+    error = {name: round(float(max(abs(worst[name]))), 3) for name in uncertain}
+    path.write_text(json.dumps(record | {"lut": rates.lut, "ff": rates.ff, "error": error}, indent=1) + "\n")
     print(rates, error)
     for key in ("fitted", "unseen"):
         for name, found in errors(record[key], rates).items():

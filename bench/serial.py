@@ -6,13 +6,12 @@ tables, since flip-flops behind block memories, multipliers and carries take cel
 
 from __future__ import annotations
 
-import json
 import re
 import tempfile
 from pathlib import Path
 from typing import Any
 
-from bench.estimates import asked, errors, fit
+from bench.estimates import asked, conclude
 from bench.publish import ROOT
 from tfra.model.design import FORMATS, SERIAL, Adc, Design, Formats, Search
 from tfra.model.sensor import SensorArray
@@ -60,14 +59,7 @@ def main() -> None:
     record: dict[str, Any] = {"tools": versions(TARGET.family)}
     for key, designs in (("fitted", FITTED), ("unseen", UNSEEN)):
         record[key] = [measure(subject) for subject in designs]
-    rates = fit(record["fitted"])
-    worst = errors([*record["fitted"], *record["unseen"]], rates)
-    error = {name: round(float(max(abs(worst[name]))), 3) for name in ("LUT", "FF", "BRAM")}
-    DATA.write_text(json.dumps(record | {"lut": rates.lut, "ff": rates.ff, "error": error}, indent=1) + "\n")
-    print(rates, error)
-    for key in ("fitted", "unseen"):
-        for name, found in errors(record[key], rates).items():
-            print(f"{key} {name}: " + ", ".join(f"{e:+.1%}" for e in found))
+    conclude(record, DATA, ("LUT", "FF", "BRAM"))
 
 
 if __name__ == "__main__":
