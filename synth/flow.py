@@ -10,6 +10,7 @@ from typing import Any
 
 from tfra.synth.census import block_of
 from tfra.synth.estimate import tally
+from tfra.synth.floorplan import pin
 from tfra.synth.registers import absorb
 from tfra.synth.targets import Target
 from tfra.synth.tools import YOSYS, ToolError, run
@@ -71,6 +72,8 @@ def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthes
     if family.registers:
         netlist = json.loads((directory / NETLIST).read_text())
         cells["TRELLIS_FF"] -= absorb(netlist, top)
+        if target.floor:
+            pin(netlist, top, target.floor)
         (directory / NETLIST).write_text(json.dumps(netlist))
     for leftover in (_RTLIL, _CELLS, _YOSYS_ERRORS):
         (directory / leftover).unlink()

@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from tfra.synth.floorplan import Floor
+
 
 @dataclass(frozen=True)
 class Family:
@@ -63,6 +65,8 @@ class Target:
     available: Mapping[str, int]
     clock_mhz: float
     """What place and route aims at by default."""
+    floor: Floor | None = None
+    """Sites of the hard blocks, where they are not left to the placer."""
 
     @cached_property
     def resources(self) -> tuple[str, ...]:
@@ -150,12 +154,18 @@ _ECP5_PARTS = {
     "45": {"LUT": 43848, "FF": 43848, "DSP": 72, "BRAM": 108},
     "85": {"LUT": 83640, "FF": 83640, "DSP": 156, "BRAM": 208},
 }
+_ECP5_FLOORS = {
+    "25": Floor((4, 13, 22, 33, 42, 51, 60), (13,), (25, 37)),
+    "45": Floor((4, 13, 22, 31, 42, 51, 60, 69, 78), (22, 46), (10, 34, 58)),
+    "85": Floor((4, 13, 22, 31, 40, 49, 58, 69, 78, 87, 96, 105, 114), (10, 34, 58), (22, 46, 70, 82)),
+}
+"""As nextpnr's bels are called."""
 _SLOWEST = "6"
 
 
 def _ecp5(size: str, grade: str) -> Target:
     arguments = (f"--{size}k", "--speed", grade, "--package", "CABGA381")
-    return Target(f"ecp5-{size}-{grade}", ECP5, arguments, _ECP5_PARTS[size], 150.0)
+    return Target(f"ecp5-{size}-{grade}", ECP5, arguments, _ECP5_PARTS[size], 150.0, _ECP5_FLOORS[size])
 
 
 TARGETS: dict[str, Target] = {

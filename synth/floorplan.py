@@ -1,0 +1,99 @@
+"""Sites of the hard blocks: multipliers and block memories, in the order in which data pass them.
+
+nextpnr's analytic placer pulls cells together and towards what stands still.  The core has few pins, so without a
+floorplan all cells begin in one heap, and how that is spread decides how long the wires are.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from tfra.synth.census import block_of
+
+_MULTIPLIERS = {0: "MULT18_0", 1: "MULT18_1", 4: "MULT18_4", 5: "MULT18_5"}
+_MEMORIES = {0: "EBR0", 2: "EBR1", 4: "EBR2", 6: "EBR3"}
+"""Columns of a group's sites, behind the group's first, and their names."""
+
+_LANE = re.compile(r"\.matvec\.(?:lane|rom\.memory)(\d+)")
+_ORDER = ("sweep", "forces", "matvec", "combine")
+"""Blocks with memories; those of neighbours exchange words."""
+
+Site = tuple[int, int, str]
+"""Column, row and name within the tile."""
+
+
+@dataclass(frozen=True)
+class Floor:
+    """Where an ECP5 has its hard blocks: in rows, four of a kind in every group of nine columns."""
+
+    groups: tuple[int, ...]
+    """First column of each group."""
+    multipliers: tuple[int, ...]
+    """Rows of multipliers."""
+    memories: tuple[int, ...]
+    """Rows of block memories."""
+
+
+def pin(netlist: dict[str, Any], top: str, floor: Floor) -> int:
+    """Give hard blocks of module ``top`` in yosys' JSON their sites on ``floor``; return how many have one."""
+    cells = netlist["modules"][top]["cells"]
+    sites = plan({name: cell["type"] for name, cell in cells.items()}, floor)
+    for name, site in sites.items():
+        cells[name]["attributes"]["BEL"] = site
+    return len(sites)
+
+
+def plan(cells: Mapping[str, str], floor: Floor) -> dict[str, str]:
+    """Site of hard blocks, by cell name; ``cells`` are types by name.
+
+    The multipliers of the lanes stand in a line that runs along one row and comes back along the next, evenly spaced.
+    The memories of their coefficients stand as near to them as there is room, the other memories evenly on the sites
+    that are left.  Other multipliers are few, and the placer's.  Where there are more blocks than sites none gets one:
+    it is the placer's to say what is missing.
+    """
+    line = _line(floor.groups, floor.multipliers, _MULTIPLIERS)
+    free = _line(floor.groups, floor.memories, _MEMORIES)
+    lanes = _by_lane(name for name, kind in cells.items() if kind == "MULT18X18D")
+    memories = [name for name, kind in cells.items() if kind in ("DP16KD", "PDPW16KD")]
+    if len(lanes) > len(line) or len(memories) > len(free):
+        return {}
+    coefficients = _by_lane(memories)
+    sites = dict(zip(lanes, _evenly(line, len(lanes)), strict=True))
+    lane_sites = {_number(name): site for name, site in sites.items()}
+    for name in coefficients:
+        near = lane_sites.get(_number(name), free[0])
+        sites[name] = min(free, key=lambda site: abs(site[0] - near[0]) + abs(site[1] - near[1]))
+        free.remove(sites[name])
+    others = sorted(set(memories) - set(coefficients), key=lambda name: (_rank(name), name))
+    sites |= zip(others, _evenly(free, len(others)), strict=True)
+    return {name: f"X{column}/Y{row}/{bel}" for name, (column, row, bel) in sites.items()}
+
+
+def _line(groups: Sequence[int], rows: Sequence[int], sites: Mapping[int, str]) -> list[Site]:
+    """All sites, along one row and back along the next."""
+    line = []
+    for number, row in enumerate(rows):
+        along = [(group + column, row, name) for group in groups for column, name in sites.items()]
+        line += along[:: -1 if number % 2 else 1]
+    return line
+
+
+def _evenly(line: Sequence[Site], count: int) -> list[Site]:
+    return [line[(2 * place + 1) * len(line) // (2 * count)] for place in range(count)]
+
+
+def _by_lane(names: Iterable[str]) -> list[str]:
+    return sorted((name for name in names if _LANE.search(name)), key=lambda name: (_number(name), name))
+
+
+def _number(name: str) -> int:
+    found = _LANE.search(name)
+    return int(found[1]) if found else 0
+
+
+def _rank(name: str) -> int:
+    block = block_of(name)
+    return _ORDER.index(block) if block in _ORDER else len(_ORDER)
