@@ -10,22 +10,22 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector
-from tfra.hdl.pipeline import delayed
 from tfra.hdl.streams import Buffer
 from tfra.model.design import Design
 from tfra.model.fixed.widths import DIVISION_GUARD
 
 
 class Angle(wiring.Component):
-    """phi = atan2(sin, cos) of every frame, in cycles in which nobody else has a vector for the CORDIC.
+    """phi = atan2(sin, cos) of every frame, in the place that nobody else takes in the CORDIC.
 
     ::
 
         vector ───────────────▶ Cordic ─┬─▶ turned
         direction ─▶ buffer ──────┘     └─▶ phi
 
-    ``vector`` always goes first and takes ``latency`` cycles to ``turned``, whatever the directions do; the sink of
-    ``turned`` takes it at once.  The CORDIC never waits: a direction enters it when the phi before has left.
+    ``vector`` always goes first and takes ``latency`` cycles to ``turned``, whatever the directions do: a direction
+    whose place it takes begins again.  Who sends ``vector`` takes ``turned`` at once, and sends no other one before.
+    A direction enters when the phi before has left.
 
     Members:
         vector: stream in, x and y; always ready.
@@ -55,34 +55,27 @@ class Angle(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.cordic = cordic = Cordic(self._design)
-        busy, phi = Signal(), Signal(self.phi.payload.shape(), reset_less=True)
-        enter = self._direction(m, cordic, busy)
-        m.d.comb += [
-            self.vector.ready.eq(1),
-            cordic.i.valid.eq(self.vector.valid | enter),
-            cordic.o.ready.eq(1),
-            self.turned.valid.eq(delayed(m, self.vector.valid, self.latency, "asked", control=True)),
-            self.turned.payload.eq(cordic.o.p.modulus),
-            self.phi.payload.eq(phi),
-        ]
-        with m.If(enter):
-            m.d.sync += busy.eq(1)
-        with m.Elif(cordic.o.valid & ~self.turned.valid):
-            m.d.sync += [phi.eq(cordic.o.p.angle), self.phi.valid.eq(1)]
-        with m.Elif(self.phi.valid & self.phi.ready):
-            m.d.sync += [busy.eq(0), self.phi.valid.eq(0)]
-        return m
-
-    def _direction(self, m: Module, cordic: Cordic, busy: Signal) -> Any:
-        """The vector for the CORDIC; high when it is a direction, which leaves its buffer."""
         m.submodules.waiting = waiting = Buffer(payloads.direction(self._design))
         wiring.connect(m, wiring.flipped(self.direction), waiting.i)
-        enter = Signal()
+        phi, busy = Signal(self.phi.payload.shape(), reset_less=True), Signal()  # busy: a direction or phi is there
         m.d.comb += [
-            enter.eq(waiting.o.valid & ~busy & ~self.vector.valid),
-            waiting.o.ready.eq(enter),
+            self.vector.ready.eq(1),
+            cordic.urgent.eq(self.vector.valid),
+            cordic.vector.valid.eq(self.vector.valid | (waiting.o.valid & ~busy)),
+            waiting.o.ready.eq(cordic.turned.valid & ~cordic.turned.p.urgent),
+            self.turned.valid.eq(cordic.turned.valid & cordic.turned.p.urgent),
+            self.turned.payload.eq(cordic.turned.p.modulus),
+            self.phi.payload.eq(phi),
         ]
         for into, word in (("x", "cos"), ("y", "sin")):
             direction = waiting.o.p[word] << DIVISION_GUARD
-            m.d.comb += cordic.i.p[into].eq(Mux(self.vector.valid, self.vector.p[into], direction))
-        return enter
+            m.d.comb += cordic.vector.p[into].eq(Mux(self.vector.valid, self.vector.p[into], direction))
+        with m.If(cordic.vector.valid & cordic.vector.ready & ~self.vector.valid):
+            m.d.sync += busy.eq(1)
+        with m.Elif(cordic.lost | (self.phi.valid & self.phi.ready)):
+            m.d.sync += busy.eq(0)
+        with m.If(waiting.o.ready):
+            m.d.sync += [phi.eq(cordic.turned.p.angle), self.phi.valid.eq(1)]
+        with m.Elif(self.phi.ready):
+            m.d.sync += self.phi.valid.eq(0)
+        return m

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Const, Module, Mux, Shape, Signal, signed, unsigned
+from amaranth import Array, Cat, Const, Module, Mux, Shape, Signal, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import add_or_subtract
-from tfra.hdl.pipeline import register
+from tfra.hdl.arithmetic import add_or_subtract, count
 from tfra.model.design import Design
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
 from tfra.model.fixed.widths import widths
@@ -32,37 +31,49 @@ def cordic_modulus(design: Design) -> Shape:
 
 
 def cordic_vector(design: Design) -> data.StructLayout:
-    """What enters."""
+    """What is turned."""
     return data.StructLayout({"x": cordic_word(design), "y": cordic_word(design)})
 
 
 def cordic_latency(design: Design) -> int:
-    """Cycles from the transfer of a vector to that of its modulus and angle: one to enter, one for each rotation."""
-    return iterations(design) + 1
+    """Cycles from the transfer of a vector to that of its modulus and angle: one to enter, two for each rotation."""
+    return 2 * iterations(design) + 1
 
 
 class Cordic(wiring.Component):
-    """Turn a vector onto the x axis: modulus times the CORDIC gain, and angle in ``2^-operand`` turns.
+    """Turn vectors onto the x axis: modulus times the CORDIC gain, and angle in ``2^-operand`` turns.
 
     ::
 
         left half plane: (x, y, angle) <- (-x, -y, 1/2 turn)
         i = 0, 1, ...:   (x, y, angle) <- (x + s (y >> i), y - s (x >> i), angle + s atan 2^-i),  s = sign of y
 
-    A register behind every rotation, so that shifts are wiring; the rounding of the angle is added before the first of
-    them, so nothing follows the last.  One vector per cycle, ``latency`` cycles from the transfer of ``i`` to that of
-    ``o``; all wait together for ``o``.  Resources: three adders a rotation, no multiplier.
+        vector -> place 0 -> shift -> place 1 -> add -> place 0, or turned
 
-    y loses a bit with every rotation: ``|y| <= 2 x / 2^i + i`` holds from the first one on, since y then is either what
-    ``x >> i`` leaves of it or less than that.
+    A rotation takes two cycles, one to shift and one to add, since both in one would be the longest path of the core.
+    So there are places for two vectors, one behind the other.  The rounding of the angle is added before the first
+    rotation, so nothing follows the last.
+    Resources: three adders and two barrel shifters, no multiplier.
 
-    Members: ``i``: stream in of ``x``, ``y``; ``o``: stream out of ``modulus``, ``angle``.
+    Members:
+        vector: stream in of ``x``, ``y``; waits while its place is taken.
+        urgent: in, the vector goes first: it does not wait, and throws out what is in its place.
+        lost: out, that happens in this cycle.
+        turned: stream out of ``modulus``, ``angle``, ``urgent``, ``latency`` cycles after the vector; ``ready`` is not
+            looked at.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        out = data.StructLayout({"modulus": cordic_modulus(design), "angle": unsigned(design.formats.operand)})
-        super().__init__({"i": In(stream.Signature(cordic_vector(design))), "o": Out(stream.Signature(out))})
+        turned = {"modulus": cordic_modulus(design), "angle": unsigned(design.formats.operand), "urgent": 1}
+        super().__init__(
+            {
+                "vector": In(stream.Signature(cordic_vector(design))),
+                "urgent": In(1),
+                "lost": Out(1),
+                "turned": Out(stream.Signature(data.StructLayout(turned))),
+            }
+        )
 
     @property
     def latency(self) -> int:
@@ -71,25 +82,53 @@ class Cordic(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        turn, word = self._design.formats.operand + ANGLE_GUARD, cordic_word(self._design).width + GROWTH
-        left, half, move = self.i.p.x[-1], 1 << (ANGLE_GUARD - 1), Signal()
-        m.d.comb += [move.eq(~self.o.valid | self.o.ready), self.i.ready.eq(move)]
-        with m.If(move):
-            x = register(m, add_or_subtract(Const(0), self.i.p.x, left)[:word].as_signed(), "x")
-            y = register(m, add_or_subtract(Const(0), self.i.p.y, left)[:word].as_signed(), "y")
-            angle = register(m, Mux(left, (1 << (turn - 1)) + half, half), "angle")
-            valid = register(m, self.i.valid, "valid", control=True)
-            for i, step in enumerate(angle_table(self._design)):
-                up, bits = y[-1], min(word, word - i + 1)
-                x, y, angle = (
-                    register(m, add_or_subtract(x, y >> i, up)[:word].as_signed(), "x"),
-                    register(m, add_or_subtract(y, x >> i, ~up)[:bits].as_signed(), "y"),
-                    register(m, add_or_subtract(angle, Const(step, turn), up)[:turn], "angle"),
-                )
-                valid = register(m, valid, "valid", control=True)
+        steps, word = angle_table(self._design), cordic_word(self._design).width + GROWTH
+        rotation = {"angle": self._design.formats.operand + ANGLE_GUARD, "rotation": count(len(steps) - 1), "urgent": 1}
+        shape = data.StructLayout({"x": signed(word), "y": signed(word), **rotation})
+        places = [Signal(shape, name=f"place{number}", reset_less=True) for number in range(2)]
+        taken, last, enter = Signal(2), Signal(reset_less=True), Signal()
         m.d.comb += [
-            self.o.valid.eq(valid),
-            self.o.p.modulus.eq(x),
-            self.o.p.angle.eq(angle[ANGLE_GUARD:]),
+            self.vector.ready.eq(~taken[1] | self.urgent),
+            enter.eq(self.vector.valid & self.vector.ready),
+            self.lost.eq(taken[1] & enter),
+            self.turned.p.modulus.eq(places[0].x),
+            self.turned.p.angle.eq(places[0].angle[ANGLE_GUARD:]),
+            self.turned.p.urgent.eq(places[0].urgent),
         ]
+        m.d.sync += [
+            taken.eq(Cat(enter | (taken[1] & ~last), taken[0])),
+            self.turned.valid.eq(taken[1] & last & ~enter),
+            last.eq(places[0].rotation == len(steps) - 1),
+            places[1].eq(places[0]),
+        ]
+        self._add(m, *places)
+        with m.If(enter):
+            self._enter(m, places[0])
         return m
+
+    def _add(self, m: Module, before: Any, after: Any) -> None:
+        """``before`` is shifted on its way to ``after``, which is added to itself on its way back."""
+        x, y = (Signal.like(before.x, name=f"{name}_shifted", reset_less=True) for name in "xy")
+        step = Signal.like(before.angle, name="step", reset_less=True)
+        steps, up = Array(Const(value, len(step)) for value in angle_table(self._design)), after.y[-1]
+        m.d.sync += [
+            x.eq(before.x >> before.rotation),
+            y.eq(before.y >> before.rotation),
+            step.eq(steps[before.rotation]),
+            before.x.eq(add_or_subtract(after.x, y, up)),
+            before.y.eq(add_or_subtract(after.y, x, ~up)),
+            before.angle.eq(add_or_subtract(after.angle, step, up)),
+            before.rotation.eq(after.rotation + 1),
+            before.urgent.eq(after.urgent),
+        ]
+
+    def _enter(self, m: Module, place: Any) -> None:
+        """Into the right half plane, with half a unit of the angle."""
+        left, turn, half = self.vector.p.x[-1], 1 << len(place.angle), 1 << (ANGLE_GUARD - 1)
+        m.d.sync += [
+            place.x.eq(add_or_subtract(Const(0), self.vector.p.x, left)),
+            place.y.eq(add_or_subtract(Const(0), self.vector.p.y, left)),
+            place.angle.eq(Mux(left, turn // 2 + half, half)),
+            place.rotation.eq(0),
+            place.urgent.eq(self.urgent),
+        ]
