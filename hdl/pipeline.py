@@ -56,6 +56,19 @@ def fill(m: Module, places: int, enter: Value, leave: Value, *, full: bool = Fal
     return taken
 
 
+def level(m: Module, places: int, enter: Value, leave: Value) -> tuple[Signal, Signal]:
+    """Whether some of ``places`` are taken, and whether all are: registers, as of :func:`fill`, for many places.
+
+    ``enter`` counts only while there is a place, ``leave`` only while one is taken.
+    """
+    taken, some, full = Signal(count(places)), Signal(), Signal()
+    with m.If(enter & ~leave):
+        m.d.sync += [taken.eq(taken + 1), some.eq(1), full.eq(taken == places - 1)]
+    with m.Elif(leave & ~enter):
+        m.d.sync += [taken.eq(taken - 1), some.eq(taken != 1), full.eq(0)]
+    return some, full
+
+
 def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:
     """``word`` a cycle later, moved left by the zeros that all ``words`` have behind their signs; these zeros.
 

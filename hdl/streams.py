@@ -16,7 +16,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
 from tfra.hdl.parts import nth_part
-from tfra.hdl.pipeline import fill, walk
+from tfra.hdl.pipeline import fill, level, walk
 
 TOKEN = unsigned(1)
 """Payload of a token, which means nothing; words without bits would not be portable Verilog."""
@@ -124,26 +124,24 @@ class Queue(wiring.Component):
         m = Module()
         into, out = self._kept(self.i.payload), self._kept(self.o.payload)
         size, depth = len(into) // self._parts, self._depth * self._parts
-        # One place stays free, so that the two ends tell what is there without a count; the output is the last place.
         m.submodules.places = places = Memory(shape=unsigned(size), depth=depth, init=[])
         write, read = places.write_port(), places.read_port()
-        space, some, found, leave, move = Signal(), Signal(), Signal(), Signal(), Signal()
-        head, end = walk(m, write.en, depth, "head")
+        found, leave, move = Signal(), Signal(), Signal()
+        head, _ = walk(m, write.en, depth, "head")
         tail, _ = walk(m, read.en, depth, "tail")
+        some, full = level(m, depth - 1, write.en, read.en)  # the output is the last place
         number, ends = self._part(m, write.en, "put")
         _, complete = self._part(m, leave, "got")
         before = self._before(m, leave, read.data, len(into) - size)
         m.d.comb += [
-            space.eq(Mux(end, 0, head + 1) != tail),
-            self.i.ready.eq(space & ends),
+            self.i.ready.eq(~full & ends),
             *(
                 write.addr.eq(head),
                 write.data.eq(nth_part(into, number, self._parts)),
-                write.en.eq(self.i.valid & space),
+                write.en.eq(self.i.valid & ~full),
             ),
             leave.eq(found & (self.o.ready | ~complete)),
             move.eq(~found | leave),
-            some.eq(head != tail),
             *(read.addr.eq(tail), out.eq(Cat(before, read.data)), read.en.eq(move & some)),
             self.o.valid.eq(found & complete),
         ]
