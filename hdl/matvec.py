@@ -41,7 +41,7 @@ from tfra.hdl.matvec_drain import Drain, drain_steps, drain_words
 from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
 from tfra.hdl.matvec_schedule import SOURCES, Schedule
 from tfra.hdl.payloads import operand, product, vector_quad
-from tfra.hdl.pipeline import READ, delayed
+from tfra.hdl.pipeline import READ, delayed, register
 from tfra.hdl.primitives import Multiplier, Rom
 from tfra.hdl.streams import TOKEN, Tokens
 from tfra.model.design import Design
@@ -55,13 +55,13 @@ CHOICE = 1
 """Cycles from there to the launch."""
 _LOAD = FULL + CHOICE + 1
 """Cycles from there to the first read."""
-_ADDRESS = 3
+_ADDRESS = 4
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
-CAPTURE = 8
+CAPTURE = 9
 """Cycles from a quad's read to sums that hold its products."""
 DRAIN = 5
 """Cycles from the capture of sums to their first result: drain register, amounts, shift, rounding, output."""
-_RETURN = 9
+_RETURN = 10
 """Cycles between the read of a pass's last quad and that of the pass after the next, beside the draining."""
 
 
@@ -110,7 +110,7 @@ class MatVec(wiring.Component):
 
     @property
     def pair_interval(self) -> int:
-        """Cycles from the launch of a pass to that of the pass after the next: ``max(2 Q, Q + L / W + 9)``.
+        """Cycles from the launch of a pass to that of the pass after the next: ``max(2 Q, Q + L / W + 10)``.
 
         The first of the two follows after Q cycles.
         """
@@ -155,11 +155,13 @@ class MatVec(wiring.Component):
         m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
         m.submodules.rom = rom = Rom(lane_images(design), design.formats.coefficient, design.target)
         m.d.comb += rom.address.eq(address)
+        # One more register, since the way to the lanes is long.
+        words = [register(m, word, "word") for word in prepare.words]
         for number, coefficient in enumerate(rom.words):
             m.submodules[f"lane{number}"] = lane = _Lane(design)
             m.d.comb += [
                 lane.coefficient.eq(coefficient),
-                lane.word.eq(prepare.words[number % self._words]),
+                lane.word.eq(words[number % self._words]),
                 lane.valid.eq(valid),
                 drain.sums[number].eq(lane.sum),
             ]

@@ -75,6 +75,12 @@ def block_of(path: str) -> str:
     return parts[place] if place < len(parts) else "top"
 
 
+def lane_of(path: str) -> int | None:
+    """MAC lane that a hierarchical name of a cell belongs to, if it does; of two that share a memory, the first."""
+    found = re.search(r"\.matvec\.(?:lane|rom\.memory|drain\.sums__|drain\.held)(\d+)", path)
+    return int(found[1]) if found else None
+
+
 def _modules(rtlil: str) -> Iterator[tuple[str, list[str]]]:
     for text in re.split(r"^module ", rtlil, flags=re.MULTILINE)[1:]:
         head, *lines = text.splitlines()

@@ -6,18 +6,16 @@ floorplan all cells begin in one heap, and how that is spread decides how long t
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from tfra.synth.census import block_of
+from tfra.synth.census import block_of, lane_of
 
 _MULTIPLIERS = {0: "MULT18_0", 1: "MULT18_1", 4: "MULT18_4", 5: "MULT18_5"}
 _MEMORIES = {0: "EBR0", 2: "EBR1", 4: "EBR2", 6: "EBR3"}
 """Columns of a group's sites, behind the group's first, and their names."""
 
-_LANE = re.compile(r"\.matvec\.(?:lane|rom\.memory)(\d+)")
 _ORDER = ("sweep", "forces", "matvec", "combine")
 """Blocks with memories; those of neighbours exchange words."""
 
@@ -56,15 +54,16 @@ def plan(cells: Mapping[str, str], floor: Floor) -> dict[str, str]:
     """
     line = _line(floor.groups, floor.multipliers, _MULTIPLIERS)
     free = _line(floor.groups, floor.memories, _MEMORIES)
-    lanes = _by_lane(name for name, kind in cells.items() if kind == "MULT18X18D")
+    by_lane = sorted((lane, name) for name in cells if (lane := lane_of(name)) is not None)
+    lanes = [name for _, name in by_lane if cells[name] == "MULT18X18D"]
     memories = [name for name, kind in cells.items() if kind in ("DP16KD", "PDPW16KD")]
     if len(lanes) > len(line) or len(memories) > len(free):
         return {}
-    coefficients = _by_lane(memories)
     sites = dict(zip(lanes, _evenly(line, len(lanes)), strict=True))
-    lane_sites = {_number(name): site for name, site in sites.items()}
+    lane_sites = {lane_of(name): site for name, site in sites.items()}
+    coefficients = [name for _, name in by_lane if name in memories]
     for name in coefficients:
-        near = lane_sites.get(_number(name), free[0])
+        near = lane_sites.get(lane_of(name), free[0])
         sites[name] = min(free, key=lambda site: abs(site[0] - near[0]) + abs(site[1] - near[1]))
         free.remove(sites[name])
     others = sorted(set(memories) - set(coefficients), key=lambda name: (_rank(name), name))
@@ -83,15 +82,6 @@ def _line(groups: Sequence[int], rows: Sequence[int], sites: Mapping[int, str]) 
 
 def _evenly(line: Sequence[Site], count: int) -> list[Site]:
     return [line[(2 * place + 1) * len(line) // (2 * count)] for place in range(count)]
-
-
-def _by_lane(names: Iterable[str]) -> list[str]:
-    return sorted((name for name in names if _LANE.search(name)), key=lambda name: (_number(name), name))
-
-
-def _number(name: str) -> int:
-    found = _LANE.search(name)
-    return int(found[1]) if found else 0
 
 
 def _rank(name: str) -> int:
