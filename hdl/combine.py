@@ -32,7 +32,7 @@ _READ_Z = _SUM - 2 - READ
 """Stage beside which z is read, so late that it comes to the adder with its product."""
 
 _START = 2
-"""Cycles from the last fact or part that a vector needs to the entry of its first part."""
+"""Cycles from the last fact that a vector needs to the entry of its first part; from the last part of x, one more."""
 
 
 class Job(IntEnum):
@@ -101,16 +101,16 @@ class Combine(wiring.Component):
     def latency(self) -> int:
         """Cycles from the last transfer of ``residual`` to the first of ``vector``, e0.
 
-        ``affine`` and ``direction`` are held by their senders; when one comes later, cycles count from the first
+        ``affine`` and ``direction`` are held by their senders; when one comes later, it is one less from the first
         clock edge that finds both valid.
         """
-        return _START + self._design.parts - 1 + self.force_latency
+        return _START + self._design.parts + self.force_latency
 
     @property
     def update_latency(self) -> int:
         """Cycles from the first clock edge that finds ``chosen`` valid to the first transfer of d.
 
-        When the last e1 leaves later than that, cycles count from the one before its transfer.
+        When the last e1 leaves later than that, cycles count from its transfer.
         """
         return _START + self._design.parts - 1 + self.force_latency
 
@@ -129,7 +129,7 @@ class Combine(wiring.Component):
         w = _Wires(self._design)
         for name in ("n", "x", "z", "e0", "e1"):
             m.submodules[f"{name}_store"] = getattr(w, name)
-        for name in ("b_level", "n_level", "d_level", "d_places", "e_level"):
+        for name in ("b_level", "n_places", "n_level", "d_places", "d_level", "e_level"):
             m.submodules[name] = getattr(w, name)
         m.submodules.frame_tokens = frames = Tokens(FRAMES)
         m.d.comb += frames.give.eq(w.n_level.leave)
@@ -155,13 +155,15 @@ class Combine(wiring.Component):
         loaded = Signal()
         number, ends_quad, last = self._walk(m, loaded)
         m.d.comb += [
-            loaded.eq(self.n.valid & w.n_level.space),
-            self.n.ready.eq(w.n_level.space & ends_quad),
-            w.n_level.enter.eq(loaded & last),
+            loaded.eq(self.n.valid & w.n_places.space),
+            self.n.ready.eq(w.n_places.space & ends_quad),
+            w.n_places.enter.eq(loaded & last),
+            w.n_level.enter.eq(register(m, w.n_places.enter, control=True)),
+            w.n_places.leave.eq(w.n_level.leave),
         ]
         m.d.sync += w.n.write.eq(loaded)
         m.d.comb += [
-            w.n.write_place.eq(register(m, w.n_level.head)),
+            w.n.write_place.eq(register(m, w.n_places.head)),
             w.n.write_number.eq(register(m, number)),
             w.n.words.eq(register(m, pick_part(self._design, self.n.payload, number))),
         ]
@@ -179,7 +181,7 @@ class Combine(wiring.Component):
         m.d.sync += [
             put.words.eq(pick_part(design, self.residual.payload, number)),
             put.step.eq(step),
-            put.place.eq(w.d_level.head),
+            put.place.eq(w.d_places.head),
             put.number.eq(number),
         ]
         go = Mux(is_g, w.b_level.some, 1) & w.d_places.space
@@ -197,8 +199,8 @@ class Combine(wiring.Component):
             self.residual.ready.eq(go & ends_quad),
             loaded.eq(self.residual.valid & go),
             w.b_level.leave.eq(loaded & last & is_g),
-            w.d_level.enter.eq(loaded & last & whole),
-            w.d_places.enter.eq(w.d_level.enter),
+            w.d_places.enter.eq(loaded & last & whole),
+            w.d_level.enter.eq(register(m, w.d_places.enter, control=True)),
             w.x.write.eq(valid & (put.step != 0)),
             w.x.write_place.eq(put.place),
             w.x.write_vector.eq(put.step == 2),
@@ -288,13 +290,14 @@ class Combine(wiring.Component):
         m.submodules.spare = spare = Spare(data.StructLayout({"words": self.forces.payload.shape(), "job": 2}))
         out = spare.o.payload
         force = out.job == Job.FORCE
+        ends_e1 = valid & w.move & (tag.job == Job.E1) & (tag.number == w.last)
         m.d.comb += [
             spare.i.valid.eq(valid & (in_quad(self._design, tag.number) == self._design.parts - 1)),
             spare.i.payload.words.eq(self._quad(m, w)),
             spare.i.payload.job.eq(tag.job),
             w.move.eq(spare.i.ready),
             w.stopped.eq(spare.used),
-            w.e_level.enter.eq(valid & w.move & (tag.job == Job.E1) & (tag.number == w.last)),
+            w.e_level.enter.eq(register(m, ends_e1, control=True)),
             self.vector.valid.eq(spare.o.valid & ~force),
             self.vector.payload.words.eq(out.words),
             self.vector.payload.force.eq(out.job == Job.D),
@@ -398,9 +401,11 @@ class _Wires:
         tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
         self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
         self.z, self.e0, self.e1 = Store(design, 3), Store(design), Store(design, headroom=True)
-        self.b_level, self.n_level, self.d_level, self.d_places, self.e_level = (Level() for _ in range(5))
-        """Frames of b that wait for g; of n, until their forces have entered; of d0, d1 and d2, until e1 has entered,
-        and until its z has been read; of e0 and e1, from the sum of e1 until d has entered."""
+        self.b_level, self.n_level, self.d_level, self.e_level = (Level() for _ in range(4))
+        """Frames of b that wait for g; of n, until their forces have entered; of d0, d1 and d2, until e1 has entered;
+        of e0 and e1, from the sum of e1 until d has entered.  They enter when their headroom can be read."""
+        self.n_places, self.d_places = Level(), Level()
+        """The same from the first cycle in which the place is taken, until all has been read."""
         self.busy, self.vector = Signal(), Signal(tag, reset_less=True)
         """A vector is in hand; its next part."""
         self.take, self.product = Signal(), Signal(vector_part(design))

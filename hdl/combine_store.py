@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
 from tfra.hdl.parts import in_quad, part_number
 from tfra.hdl.payloads import vector_part
-from tfra.hdl.pipeline import fill, register
+from tfra.hdl.pipeline import delayed, fill, register
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -39,7 +39,7 @@ class Store(wiring.Component):
         read, read_place, read_vector, read_number: a part is read; ``part`` and ``room`` follow ``READ`` of the cycles
             in which ``read`` is high later.
 
-    A part can be read in the cycle after it was written, so can the headroom with its last part.
+    A part can be read in the cycle after it was written, the headroom a cycle after its last part.
     """
 
     def __init__(self, design: Design, vectors: int = 1, *, headroom: bool = False) -> None:
@@ -102,12 +102,12 @@ class Store(wiring.Component):
             m.d.comb += latest.word_select(k, length).eq(before | magnitude_bits(self.words[k]))
         with m.If(self.write):
             m.d.sync += masks.eq(Cat(masks, latest)[len(latest) :])
-        m.d.sync += [
-            write.en.eq(self.write & (self.write_number >= (design.quads - 1) * design.parts)),
-            write.addr.eq(Cat(in_place, self._slot(self.write_vector, self.write_place))),
-        ]
+        ends = self.write & (self.write_number >= (design.quads - 1) * design.parts)
+        m.d.comb += write.en.eq(delayed(m, ends, 2, "ends", control=True))
+        m.d.comb += write.addr.eq(delayed(m, Cat(in_place, self._slot(self.write_vector, self.write_place)), 2))
+        for k in range(size):
+            m.d.comb += write.data[k].eq(register(m, leading_zeros(masks.word_select(4 - size + k, length))))
         m.d.comb += [
-            *(write.data[k].eq(leading_zeros(masks.word_select(4 - size + k, length))) for k in range(size)),
             read.en.eq(self.read),
             read.addr.eq(Cat(in_quad(design, self.read_number), self._slot(self.read_vector, self.read_place))),
         ]
