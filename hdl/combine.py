@@ -230,14 +230,14 @@ class Combine(wiring.Component):
         minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
         tag = w.tag[0]
         m.d.comb += [
-            go.eq(~w.stopped & waiting.o.valid & w.n_level.some),
+            go.eq(~w.stopped & waiting.o.valid & w.n_level.some & ~w.n_level.leave),
             w.take.eq(self.products.valid & go),
             self.products.ready.eq(go & ends_quad),
             w.product.eq(pick_part(self._design, self.products.payload, number)),
-            w.n_level.leave.eq(w.take & last & whole),
             waiting.o.ready.eq(w.n_level.leave),
             w.valid[0].eq(w.take | w.busy),
         ]
+        m.d.sync += w.n_level.leave.eq(w.take & last & whole)  # a register, since the way to tokens and facts is long
         with m.If(w.take):
             m.d.comb += [
                 tag.job.eq(Job.FORCE),

@@ -197,7 +197,7 @@ class Drain(wiring.Component):
                     m.d.comb += [
                         place.offset.eq(row.offset),
                         place.flip.eq(row.flip),
-                        place.kind.eq(row.kind or 0),
+                        place.kind.eq(0 if row.kind is None else 1 << row.kind),
                         place.send.eq(row.kind is not None),
                         end.eq(left == row.quads - 1),
                     ]

@@ -38,8 +38,8 @@ def operand(design: Design) -> data.StructLayout:
 
 
 def product(design: Design) -> data.StructLayout:
-    """A quad of results; ``kind`` is the operator's number in :func:`tfra.model.fixed.coefficients.kinds`."""
-    return data.StructLayout({"words": vector_quad(design), "kind": count(len(kinds(design)) - 1)})
+    """A quad of results; the one bit set in ``kind`` has its operator's number in ``coefficients.kinds``."""
+    return data.StructLayout({"words": vector_quad(design), "kind": len(kinds(design))})
 
 
 def frame_facts(design: Design) -> data.StructLayout:

@@ -54,15 +54,15 @@ class Router(Fork):
     """Hand the ``words`` of every transfer to the sinks that its ``kind`` has in a static table.
 
     Arguments:
-        shape: a structure of ``words`` and ``kind``.
-        table: by kind, the numbers of its sinks.
+        shape: a structure of ``words`` and ``kind``, which has one bit set, since much waits for its decoding.
+        table: by that bit's number, the numbers of its sinks.
         ways: number of sinks.
 
     Members: ``i``: stream in; ``o``: streams of ``words`` out.  As :class:`Fork` otherwise.
     """
 
     def __init__(self, shape: data.StructLayout, table: Sequence[Sequence[int]], ways: int) -> None:
-        self._table = [sum(1 << way for way in sinks) for sinks in table]
+        self._kinds = [[kind for kind, sinks in enumerate(table) if way in sinks] for way in range(ways)]
         signature = {
             "i": In(stream.Signature(shape)),
             "o": Out(stream.Signature(shape.members["words"])).array(ways),
@@ -71,12 +71,8 @@ class Router(Fork):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        sinks = Signal(len(self.o))
-        with m.Switch(self.i.payload.kind):
-            for kind, ways in enumerate(self._table):
-                with m.Case(kind):
-                    m.d.comb += sinks.eq(ways)
-        self._hand_out(m, self.i.payload.words, sinks)
+        sinks = [Cat(self.i.payload.kind[kind] for kind in kinds).any() for kinds in self._kinds]
+        self._hand_out(m, self.i.payload.words, Cat(sinks))
         return m
 
 

@@ -258,7 +258,7 @@ class Timeline:
         parts = self.design.parts
         f.force = [cycle + parts - 1 for cycle in results]
         self._entered |= {cycle + part for cycle in results for part in range(parts)}
-        self._tokens["frame"].give(f.force[-1])
+        self._tokens["frame"].give(f.force[-1] + 1)
         self.spans.append(Span("combine", "forces", number, results[0], f.force[-1] + 1))
         self._words(number)
 

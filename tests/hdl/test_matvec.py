@@ -110,7 +110,7 @@ def send(design: Design, frames: np.ndarray, unit: MatVec | None = None, **stall
 def by_operator(design: Design, seen: Recording) -> dict[str, list[list[int]]]:
     results: dict[str, list[list[int]]] = {name: [] for name in kinds(design)}
     for quad in seen.values["result"]:
-        results[kinds(design)[quad["kind"]]].append(quad["words"])
+        results[kinds(design)[quad["kind"].bit_length() - 1]].append(quad["words"])
     return results
 
 

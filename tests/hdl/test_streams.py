@@ -23,9 +23,9 @@ def test_every_sink_of_a_fork_sees_everything(stall_in, stall_out):
 
 @pytest.mark.parametrize("stall_out", PATTERNS)
 def test_router_sends_every_kind_where_its_table_says(stall_out):
-    shape = data.StructLayout({"words": unsigned(8), "kind": unsigned(2)})
+    shape = data.StructLayout({"words": unsigned(8), "kind": unsigned(3)})
     router = Router(shape, [[0], [0, 1], [1]], 2)
-    quads = [{"words": number, "kind": number % 3} for number in range(12)]
+    quads = [{"words": number, "kind": 1 << number % 3} for number in range(12)]
     seen = run(router, {"i": quads}, {"o.0": 8, "o.1": 8}, stall_out=stall_out)
     assert seen.values["o.0"] == [n for n in range(12) if n % 3 != 2]
     assert seen.values["o.1"] == [n for n in range(12) if n % 3 != 0]

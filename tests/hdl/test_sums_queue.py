@@ -24,7 +24,7 @@ class Routed(wiring.Component):
     """Both products come one quad at a time, as from the router of the core."""
 
     def __init__(self):
-        shape = data.StructLayout({"words": vector_quad(DESIGN), "kind": 1})
+        shape = data.StructLayout({"words": vector_quad(DESIGN), "kind": 2})
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(vector_quad(DESIGN)))})
 
     def elaborate(self, platform):
@@ -55,22 +55,22 @@ def order(frames, seed):
 def test_quads_leave_in_the_order_of_their_frames(stall_in, stall_out, seed):
     frames, rng = 20, random.Random(seed)
     kinds = order(frames, seed)
-    quads = [{"words": [rng.randrange(-1000, 1000) for _ in range(4)], "kind": kind} for kind in kinds]
-    b, n = ([quad["words"] for quad in quads if quad["kind"] == kind] for kind in (0, 1))
+    quads = [{"words": [rng.randrange(-1000, 1000) for _ in range(4)], "kind": 1 << kind} for kind in kinds]
+    b, n = ([quad["words"] for quad in quads if quad["kind"] == 1 << kind] for kind in (0, 1))
     want = [quad for k in range(frames) for quad in (b[k], *n[(ROWS - 1) * k : (ROWS - 1) * (k + 1)])]
     seen = run(Routed(), {"i": quads}, {"o": len(want)}, stall_in=stall_in, stall_out=stall_out, seed=seed)
     assert seen.values["o"] == want
 
 
 def test_latency():
-    quads = [{"words": [k] * 4, "kind": kind} for k, kind in enumerate([0, 1, 1, 1] * 5)]
+    quads = [{"words": [k] * 4, "kind": 1 << kind} for k, kind in enumerate([0, 1, 1, 1] * 5)]
     cycles = run(Routed(), {"i": quads}, {"o": len(quads)}).cycles
     assert {out - into for into, out in zip(cycles["i"], cycles["o"], strict=True)} == {SumsQueue.latency}
 
 
 def test_there_is_room_for_the_frames_in_flight_and_no_more():
     """Without the other product nothing leaves but what the output holds."""
-    b, n = ({"words": [kind] * 4, "kind": kind} for kind in (0, 1))
+    b, n = ({"words": [kind] * 4, "kind": 1 << kind} for kind in (0, 1))
     assert len(run(Routed(), {"i": [*[b] * (FRAMES + 1), *[n] * 3]}, {"o": 5}).values["o"]) == 5
     with pytest.raises(AssertionError, match="no end"):
         run(Routed(), {"i": [*[b] * (FRAMES + 2), *[n] * 3]}, {"o": 5}, limit=200)
