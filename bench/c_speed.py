@@ -1,7 +1,7 @@
 """Time of one 10x10 frame as a C program on one core, checked against the float model on every frame it is given.
 
 ``python -m bench.c_speed [--frames N]`` compiles ``bench/c``, measures, writes ``bench/results/c_speed.json`` and the
-table in docs/c_speed.md.  ``--table`` makes the table again from that file and from ``bench/baselines``.
+table in docs/c_speed.md.  ``--table`` makes the table again from that file and from what ``bench.presets`` stored.
 """
 
 from __future__ import annotations
@@ -151,10 +151,15 @@ def cpu() -> str:
 
 
 def fpga_rows() -> list[tuple[str, float, float]]:
-    """Name, latency and interval in us of the cores in ``bench/baselines`` that state them, by name."""
-    found = [json.loads(path.read_text()) for path in sorted((ROOT / "bench" / "baselines").glob("*.json"))]
-    stated = [b for b in found if isinstance(b, dict) and {"name", "latency_us", "interval_us"} <= b.keys()]
-    return sorted((b["name"], b["latency_us"], b["interval_us"]) for b in stated)
+    """The presets as place and route left them: name, us from the last taxel to the last word, us between frames."""
+    path = ROOT / "bench" / "results" / "presets.json"
+    presets = json.loads(path.read_text()) if path.exists() else {}
+    rows = []
+    for name, found in sorted(presets.items()):
+        times, mhz = found["timing"], found["clock"]["median_mhz"]
+        text = f"core `{name}` on {found['target']}, {mhz:.1f} MHz"
+        rows.append((text, times["frame_latency_us"], 1e6 / times["frames_per_second"]))
+    return rows
 
 
 def table(record: dict[str, Any]) -> str:
@@ -168,7 +173,7 @@ def table(record: dict[str, Any]) -> str:
     share = f"float model in NumPy, its share of {min(BATCH, record['frames']):,} at once"
     lines.append(_line(share, record["model_us"], [f"{record['model_us']:,.1f}", *"––––"]))
     for name, latency, interval in fpga_rows():
-        lines.append(_line(f"core {name}, one every {interval:,.1f} µs", latency, [f"{latency:,.1f}"] * 4 + ["–"]))
+        lines.append(_line(f"{name}, one every {interval:,.1f} µs", latency, [f"{latency:,.1f}"] * 4 + ["–"]))
     for name, (us, doi) in PUBLISHED.items():
         lines.append(_line(f"{name} ([doi](https://doi.org/{doi}))", us, [f"{us:,.0f}", *"––––"]))
     clock = f"{1e3 * record['clock_us']['median']:.0f} ns"

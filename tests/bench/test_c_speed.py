@@ -122,13 +122,14 @@ def test_what_can_not_be_compiled(tmp_path, monkeypatch):
 def test_the_table_has_programs_cores_and_what_was_published(tmp_path, monkeypatch):
     monkeypatch.setattr(c_speed, "ROOT", tmp_path)
     assert c_speed.fpga_rows() == []
-    baselines = tmp_path / "bench" / "baselines"
-    baselines.mkdir(parents=True)
-    fast = {"name": "fast", "latency_us": 12.5, "interval_us": 8.0, "fmax_mhz": 80}
-    contents = {"b": {**fast, "name": "slow", "latency_us": 100.0}, "a": fast, "other": {"luts": 1}}
-    for name, content in contents.items():
-        (baselines / f"{name}.json").write_text(json.dumps(content))
-    assert c_speed.fpga_rows() == [("fast", 12.5, 8.0), ("slow", 100.0, 8.0)]
+    times = {"frame_latency_us": 12.5, "frames_per_second": 125_000.0}
+    fast = {"target": "ecp5-45-6", "clock": {"median_mhz": 80.04}, "timing": times}
+    slow = {**fast, "target": "ice40up5k", "timing": {**times, "frame_latency_us": 100.0}}
+    results = tmp_path / "bench" / "results"
+    results.mkdir(parents=True)
+    (results / "presets.json").write_text(json.dumps({"slow": slow, "fast": fast}))
+    names = ["core `fast` on ecp5-45-6, 80.0 MHz", "core `slow` on ice40up5k, 80.0 MHz"]
+    assert c_speed.fpga_rows() == [(names[0], 12.5, 8.0), (names[1], 100.0, 8.0)]
     monkeypatch.setattr(c_speed, "LITERAL_SHARE", 1)
     record = c_speed.measure(40, batch=20)
     assert {row["compared"] for row in record["rows"].values()} == {40}
@@ -139,6 +140,6 @@ def test_the_table_has_programs_cores_and_what_was_published(tmp_path, monkeypat
         assert row["steady_us"] <= row["max_us"]
         assert row["median_us"] <= row["p999_us"] <= row["max_us"]
         assert any(line.startswith(f"| {name} |") for line in lines)
-    (core,) = (line for line in lines if line.startswith("| core fast"))
-    assert core == "| core fast, one every 8.0 µs | 12.5 | 12.5 | 12.5 | 12.5 | – | 4,694 | 2,582 |"
+    (core,) = (line for line in lines if line.startswith("| core `fast`"))
+    assert core == f"| {names[0]}, one every 8.0 µs | 12.5 | 12.5 | 12.5 | 12.5 | – | 4,694 | 2,582 |"
     assert len({line.count("|") for line in lines if line.startswith("|")}) == 1
