@@ -11,7 +11,7 @@ from typing import Any
 
 from tfra.synth.census import lane_of
 
-LANES = 16
+LANES = 4
 """Neighbours that share a copy."""
 
 _OUTPUTS = {"LUT4": "Z", "TRELLIS_FF": "Q"}
