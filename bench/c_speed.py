@@ -155,9 +155,9 @@ def fpga_rows() -> list[tuple[str, float, float]]:
     path = ROOT / "bench" / "results" / "presets.json"
     presets = json.loads(path.read_text()) if path.exists() else {}
     rows = []
-    for name, found in sorted(presets.items()):
+    for _, found in sorted(presets.items()):
         times, mhz = found["timing"], found["clock"]["median_mhz"]
-        text = f"core `{name}` on {found['target']}, {mhz:.1f} MHz"
+        text = f"core `{found['name']}` on {found['target']}, {mhz:.1f} MHz"
         rows.append((text, times["frame_latency_us"], 1e6 / times["frames_per_second"]))
     return rows
 

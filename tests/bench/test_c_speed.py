@@ -123,8 +123,8 @@ def test_the_table_has_programs_cores_and_what_was_published(tmp_path, monkeypat
     monkeypatch.setattr(c_speed, "ROOT", tmp_path)
     assert c_speed.fpga_rows() == []
     times = {"frame_latency_us": 12.5, "frames_per_second": 125_000.0}
-    fast = {"target": "ecp5-45-6", "clock": {"median_mhz": 80.04}, "timing": times}
-    slow = {**fast, "target": "ice40up5k", "timing": {**times, "frame_latency_us": 100.0}}
+    fast = {"name": "fast", "target": "ecp5-45-6", "clock": {"median_mhz": 80.04}, "timing": times}
+    slow = {**fast, "name": "slow", "target": "ice40up5k", "timing": {**times, "frame_latency_us": 100.0}}
     results = tmp_path / "bench" / "results"
     results.mkdir(parents=True)
     (results / "presets.json").write_text(json.dumps({"slow": slow, "fast": fast}))
