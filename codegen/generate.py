@@ -22,8 +22,8 @@ def generate(design: Design, directory: Path) -> dict[str, Any]:
     ``NAME.v`` is complete in itself, or with ``images = "readmemh"`` reads the memories' contents from the ``.hex``
     files beside it, which the sidecar lists; tools look for these in the directory they work in.
     ``coefficients/lane_NN.hex`` hold what the lanes' memories are initialised with, for flows that fill memories in
-    their own way; ``coefficients/load.hex`` what a serial core is loaded with.  ``testbench`` checks itself in any
-    Verilog simulator.  The same design gives the same bytes.
+    their own way; ``coefficients/load.hex`` what a core wants after a reset that has none.  ``testbench`` checks itself
+    in any Verilog simulator.  The same design gives the same bytes.
 
     Raises ``ValueError`` for formats that can overflow or a serial core that is too large, and ``InputError`` for a
     directory that can't be written; either leaves the directory as it was.

@@ -14,7 +14,7 @@ from tfra.model.fixed.coefficients import STACKS, stacks, stored
 from tfra.model.fixed.numbers import Ints
 
 LOAD = "load.hex"
-"""Name of the file with the coefficients that the serial core is loaded with."""
+"""Name of the file with the coefficients that a core is loaded with."""
 
 
 def passes(design: Design, stack: str) -> int:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from fxpmath import Fxp
 
-from tfra.codegen.images import LOAD, lane_images
+from tfra.codegen.images import LOAD, depth, lane_images
 from tfra.hdl.cores import is_serial, lanes, loaded, probes, timing
 from tfra.hdl.serial.memory import store_image
 from tfra.model.design import Design
@@ -73,7 +73,7 @@ def ports(design: Design) -> list[dict[str, Any]]:
     rows = [
         ("clk", "in", 1, "clock, rising edge"),
         ("rst", "in", 1, "synchronous reset, active high"),
-        *(load if is_serial(design) else []),
+        *([] if loaded(design) is None else load),
         ("taxel_data", "in", design.adc.bits, "converter code, signed"),
         ("taxel_valid", "in", 1, ""),
         ("taxel_ready", "out", 1, ""),
@@ -88,12 +88,13 @@ def ports(design: Design) -> list[dict[str, Any]]:
 def load(design: Design, transfers: int) -> dict[str, Any]:
     """What has to go in after every reset, before the first frame is computed."""
     group = lanes(design)
-    return {
-        "file": f"coefficients/{LOAD}",
-        "transfers": transfers,
-        "order": f"for every operator, parity of its results and group of {group} result quads (the last one filled up "
-        f"with zeros): {design.quads} times a coefficient of each quad of the group",
-    }
+    order = (
+        f"for every operator, parity of its results and group of {group} result quads (the last one filled up with "
+        f"zeros): {design.quads} times a coefficient of each quad of the group"
+        if is_serial(design)
+        else f"for each of {group} MAC lanes the {depth(design)} words that it reads, in that order"
+    )
+    return {"file": f"coefficients/{LOAD}", "transfers": transfers, "order": order}
 
 
 def coefficients_hash(design: Design) -> str:

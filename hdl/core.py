@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from amaranth import Cat, Module, Shape, Signal
+from amaranth import Cat, Const, Module, Shape, Signal, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
@@ -85,6 +85,8 @@ class Core(wiring.Component):
     """Triaxial contact forces of a stream of tactile frames.
 
     Members:
+        load: if ``design.images`` is "load", coefficients after a reset, lane by lane as
+            :func:`tfra.codegen.images.lane_images` has them; taxels wait for the last one.
         taxel: converter codes, row-major, ``m`` transfers a frame.
         result: words of :func:`tfra.model.fixed.words.layout`, ``last`` on a frame's final word.
 
@@ -96,8 +98,10 @@ class Core(wiring.Component):
         if design.operators != "pinv":
             raise ValueError(f"operators: the core multiplies by A-dagger itself (pinv), not by {design.operators}")
         self.design = design
+        load = {"load": In(stream.Signature(signed(design.formats.coefficient)))} if design.images == "load" else {}
         super().__init__(
             {
+                **load,
                 "taxel": In(stream.Signature(payloads.stress(design))),
                 "result": Out(stream.Signature(payloads.result(design))),
             }
@@ -152,7 +156,15 @@ class Core(wiring.Component):
         """Taxels to the normaliser and to the centroids; the normalised frame to the fold and to the sweep."""
         shape = payloads.stress_quad(self.design)
         m.submodules.taxel_fork = taxels = Fork(payloads.stress(self.design), 2)
-        connect(m, flipped(self.taxel), taxels.i)
+        go: Value = Const(1)
+        if self.design.images == "load":
+            connect(m, flipped(self.load), blocks["matvec"].load)
+            go = ~blocks["matvec"].loading
+        m.d.comb += [
+            taxels.i.payload.eq(self.taxel.payload),
+            taxels.i.valid.eq(self.taxel.valid & go),
+            self.taxel.ready.eq(taxels.i.ready & go),
+        ]
         connect(m, taxels.o[0], blocks["normaliser"].taxel)
         connect(m, taxels.o[1], blocks["centroids"].taxel)
         m.submodules.stress_fork = stress = Fork(shape, 2)

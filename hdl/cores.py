@@ -1,12 +1,14 @@
 """The microarchitectures of a core behind one interface: ``design.architecture.kind`` chooses.
 
-Both have the streams ``taxel`` and ``result``; the serial core has ``load``, too, for its coefficients after a reset.
+Both have the streams ``taxel`` and ``result``; the serial core has ``load``, too, for its coefficients after a reset,
+and so has the other one if it is asked for.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from tfra.codegen.images import lane_images
 from tfra.hdl import timing as parallel_timing
 from tfra.hdl.core import Core, Probe
 from tfra.hdl.core import probes as parallel_probes
@@ -67,4 +69,6 @@ def core_models(design: Design) -> tuple[Path, ...]:
 
 def loaded(design: Design) -> Ints | None:
     """Coefficients in the order in which the core wants them after a reset, one a transfer; None if it has them."""
-    return store_image(design).ravel() if is_serial(design) else None
+    if is_serial(design):
+        return store_image(design).ravel()
+    return lane_images(design).ravel() if design.images == "load" else None

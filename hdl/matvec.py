@@ -31,12 +31,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Elaboratable, Module, Signal, Value, signed
+from amaranth import Array, Cat, Elaboratable, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
+from tfra.hdl.loader import Loader
 from tfra.hdl.matvec_drain import Drain, drain_steps, drain_words
 from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
 from tfra.hdl.matvec_schedule import SOURCES, Schedule
@@ -79,6 +80,7 @@ class MatVec(wiring.Component):
         result: stream out, the result quads of a product's stack, operator by operator.
         frame, planes: tokens taken at the launch of a contact product and of a force product.
         room: tokens out, one for each vector that a bank is free for.
+        load, loading: coefficients in after a reset, until which no frame may come, if ``design.images`` is "load".
     """
 
     def __init__(self, design: Design) -> None:
@@ -95,8 +97,13 @@ class MatVec(wiring.Component):
                 "frame": In(stream.Signature(TOKEN)),
                 "planes": In(stream.Signature(TOKEN)),
                 "room": Out(stream.Signature(TOKEN)),
+                **(self._load_ports() if design.images == "load" else {}),
             }
         )
+
+    def _load_ports(self) -> dict[str, Any]:
+        coefficient = signed(self._design.formats.coefficient)
+        return {"load": In(stream.Signature(coefficient)), "loading": Out(1)}
 
     @property
     def depth(self) -> int:
@@ -150,11 +157,9 @@ class MatVec(wiring.Component):
         wiring.connect(m, wiring.flipped(self.result), drain.result)
         self._leave_to_go(m, buffers, schedule)
         self._read(m, buffers, schedule, prepare, drain)
-        address = delayed(m, schedule.address, _ADDRESS, "address")
         valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
         m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
-        m.submodules.rom = rom = Rom(lane_images(design), design.formats.coefficient, design.target)
-        m.d.comb += rom.address.eq(address)
+        rom = self._coefficients(m, schedule)
         # One more register, since the way to the lanes is long.
         words = [register(m, word, "word") for word in prepare.words]
         for number, coefficient in enumerate(rom.words):
@@ -166,6 +171,24 @@ class MatVec(wiring.Component):
                 drain.sums[number].eq(lane.sum),
             ]
         return m
+
+    def _coefficients(self, m: Module, schedule: Schedule) -> Rom:
+        """The lanes' memories, whose address comes from a register, and what fills them after a reset."""
+        design, loaded = self._design, self._design.images == "load"
+        coefficient = design.formats.coefficient
+        m.submodules.rom = rom = Rom(lane_images(design), coefficient, design.target, loaded=loaded)
+        address = delayed(m, schedule.address, _ADDRESS - 1, "address")
+        if loaded:
+            m.submodules.loader = loader = Loader(design)
+            wiring.connect(m, wiring.flipped(self.load), loader.load)
+            address = Mux(loader.writing, loader.address, address)
+            m.d.comb += [
+                self.loading.eq(loader.loading),
+                rom.write.eq(register(m, loader.write, control=True)),
+                rom.data.eq(register(m, loader.data)),
+            ]
+        m.d.comb += rom.address.eq(register(m, address, "address"))
+        return rom
 
     def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
         """One for each source, so that no operand waits for another one's transfers."""

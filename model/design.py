@@ -15,7 +15,7 @@ from tfra.model.sparse import Filter
 Form = Literal["pinv", "gram"]
 """Which operators are stored: A-dagger itself, or (A A^T)^-1 and A (:mod:`tfra.model.fixed.coefficients`)."""
 
-Images = Literal["inline", "readmemh"]
+Images = Literal["inline", "readmemh", "load"]
 """Where the Verilog has the initial contents of memories: in itself, or in files that it reads by ``$readmemh``."""
 
 
@@ -119,7 +119,7 @@ class Design:
     """One core: sensor, converter, search, formats and architecture; ``sparse`` drops small coefficients.
 
     ``operators`` trades memory for time; docs/memory.md has the numbers.
-    ``images`` says where the Verilog has what memories start with.
+    ``images`` says where the Verilog has what memories start with, or that coefficients are loaded after a reset.
     ``target``, one of ``TARGETS``, chooses cells, never a result or a cycle.
 
     Raises ``ValueError`` that starts with ``section.key:`` when the parts do not fit together.
@@ -157,6 +157,8 @@ class Design:
             for key in ("mac_lanes", "vector_words"):
                 given = getattr(self.architecture, key)
                 _require(given == 0, f"architecture.{key}", f"the serial core leaves nothing to choose, got {given}")
+            reason = "a serial core is always loaded: inline or readmemh, for its program, is needed"
+            _require(self.images != "load", "target.images", reason)
             _require(self.operators == "pinv", "operators", "the serial core multiplies by A-dagger itself: pinv")
             return
         allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)

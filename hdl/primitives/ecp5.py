@@ -48,35 +48,47 @@ class Product(Elaboratable):
 
 
 class Words(Elaboratable):
-    """DP16KD as read-only memory of ``bits`` (18 or 9) with output registers: two words a cycle.
+    """DP16KD as memory of ``bits`` (18 or 9) with output registers: two words a cycle.
 
-    ``words[p]`` is the word that ``addresses[p]`` named two enabled cycles before.
+    ``words[p]`` is the word that ``addresses[p]`` named two enabled cycles before.  Where it is not only read,
+    ``writes[p]`` writes ``data`` there.
     """
 
-    def __init__(self, image: Sequence[int], bits: int, addresses: Sequence[Value], enable: Value) -> None:
+    def __init__(
+        self,
+        image: Sequence[int],
+        bits: int,
+        addresses: Sequence[Value],
+        enable: Value,
+        writes: Sequence[Value] = (),
+        data: Value | None = None,
+    ) -> None:
         self._image, self._bits, self._addresses, self._enable = image, bits, addresses, enable
+        self._writes, self._data = writes or [Const(0)] * len(addresses), Const(0, bits) if data is None else data
         self.words = [Signal(bits, name=f"word{port}") for port in range(len(addresses))]
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         ports: dict[str, Any] = {}
-        for name, address, word in zip("AB", self._addresses, self.words, strict=False):
-            ports |= self._port(name, address, word)
+        for name, address, write, word in zip("AB", self._addresses, self._writes, self.words, strict=False):
+            ports |= self._port(name, address, write, word)
         m.submodules.cell = Instance("DP16KD", **_initial(self._image, self._bits), **ports)
         return m
 
-    def _port(self, name: str, address: Value, word: Signal) -> dict[str, Any]:
+    def _port(self, name: str, address: Value, write: Value, word: Signal) -> dict[str, Any]:
         below = self._bits.bit_length() - 1  # address bits that number the bits of a word
-        place = Cat(Const(0, below), address, Const(0, 14))[:14]
+        whole = (1 << self._bits // 9) - 1 if self._bits > 9 else 0  # of these, the lowest enable the bytes to write
+        place = Cat(Const(whole, below), address, Const(0, 14))[:14]
         return {
             f"p_DATA_WIDTH_{name}": self._bits,
             f"p_REGMODE_{name}": "OUTREG",
             f"i_CLK{name}": ClockSignal(),
             f"i_CE{name}": self._enable,
             f"i_OCE{name}": self._enable,
-            f"i_WE{name}": Const(0),
+            f"i_WE{name}": write,
             f"i_RST{name}": Const(0),
             **_bits(f"i_AD{name}", place),
+            **_bits(f"i_DI{name}", self._data),
             **_bits(f"i_CS{name}", Const(0, 3)),
             **_bits(f"o_DO{name}", word),
         }

@@ -1,4 +1,4 @@
-"""Read-only memory of many words at one address: the coefficients of the lanes."""
+"""Memory of many words at one address: the coefficients of the lanes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from amaranth import Array, Cat, Module, Signal, Value, signed
+from amaranth import Array, Cat, Const, Module, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -32,17 +32,20 @@ class Rom(wiring.Component):
         address: in.
         enable: in, default 1; the registers stand still while it is low.
         words: out, one for each image, signed words of ``bits``.
+        write, data: in, if it is ``loaded``: ``data`` is written at ``address`` of image ``n`` while ``write[n]`` is
+            high.  Of such a memory the images say the size alone.
     """
 
     latency = 2
 
-    def __init__(self, images: Ints, bits: int, target: str) -> None:
-        self._images, self._bits, self._target = images, bits, target
+    def __init__(self, images: Ints, bits: int, target: str, *, loaded: bool = False) -> None:
+        self._images, self._bits, self._target, self._loaded = 0 * images if loaded else images, bits, target, loaded
         super().__init__(
             {
                 "address": In(count(images.shape[1] - 1)),
                 "enable": In(1, init=1),
                 "words": Out(signed(bits)).array(len(images)),
+                **({"write": In(len(images)), "data": In(signed(bits))} if loaded else {}),
             }
         )
 
@@ -63,23 +66,29 @@ class Rom(wiring.Component):
         m.d.comb += [port.addr.eq(self.address), port.en.eq(self.enable), self.words[number].eq(word)]
         with m.If(self.enable):
             m.d.sync += word.eq(port.data)
+        if self._loaded:
+            write = memory.write_port()
+            m.d.comb += [write.addr.eq(self.address), write.data.eq(self.data), write.en.eq(self.write[number])]
 
     def _pair(self, m: Module, first: int) -> None:
         """Block memories of two images, or of the last one."""
         images = self._images[first : first + 2]
         parts = _slices(self._bits, images.shape[1])
-        slices = [self._slice(m, f"memory{first}_{low}", images >> low, bits) for low, bits in parts]
+        slices = [self._slice(m, first, images, low, bits) for low, bits in parts]
         for number, words in enumerate(zip(*slices, strict=True)):
             m.d.comb += self.words[first + number].eq(Cat(*words))
 
-    def _slice(self, m: Module, name: str, images: Ints, bits: int) -> list[Value]:
-        """The lowest ``bits`` of every image's word, from as many memories as the depth needs."""
-        size = MEMORY_WORDS[bits]
+    def _slice(self, m: Module, first: int, images: Ints, low: int, bits: int) -> list[Value]:
+        """``bits`` from ``low`` of every image's word, from as many memories as the depth needs."""
+        name, size = f"memory{first}_{low}", MEMORY_WORDS[bits]
         found: list[list[Value]] = [[] for _ in images]
         for start in range(0, images.shape[1], size):
             part = images[:, start : start + size]
             for group in _groups(part, size):
-                m.submodules[f"{name}_{start}_{group[0]}"] = memory = self._block(part[group], bits)
+                writes = self._writes([first + number for number in group], start // size, size)
+                data = Cat(self.data, Const(0, bits))[low : low + bits] if self._loaded else None
+                memory = self._block(part[group] >> low, bits, writes, data)
+                m.submodules[f"{name}_{start}_{group[0]}"] = memory
                 for number, word in zip(group, memory.words, strict=True):
                     found[number].append(word)
         if len(found[0]) == 1:
@@ -87,7 +96,14 @@ class Rom(wiring.Component):
         block = self._delayed(m, self.address[(size - 1).bit_length() :])
         return [Array(words)[block] for words in found]
 
-    def _block(self, images: Ints, bits: int) -> Words:
+    def _writes(self, numbers: list[int], block: int, size: int) -> list[Value]:
+        """Enables of images ``numbers``, in the memory of words from ``block * size`` on."""
+        if not self._loaded:
+            return []
+        above = self.address[(size - 1).bit_length() :]
+        return [self.write[number] & (above == block if len(above) else 1) for number in numbers]
+
+    def _block(self, images: Ints, bits: int, writes: list[Value], data: Value | None) -> Words:
         """One memory of up to two images: the second, read by the second port, starts in the middle."""
         size = MEMORY_WORDS[bits]
         starts = range(0, size, size // len(images))
@@ -95,7 +111,7 @@ class Rom(wiring.Component):
         for start, image in zip(starts, images, strict=True):
             content[start : start + len(image)] = image
         place = self.address[: (size // len(images) - 1).bit_length()]
-        return Words(content.tolist(), bits, [(place | start) for start in starts], self.enable)
+        return Words(content.tolist(), bits, [(place | start) for start in starts], self.enable, writes, data)
 
     def _delayed(self, m: Module, value: Value) -> Value:
         """``value`` at the time of its word."""

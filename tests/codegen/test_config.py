@@ -284,7 +284,11 @@ WRONG_SECTIONS = [
         "architecture.sweep_lanes: 1 to 101 (steps + 1 candidates) is needed, got 102",
     ),
     ('[target]\nname = "nexus"', "target.name: one of portable, ecp5, ice40 is needed, got 'nexus'"),
-    ('[target]\nimages = "hex"', "target.images: 'inline' or 'readmemh' is needed, got 'hex'"),
+    ('[target]\nimages = "hex"', "target.images: 'inline', 'readmemh' or 'load' is needed, got 'hex'"),
+    (
+        '[architecture]\nkind = "serial"\n[target]\nimages = "load"',
+        "target.images: a serial core is always loaded: inline or readmemh, for its program, is needed",
+    ),
     ("[layer]\npoisson = 0.6", "layer.poisson: a value in (-1, 0.5] is needed, got 0.6"),
     ('[layer]\nsampling = "line"', "layer.sampling: 'point' or 'area' is needed, got 'line'"),
     ('[layer]\nsolver = "magic"', "layer.solver: 'series' or 'fem' is needed, got 'magic'"),

@@ -11,13 +11,15 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from tfra.model.design import Adc, Architecture, Design, Search
+from tfra.codegen.images import lane_images
+from tfra.model.design import TARGETS, Adc, Architecture, Design, Search
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import layout
 from tfra.model.scenes import directed_codes
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
 from tfra.sim import demo
+from tfra.sim import run as run_module
 from tfra.sim import verify as verify_module
 from tfra.sim.run import Netlist, Run, generated
 from tfra.sim.stimuli import mixture
@@ -66,6 +68,17 @@ def test_memory_files_pass_and_a_wrong_word_in_one_fails(cache: Path, tmp_path: 
     words[0] = f"{int(words[0], 16) ^ 0x100:x}"
     file.write_text("\n".join(words))
     assert not verify(design, simulator=simulator, random=20, core=Netlist(target, good.top, good.sidecar)).passed
+
+
+@pytest.mark.usefixtures("few")
+@pytest.mark.parametrize("target", TARGETS)
+def test_loaded_coefficients_pass_and_a_wrong_one_fails(monkeypatch: pytest.MonkeyPatch, target: str) -> None:
+    design = replace(DESIGN, images="load", target=target)
+    assert verify(design, simulator="icarus", random=20).passed
+    wrong = lane_images(design).ravel()
+    wrong[0] ^= 0x100
+    monkeypatch.setattr(run_module, "loaded", lambda _: wrong)
+    assert not verify(design, simulator="icarus", random=20).passed
 
 
 @pytest.mark.usefixtures("few")

@@ -98,6 +98,27 @@ def test_rom(kind: str, number: int, depth: int, bits: int, tmp_path: Path) -> N
     assert checked > CYCLES // 2
 
 
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("number", "depth", "bits"), [(1, 5, 18), (3, 350, 18), (2, 1325, 18), (3, 900, 24)])
+def test_loaded(kind: str, number: int, depth: int, bits: int, tmp_path: Path) -> None:
+    """What is written in any order is read, and nothing else was."""
+    rng = np.random.default_rng(number)
+    images, written = rng.integers(-(1 << (bits - 1)), 1 << (bits - 1), (number, depth)), number * depth
+    order = [(int(place) // depth, int(place) % depth) for place in rng.permutation(written)]
+    addresses = [0, depth - 1, *(int(place) for place in rng.integers(0, depth, CYCLES - 2))]
+    inputs = {
+        "address": [*(place for _, place in order), *addresses],
+        "write": [*(1 << image for image, _ in order), *[0] * CYCLES],
+        "data": [*(int(images[place]) for place in order), *words(rng, bits)],
+        "enable": [1] * (written + CYCLES),
+    }
+    outputs = {f"words__{n}": bits for n in range(number)}
+    seen = play(kind, lambda target: Rom(images, bits, target, loaded=True), inputs, outputs, tmp_path)
+    for cycle, address in late(addresses, [1] * CYCLES, Rom.latency):
+        expected = [word % (1 << bits) for word in images[:, address].tolist()]
+        assert [int(word, 16) for word in seen[written + cycle]] == expected, cycle
+
+
 def test_a_wrong_image_is_noticed(tmp_path: Path) -> None:
     images = np.arange(8).reshape(2, 4)
     inputs, outputs = {"address": [3, 3, 3, 3], "enable": [1, 1, 1, 1]}, {"words__0": 18, "words__1": 18}
