@@ -101,17 +101,20 @@ def _parts(bits: int, most: int) -> int:
 def features(counts: Census, family: Family) -> dict[str, float]:
     """What prices multiply: bits by kind, lookup tables that are certain (``table``), register bits (``ff``).
 
-    With ``DSP`` and ``BRAM``, which cost what they are.
+    With ``DSP`` and ``BRAM``, which cost what they are.  Where registers move into them, a word does into each: a
+    product, or the widest word of a memory.
     """
     placed = [place(memory, family) for memory in counts.memories]
+    products, blocks = sum(multipliers(w, family) for w in counts.multipliers), sum(p.blocks for p in placed)
+    inside = sum(family.multiplier) * products + family.memory_widths[0] * blocks if family.registers else 0
     operators = {kind: float(counts.operators[kind]) for kind in KINDS}
     operators["mux"] += sum(p.levels for p in placed)
     return {
         **operators,
         "table": float(sum(p.tables for p in placed)),
-        "ff": float(counts.registers + sum(p.registers for p in placed)),
-        "DSP": float(sum(multipliers(w, family) for w in counts.multipliers) + _instances(counts, family, "DSP")),
-        "BRAM": float(sum(p.blocks for p in placed) + _instances(counts, family, "BRAM")),
+        "ff": float(counts.registers + sum(p.registers for p in placed) - inside),
+        "DSP": products + _instances(counts, family, "DSP"),
+        "BRAM": blocks + _instances(counts, family, "BRAM"),
         "SPRAM": _instances(counts, family, "SPRAM"),
     }
 
