@@ -37,8 +37,8 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
-from tfra.hdl.loader import Loader
 from tfra.hdl.matvec_drain import Drain, drain_steps, drain_words
+from tfra.hdl.matvec_loader import Loader
 from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
 from tfra.hdl.matvec_schedule import SOURCES, Schedule
 from tfra.hdl.payloads import operand, product, vector_quad
