@@ -16,7 +16,8 @@ Form = Literal["pinv", "gram"]
 """Which operators are stored: A-dagger itself, or (A A^T)^-1 and A (:mod:`tfra.model.fixed.coefficients`)."""
 
 Images = Literal["inline", "readmemh", "load"]
-"""Where the Verilog has the initial contents of memories: in itself, or in files that it reads by ``$readmemh``."""
+"""Where the Verilog has the initial contents of memories: in itself, or in files that it reads by ``$readmemh``; or in
+itself, but for the coefficients, which are loaded after a reset."""
 
 
 def _require(condition: bool, name: str, reason: str) -> None:

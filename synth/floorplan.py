@@ -16,6 +16,8 @@ _MULTIPLIERS = {0: "MULT18_0", 1: "MULT18_1", 4: "MULT18_4", 5: "MULT18_5"}
 _MEMORIES = {0: "EBR0", 2: "EBR1", 4: "EBR2", 6: "EBR3"}
 """Columns of a group's sites, behind the group's first, and their names."""
 
+_MEMORY_CELLS = ("DP16KD", "PDPW16KD")
+
 _ORDER = ("sweep", "forces", "matvec", "combine")
 """Blocks with memories; those of neighbours exchange words."""
 
@@ -35,13 +37,12 @@ class Floor:
     """Rows of block memories."""
 
 
-def pin(netlist: dict[str, Any], top: str, floor: Floor) -> int:
-    """Give hard blocks of module ``top`` in yosys' JSON their sites on ``floor``; return how many have one."""
+def pin(netlist: dict[str, Any], top: str, floor: Floor) -> None:
+    """Give hard blocks of module ``top`` in yosys' JSON their sites on ``floor``."""
     cells = netlist["modules"][top]["cells"]
     sites = plan({name: cell["type"] for name, cell in cells.items()}, floor)
     for name, site in sites.items():
         cells[name]["attributes"]["BEL"] = site
-    return len(sites)
 
 
 def plan(cells: Mapping[str, str], floor: Floor) -> dict[str, str]:
@@ -56,12 +57,12 @@ def plan(cells: Mapping[str, str], floor: Floor) -> dict[str, str]:
     free = _line(floor.groups, floor.memories, _MEMORIES)
     by_lane = sorted((lane, name) for name in cells if (lane := lane_of(name)) is not None)
     lanes = [name for _, name in by_lane if cells[name] == "MULT18X18D"]
-    memories = [name for name, kind in cells.items() if kind in ("DP16KD", "PDPW16KD")]
+    memories = [name for name, kind in cells.items() if kind in _MEMORY_CELLS]
     if len(lanes) > len(line) or len(memories) > len(free):
         return {}
     sites = dict(zip(lanes, _evenly(line, len(lanes)), strict=True))
     lane_sites = {lane_of(name): site for name, site in sites.items()}
-    coefficients = [name for _, name in by_lane if name in memories]
+    coefficients = [name for _, name in by_lane if cells[name] in _MEMORY_CELLS]
     for name in coefficients:
         near = lane_sites.get(lane_of(name), free[0])
         sites[name] = min(free, key=lambda site: abs(site[0] - near[0]) + abs(site[1] - near[1]))

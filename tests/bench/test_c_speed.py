@@ -122,7 +122,7 @@ def test_what_can_not_be_compiled(tmp_path, monkeypatch):
 def test_the_table_has_programs_cores_and_what_was_published(tmp_path, monkeypatch):
     monkeypatch.setattr(c_speed, "ROOT", tmp_path)
     assert c_speed.fpga_rows() == []
-    times = {"frame_latency_us": 12.5, "frames_per_second": 125_000.0}
+    times = {"frame_latency_us": 12.5, "interval_us": 8.0}
     fast = {"name": "fast", "target": "ecp5-45-6", "clock": {"median_mhz": 80.04}, "timing": times}
     slow = {**fast, "name": "slow", "target": "ice40up5k", "timing": {**times, "frame_latency_us": 100.0}}
     results = tmp_path / "bench" / "results"
