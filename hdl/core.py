@@ -176,13 +176,12 @@ class Core(wiring.Component):
         """Operands to the products, and leave to go to those who must ask for it."""
         matvec, combine, forces = blocks["matvec"], blocks["combine"], blocks["forces"]
         m.submodules.b_fork = b = Fork(quad(widths(self.design).stress + 2), 2)
-        m.submodules.n_fork = n = Fork(payloads.vector_quad(self.design), 2)
         connect(m, blocks["fold"].o, b.i)
         connect(m, b.o[0], combine.b)
         connect(m, b.o[1], matvec.b)
-        connect(m, blocks["weights"].n, n.i)
-        connect(m, n.o[0], combine.n)
-        connect(m, n.o[1], matvec.n)
+        n = blocks["weights"].n
+        for block in (combine, matvec):
+            m.d.comb += [block.n.valid.eq(n.valid), block.n.payload.eq(n.payload)]
         connect(m, combine.vector, matvec.vector)
         connect(m, combine.forces, forces.folded)
         connect(m, combine.frame, matvec.frame)

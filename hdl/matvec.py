@@ -24,7 +24,8 @@ last one finds it free when its sums are complete, or at the latest before the s
 
 Products of several frames interleave, as :class:`tfra.hdl.matvec_schedule.Schedule` chooses them, so that lanes work on
 one frame while another one's operand is being made.  The results of a product always have a place to go before it
-begins: contact and force products wait for a token each, and contact for a bank that its n will need.
+begins, so that nothing behind the lanes waits: contact and force products take a token each, of a frame's place in all
+that follows and of planes of forces, and contact one of a bank that its n will need.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ from tfra.hdl.matvec_schedule import SOURCES, Schedule
 from tfra.hdl.payloads import operand, product, vector_quad
 from tfra.hdl.pipeline import READ, delayed, register
 from tfra.hdl.primitives import Multiplier, Rom
-from tfra.hdl.streams import TOKEN, Tokens
+from tfra.hdl.streams import TOKEN, Tokens, flow
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, stacks
 from tfra.model.fixed.widths import widths
@@ -91,9 +92,9 @@ class MatVec(wiring.Component):
         super().__init__(
             {
                 "b": In(stream.Signature(quad(design.adc.bits + 2))),
-                "n": In(stream.Signature(vector_quad(design))),
-                "vector": In(stream.Signature(operand(design))),
-                "result": Out(stream.Signature(product(design))),
+                "n": In(flow(vector_quad(design))),
+                "vector": In(flow(operand(design))),
+                "result": Out(flow(product(design))),
                 "frame": In(stream.Signature(TOKEN)),
                 "planes": In(stream.Signature(TOKEN)),
                 "room": Out(stream.Signature(TOKEN)),
@@ -202,12 +203,8 @@ class MatVec(wiring.Component):
         for name, buffer in buffers.items():
             m.submodules[name] = buffer
         wiring.connect(m, wiring.flipped(self.b), buffers["b"].operand)
-        wiring.connect(m, wiring.flipped(self.n), buffers["n"].operand)
-        m.d.comb += [
-            buffers["vector"].operand.valid.eq(self.vector.valid),
-            buffers["vector"].operand.payload.eq(self.vector.payload.words),
-            self.vector.ready.eq(buffers["vector"].operand.ready),
-        ]
+        for name, flows, words in (("n", self.n, self.n.payload), ("vector", self.vector, self.vector.payload.words)):
+            m.d.comb += [buffers[name].operand.valid.eq(flows.valid), buffers[name].operand.payload.eq(words)]
         return buffers
 
     def _leave_to_go(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
@@ -236,7 +233,7 @@ class MatVec(wiring.Component):
     def _is_force(self, m: Module, buffer: OperandBuffer) -> Value:
         """Whether the vector at the head is d."""
         force = Signal(BANKS["vector"])
-        with m.If(self.vector.valid & self.vector.ready):
+        with m.If(self.vector.valid):
             m.d.sync += force.bit_select(buffer.filling, 1).eq(self.vector.payload.force)
         return force.bit_select(buffer.head, 1)
 

@@ -31,7 +31,7 @@ from tfra.hdl.matvec_drain import drain_steps, drain_words
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Facts, Spare
+from tfra.hdl.streams import Facts
 from tfra.hdl.sums_queue import SumsQueue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
@@ -302,7 +302,7 @@ class Timeline:
         if name == "e1":
             self._next["e"] += 1
             self._step_candidates = entry + 3
-            f.e1 = out - Spare.latency
+            f.e1 = out - 1
 
     # --- behind the products ---------------------------------------------------------------------------------------
 
