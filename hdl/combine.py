@@ -176,7 +176,8 @@ class Combine(wiring.Component):
             put.place.eq(head),
             put.number.eq(number),
         ]
-        m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=FRAMES << count(q - 1).width, init=[])
+        depth = (FRAMES + 1) << count(q - 1).width
+        m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=depth, init=[])
         b_write, b_read = bs.write_port(), bs.read_port()
         b_number, b_last = walk(m, b_write.en, q)
         m.d.comb += [
@@ -375,9 +376,9 @@ class _Wires:
         tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
         self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
         self.z, self.e0, self.e1 = Store(design, 3), Store(design), Store(design, headroom=True)
-        self.b_level, self.d_level, self.e_level = (Level() for _ in range(3))
-        """Frames of b that wait for g; of d0, d1 and d2, until e1 has entered; of e0 and e1, from the sum of e1 until d
-        has entered.  They enter when their headroom can be read."""
+        self.b_level, self.d_level, self.e_level = Level(FRAMES + 1), Level(), Level()
+        """Frames of b that wait for g, one of them still an operand; of d0, d1 and d2, until e1 has entered; of e0 and
+        e1, from the sum of e1 until d has entered.  They enter when their headroom can be read."""
         self.busy, self.vector = Signal(), Signal(tag, reset_less=True)
         """A vector is in hand; its next part."""
         self.take, self.product = Signal(), Signal(vector_part(design))

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
 from tfra.hdl.parts import in_quad, part_number
 from tfra.hdl.payloads import vector_part
-from tfra.hdl.pipeline import delayed, fill, register
+from tfra.hdl.pipeline import delayed, fill, register, walk
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -115,16 +115,15 @@ class Level(wiring.Component):
     Members: ``enter``, ``leave``: pulses; ``some``, ``space``: a frame is between them, another one may enter.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, places: int = FRAMES) -> None:
+        self._places, number = places, count(places - 1)
         pulses = {"enter": In(1), "leave": In(1)}
-        super().__init__(pulses | {"head": Out(place), "tail": Out(place), "some": Out(1), "space": Out(1)})
+        super().__init__(pulses | {"head": Out(number), "tail": Out(number), "some": Out(1), "space": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        taken = fill(m, FRAMES, self.enter, self.leave)
-        m.d.sync += [
-            self.head.eq(self.head + self.enter),
-            self.tail.eq(self.tail + self.leave),
-        ]
-        m.d.comb += [self.some.eq(taken[0]), self.space.eq(~taken[-1])]
+        taken = fill(m, self._places, self.enter, self.leave)
+        head, _ = walk(m, self.enter, self._places, "entered")
+        tail, _ = walk(m, self.leave, self._places, "left")
+        m.d.comb += [self.head.eq(head), self.tail.eq(tail), self.some.eq(taken[0]), self.space.eq(~taken[-1])]
         return m

@@ -267,9 +267,6 @@ class Core(wiring.Component):
             m.submodules[f"{name}_fork"] = fork = Fork(shape, len(fields))
             connect(m, getattr(blocks[source], name), fork.i)
             for way, (user, looked_at) in enumerate(fields.items()):
-                if user == "angle":  # which has a place for one
-                    connect(m, fork.o[way], blocks[user].direction)
-                    continue
                 block, _, port = user.partition(".")
                 sink, label = getattr(blocks[block], port or name), f"{name}_{user.replace('.', '_')}"
                 connect(m, fork.o[way], self._facts(m, label, shape, looked_at, _HELD, sink))
