@@ -9,18 +9,18 @@ as :mod:`tfra.model.fixed.matvec` has it.  Row (i, p) is known by its slot ``s``
 word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing but finished results.
 
     b      -> bank      -.
-    n      -> two banks -+-> align -> round to operand bits -> min(4, L) words, from group to group of lanes
+    n      -> two banks -+-> align -> round to operand bits -> W = min(4, L) words, broadcast
     vector -> two banks -'                                        |
         |  significant bits                                       v
         v                                  coefficient memory -> multiply -> accumulate    (L times)
       amounts by pass                                                            |
-        |                                                     sums, group by group, W words a cycle
+        |                                              capture in the drain register, W words a cycle
         +------------------------------------------------> shift -> round, permute -> result
 
 A *pass* reads the Q quads of a bank once and adds L exact sums to what the lanes have; rows ``t L ... t L + L - 1``
 are pass ``t``.
 Lanes never freeze.  A pass is launched as many cycles behind the one before as it takes to read the operand, or to
-take the sums away, and only when all words of the pass before the last have left.
+empty the drain register, and only when the pass before the last has left that.
 
 Products of several frames interleave, as :class:`tfra.hdl.matvec_schedule.Schedule` chooses them, so that lanes work on
 one frame while another one's operand is being made.  The results of a product always have a place to go before it
@@ -32,19 +32,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Module, Mux, Signal, Value, signed
+from amaranth import Array, Cat, Elaboratable, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.codegen.images import depth, passes
+from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
-from tfra.hdl.matvec_drain import Drain, drain_latency
-from tfra.hdl.matvec_lanes import LANES_LATENCY, Lanes, drain_steps, drain_words
+from tfra.hdl.matvec_drain import Drain, drain_latency, drain_steps, drain_words
 from tfra.hdl.matvec_loader import Loader
 from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
 from tfra.hdl.matvec_schedule import SOURCES, Schedule, spacing
 from tfra.hdl.payloads import operand, product, vector_quad
-from tfra.hdl.pipeline import READ, delayed
+from tfra.hdl.pipeline import READ, delayed, register
+from tfra.hdl.primitives import Multiplier, Rom
 from tfra.hdl.streams import TOKEN, Tokens, flow
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, stacks
@@ -57,12 +57,10 @@ CHOICE = 1
 """Cycles from there to the launch."""
 _LOAD = FULL + CHOICE + 1
 """Cycles from there to the first read."""
-_ADDRESS = 4
+_ADDRESS = 5
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
-CAPTURE = 9
-"""Cycles from a quad's read to sums of the first group that hold its products."""
-_RETURN = CAPTURE + LANES_LATENCY
-"""Cycles between the read of a pass's last quad and that of the pass after the next, beside the draining."""
+CAPTURE = 10
+"""Cycles from a quad's read to sums that hold its products."""
 
 
 class MatVec(wiring.Component):
@@ -70,7 +68,8 @@ class MatVec(wiring.Component):
 
     Latency: see :meth:`latency` and :meth:`duration`; throughput: :attr:`busy_cycles`.
 
-    Resources: those of the lanes, a memory of 2 Q quads, 2 W barrel shifters.
+    Resources: L multipliers (coefficient x operand) with registers on both sides, a read-only memory of L words by
+    ``depth`` with output registers, a memory of 2 Q quads, 2 W barrel shifters.
 
     Members:
         b, n, vector: streams in, Q quads of parities for each operand: folded stress in converter codes, weights,
@@ -83,6 +82,9 @@ class MatVec(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design = design
+        self._lanes = design.architecture.mac_lanes
+        self._words = min(4, self._lanes)
+        self._drain_steps = drain_steps(design)
         super().__init__(
             {
                 "b": In(stream.Signature(quad(design.adc.bits + 2))),
@@ -112,11 +114,11 @@ class MatVec(wiring.Component):
 
     @property
     def pair_interval(self) -> int:
-        """Cycles from the launch of a pass to that of the pass after the next: ``max(2 Q, 2 L / W, Q + L / W + 11)``.
+        """Cycles from the launch of a pass to that of the pass after the next.
 
         The first of the two follows after :func:`tfra.hdl.matvec_schedule.spacing`.
         """
-        return max(2 * spacing(self._design), self._design.quads + drain_steps(self._design) + _RETURN)
+        return max(2 * spacing(self._design), self._design.quads + CAPTURE + self._drain_steps + 1)
 
     @property
     def busy_cycles(self) -> int:
@@ -137,9 +139,9 @@ class MatVec(wiring.Component):
 
     def _result_cycle(self, number: int) -> int:
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
-        turn, row = divmod(4 * number + 3, self._design.architecture.mac_lanes)
+        turn, row = divmod(4 * number + 3, self._lanes)
         launch = turn // 2 * self.pair_interval + turn % 2 * spacing(self._design)
-        leave = LANES_LATENCY + row // drain_words(self._design) + drain_latency(self._design)
+        leave = row // drain_words(self._design) + drain_latency(self._design)
         return _LOAD + launch + self._design.quads - 1 + CAPTURE + leave
 
     def elaborate(self, platform: Any) -> Module:
@@ -148,30 +150,42 @@ class MatVec(wiring.Component):
         buffers = self._buffers(m)
         m.submodules.schedule = schedule = Schedule(design)
         m.submodules.prepare = prepare = Prepare(design)
-        m.submodules.lanes = lanes = Lanes(design)
         m.submodules.drain = drain = Drain(design)
         wiring.connect(m, wiring.flipped(self.result), drain.result)
         self._leave_to_go(m, buffers, schedule)
         self._read(m, buffers, schedule, prepare, drain)
-        self._enter(m, schedule, prepare, lanes)
-        m.d.comb += [getattr(drain, name).eq(getattr(lanes, name)) for name in ("begins", "sums", "step", "valid")]
+        valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
+        m.d.comb += drain.complete.eq(delayed(m, schedule.last, CAPTURE, "last", control=True))
+        rom = self._coefficients(m, schedule)
+        # Two more registers, since the way to the lanes is long.
+        words = [delayed(m, word, 2, "word") for word in prepare.words]
+        for number, coefficient in enumerate(rom.words):
+            m.submodules[f"lane{number}"] = lane = _Lane(design)
+            m.d.comb += [
+                lane.coefficient.eq(coefficient),
+                lane.word.eq(words[number % self._words]),
+                lane.valid.eq(valid),
+                drain.sums[number].eq(lane.sum),
+            ]
         return m
 
-    def _enter(self, m: Module, schedule: Schedule, prepare: Prepare, lanes: Lanes) -> None:
-        """Words, addresses and marks to the first group; what fills the memories after a reset."""
+    def _coefficients(self, m: Module, schedule: Schedule) -> Rom:
+        """The lanes' memories, whose address comes from a register, and what fills them after a reset."""
+        design, loaded = self._design, self._design.images == "load"
+        coefficient = design.formats.coefficient
+        m.submodules.rom = rom = Rom(lane_images(design), coefficient, design.target, loaded=loaded)
         address = delayed(m, schedule.address, _ADDRESS - 1, "address")
-        m.d.comb += [
-            lanes.i.words.eq(prepare.words),
-            lanes.marks.valid.eq(delayed(m, schedule.reading, CAPTURE - 2, "valid", control=True)),
-            lanes.marks.complete.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True)),
-        ]
-        if self._design.images == "load":
-            m.submodules.loader = loader = Loader(self._design)
+        if loaded:
+            m.submodules.loader = loader = Loader(design)
             wiring.connect(m, wiring.flipped(self.load), loader.load)
             address = Mux(loader.writing, loader.address, address)
-            m.d.comb += self.loading.eq(loader.loading)
-            m.d.comb += [getattr(lanes.i, name).eq(getattr(loader, name)) for name in ("write", "lane", "word")]
-        m.d.comb += lanes.i.address.eq(address)
+            m.d.comb += [
+                self.loading.eq(loader.loading),
+                rom.write.eq(register(m, loader.write, control=True)),
+                rom.data.eq(register(m, loader.data)),
+            ]
+        m.d.comb += rom.address.eq(register(m, address, "address"))
+        return rom
 
     def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
         """One for each source, so that no operand waits for another one's transfers."""
@@ -237,8 +251,8 @@ class MatVec(wiring.Component):
                     passing[parity].stack.eq(schedule.stack),
                 ]
         held = [p.amounts.as_value() for p in passing]
-        bank, begun = Signal(), Signal()  # begun: passes whose words have begun to leave, modulo two
-        m.d.sync += begun.eq(begun ^ drain.begins)
+        bank, captured = Signal(), Signal()  # captured: passes, modulo two
+        m.d.sync += captured.eq(captured ^ drain.complete)
         with m.If(schedule.launch):
             m.d.sync += bank.eq(Array(b.head for b in sources)[schedule.source])
         reads = (schedule.read_source, schedule.read_parity, schedule.read_part)
@@ -250,6 +264,31 @@ class MatVec(wiring.Component):
             prepare.amounts.eq(Array(held)[parity]),
             prepare.part.eq(part),
             drain.amounts.eq(Array(held)[schedule.oldest]),
-            drain.new.eq(Array(p.new for p in passing)[begun]),
-            drain.stack.eq(Array(p.stack for p in passing)[begun]),
+            drain.new.eq(Array(p.new for p in passing)[captured]),
+            drain.stack.eq(Array(p.stack for p in passing)[captured]),
         ]
+
+
+class _Lane(Elaboratable):
+    """Multiplier and accumulator.
+
+        coefficient, word -> multiply -> product -> + -> sum
+
+    ``valid`` comes two cycles after the factors; ``sum`` a cycle later.  The sum runs on from pass to pass, modulo
+    its word, which saves a multiplexer a bit: the drain takes the sum of the pass before away.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        self.coefficient = Signal(signed(design.formats.coefficient))
+        self.word = Signal(signed(design.formats.operand))
+        self.valid = Signal()
+        self.sum = Signal(signed(widths(design).accumulator))
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.multiplier = multiplier = Multiplier(len(self.coefficient), len(self.word), self._design.target)
+        m.d.comb += [multiplier.a.eq(self.coefficient), multiplier.b.eq(self.word)]
+        with m.If(self.valid):
+            m.d.sync += self.sum.eq(multiplier.product + self.sum)
+        return m

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed
+from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import passes
 from tfra.hdl.arithmetic import count, round_half, shift_right
-from tfra.hdl.matvec_lanes import drain_steps, drain_words
 from tfra.hdl.matvec_operand import amount_quad, pick_word
 from tfra.hdl.payloads import product
 from tfra.hdl.pipeline import register
@@ -37,31 +36,43 @@ class _Step:
     start: bool
 
 
+def drain_words(design: Design) -> int:
+    """W: words that leave the drain register in a cycle."""
+    return min(design.architecture.vector_words, design.architecture.mac_lanes)
+
+
+def drain_steps(design: Design) -> int:
+    """Cycles in which the words of a pass leave the drain register."""
+    return design.architecture.mac_lanes // drain_words(design)
+
+
 def drain_latency(design: Design) -> int:
-    """Cycles from words at the drain to the result that they are the last of: sum, shift, rounding and its place.
+    """Cycles from the capture of sums to their first result: drain register, amounts, shift, rounding and place.
 
     With parts of quads, one more for the register that stands while those of the next quad come.
     """
-    return 3 + (design.parts > 1)
+    return 4 + (design.parts > 1)
 
 
 class Drain(wiring.Component):
     """From complete sums to results on the vector grid.
 
-        W sums - those of the pass before, right shifts -> shifted -> rounded, in place -> output
+        sums -> drain register -> W words - those of the pass before, right shifts -> shifted -> rounded, in place
+            -> output
 
     Nothing behind the sums waits, since products begin only when there is a place for their results.
 
     Members:
-        begins, sums, step, valid: those of :class:`tfra.hdl.matvec_lanes.Lanes`.
-        amounts: alignment of the operand of the pass whose words are there.
-        new, stack: whether the pass that begins is its product's first; its stack.
-        drained: the last words of a pass are there.
+        sums, complete: L running sums; high when they are those of a pass.  The register is free then, since passes
+            are as many cycles apart as it has steps.
+        amounts: alignment of the operand of the pass in the drain register.
+        new, stack: whether the pass that is captured is its product's first; its stack.
+        drained: the last words of a pass leave the drain register.
         result: stream out.
     """
 
     def __init__(self, design: Design) -> None:
-        self._design = design
+        self._design, self._lanes = design, design.architecture.mac_lanes
         self._words = drain_words(design)
         w = widths(design)
         self._steps = self._table()
@@ -69,10 +80,8 @@ class Drain(wiring.Component):
         self._shift = count(self._offset + w.vector - 1)
         super().__init__(
             {
-                "begins": In(1),
-                "sums": In(data.ArrayLayout(signed(w.accumulator), self._words)),
-                "step": In(count(drain_steps(design) - 1)),
-                "valid": In(1),
+                "sums": In(signed(w.accumulator)).array(self._lanes),
+                "complete": In(1),
                 "amounts": In(amount_quad(design)),
                 "new": In(1),
                 "stack": In(2),
@@ -90,7 +99,7 @@ class Drain(wiring.Component):
                 offset = w.alignment + op.fraction + design.formats.operand - w.vector
                 table.append(_Step(op.quads, offset, op.flip, kinds(design).index(op.name), start))
                 start = False
-            idle = passes(design, name) * design.architecture.mac_lanes // 4 - stack.quads
+            idle = passes(design, name) * self._lanes // 4 - stack.quads
             if idle:
                 table.append(_Step(idle, 0, 0, None, False))
         return table
@@ -98,17 +107,18 @@ class Drain(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         w = widths(self._design)
-        m.d.comb += self.drained.eq(self.valid & (self.step == drain_steps(self._design) - 1))
-        part, whole = self._part_counter(m)
-        place = self._place(m, self.valid & whole)
+        words, valid, step = self._register(m)
+        words = self._differences(m, words, step, valid)
+        part, whole = self._part_counter(m, valid)
+        place = self._place(m, valid & whole)
         kind = self.result.p.kind.shape()
         marks = data.StructLayout({"valid": 1, "complete": 1, "flip": 2, "part": part.shape(), "kind": kind})
         shift_marks, round_marks = Signal(marks), Signal(marks)
         done = Signal()
         assembled = Signal(self.result.p.shape(), reset_less=True)
         m.d.sync += [
-            shift_marks.valid.eq(self.valid),
-            shift_marks.complete.eq(self.valid & whole & place.send),
+            shift_marks.valid.eq(valid),
+            shift_marks.complete.eq(valid & whole & place.send),
             shift_marks.flip.eq(place.flip),
             shift_marks.part.eq(part),
             shift_marks.kind.eq(place.kind),
@@ -117,7 +127,7 @@ class Drain(wiring.Component):
             assembled.kind.eq(round_marks.kind),
         ]
         rounded = []
-        for number, word in enumerate(self._differences(m)):
+        for number, word in enumerate(words):
             sum_ = Signal(signed(w.accumulator), name=f"sum{number}", reset_less=True)
             shift = Signal(self._shift, name=f"shift{number}", reset_less=True)
             shifted = Signal(signed(w.vector + 1), name=f"shifted{number}", reset_less=True)
@@ -137,33 +147,46 @@ class Drain(wiring.Component):
         m.d.comb += [self.result.valid.eq(done), self.result.payload.eq(assembled)]
         return m
 
-    def _differences(self, m: Module) -> list[Value]:
+    def _register(self, m: Module) -> tuple[list[Value], Value, Value]:
+        """Sums are captured, and leave W words at a time; it moves on even when it is empty, to have one broadcast."""
+        steps = drain_steps(self._design)
+        words = [Signal.like(s, name=f"held{n}", reset_less=True) for n, s in enumerate(self.sums)]
+        valid, step = Signal(), Signal(count(steps - 1))
+        m.d.comb += self.drained.eq(valid & (step == steps - 1))
+        m.d.sync += valid.eq(self.complete | (valid & ~self.drained))
+        with m.If(self.complete):
+            m.d.sync += [step.eq(0), *(held.eq(s) for held, s in zip(words, self.sums, strict=True))]
+        with m.Else():
+            m.d.sync += [step.eq(step + 1), *(a.eq(b) for a, b in zip(words, words[self._words :], strict=False))]
+        return words[: self._words], valid, step
+
+    def _differences(self, m: Module, words: list[Value], step: Value, leave: Value) -> list[Value]:
         """Words less what they were a pass ago, modulo their length: exact, since the sum of a pass fits."""
-        begun = Signal()
-        m.submodules.before = memory = Memory(shape=self.sums.shape(), depth=1 << len(self.step), init=[])
+        bits, begun = len(words[0]), Signal()
+        m.submodules.before = memory = Memory(shape=unsigned(bits * len(words)), depth=1 << len(step), init=[])
         write, read = memory.write_port(), memory.read_port(domain="comb")
         m.d.comb += [
-            write.en.eq(self.valid),
-            write.addr.eq(self.step),
-            write.data.eq(self.sums),
-            read.addr.eq(self.step),
+            write.en.eq(leave),
+            write.addr.eq(step),
+            write.data.eq(Cat(words)),
+            read.addr.eq(step),
         ]
         with m.If(self.drained):
             m.d.sync += begun.eq(1)
-        pairs = [(self.sums[n], Mux(begun, read.data[n], 0)) for n in range(self._words)]
-        return [(word - before)[: len(word)].as_signed() for word, before in pairs]
+        before = [Mux(begun, read.data.word_select(n, bits), 0) for n in range(len(words))]
+        return [(word - b)[:bits].as_signed() for word, b in zip(words, before, strict=True)]
 
-    def _part_counter(self, m: Module) -> tuple[Value, Value]:
-        """Which words of their quad those that are there are, and whether they complete it."""
+    def _part_counter(self, m: Module, leave: Value) -> tuple[Value, Value]:
+        """Which words of their quad those that leave are, and whether they complete it."""
         parts = 4 // self._words
         part = Signal(count(parts - 1))
         if parts > 1:
-            with m.If(self.valid):
+            with m.If(leave):
                 m.d.sync += part.eq(part + 1)
         return part, part == parts - 1
 
     def _place(self, m: Module, leave: Value) -> data.View:
-        """Offset, flip, kind and fate of the quad whose words are there; a product's first pass jumps."""
+        """Offset, flip, kind and fate of the quad that leaves the drain register; a product's first pass jumps."""
         step, left = Signal(count(len(self._steps) - 1)), Signal(count(max(s.quads for s in self._steps) - 1))
         kind = self.result.p.kind.shape()
         place = Signal(data.StructLayout({"offset": count(self._offset), "flip": 2, "kind": kind, "send": 1}))
@@ -180,7 +203,7 @@ class Drain(wiring.Component):
                     ]
         with m.If(leave):
             m.d.sync += [left.eq(Mux(end, 0, left + 1)), step.eq(step + end)]
-        with m.If(self.begins & self.new):
+        with m.If(self.complete & self.new):
             starts = [number for number, row in enumerate(self._steps) if row.start]
             m.d.sync += [left.eq(0), step.eq(Array(starts)[self.stack])]
         return place

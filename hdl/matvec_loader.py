@@ -20,22 +20,21 @@ class Loader(wiring.Component):
     Members:
         load: stream in, L times ``depth`` coefficients after a reset, and never more.
         loading: high until they are all there; a register.
-        write, lane, address, word: registers.
+        write, address, data: registers; ``write`` has a bit for each lane.
         writing: high until the last of them has been written.
     """
 
     def __init__(self, design: Design) -> None:
-        self._depth, self._lanes = depth(design), design.architecture.mac_lanes
+        self._design, self._depth = design, depth(design)
         coefficient = signed(design.formats.coefficient)
         super().__init__(
             {
                 "load": In(stream.Signature(coefficient)),
                 "loading": Out(1, init=1),
                 "writing": Out(1, init=1),
-                "write": Out(1),
-                "lane": Out(count(self._lanes - 1)),
+                "write": Out(design.architecture.mac_lanes),
                 "address": Out(count(self._depth - 1)),
-                "word": Out(coefficient),
+                "data": Out(coefficient),
             }
         )
 
@@ -44,14 +43,13 @@ class Loader(wiring.Component):
         taken = Signal()
         m.d.comb += [self.load.ready.eq(self.loading), taken.eq(self.load.valid & self.load.ready)]
         address, last = walk(m, taken, self._depth, "address")
-        lane, last_lane = walk(m, taken & last, self._lanes, "lane_number")
+        lane = Signal(len(self.write), init=1)  # one bit, of the lane whose turn it is
         m.d.sync += [
             self.writing.eq(self.loading),
-            self.write.eq(taken),
-            self.lane.eq(lane),
+            self.write.eq(lane & taken.replicate(len(lane))),
             self.address.eq(address),
-            self.word.eq(self.load.payload),
+            self.data.eq(self.load.payload),
         ]
         with m.If(taken & last):
-            m.d.sync += self.loading.eq(~last_lane)
+            m.d.sync += [lane.eq(lane << 1), self.loading.eq(~lane[-1])]
         return m

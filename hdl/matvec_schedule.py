@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import bases, depth, passes
 from tfra.hdl.arithmetic import count
-from tfra.hdl.matvec_lanes import drain_steps
+from tfra.hdl.matvec_drain import drain_steps
 from tfra.hdl.matvec_operand import operand_parts
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import STACKS
@@ -33,11 +33,11 @@ class Schedule(wiring.Component):
     Members:
         wanted: by source of :data:`SOURCES`, an operand that may be multiplied is there.
         force: that of the vector is d.
-        drained: the last words of a pass leave the lanes.
+        drained: the last words of a pass leave the drain register.
         launch, new, stack, parity: a pass begins with the next cycle; whether it is its product's first; its stack
             in :data:`tfra.model.fixed.coefficients.STACKS`; passes count modulo two.
         source: where its operand is.
-        oldest: the pass whose words leave the lanes next, modulo two.
+        oldest: the pass whose words leave the drain register next, modulo two.
         free: by source, the last pass has begun.
         reading, last, quad, read_source, read_parity, read_part, address: the read of this cycle.  Its pass's
             slots begin at ``read_part * L``.

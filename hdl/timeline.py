@@ -27,8 +27,7 @@ from tfra.hdl.forces import PLANES, Forces
 from tfra.hdl.friction import Friction
 from tfra.hdl.gain import Gain
 from tfra.hdl.matvec import BANKS, CAPTURE, CHOICE, FULL, MatVec
-from tfra.hdl.matvec_drain import drain_latency
-from tfra.hdl.matvec_lanes import LANES_LATENCY, drain_steps, drain_words
+from tfra.hdl.matvec_drain import drain_latency, drain_steps, drain_words
 from tfra.hdl.matvec_schedule import spacing
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
@@ -197,31 +196,31 @@ class Timeline:
     def _product(self, cycle: int, stack: str, number: int) -> None:
         """All passes of a product, and where its results go."""
         times = passes(self.design, stack)
-        leave = [self._launch(cycle + CHOICE) for _ in range(times)]
+        captured = [self._launch(cycle + CHOICE) for _ in range(times)]
         launches, lanes = self._launched[-times:], self.design.architecture.mac_lanes
         self._choice_from = launches[-1] + 2
         results = []
         for quad in range(self._stacks[stack]):
             turn, row = divmod(4 * quad + 3, lanes)
-            results.append(leave[turn] + row // drain_words(self.design) + drain_latency(self.design))
+            results.append(captured[turn] + row // drain_words(self.design) + drain_latency(self.design))
         q = self.design.quads
         self.spans.append(Span("matvec", stack, number, launches[0] + 1, launches[-1] + 1 + q))
         getattr(self, f"_after_{stack}")(number, launches[-1], results)
 
     def _launch(self, ready: int) -> int:
-        """Launch the next pass, not before cycle ``ready``, and return the cycle in which its first words leave.
+        """Launch the next pass, not before cycle ``ready``, and return the cycle in which its sums are captured.
 
-        It waits for the reads of the pass before, and for all words of the one before that to have left.
+        It waits for the pass before, and for the one before that to have left the drain register.
         """
         launch = ready
         if self._launched:
             launch = max(launch, self._launched[-1] + spacing(self.design))
         if len(self._drained) > 1:
             launch = max(launch, self._drained[-2] + 1)
-        leave = launch + self.design.quads + CAPTURE + LANES_LATENCY
+        capture = launch + self.design.quads + CAPTURE
         self._launched.append(launch)
-        self._drained.append(leave + drain_steps(self.design) - 1)
-        return leave
+        self._drained.append(capture + drain_steps(self.design))
+        return capture
 
     def _after_contact(self, number: int, last: int, results: list[int]) -> None:
         f, q = self.frames[number], self.design.quads

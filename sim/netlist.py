@@ -17,6 +17,7 @@ from tfra.model.design import Design
 from tfra.model.errors import InputError
 from tfra.sim import tools
 from tfra.sim.run import Netlist, SimulationError, digest, once, sources_hash
+from tfra.synth.copies import spread
 from tfra.synth.registers import absorb
 
 FAMILIES = {
@@ -49,6 +50,7 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
                 run_yosys(f"read_rtlil core.il; {command} -top {design.name}; write_json core.json", fresh)
                 netlist = json.loads((fresh / "core.json").read_text())
                 absorb(netlist, design.name)
+                spread(netlist, design.name)
                 (fresh / "core.json").write_text(json.dumps(netlist))
                 run_yosys(f"read_json core.json; write_verilog -noattr {design.name}.v", fresh)
             except RuntimeError as error:

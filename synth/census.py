@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from tfra.codegen.verilog import Top, to_rtlil
-from tfra.hdl.matvec_lanes import GROUP
 from tfra.model.design import Design
 
 _ADD = ("$add", "$sub", "$neg", "$lt", "$le", "$gt", "$ge")
@@ -78,8 +77,8 @@ def block_of(path: str) -> str:
 
 def lane_of(path: str) -> int | None:
     """MAC lane that a hierarchical name of a cell belongs to, if it does; of two that share a memory, the first."""
-    found = re.search(r"\.matvec\.lanes\.group(\d+)\.(?:lane|rom\.memory)(\d+)", path)
-    return GROUP * int(found[1]) + int(found[2]) if found else None
+    found = re.search(r"\.matvec\.(?:lane|rom\.memory|drain\.sums__|drain\.held)(\d+)", path)
+    return int(found[1]) if found else None
 
 
 def _modules(rtlil: str) -> Iterator[tuple[str, list[str]]]:

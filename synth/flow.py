@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from tfra.synth.census import block_of
+from tfra.synth.copies import spread
 from tfra.synth.estimate import tally
 from tfra.synth.floorplan import pin
 from tfra.synth.registers import absorb
@@ -72,6 +73,8 @@ def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthes
     if family.registers:
         netlist = json.loads((directory / NETLIST).read_text())
         cells["TRELLIS_FF"] -= absorb(netlist, top)
+        for kind, added in spread(netlist, top).items():
+            cells[kind] += added
         if target.floor:
             pin(netlist, top, target.floor)
         (directory / NETLIST).write_text(json.dumps(netlist))

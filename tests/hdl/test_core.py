@@ -130,14 +130,14 @@ def launched(design, codes, seen):
 def test_a_wrong_coefficient_is_noticed(monkeypatch):
     """The comparison is not blind: one coefficient memory that differs from the model's changes words."""
     design = Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4))
-    from tfra.hdl import matvec_lanes
+    from tfra.hdl import matvec
 
     def corrupted(design):
         images = original(design).copy()
         images[1, 0] ^= 1 << 10
         return images
 
-    original = matvec_lanes.lane_images
-    monkeypatch.setattr(matvec_lanes, "lane_images", corrupted)
+    original = matvec.lane_images
+    monkeypatch.setattr(matvec, "lane_images", corrupted)
     words, want, *_ = stream(design, contact_codes(design, 1, seed=1))
     assert (words != want).any()

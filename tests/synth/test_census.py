@@ -69,7 +69,7 @@ def test_counts_of_a_module() -> None:
     ("path", "block"),
     [
         ("core.sweep.judge.z_TRELLIS_FF_Q_3", "sweep"),
-        ("top.core.matvec.lanes.group0.lane0", "matvec"),
+        ("top.core.matvec.lane0", "matvec"),
         ("\\core.matvec", "matvec"),
         ("core", "top"),
         ("$nextpnr_1", "top"),

@@ -23,8 +23,6 @@ from tfra.synth.tools import ToolError
 
 FLOORS = sorted({name.rpartition("-")[0] for name, target in TARGETS.items() if target.floor})
 
-GROUPS = "top.core.matvec.lanes.group"
-
 
 def floor_of(name: str) -> Floor:
     found = find(name).floor
@@ -35,9 +33,9 @@ def floor_of(name: str) -> Floor:
 def blocks(lanes: int, deep: int, others: int) -> dict[str, str]:
     """Types of a core's hard blocks by name; ``deep`` memories for two lanes."""
     return {
-        **{f"{GROUPS}{n // 4}.lane{n % 4}.multiplier.digits00.cell": "MULT18X18D" for n in range(lanes)},
+        **{f"top.core.matvec.lane{n}.multiplier.digits00.cell": "MULT18X18D" for n in range(lanes)},
         **{
-            f"{GROUPS}{n // 4}.rom.memory{n % 4}_0_{part}_0.cell": "DP16KD"
+            f"top.core.matvec.rom.memory{n}_0_{part}_0.cell": "DP16KD"
             for n in range(0, lanes, 2)
             for part in range(deep)
         },
@@ -63,13 +61,13 @@ def test_every_block_has_a_site_of_its_own(name: str, pairs: int, deep: int, oth
     assert set(found) == ({c for c in cells if "friction" not in c} if fits else set())
     assert len(set(found.values())) == len(found)
     for cell, site in found.items():
-        assert re.fullmatch(r"X\d+/Y\d+/" + ("MULT18_[0145]" if "multiplier" in cell else "EBR[0-3]"), site)
+        assert re.fullmatch(r"X\d+/Y\d+/" + ("MULT18_[0145]" if "lane" in cell else "EBR[0-3]"), site)
 
 
 def test_lanes_stand_in_line() -> None:
     """Numbers of lanes grow along one row and, on the next one, come back."""
     found = plan(blocks(52, 1, 50), floor_of("ecp5-45"))
-    places = [found[f"{GROUPS}{n // 4}.lane{n % 4}.multiplier.digits00.cell"] for n in range(52)]
+    places = [found[f"top.core.matvec.lane{n}.multiplier.digits00.cell"] for n in range(52)]
     columns, rows = ([int(place[1:].split("/")[k].lstrip("Y")) for place in places] for k in range(2))
     assert rows == [22] * 26 + [46] * 26
     assert columns[:26] == sorted(set(columns[:26]))
@@ -82,8 +80,8 @@ def test_coefficients_stand_near_their_lanes() -> None:
     found = plan(blocks(24, 1, 0), floor_of("ecp5-25"))
     for n in range(0, 24, 2):
         lane, memory = (
-            int(found[f"{GROUPS}{n // 4}.{cell}"].removeprefix("X").partition("/")[0])
-            for cell in (f"lane{n % 4}.multiplier.digits00.cell", f"rom.memory{n % 4}_0_0_0.cell")
+            int(found[f"top.core.matvec.{cell}"].removeprefix("X").partition("/")[0])
+            for cell in (f"lane{n}.multiplier.digits00.cell", f"rom.memory{n}_0_0_0.cell")
         )
         assert abs(lane - memory) <= 9
 
@@ -95,12 +93,12 @@ class _Lanes(wiring.Component):
         super().__init__({"a": In(signed(18)), "b": In(signed(18)), "product": Out(signed(36))})
 
     def elaborate(self, platform: Any) -> Module:
-        m = place = Module()
-        for name in ("core", "matvec", "lanes", "group0"):
-            place.submodules[name] = place = Module()
+        m, core, matvec = Module(), Module(), Module()
+        m.submodules.core = core
+        core.submodules.matvec = matvec
         lanes = [Multiplier(18, 18, "ecp5") for _ in range(2)]
         for number, lane in enumerate(lanes):
-            place.submodules[f"lane{number}"] = lane
+            matvec.submodules[f"lane{number}"] = lane
             m.d.comb += [lane.a.eq(self.a), lane.b.eq(self.b ^ number)]
         m.d.sync += self.product.eq(lanes[0].product + lanes[1].product)
         return m
