@@ -81,6 +81,26 @@ def probes(design: Design) -> tuple[Probe, ...]:
     return tuple(found)
 
 
+def make_blocks(design: Design) -> dict[str, Any]:
+    """Every block of the core by its name, in the order in which data reach them."""
+    return {
+        "normaliser": Normaliser(design),
+        "centroids": Centroids(design),
+        "fold": Butterfly(widths(design).stress),
+        "weights": Weights(design),
+        "matvec": MatVec(design),
+        "dependent": Dependent(design),
+        "combine": Combine(design),
+        "sweep": Sweep(design),
+        "friction": Friction(design),
+        "resultant": Resultant(design),
+        "gain": Gain(design),
+        "forces": Forces(design),
+        "angle": Angle(design),
+        "scaling": Scaling(design),
+    }
+
+
 class Core(wiring.Component):
     """Triaxial contact forces of a stream of tactile frames.
 
@@ -109,7 +129,7 @@ class Core(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        blocks = self._blocks()
+        blocks = make_blocks(self.design)
         for name, block in blocks.items():
             m.submodules[name] = block
         self._wire_input(m, blocks)
@@ -132,25 +152,6 @@ class Core(wiring.Component):
         payload = port.payload[member] if member else port.payload
         members = [payload[key] for key in probe.keys] if probe.keys else [payload]
         m.d.comb += [transfer.eq(port.valid & port.ready), words.eq(Cat(members))]
-
-    def _blocks(self) -> dict[str, Any]:
-        design = self.design
-        return {
-            "normaliser": Normaliser(design),
-            "centroids": Centroids(design),
-            "fold": Butterfly(widths(design).stress),
-            "weights": Weights(design),
-            "matvec": MatVec(design),
-            "dependent": Dependent(design),
-            "combine": Combine(design),
-            "sweep": Sweep(design),
-            "friction": Friction(design),
-            "resultant": Resultant(design),
-            "gain": Gain(design),
-            "forces": Forces(design),
-            "angle": Angle(design),
-            "scaling": Scaling(design),
-        }
 
     def _wire_input(self, m: Module, blocks: dict[str, Any]) -> None:
         """Taxels to the normaliser and to the centroids; the normalised frame to the fold and to the sweep."""
