@@ -13,7 +13,7 @@ from tfra.hdl.arithmetic import count, quad, round_top
 from tfra.hdl.combine_store import FRAMES, Level, Store, headrooms, place
 from tfra.hdl.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.payloads import affine, chosen, direction, operand, vector_part, vector_quad
-from tfra.hdl.pipeline import READ, register, walk
+from tfra.hdl.pipeline import READ, delayed, register, walk
 from tfra.hdl.streams import TOKEN, Spare, Tokens, flow
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
@@ -327,17 +327,7 @@ class Combine(wiring.Component):
 
     def _products(self, m: Module, w: _Wires) -> data.View:
         """The z of forces: what enters meets its x n where other parts' z comes from the store."""
-        m.submodules.products = ring = memory.Memory(shape=vector_part(self._design), depth=8, init=[])
-        write, read = ring.write_port(), ring.read_port()
-        cycle = Signal(range(ring.depth))
-        m.d.sync += cycle.eq(cycle + 1)
-        m.d.comb += [
-            write.en.eq(1),
-            write.addr.eq(cycle),
-            write.data.eq(w.product),
-            read.addr.eq(cycle - _READ_Z),
-        ]
-        return data.View(read.data.shape(), register(m, read.data.as_value(), "found"))
+        return data.View(vector_part(self._design), delayed(m, w.product.as_value(), _READ_Z + READ, "product"))
 
     def _multiply(self, m: Module, w: _Wires) -> None:
         """Align x by its headroom, round it to an operand, multiply, and shift back by the headroom."""
