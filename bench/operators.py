@@ -16,7 +16,8 @@ import numpy as np
 from bench.publish import publish
 from tfra.codegen.images import depth, passes
 from tfra.codegen.memory import BLOCK
-from tfra.hdl.matvec import CAPTURE, CHOICE, DRAIN, FULL
+from tfra.hdl.matvec import CAPTURE, CHOICE, FULL
+from tfra.hdl.matvec_drain import drain_latency
 from tfra.hdl.timing import Timing
 from tfra.model.design import Architecture, Design
 from tfra.model.fixed.coefficients import coefficient_bits, products, split, stacks
@@ -65,7 +66,7 @@ def added_latency(design: Design, form: str) -> int:
     # The last operand quad is there, then come all passes, then the last of them is drained.
     quads_a_pass = max(1, design.architecture.mac_lanes // 4)
     leaving = (design.quads - 1) % quads_a_pass
-    single = FULL + CHOICE + design.quads * passes(design, "gram") + CAPTURE + DRAIN + leaving
+    single = FULL + CHOICE + design.quads * passes(design, "gram") + CAPTURE + drain_latency(design) + leaving
     # chain: two more products in front of p and two in front of q, as if nothing overlapped: an upper bound.
     return single if form == "gram" else 2 * 2 * single
 

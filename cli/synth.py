@@ -21,7 +21,8 @@ TargetName = Annotated[
 ]
 Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier directory of this command.")]
 Seeds = Annotated[int, typer.Option(min=1, max=99, help="Runs of place and route; the median counts.")]
-Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help="What place and route aims at.")]
+_AIM = "What place and route aims at; the router takes long to give up what can't be reached."
+Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help=_AIM)]
 
 
 def find_target(name: str) -> Target:

@@ -11,10 +11,10 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, quad, round_top
 from tfra.hdl.combine_store import FRAMES, Level, Store, headrooms, place
-from tfra.hdl.parts import in_quad, part_number, pick_part
+from tfra.hdl.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.payloads import affine, chosen, direction, operand, vector_part, vector_quad
-from tfra.hdl.pipeline import READ, register, walk
-from tfra.hdl.streams import TOKEN, Spare, Tokens
+from tfra.hdl.pipeline import READ, delayed, register, walk
+from tfra.hdl.streams import TOKEN, Spare, Tokens, flow
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import widths
@@ -26,7 +26,7 @@ _FOUND = _READ_X + READ
 """Stage beside which x is there."""
 
 _SUM = _FOUND + 6
-"""Stages of the pipeline; the register of the last one is the sum, and a spare one follows."""
+"""Stages of the pipeline; the register of the last one is the sum, and that of the output follows."""
 
 _READ_Z = _SUM - 2 - READ
 """Stage beside which z is read, so late that it comes to the adder with its product."""
@@ -59,18 +59,18 @@ class Combine(wiring.Component):
     is written.  A quad takes ``design.parts`` cycles, W = ``vector_words`` multipliers of operand x operand bits.
 
     Products enter as they come, before a vector's parts.  Of the vectors d goes before e0, so that the
-    older of two frames does; a vector is begun when ``room`` says that its receiver can take it, since what is in
-    the pipeline must not be held up: the receiver may wait for forces behind it.  ``combine_store.FRAMES`` frames
-    have a place each in the stores, so that those behind need not wait.
+    older of two frames does; a vector is begun when ``room`` says that its receiver can take it, since nothing in
+    the pipeline waits.  ``combine_store.FRAMES`` frames have a place each in the stores: whoever sends something of
+    a frame holds its token.
 
     Members:
         b: Q quads a frame, folded stress in converter codes.
         n: Q quads a frame, folded weights.
-        residual: 3 Q quads a frame: g, d1, d2.
+        residual: 3 Q quads a frame, behind its b: g, d1, d2.
         direction, affine: one transfer a frame, taken a cycle behind the entry of the last part of e1.
         chosen: one transfer a frame, taken a cycle behind the entry of the last part of d.
         forced: the same, taken when the forces of the frame before are on their way.
-        products: 3 Q quads a frame: A1-dagger d, A2-dagger d, A3-dagger d.
+        products: 3 Q quads a frame, behind its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
         room: tokens, one taken for each vector.
         frame: tokens out, one for each frame that has a place in the stores; its forces return it.
         vector: 3 Q quads a frame: e0, e1, and later d.
@@ -79,7 +79,7 @@ class Combine(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        vector = stream.Signature(vector_quad(design))
+        vector = flow(vector_quad(design))
         super().__init__(
             {
                 "b": In(stream.Signature(quad(design.adc.bits + 2))),
@@ -92,14 +92,14 @@ class Combine(wiring.Component):
                 "products": In(vector),
                 "room": In(stream.Signature(TOKEN)),
                 "frame": Out(stream.Signature(TOKEN)),
-                "vector": Out(stream.Signature(operand(design))),
+                "vector": Out(flow(operand(design))),
                 "forces": Out(vector),
             }
         )
 
     @property
     def latency(self) -> int:
-        """Cycles from the last transfer of ``residual`` to the first of ``vector``, e0.
+        """Cycles from the last part of ``residual`` to the first transfer of ``vector``, e0.
 
         ``affine`` and ``direction`` are held by their senders; when one comes later, it is one less from the first
         clock edge that finds both valid.
@@ -116,8 +116,8 @@ class Combine(wiring.Component):
 
     @property
     def force_latency(self) -> int:
-        """Cycles from a transfer of ``products`` to the transfer of its quad of ``forces``."""
-        return _SUM + Spare.latency
+        """Cycles from the last part of a quad of ``products`` to the transfer of its quad of ``forces``."""
+        return _SUM + 1
 
     @property
     def pause(self) -> int:
@@ -129,41 +129,34 @@ class Combine(wiring.Component):
         w = _Wires(self._design)
         for name in ("n", "x", "z", "e0", "e1"):
             m.submodules[f"{name}_store"] = getattr(w, name)
-        for name in ("b_level", "n_places", "n_level", "d_places", "d_level", "e_level"):
+        for name in ("b_level", "d_level", "e_level"):
             m.submodules[name] = getattr(w, name)
         m.submodules.frame_tokens = frames = Tokens(FRAMES)
-        m.d.comb += frames.give.eq(w.n_level.leave)
         wiring.connect(m, frames.o, wiring.flipped(self.frame))
         self._load_weights(m, w)
         self._load_residuals(m, w)
-        self._enter(m, w)
+        self._enter(m, w, frames)
         self._vectors(m, w)
-        self._flow(m, w)
+        self._leave(m, w)
         self._read(m, w)
         self._multiply(m, w)
         self._add(m, w)
         return m
 
-    def _walk(self, m: Module, step: Value) -> tuple[Value, Value, Value]:
-        """Number of a vector's part, whether it ends its quad, whether it ends the vector."""
-        design = self._design
+    def _walk(self, m: Module, valid: Value) -> tuple[Value, Value, Value]:
+        """A part is there; its number in the vector; it ends the vector."""
+        design, step = self._design, Signal()
         number, last = walk(m, step, design.quads * design.parts)
-        return number, in_quad(design, number) == design.parts - 1, last
+        m.d.comb += step.eq(in_parts(m, valid, in_quad(design, number) == design.parts - 1))
+        return step, number, step & last
 
     def _load_weights(self, m: Module, w: _Wires) -> None:
-        """A cycle behind the transfer, as what enters is behind the word that n's place is free again."""
-        loaded = Signal()
-        number, ends_quad, last = self._walk(m, loaded)
-        m.d.comb += [
-            loaded.eq(self.n.valid & w.n_places.space),
-            self.n.ready.eq(w.n_places.space & ends_quad),
-            w.n_places.enter.eq(loaded & last),
-            w.n_level.enter.eq(register(m, w.n_places.enter, control=True)),
-            w.n_places.leave.eq(w.n_level.leave),
-        ]
+        """A cycle behind the transfer."""
+        loaded, number, ends = self._walk(m, self.n.valid)
+        head, _ = walk(m, ends, FRAMES, "head")
         m.d.sync += w.n.write.eq(loaded)
         m.d.comb += [
-            w.n.write_place.eq(register(m, w.n_places.head)),
+            w.n.write_place.eq(register(m, head)),
             w.n.write_number.eq(register(m, number)),
             w.n.words.eq(register(m, pick_part(self._design, self.n.payload, number))),
         ]
@@ -171,21 +164,20 @@ class Combine(wiring.Component):
     def _load_residuals(self, m: Module, w: _Wires) -> None:
         """b waits in a memory of its own for g; d1 and d2 go to both stores, since each is an x or a z."""
         design, q, fraction = self._design, self._design.quads, self._design.formats.vector_fraction
-        loaded = Signal()
-        number, ends_quad, last = self._walk(m, loaded)
-        step, whole = walk(m, loaded & last, 3, "step")  # g, d1, d2
-        is_g = step == 0
+        loaded, number, ends = self._walk(m, self.residual.valid)
+        step, whole = walk(m, ends, 3, "step")  # g, d1, d2
+        head, _ = walk(m, ends & whole, FRAMES, "head")
         facts = {"step": 2, "place": place, "number": len(number)}
         put = Signal(data.StructLayout({"words": vector_part(design), **facts}), reset_less=True)
         valid = register(m, loaded, control=True)
         m.d.sync += [
             put.words.eq(pick_part(design, self.residual.payload, number)),
             put.step.eq(step),
-            put.place.eq(w.d_places.head),
+            put.place.eq(head),
             put.number.eq(number),
         ]
-        go = Mux(is_g, w.b_level.some, 1) & w.d_places.space
-        m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=FRAMES << count(q - 1).width, init=[])
+        depth = (FRAMES + 1) << count(q - 1).width
+        m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=depth, init=[])
         b_write, b_read = bs.write_port(), bs.read_port()
         b_number, b_last = walk(m, b_write.en, q)
         m.d.comb += [
@@ -195,12 +187,8 @@ class Combine(wiring.Component):
             b_write.data.eq(self.b.payload),
             w.b_level.enter.eq(b_write.en & b_last),
             b_read.addr.eq(Cat((number >> len(in_quad(design, number)))[: len(b_number)], w.b_level.tail)),
-            b_read.en.eq(loaded),
-            self.residual.ready.eq(go & ends_quad),
-            loaded.eq(self.residual.valid & go),
-            w.b_level.leave.eq(loaded & last & is_g),
-            w.d_places.enter.eq(loaded & last & whole),
-            w.d_level.enter.eq(register(m, w.d_places.enter, control=True)),
+            w.b_level.leave.eq(ends & (step == 0)),
+            w.d_level.enter.eq(register(m, ends & whole, control=True)),
             w.x.write.eq(valid & (put.step != 0)),
             w.x.write_place.eq(put.place),
             w.x.write_vector.eq(put.step == 2),
@@ -220,28 +208,27 @@ class Combine(wiring.Component):
             b = Mux(later.step == 0, codes.word_select(k, len(found[k])).as_signed() << fraction, 0)
             m.d.comb += w.z.words[k].eq(register(m, (later.words[k] + b)[: len(later.words[k])]))
 
-    def _enter(self, m: Module, w: _Wires) -> None:
+    def _enter(self, m: Module, w: _Wires, frames: Tokens) -> None:
         """What enters the pipeline: a part of products, or else one of the vector in hand."""
         m.submodules.forced = waiting = Spare(self.forced.payload.shape())
         wiring.connect(m, wiring.flipped(self.forced), waiting.i)
-        forced, go = waiting.o.payload, Signal()
-        number, ends_quad, last = self._walk(m, w.take)
-        plane, whole = walk(m, w.take & last, 3, "plane")
+        forced = waiting.o.payload
+        take, number, ends = self._walk(m, self.products.valid)
+        plane, whole = walk(m, ends, 3, "plane")
+        tail, _ = walk(m, ends & whole, FRAMES, "tail")
         minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
         tag = w.tag[0]
         m.d.comb += [
-            go.eq(~w.stopped & waiting.o.valid & w.n_level.some & ~w.n_level.leave),
-            w.take.eq(self.products.valid & go),
-            self.products.ready.eq(go & ends_quad),
+            w.take.eq(take),
             w.product.eq(pick_part(self._design, self.products.payload, number)),
-            waiting.o.ready.eq(w.n_level.leave),
+            waiting.o.ready.eq(ends & whole),
+            frames.give.eq(register(m, ends & whole, control=True)),
             w.valid[0].eq(w.take | w.busy),
         ]
-        m.d.sync += w.n_level.leave.eq(w.take & last & whole)  # a register, since the way to tokens and facts is long
         with m.If(w.take):
             m.d.comb += [
                 tag.job.eq(Job.FORCE),
-                tag.place.eq(w.n_level.tail),
+                tag.place.eq(tail),
                 tag.number.eq(number),
                 tag.scalar.eq(Array([forced.mu_x, forced.mu_y, minus_one])[plane]),
             ]
@@ -254,7 +241,7 @@ class Combine(wiring.Component):
         step, ends, vector, final = Signal(), Signal(), w.vector, Signal()  # final: vector is its last part
         sweep_y, facts, winner = self.direction.payload.sweep_y, self.affine.payload, self.chosen.payload
         m.d.comb += [
-            step.eq(w.busy & ~w.take & ~w.stopped),
+            step.eq(w.busy & ~w.take),
             ends.eq(step & final),
             self.affine.ready.eq(w.d_level.leave),
             self.direction.ready.eq(w.d_level.leave),
@@ -267,7 +254,7 @@ class Combine(wiring.Component):
             update.eq(self.chosen.valid & ~w.e_level.leave),
         ]
         begin_d = update & w.e_level.some & ~w.e_level.leave
-        begin_e = candidates & w.d_level.some & ~w.d_level.leave & (second | w.e_level.space)
+        begin_e = candidates & w.d_level.some & ~w.d_level.leave
         with m.If(step):
             m.d.sync += [vector.number.eq(vector.number + 1), final.eq(vector.number == w.last - 1), w.busy.eq(~final)]
         with m.If(~w.busy & self.room.valid):
@@ -284,30 +271,21 @@ class Combine(wiring.Component):
                     vector.swap.eq(sweep_y),
                 ]
 
-    def _flow(self, m: Module, w: _Wires) -> None:
-        """All stages wait together while the spare register behind them is in use, which is a register's word."""
+    def _leave(self, m: Module, w: _Wires) -> None:
+        """Stages move on in every cycle; behind the last, whole quads."""
         tag, valid = w.tag[_SUM], w.valid[_SUM]
-        m.submodules.spare = spare = Spare(data.StructLayout({"words": self.forces.payload.shape(), "job": 2}))
-        out = spare.o.payload
-        force = out.job == Job.FORCE
-        ends_e1 = valid & w.move & (tag.job == Job.E1) & (tag.number == w.last)
+        force, whole = tag.job == Job.FORCE, valid & (in_quad(self._design, tag.number) == self._design.parts - 1)
+        words = register(m, self._quad(m, w), "words")
         m.d.comb += [
-            spare.i.valid.eq(valid & (in_quad(self._design, tag.number) == self._design.parts - 1)),
-            spare.i.payload.words.eq(self._quad(m, w)),
-            spare.i.payload.job.eq(tag.job),
-            w.move.eq(spare.i.ready),
-            w.stopped.eq(spare.used),
-            w.e_level.enter.eq(register(m, ends_e1, control=True)),
-            self.vector.valid.eq(spare.o.valid & ~force),
-            self.vector.payload.words.eq(out.words),
-            self.vector.payload.force.eq(out.job == Job.D),
-            self.forces.valid.eq(spare.o.valid & force),
-            self.forces.payload.eq(out.words),
-            spare.o.ready.eq(Mux(force, self.forces.ready, self.vector.ready)),
+            self.vector.valid.eq(register(m, whole & ~force, control=True)),
+            self.vector.payload.words.eq(words),
+            self.vector.payload.force.eq(register(m, tag.job == Job.D)),
+            self.forces.valid.eq(register(m, whole & force, control=True)),
+            self.forces.payload.eq(words),
         ]
-        with m.If(w.move):
-            for k in range(1, _SUM + 1):
-                m.d.sync += [w.valid[k].eq(w.valid[k - 1]), w.tag[k].eq(w.tag[k - 1])]
+        m.d.sync += w.e_level.enter.eq(valid & (tag.job == Job.E1) & (tag.number == w.last))
+        for k in range(1, _SUM + 1):
+            m.d.sync += [w.valid[k].eq(w.valid[k - 1]), w.tag[k].eq(w.tag[k - 1])]
 
     def _quad(self, m: Module, w: _Wires) -> Value:
         """The sums of a quad's parts; those of a force may come between those of a vector."""
@@ -317,7 +295,7 @@ class Combine(wiring.Component):
         kept = []
         for number, mine in enumerate((~force, force)):
             parts = Signal((self._design.parts - 1) * len(latest), name=f"kept{number}", reset_less=True)
-            with m.If(w.move & w.valid[_SUM] & mine):
+            with m.If(w.valid[_SUM] & mine):
                 m.d.sync += parts.eq(Cat(parts, latest)[len(latest) :])
             kept.append(parts)
         return Cat(Mux(force, kept[1], kept[0]), latest)
@@ -326,15 +304,14 @@ class Combine(wiring.Component):
         """x first; z so late that it comes to the adder with its product.  Sums e0 and e1 return to stores."""
         early, late, tag = w.tag[_READ_X], w.tag[_READ_Z], w.tag[_SUM]
         for store, at in ((w.n, early), (w.x, early), (w.e1, early), (w.z, late), (w.e0, late)):
-            m.d.comb += [store.read.eq(w.move), store.read_place.eq(at.place), store.read_number.eq(at.number)]
+            m.d.comb += [store.read_place.eq(at.place), store.read_number.eq(at.number)]
         m.d.comb += [
             w.x.read_vector.eq(~early.swap),  # d_dep
             w.z.read_vector.eq(Mux(late.job == Job.E0, 0, Mux(late.swap, 2, 1))),  # d0, d_ind
         ]
-        m.d.comb += w.d_places.leave.eq(w.valid[_READ_Z] & w.move & (late.job == Job.E1) & (late.number == w.last))
         for store, job in ((w.e0, Job.E0), (w.e1, Job.E1)):
             m.d.comb += [
-                store.write.eq(w.valid[_SUM] & w.move & (tag.job == job)),
+                store.write.eq(w.valid[_SUM] & (tag.job == job)),
                 store.write_place.eq(tag.place),
                 store.write_number.eq(tag.number),
                 store.words.eq(w.sum),
@@ -342,25 +319,15 @@ class Combine(wiring.Component):
         products = self._products(m, w)
         job, sources = w.tag[_FOUND].job, [w.x, w.x, w.e1, w.n]
         late_job = w.tag[_READ_Z + READ].job
-        with m.If(w.move):
-            m.d.sync += [
-                w.words.eq(Array(s.part.as_value() for s in sources)[job]),
-                w.room[_FOUND + 1].eq(Array(s.room.as_value() for s in sources)[job]),
-                w.base.eq(Array(z.as_value() for z in (w.z.part, w.z.part, w.e0.part, products))[late_job]),
-            ]
+        m.d.sync += [
+            w.words.eq(Array(s.part.as_value() for s in sources)[job]),
+            w.room[_FOUND + 1].eq(Array(s.room.as_value() for s in sources)[job]),
+            w.base.eq(Array(z.as_value() for z in (w.z.part, w.z.part, w.e0.part, products))[late_job]),
+        ]
 
     def _products(self, m: Module, w: _Wires) -> data.View:
         """The z of forces: what enters meets its x n where other parts' z comes from the store."""
-        m.submodules.products = ring = memory.Memory(shape=vector_part(self._design), depth=8, init=[])
-        write, read = ring.write_port(), ring.read_port()
-        m.d.comb += [write.en.eq(w.take), write.data.eq(w.product), read.en.eq(w.move)]
-        with m.If(w.take):
-            m.d.sync += write.addr.eq(write.addr + 1)
-        with m.If(w.move & w.valid[_READ_Z] & (w.tag[_READ_Z].job == Job.FORCE)):
-            m.d.sync += read.addr.eq(read.addr + 1)
-        with m.If(w.move):
-            found = register(m, read.data.as_value(), "found")
-        return data.View(read.data.shape(), found)
+        return data.View(vector_part(self._design), delayed(m, w.product.as_value(), _READ_Z + READ, "product"))
 
     def _multiply(self, m: Module, w: _Wires) -> None:
         """Align x by its headroom, round it to an operand, multiply, and shift back by the headroom."""
@@ -372,23 +339,22 @@ class Combine(wiring.Component):
             Signal(signed(fmt.operand), reset_less=True),
         )
         words = Signal(data.ArrayLayout(signed(fmt.operand), size), reset_less=True)
-        product = Signal(data.ArrayLayout(signed(2 * fmt.operand), size), reset_less=True)
-        with m.If(w.move):
-            m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(_FOUND + 2, _SUM - 1)]
-            m.d.sync += scalar.eq(w.tag[_FOUND + 2].scalar)
-            for k in range(size):
-                m.d.sync += [
-                    aligned[k].eq(w.words[k] << w.room[_FOUND + 1][k]),
-                    words[k].eq(round_top(aligned[k], fmt.operand)),
-                    product[k].eq(words[k] * scalar),
-                    w.shifted[k].eq(_drop(product[k], drop) >> w.room[_SUM - 2][k]),
-                ]
+        # A register for each word: yosys packs one of all words into the SB_MAC16 of the first and loses the rest.
+        product = [Signal(signed(2 * fmt.operand), name=f"product{k}", reset_less=True) for k in range(size)]
+        m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(_FOUND + 2, _SUM - 1)]
+        m.d.sync += scalar.eq(w.tag[_FOUND + 2].scalar)
+        for k in range(size):
+            m.d.sync += [
+                aligned[k].eq(w.words[k] << w.room[_FOUND + 1][k]),
+                words[k].eq(round_top(aligned[k], fmt.operand)),
+                product[k].eq(words[k] * scalar),
+                w.shifted[k].eq(_drop(product[k], drop) >> w.room[_SUM - 2][k]),
+            ]
 
     def _add(self, m: Module, w: _Wires) -> None:
         """``z + round_half(shifted)`` in one adder: ``(2 z + 1 + shifted) >> 1``."""
-        with m.If(w.move):
-            for k in range(self._design.architecture.vector_words):
-                m.d.sync += w.sum[k].eq((Cat(1, w.base[k]).as_signed() + w.shifted[k]) >> 1)
+        for k in range(self._design.architecture.vector_words):
+            m.d.sync += w.sum[k].eq((Cat(1, w.base[k]).as_signed() + w.shifted[k]) >> 1)
 
 
 class _Wires:
@@ -401,17 +367,13 @@ class _Wires:
         tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
         self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
         self.z, self.e0, self.e1 = Store(design, 3), Store(design), Store(design, headroom=True)
-        self.b_level, self.n_level, self.d_level, self.e_level = (Level() for _ in range(4))
-        """Frames of b that wait for g; of n, until their forces have entered; of d0, d1 and d2, until e1 has entered;
-        of e0 and e1, from the sum of e1 until d has entered.  They enter when their headroom can be read."""
-        self.n_places, self.d_places = Level(), Level()
-        """The same from the first cycle in which the place is taken, until all has been read."""
+        self.b_level, self.d_level, self.e_level = Level(FRAMES + 1), Level(), Level()
+        """Frames of b that wait for g, one of them still an operand; of d0, d1 and d2, until e1 has entered; of e0 and
+        e1, from the sum of e1 until d has entered.  They enter when their headroom can be read."""
         self.busy, self.vector = Signal(), Signal(tag, reset_less=True)
         """A vector is in hand; its next part."""
         self.take, self.product = Signal(), Signal(vector_part(design))
         """A part of products enters."""
-        self.move, self.stopped = Signal(), Signal()
-        """The pipeline advances; it does not, for decisions."""
         self.valid = [Signal(name=f"valid{k}") for k in range(_SUM + 1)]
         self.tag = [Signal(tag, name=f"tag{k}", reset_less=k > 0) for k in range(_SUM + 1)]
         rooms, part = headrooms(design, size), vector_part(design)

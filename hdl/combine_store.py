@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
 from tfra.hdl.parts import in_quad, part_number
 from tfra.hdl.payloads import vector_part
-from tfra.hdl.pipeline import delayed, fill, register
+from tfra.hdl.pipeline import delayed, fill, register, walk
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -36,8 +36,8 @@ class Store(wiring.Component):
 
     Members:
         write, write_place, write_vector, write_number, words: a part is written.
-        read, read_place, read_vector, read_number: a part is read; ``part`` and ``room`` follow ``READ`` of the cycles
-            in which ``read`` is high later.
+        read_place, read_vector, read_number: what is read in every cycle; ``part`` and ``room`` follow ``READ`` cycles
+            later.
 
     A part can be read in the cycle after it was written, the headroom a cycle after its last part.
     """
@@ -52,7 +52,6 @@ class Store(wiring.Component):
                 "write_vector": In(vector),
                 "write_number": In(number),
                 "words": In(vector_part(design)),
-                "read": In(1),
                 "read_place": In(place),
                 "read_vector": In(vector),
                 "read_number": In(number),
@@ -70,12 +69,9 @@ class Store(wiring.Component):
             write.en.eq(self.write),
             write.addr.eq(Cat(self.write_number, self._slot(self.write_vector, self.write_place))),
             write.data.eq(self.words),
-            read.en.eq(self.read),
             read.addr.eq(Cat(self.read_number, self._slot(self.read_vector, self.read_place))),
         ]
-        with m.If(self.read):
-            part = register(m, read.data.as_value(), "part")
-        m.d.comb += self.part.eq(part)
+        m.d.comb += self.part.eq(register(m, read.data.as_value(), "part"))
         if self._headroom:
             self._measure(m)
         return m
@@ -108,12 +104,9 @@ class Store(wiring.Component):
         for k in range(size):
             m.d.comb += write.data[k].eq(register(m, leading_zeros(masks.word_select(4 - size + k, length))))
         m.d.comb += [
-            read.en.eq(self.read),
             read.addr.eq(Cat(in_quad(design, self.read_number), self._slot(self.read_vector, self.read_place))),
+            self.room.eq(register(m, read.data.as_value(), "room")),
         ]
-        with m.If(self.read):
-            room = register(m, read.data.as_value(), "room")
-        m.d.comb += self.room.eq(room)
 
 
 class Level(wiring.Component):
@@ -122,16 +115,15 @@ class Level(wiring.Component):
     Members: ``enter``, ``leave``: pulses; ``some``, ``space``: a frame is between them, another one may enter.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, places: int = FRAMES) -> None:
+        self._places, number = places, count(places - 1)
         pulses = {"enter": In(1), "leave": In(1)}
-        super().__init__(pulses | {"head": Out(place), "tail": Out(place), "some": Out(1), "space": Out(1)})
+        super().__init__(pulses | {"head": Out(number), "tail": Out(number), "some": Out(1), "space": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        taken = fill(m, FRAMES, self.enter, self.leave)
-        m.d.sync += [
-            self.head.eq(self.head + self.enter),
-            self.tail.eq(self.tail + self.leave),
-        ]
-        m.d.comb += [self.some.eq(taken[0]), self.space.eq(~taken[-1])]
+        taken = fill(m, self._places, self.enter, self.leave)
+        head, _ = walk(m, self.enter, self._places, "entered")
+        tail, _ = walk(m, self.leave, self._places, "left")
+        m.d.comb += [self.head.eq(head), self.tail.eq(tail), self.some.eq(taken[0]), self.space.eq(~taken[-1])]
         return m

@@ -81,6 +81,26 @@ def probes(design: Design) -> tuple[Probe, ...]:
     return tuple(found)
 
 
+def make_blocks(design: Design) -> dict[str, Any]:
+    """Every block of the core by its name, in the order in which data reach them."""
+    return {
+        "normaliser": Normaliser(design),
+        "centroids": Centroids(design),
+        "fold": Butterfly(widths(design).stress),
+        "weights": Weights(design),
+        "matvec": MatVec(design),
+        "dependent": Dependent(design),
+        "combine": Combine(design),
+        "sweep": Sweep(design),
+        "friction": Friction(design),
+        "resultant": Resultant(design),
+        "gain": Gain(design),
+        "forces": Forces(design),
+        "angle": Angle(design),
+        "scaling": Scaling(design),
+    }
+
+
 class Core(wiring.Component):
     """Triaxial contact forces of a stream of tactile frames.
 
@@ -109,7 +129,7 @@ class Core(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        blocks = self._blocks()
+        blocks = make_blocks(self.design)
         for name, block in blocks.items():
             m.submodules[name] = block
         self._wire_input(m, blocks)
@@ -132,25 +152,6 @@ class Core(wiring.Component):
         payload = port.payload[member] if member else port.payload
         members = [payload[key] for key in probe.keys] if probe.keys else [payload]
         m.d.comb += [transfer.eq(port.valid & port.ready), words.eq(Cat(members))]
-
-    def _blocks(self) -> dict[str, Any]:
-        design = self.design
-        return {
-            "normaliser": Normaliser(design),
-            "centroids": Centroids(design),
-            "fold": Butterfly(widths(design).stress),
-            "weights": Weights(design),
-            "matvec": MatVec(design),
-            "dependent": Dependent(design),
-            "combine": Combine(design),
-            "sweep": Sweep(design),
-            "friction": Friction(design),
-            "resultant": Resultant(design),
-            "gain": Gain(design),
-            "forces": Forces(design),
-            "angle": Angle(design),
-            "scaling": Scaling(design),
-        }
 
     def _wire_input(self, m: Module, blocks: dict[str, Any]) -> None:
         """Taxels to the normaliser and to the centroids; the normalised frame to the fold and to the sweep."""
@@ -176,13 +177,12 @@ class Core(wiring.Component):
         """Operands to the products, and leave to go to those who must ask for it."""
         matvec, combine, forces = blocks["matvec"], blocks["combine"], blocks["forces"]
         m.submodules.b_fork = b = Fork(quad(widths(self.design).stress + 2), 2)
-        m.submodules.n_fork = n = Fork(payloads.vector_quad(self.design), 2)
         connect(m, blocks["fold"].o, b.i)
         connect(m, b.o[0], combine.b)
         connect(m, b.o[1], matvec.b)
-        connect(m, blocks["weights"].n, n.i)
-        connect(m, n.o[0], combine.n)
-        connect(m, n.o[1], matvec.n)
+        n = blocks["weights"].n
+        for block in (combine, matvec):
+            m.d.comb += [block.n.valid.eq(n.valid), block.n.payload.eq(n.payload)]
         connect(m, combine.vector, matvec.vector)
         connect(m, combine.forces, forces.folded)
         connect(m, combine.frame, matvec.frame)
@@ -268,9 +268,6 @@ class Core(wiring.Component):
             m.submodules[f"{name}_fork"] = fork = Fork(shape, len(fields))
             connect(m, getattr(blocks[source], name), fork.i)
             for way, (user, looked_at) in enumerate(fields.items()):
-                if user == "angle":  # which has a place for one
-                    connect(m, fork.o[way], blocks[user].direction)
-                    continue
                 block, _, port = user.partition(".")
                 sink, label = getattr(blocks[block], port or name), f"{name}_{user.replace('.', '_')}"
                 connect(m, fork.o[way], self._facts(m, label, shape, looked_at, _HELD, sink))

@@ -89,7 +89,7 @@ class Dependent(wiring.Component):
     def latency(self) -> int:
         """Cycles from the transfer of the last quad of sums, the facts being there, to that of ``affine``.
 
-        ``operand + 19`` in all.
+        ``operand + 20`` in all.
         """
         return 1 + _DIVIDE + self._dividers[0].latency
 

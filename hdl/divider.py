@@ -48,8 +48,8 @@ class Divider(wiring.Component):
 
     @property
     def latency(self) -> int:
-        """Cycles from the transfer of the operands to that of the quotient: one to load, one for each digit."""
-        return self._digits + 1
+        """Cycles from the transfer of the operands to that of the quotient: to load, each digit, and the last's use."""
+        return self._digits + 2
 
     @property
     def interval(self) -> int:
@@ -64,12 +64,12 @@ class Divider(wiring.Component):
         quotient = Signal.like(self.o.payload, reset_less=True)
         further = Signal.like(self.o.payload, reset_less=True)
         left = Signal(count(self._digits - 1), reset_less=True)
+        # A digit is used a cycle after it is found: sign of a long difference, it has two long words to turn.
+        digit, known, ends = Signal(reset_less=True), Signal(), Signal(reset_less=True)
         busy, done = Signal(), Signal()
         m.d.comb += [self.i.ready.eq(~busy), self.o.valid.eq(done), self.o.payload.eq(quotient)]
 
         difference = remainder - divisor
-        digit = Signal()
-        m.d.comb += digit.eq(~difference[-1])
         with m.If(~busy):
             operands = self.i.payload
             m.d.sync += [
@@ -83,13 +83,16 @@ class Divider(wiring.Component):
             ]
         with m.Elif(~done):
             m.d.sync += [
-                remainder.eq(Mux(digit, difference, remainder) << 1),
+                remainder.eq(Mux(difference[-1], remainder, difference) << 1),
+                digit.eq(~difference[-1]),
+                known.eq(1),
                 left.eq(left - 1),
-                done.eq(left == 0),
+                ends.eq(left == 0),
+                done.eq(known & ends),
             ]
-            with m.If(left == 0):
+            with m.If(known & ends):
                 m.d.sync += quotient.eq(Mux(digit, further, quotient))
-            with m.Else():
+            with m.Elif(known):
                 # 2 q + s digit and 2 q + s digit + s for the sign s, from q and q + s
                 lower = Mux(negative, further, quotient)
                 m.d.sync += [
@@ -97,5 +100,5 @@ class Divider(wiring.Component):
                     further.eq(Cat(~digit, Mux(digit, further, lower))),
                 ]
         with m.Elif(self.o.ready):
-            m.d.sync += [busy.eq(0), done.eq(0)]
+            m.d.sync += [busy.eq(0), done.eq(0), known.eq(0)]
         return m

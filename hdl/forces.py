@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Module, Mux, Signal, Value, signed
+from amaranth import Array, Cat, Module, Signal, Value, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.normaliser import Raster
-from tfra.hdl.parts import in_quad, part_number, pick_part
+from tfra.hdl.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.payloads import vector_quad
 from tfra.hdl.pipeline import fill, register, walk
-from tfra.hdl.streams import TOKEN, Spare, Tokens
+from tfra.hdl.streams import TOKEN, Spare, Tokens, flow
 from tfra.model.design import Design
 from tfra.model.fixed.widths import force_drop, widths
 
@@ -35,7 +35,7 @@ class Forces(wiring.Component):
     frame need not wait for its words to be sent.  One quad per cycle in, one taxel per cycle out; no multiplier.
 
     Members:
-        folded: 3 Q quads a frame: folded f_x, f_y, f_z.
+        folded: 3 Q quads a frame, for which a token was taken: folded f_x, f_y, f_z.
         taxel: 3 m words a frame: f_x, f_y, f_z, each row-major.
         room: tokens out, one for each frame that the memory has room for.
     """
@@ -44,7 +44,7 @@ class Forces(wiring.Component):
         self._design = design
         super().__init__(
             {
-                "folded": In(stream.Signature(vector_quad(design))),
+                "folded": In(flow(vector_quad(design))),
                 "taxel": Out(stream.Signature(signed(widths(design).force))),
                 "room": Out(stream.Signature(TOKEN)),
             }
@@ -80,29 +80,29 @@ class Forces(wiring.Component):
         m.submodules.plane = plane = memory.Memory(shape=words, depth=depth, init=[])
         entered, left = Signal(), Signal()
         full = fill(m, PLANES, entered, left)
-        wiring.connect(m, wiring.flipped(self.folded), self._unfold.i)
         m.d.comb += [
-            entered.eq(self._write(m, plane.write_port(), full)),
+            self._unfold.i.valid.eq(self.folded.valid),
+            self._unfold.i.payload.eq(self.folded.payload),
+            self._unfold.o.ready.eq(1),
+            entered.eq(self._write(m, plane.write_port())),
             left.eq(self._read(m, plane.read_port(), full)),
         ]
         return m
 
-    def _write(self, m: Module, port: Any, full: Value) -> Value:
-        """Round the unfolded quads and store them while a plane of the memory is free; high with a plane's last."""
+    def _write(self, m: Module, port: Any) -> Value:
+        """Round the unfolded quads and store them; high with a plane's last."""
         design, drop, unfolded = self._design, force_drop(self._design), self._unfold.o
-        rounded, valid = Signal(quad(widths(design).force), reset_less=True), Signal()
-        plane, blocked, ends = Signal(range(PLANES)), Signal(), Signal()  # blocked: no plane was free a cycle ago
+        rounded = Signal(quad(widths(design).force), reset_less=True)
+        plane, ends = Signal(range(PLANES)), Signal()
         number, last = walk(m, port.en, design.quads * design.parts)
+        ends_quad = in_quad(design, number) == design.parts - 1
         m.d.comb += [
-            unfolded.ready.eq(~valid | (~blocked & (in_quad(design, number) == design.parts - 1))),
             port.addr.eq(Cat(number, plane)),
             port.data.eq(pick_part(design, rounded, number)),
-            port.en.eq(valid & ~blocked),
+            port.en.eq(in_parts(m, register(m, unfolded.valid, control=True), ends_quad)),
             ends.eq(port.en & last),
         ]
-        m.d.sync += blocked.eq(Mux(ends, full[-2], full[-1]))
-        with m.If(unfolded.ready):
-            m.d.sync += valid.eq(unfolded.valid)
+        with m.If(unfolded.valid):
             for k in range(4):
                 m.d.sync += rounded[k].eq((unfolded.payload[k] + (1 << drop >> 1)) >> drop)
         m.d.sync += plane.eq(plane + ends)

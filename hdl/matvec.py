@@ -19,12 +19,13 @@ word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing
 
 A *pass* reads the Q quads of a bank once and adds L exact sums to what the lanes have; rows ``t L ... t L + L - 1``
 are pass ``t``.
-Lanes never freeze.  A pass is launched only when the pass before the last has left the drain register: then the
-last one finds it free when its sums are complete, or at the latest before the sums are overwritten.
+Lanes never freeze.  A pass is launched as many cycles behind the one before as it takes to read the operand, or to
+empty the drain register, and only when the pass before the last has left that.
 
 Products of several frames interleave, as :class:`tfra.hdl.matvec_schedule.Schedule` chooses them, so that lanes work on
 one frame while another one's operand is being made.  The results of a product always have a place to go before it
-begins: contact and force products wait for a token each, and contact for a bank that its n will need.
+begins, so that nothing behind the lanes waits: contact and force products take a token each, of a frame's place in all
+that follows and of planes of forces, and contact one of a bank that its n will need.
 """
 
 from __future__ import annotations
@@ -37,14 +38,14 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
-from tfra.hdl.matvec_drain import Drain, drain_steps, drain_words
+from tfra.hdl.matvec_drain import Drain, drain_latency, drain_steps, drain_words
 from tfra.hdl.matvec_loader import Loader
 from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
-from tfra.hdl.matvec_schedule import SOURCES, Schedule
+from tfra.hdl.matvec_schedule import SOURCES, Schedule, spacing
 from tfra.hdl.payloads import operand, product, vector_quad
 from tfra.hdl.pipeline import READ, delayed, register
 from tfra.hdl.primitives import Multiplier, Rom
-from tfra.hdl.streams import TOKEN, Tokens
+from tfra.hdl.streams import TOKEN, Tokens, flow
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, stacks
 from tfra.model.fixed.widths import widths
@@ -56,14 +57,10 @@ CHOICE = 1
 """Cycles from there to the launch."""
 _LOAD = FULL + CHOICE + 1
 """Cycles from there to the first read."""
-_ADDRESS = 4
+_ADDRESS = 5
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
-CAPTURE = 9
+CAPTURE = 10
 """Cycles from a quad's read to sums that hold its products."""
-DRAIN = 5
-"""Cycles from the capture of sums to their first result: drain register, amounts, shift, rounding, output."""
-_RETURN = 10
-"""Cycles between the read of a pass's last quad and that of the pass after the next, beside the draining."""
 
 
 class MatVec(wiring.Component):
@@ -91,9 +88,9 @@ class MatVec(wiring.Component):
         super().__init__(
             {
                 "b": In(stream.Signature(quad(design.adc.bits + 2))),
-                "n": In(stream.Signature(vector_quad(design))),
-                "vector": In(stream.Signature(operand(design))),
-                "result": Out(stream.Signature(product(design))),
+                "n": In(flow(vector_quad(design))),
+                "vector": In(flow(operand(design))),
+                "result": Out(flow(product(design))),
                 "frame": In(stream.Signature(TOKEN)),
                 "planes": In(stream.Signature(TOKEN)),
                 "room": Out(stream.Signature(TOKEN)),
@@ -117,12 +114,11 @@ class MatVec(wiring.Component):
 
     @property
     def pair_interval(self) -> int:
-        """Cycles from the launch of a pass to that of the pass after the next: ``max(2 Q, Q + L / W + 10)``.
+        """Cycles from the launch of a pass to that of the pass after the next.
 
-        The first of the two follows after Q cycles.
+        The first of the two follows after :func:`tfra.hdl.matvec_schedule.spacing`.
         """
-        q = self._design.quads
-        return max(2 * q, q + self._drain_steps + _RETURN)
+        return max(2 * spacing(self._design), self._design.quads + CAPTURE + self._drain_steps + 1)
 
     @property
     def busy_cycles(self) -> int:
@@ -144,8 +140,9 @@ class MatVec(wiring.Component):
     def _result_cycle(self, number: int) -> int:
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
         turn, row = divmod(4 * number + 3, self._lanes)
-        launch = turn // 2 * self.pair_interval + turn % 2 * max(self._design.quads, self._drain_steps + 1)
-        return _LOAD + launch + self._design.quads - 1 + CAPTURE + DRAIN + row // drain_words(self._design)
+        launch = turn // 2 * self.pair_interval + turn % 2 * spacing(self._design)
+        leave = row // drain_words(self._design) + drain_latency(self._design)
+        return _LOAD + launch + self._design.quads - 1 + CAPTURE + leave
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -158,10 +155,10 @@ class MatVec(wiring.Component):
         self._leave_to_go(m, buffers, schedule)
         self._read(m, buffers, schedule, prepare, drain)
         valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
-        m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
+        m.d.comb += drain.complete.eq(delayed(m, schedule.last, CAPTURE, "last", control=True))
         rom = self._coefficients(m, schedule)
-        # One more register, since the way to the lanes is long.
-        words = [register(m, word, "word") for word in prepare.words]
+        # Two more registers, since the way to the lanes is long.
+        words = [delayed(m, word, 2, "word") for word in prepare.words]
         for number, coefficient in enumerate(rom.words):
             m.submodules[f"lane{number}"] = lane = _Lane(design)
             m.d.comb += [
@@ -202,12 +199,8 @@ class MatVec(wiring.Component):
         for name, buffer in buffers.items():
             m.submodules[name] = buffer
         wiring.connect(m, wiring.flipped(self.b), buffers["b"].operand)
-        wiring.connect(m, wiring.flipped(self.n), buffers["n"].operand)
-        m.d.comb += [
-            buffers["vector"].operand.valid.eq(self.vector.valid),
-            buffers["vector"].operand.payload.eq(self.vector.payload.words),
-            self.vector.ready.eq(buffers["vector"].operand.ready),
-        ]
+        for name, flows, words in (("n", self.n, self.n.payload), ("vector", self.vector, self.vector.payload.words)):
+            m.d.comb += [buffers[name].operand.valid.eq(flows.valid), buffers[name].operand.payload.eq(words)]
         return buffers
 
     def _leave_to_go(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
@@ -236,7 +229,7 @@ class MatVec(wiring.Component):
     def _is_force(self, m: Module, buffer: OperandBuffer) -> Value:
         """Whether the vector at the head is d."""
         force = Signal(BANKS["vector"])
-        with m.If(self.vector.valid & self.vector.ready):
+        with m.If(self.vector.valid):
             m.d.sync += force.bit_select(buffer.filling, 1).eq(self.vector.payload.force)
         return force.bit_select(buffer.head, 1)
 
@@ -258,7 +251,8 @@ class MatVec(wiring.Component):
                     passing[parity].stack.eq(schedule.stack),
                 ]
         held = [p.amounts.as_value() for p in passing]
-        bank = Signal()
+        bank, captured = Signal(), Signal()  # captured: passes, modulo two
+        m.d.sync += captured.eq(captured ^ drain.complete)
         with m.If(schedule.launch):
             m.d.sync += bank.eq(Array(b.head for b in sources)[schedule.source])
         reads = (schedule.read_source, schedule.read_parity, schedule.read_part)
@@ -270,8 +264,8 @@ class MatVec(wiring.Component):
             prepare.amounts.eq(Array(held)[parity]),
             prepare.part.eq(part),
             drain.amounts.eq(Array(held)[schedule.oldest]),
-            drain.new.eq(Array(p.new for p in passing)[schedule.oldest]),
-            drain.stack.eq(Array(p.stack for p in passing)[schedule.oldest]),
+            drain.new.eq(Array(p.new for p in passing)[captured]),
+            drain.stack.eq(Array(p.stack for p in passing)[captured]),
         ]
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed, unsigned
-from amaranth.lib import data, stream, wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
@@ -14,7 +14,8 @@ from tfra.codegen.images import passes
 from tfra.hdl.arithmetic import count, round_half, shift_right
 from tfra.hdl.matvec_operand import amount_quad, pick_word
 from tfra.hdl.payloads import product
-from tfra.hdl.streams import Spare
+from tfra.hdl.pipeline import register
+from tfra.hdl.streams import flow
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import STACKS, kinds, stacks
 from tfra.model.fixed.widths import widths
@@ -45,20 +46,27 @@ def drain_steps(design: Design) -> int:
     return design.architecture.mac_lanes // drain_words(design)
 
 
+def drain_latency(design: Design) -> int:
+    """Cycles from the capture of sums to their first result: drain register, amounts, shift, rounding and place.
+
+    With parts of quads, one more for the register that stands while those of the next quad come.
+    """
+    return 4 + (design.parts > 1)
+
+
 class Drain(wiring.Component):
     """From complete sums to results on the vector grid.
 
         sums -> drain register -> W words - those of the pass before, right shifts -> shifted -> rounded, in place
-            -> output, spare
+            -> output
 
-    Everything behind the sums stands still while the spare register is in use, so that the enable of all these
-    registers is a register itself.
+    Nothing behind the sums waits, since products begin only when there is a place for their results.
 
     Members:
-        sums, completing: L running sums; a cycle before they are complete, which then stand until the next pass may
-            change them.
+        sums, complete: L running sums; high when they are those of a pass.  The register is free then, since passes
+            are as many cycles apart as it has steps.
         amounts: alignment of the operand of the pass in the drain register.
-        new, stack: whether the pass that is captured next is its product's first; its stack.
+        new, stack: whether the pass that is captured is its product's first; its stack.
         drained: the last words of a pass leave the drain register.
         result: stream out.
     """
@@ -73,12 +81,12 @@ class Drain(wiring.Component):
         super().__init__(
             {
                 "sums": In(signed(w.accumulator)).array(self._lanes),
-                "completing": In(1),
+                "complete": In(1),
                 "amounts": In(amount_quad(design)),
                 "new": In(1),
                 "stack": In(2),
                 "drained": Out(1),
-                "result": Out(stream.Signature(product(design))),
+                "result": Out(flow(product(design))),
             }
         )
 
@@ -98,67 +106,59 @@ class Drain(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        w, go = widths(self._design), Signal()
-        words, valid, capture, step = self._register(m, go)
-        words = self._differences(m, words, step, valid & go)
-        part, whole = self._part_counter(m, valid & go)
-        place = self._place(m, capture, valid & go & whole)
+        w = widths(self._design)
+        words, valid, step = self._register(m)
+        words = self._differences(m, words, step, valid)
+        part, whole = self._part_counter(m, valid)
+        place = self._place(m, valid & whole)
         kind = self.result.p.kind.shape()
         marks = data.StructLayout({"valid": 1, "complete": 1, "flip": 2, "part": part.shape(), "kind": kind})
         shift_marks, round_marks = Signal(marks), Signal(marks)
         done = Signal()
         assembled = Signal(self.result.p.shape(), reset_less=True)
-        with m.If(go):
-            m.d.sync += [
-                shift_marks.valid.eq(valid),
-                shift_marks.complete.eq(valid & whole & place.send),
-                shift_marks.flip.eq(place.flip),
-                shift_marks.part.eq(part),
-                shift_marks.kind.eq(place.kind),
-                round_marks.eq(shift_marks),
-                done.eq(round_marks.complete),
-                assembled.kind.eq(round_marks.kind),
-            ]
+        m.d.sync += [
+            shift_marks.valid.eq(valid),
+            shift_marks.complete.eq(valid & whole & place.send),
+            shift_marks.flip.eq(place.flip),
+            shift_marks.part.eq(part),
+            shift_marks.kind.eq(place.kind),
+            round_marks.eq(shift_marks),
+            done.eq(round_marks.complete),
+            assembled.kind.eq(round_marks.kind),
+        ]
         rounded = []
         for number, word in enumerate(words):
             sum_ = Signal(signed(w.accumulator), name=f"sum{number}", reset_less=True)
             shift = Signal(self._shift, name=f"shift{number}", reset_less=True)
             shifted = Signal(signed(w.vector + 1), name=f"shifted{number}", reset_less=True)
             wide = Cat(Const(0, w.alignment), sum_).as_signed()
-            with m.If(go):
-                m.d.sync += [
-                    sum_.eq(word),
-                    shift.eq(place.offset + pick_word(self.amounts, part, number, self._words)),
-                    shifted.eq(shift_right(wide, shift)),
-                ]
+            m.d.sync += [
+                sum_.eq(word),
+                shift.eq(place.offset + pick_word(self.amounts, part, number, self._words)),
+                shifted.eq(shift_right(wide, shift)),
+            ]
             rounded.append(round_half(shifted))
-        self._assemble(m, go, round_marks, rounded, assembled.words)
-        m.submodules.spare = spare = Spare(self.result.p.shape())
-        m.d.comb += [go.eq(spare.i.ready), spare.i.valid.eq(done), spare.i.payload.eq(assembled)]
-        wiring.connect(m, spare.o, wiring.flipped(self.result))
+        self._assemble(m, round_marks, rounded, assembled.words)
+        if self._design.parts > 1:
+            out = Signal.like(assembled, reset_less=True)  # which stands while parts of the next quad come
+            with m.If(done):
+                m.d.sync += out.eq(assembled)
+            assembled, done = out, register(m, done, "sent", control=True)
+        m.d.comb += [self.result.valid.eq(done), self.result.payload.eq(assembled)]
         return m
 
-    def _register(self, m: Module, go: Value) -> tuple[list[Value], Value, Value, Value]:
-        """Sums are captured when the register is free, at a register's word, and leave it W words at a time."""
+    def _register(self, m: Module) -> tuple[list[Value], Value, Value]:
+        """Sums are captured, and leave W words at a time; it moves on even when it is empty, to have one broadcast."""
         steps = drain_steps(self._design)
-        register = [Signal.like(s, name=f"held{n}", reset_less=True) for n, s in enumerate(self.sums)]
-        valid, waiting, capture, step = Signal(), Signal(), Signal(), Signal(count(steps - 1))
-        wanted, free = Signal(), Signal()
-        m.d.comb += [
-            self.drained.eq(valid & go & (step == steps - 1)),
-            wanted.eq(self.completing | waiting),
-            free.eq(~capture & (~valid | self.drained)),
-        ]
-        m.d.sync += [
-            capture.eq(wanted & free),
-            waiting.eq(wanted & ~free),
-            valid.eq(capture | (valid & ~self.drained)),
-        ]
-        with m.If(capture):
-            m.d.sync += [step.eq(0), *(held.eq(s) for held, s in zip(register, self.sums, strict=True))]
-        with m.Elif(valid & go):
-            m.d.sync += [step.eq(step + 1), *(a.eq(b) for a, b in zip(register, register[self._words :], strict=False))]
-        return register[: self._words], valid, capture, step
+        words = [Signal.like(s, name=f"held{n}", reset_less=True) for n, s in enumerate(self.sums)]
+        valid, step = Signal(), Signal(count(steps - 1))
+        m.d.comb += self.drained.eq(valid & (step == steps - 1))
+        m.d.sync += valid.eq(self.complete | (valid & ~self.drained))
+        with m.If(self.complete):
+            m.d.sync += [step.eq(0), *(held.eq(s) for held, s in zip(words, self.sums, strict=True))]
+        with m.Else():
+            m.d.sync += [step.eq(step + 1), *(a.eq(b) for a, b in zip(words, words[self._words :], strict=False))]
+        return words[: self._words], valid, step
 
     def _differences(self, m: Module, words: list[Value], step: Value, leave: Value) -> list[Value]:
         """Words less what they were a pass ago, modulo their length: exact, since the sum of a pass fits."""
@@ -185,7 +185,7 @@ class Drain(wiring.Component):
                 m.d.sync += part.eq(part + 1)
         return part, part == parts - 1
 
-    def _place(self, m: Module, capture: Value, leave: Value) -> data.View:
+    def _place(self, m: Module, leave: Value) -> data.View:
         """Offset, flip, kind and fate of the quad that leaves the drain register; a product's first pass jumps."""
         step, left = Signal(count(len(self._steps) - 1)), Signal(count(max(s.quads for s in self._steps) - 1))
         kind = self.result.p.kind.shape()
@@ -203,15 +203,15 @@ class Drain(wiring.Component):
                     ]
         with m.If(leave):
             m.d.sync += [left.eq(Mux(end, 0, left + 1)), step.eq(step + end)]
-        with m.If(capture & self.new):
+        with m.If(self.complete & self.new):
             starts = [number for number, row in enumerate(self._steps) if row.start]
             m.d.sync += [left.eq(0), step.eq(Array(starts)[self.stack])]
         return place
 
-    def _assemble(self, m: Module, go: Value, marks: Any, rounded: list[Value], quad: Any) -> None:
+    def _assemble(self, m: Module, marks: Any, rounded: list[Value], quad: Any) -> None:
         """Slot ``s`` becomes parity ``s ^ flip``; with fewer than four words at a time, a part of the quad."""
         size = self._words
         for flip in sorted({step.flip for step in self._steps}):
             for slot in range(4):
-                with m.If(go & marks.valid & (marks.flip == flip) & (marks.part == slot // size)):
+                with m.If(marks.valid & (marks.flip == flip) & (marks.part == slot // size)):
                     m.d.sync += quad[slot ^ flip].eq(rounded[slot % size])

@@ -10,12 +10,18 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import bases, depth, passes
 from tfra.hdl.arithmetic import count
+from tfra.hdl.matvec_drain import drain_steps
 from tfra.hdl.matvec_operand import operand_parts
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import STACKS
 
 SOURCES = ("vector", "n", "b")
 """Operand buffers, the one that helps the oldest frame first."""
+
+
+def spacing(design: Design) -> int:
+    """Cycles from the launch of a pass to that of the next: those of its reads, or those of its words behind."""
+    return max(design.quads, drain_steps(design))
 
 
 class Schedule(wiring.Component):
@@ -27,11 +33,11 @@ class Schedule(wiring.Component):
     Members:
         wanted: by source of :data:`SOURCES`, an operand that may be multiplied is there.
         force: that of the vector is d.
-        drained: a pass has left the drain register.
+        drained: the last words of a pass leave the drain register.
         launch, new, stack, parity: a pass begins with the next cycle; whether it is its product's first; its stack
             in :data:`tfra.model.fixed.coefficients.STACKS`; passes count modulo two.
         source: where its operand is.
-        oldest: the pass that leaves the drain register next, modulo two.
+        oldest: the pass whose words leave the drain register next, modulo two.
         free: by source, the last pass has begun.
         reading, last, quad, read_source, read_parity, read_part, address: the read of this cycle.  Its pass's
             slots begin at ``read_part * L``.
@@ -110,7 +116,12 @@ class Schedule(wiring.Component):
     def _credit(self, m: Module, chosen: Value) -> None:
         """Two passes at most are on their way between launch and drain; they end in order."""
         busy, parts = Signal(2), operand_parts(self._design)
-        m.d.comb += self.launch.eq((self.last | ~self.reading) & chosen & ~busy.bit_select(self.parity, 1))
+        left, due = Signal(count(spacing(self._design) - 1)), Signal(init=1)
+        with m.If(self.launch):
+            m.d.sync += [left.eq(spacing(self._design) - 1), due.eq(spacing(self._design) == 1)]
+        with m.Elif(~due):
+            m.d.sync += [left.eq(left - 1), due.eq(left == 1)]
+        m.d.comb += self.launch.eq(due & chosen & ~busy.bit_select(self.parity, 1))
         m.d.sync += busy.eq((busy | (self.launch << self.parity)) & ~(self.drained << self.oldest))
         m.d.sync += [self.parity.eq(self.parity ^ self.launch), self.oldest.eq(self.oldest ^ self.drained)]
         if parts > 1:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Shape, Value
+from amaranth import Array, Cat, Module, Shape, Signal, Value
 
 from tfra.hdl.arithmetic import count
 from tfra.model.design import Design
@@ -23,6 +23,14 @@ def pick_part(design: Design, words: Any, number: Value) -> Value:
 def in_quad(design: Design, number: Value) -> Value:
     """Which part of its quad part ``number`` of a vector is."""
     return number[: (design.parts - 1).bit_length()]
+
+
+def in_parts(m: Module, valid: Value, ends: Value) -> Value:
+    """High while a quad of a :func:`tfra.hdl.streams.flow` is handled: from ``valid`` to the part that ``ends`` it."""
+    step, pending = Signal(), Signal()
+    m.d.comb += step.eq(valid | pending)
+    m.d.sync += pending.eq(step & ~ends)
+    return step
 
 
 def nth_part(word: Value, number: Value, parts: int) -> Value:

@@ -1,5 +1,7 @@
 """Plumbing between blocks: streams of ``amaranth.lib.stream`` are split and routed here.
 
+Behind the products nothing waits: see :func:`flow`.
+
 Per-frame facts travel as streams with one transfer a frame.  A block may look at such a transfer for as long as
 it needs it and takes it (``ready``) in the last cycle of use, so the sender holds it and no block keeps a copy.
 """
@@ -22,6 +24,15 @@ TOKEN = unsigned(1)
 """Payload of a token, which means nothing; words without bits would not be portable Verilog."""
 
 
+def flow(shape: Any) -> stream.Signature:
+    """A stream that never waits: whoever sends it holds a token for its place, and asks before it begins.
+
+    No pipeline on its way needs an enable, which would have all its registers to drive.  Where words are handled in
+    parts, transfers are as many cycles apart, and payloads stand until then: see :func:`tfra.hdl.parts.in_parts`.
+    """
+    return stream.Signature(shape, always_ready=True)
+
+
 class Fork(wiring.Component):
     """Hand every transfer to all of ``ways`` sinks, each at its own time.
 
@@ -34,45 +45,39 @@ class Fork(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        self._hand_out(m, self.i.payload, Const((1 << len(self.o)) - 1, len(self.o)))
-        return m
-
-    def _hand_out(self, m: Module, payload: Any, sinks: Value) -> None:
         taken, done = (Signal(len(self.o), name=name) for name in ("taken", "done"))
         for way, o in enumerate(self.o):
             m.d.comb += [
-                o.payload.eq(payload),
-                o.valid.eq(self.i.valid & sinks[way] & ~taken[way]),
-                done[way].eq(taken[way] | o.ready | ~sinks[way]),
+                o.payload.eq(self.i.payload),
+                o.valid.eq(self.i.valid & ~taken[way]),
+                done[way].eq(taken[way] | o.ready),
             ]
         m.d.comb += self.i.ready.eq(done.all())
         with m.If(self.i.valid):
-            m.d.sync += taken.eq(Mux(done.all(), 0, done & sinks))
+            m.d.sync += taken.eq(Mux(done.all(), 0, done))
+        return m
 
 
-class Router(Fork):
-    """Hand the ``words`` of every transfer to the sinks that its ``kind`` has in a static table.
+class Router(wiring.Component):
+    """Hand the ``words`` of every transfer to the sinks that its ``kind`` has in a static table; nobody waits.
 
     Arguments:
         shape: a structure of ``words`` and ``kind``, which has one bit set, since much waits for its decoding.
         table: by that bit's number, the numbers of its sinks.
         ways: number of sinks.
 
-    Members: ``i``: stream in; ``o``: streams of ``words`` out.  As :class:`Fork` otherwise.
+    Members: ``i``: stream in; ``o``: streams of ``words`` out; all of them are a :func:`flow`.
     """
 
     def __init__(self, shape: data.StructLayout, table: Sequence[Sequence[int]], ways: int) -> None:
         self._kinds = [[kind for kind, sinks in enumerate(table) if way in sinks] for way in range(ways)]
-        signature = {
-            "i": In(stream.Signature(shape)),
-            "o": Out(stream.Signature(shape.members["words"])).array(ways),
-        }
-        wiring.Component.__init__(self, signature)
+        super().__init__({"i": In(flow(shape)), "o": Out(flow(shape.members["words"])).array(ways)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        sinks = [Cat(self.i.payload.kind[kind] for kind in kinds).any() for kinds in self._kinds]
-        self._hand_out(m, self.i.payload.words, Cat(sinks))
+        for o, kinds in zip(self.o, self._kinds, strict=True):
+            mine = Cat(self.i.payload.kind[kind] for kind in kinds).any()
+            m.d.comb += [o.payload.eq(self.i.payload.words), o.valid.eq(self.i.valid & mine)]
         return m
 
 

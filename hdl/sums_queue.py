@@ -12,6 +12,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.payloads import vector_quad
 from tfra.hdl.pipeline import fill, walk
+from tfra.hdl.streams import flow
 from tfra.model.design import Design
 
 _ROW_BITS = 2
@@ -23,10 +24,11 @@ class SumsQueue(wiring.Component):
     """Quads of two products, in the order of their frames: one of ``b``, then three of ``n``, over and over.
 
     Frames follow each other in a memory with a row for each quad, which is read from end to end: a row is free again
-    when it has been read.  Neither ``ready`` nor ``o.valid`` depends on an input.
+    when it has been read: it has been by the time that its frame's token is taken again.
 
     Members:
-        b, n: streams in; at most one of them is valid in a cycle, since results of products come one at a time.
+        b, n: streams in, which never wait; at most one of them is valid in a cycle, since results of products come one
+            at a time.
         o: stream out, registered.
 
     Resources: one memory of 16 vector quads, which small memories of common devices just hold.
@@ -38,14 +40,14 @@ class SumsQueue(wiring.Component):
     def __init__(self, design: Design) -> None:
         shape = vector_quad(design)
         super().__init__(
-            {"b": In(stream.Signature(shape)), "n": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))}
+            {"b": In(flow(shape)), "n": In(flow(shape)), "o": Out(stream.Signature(shape))}
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.rows = rows = Memory(shape=self.o.payload.shape(), depth=FRAMES * ROWS, init=[])
         write, read = rows.write_port(), rows.read_port()
-        put_b, put_n, move, get = (Signal(name=name) for name in ("put_b", "put_n", "move", "get"))
+        put_b, put_n, move, get = self.b.valid, self.n.valid, Signal(name="move"), Signal(name="get")
         b_frame, _ = walk(m, put_b, FRAMES, "b_frame")
         n_row, n_last = walk(m, put_n, ROWS - 1, "n_row")
         n_frame, _ = walk(m, put_n & n_last, FRAMES, "n_frame")
@@ -53,13 +55,9 @@ class SumsQueue(wiring.Component):
         is_b = place[:_ROW_BITS] == 0
         b, n = fill(m, FRAMES, put_b, get & is_b), fill(m, FRAMES * (ROWS - 1), put_n, get & ~is_b)
         m.d.comb += [
-            self.b.ready.eq(~b[-1]),
-            self.n.ready.eq(~n[-1]),
-            put_b.eq(self.b.valid & self.b.ready),
-            put_n.eq(self.n.valid & self.n.ready),
             write.en.eq(put_b | put_n),
-            write.addr.eq(Mux(self.b.valid, Cat(Const(0, _ROW_BITS), b_frame), Cat((n_row + 1)[:_ROW_BITS], n_frame))),
-            write.data.eq(Mux(self.b.valid, self.b.payload.as_value(), self.n.payload.as_value())),
+            write.addr.eq(Mux(put_b, Cat(Const(0, _ROW_BITS), b_frame), Cat((n_row + 1)[:_ROW_BITS], n_frame))),
+            write.data.eq(Mux(put_b, self.b.payload.as_value(), self.n.payload.as_value())),
             move.eq(~self.o.valid | self.o.ready),
             get.eq(move & Mux(is_b, b[0], n[0])),
             read.addr.eq(place),

@@ -29,7 +29,8 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
 from tfra.hdl.combine_store import FRAMES
-from tfra.hdl.streams import Buffer, Queue
+from tfra.hdl.parts import in_parts
+from tfra.hdl.streams import Buffer, Queue, flow
 from tfra.hdl.sweep_judge import Judge, judge_latency
 from tfra.hdl.sweep_loader import PLACES, TURN, Loader
 from tfra.hdl.sweep_sums import Sums, first_row, sums_wait
@@ -67,7 +68,8 @@ class Sweep(wiring.Component):
     Members:
         stress: Q taxel-domain quads of the normalised frame.
         g: Q parity-domain quads of C33 n.
-        normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1.
+        normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1.  Both have a place for
+            ``FRAMES`` frames whose index has not been taken.
         direction: ``negative`` is looked at.
         frame: ``exponent`` is looked at.
         index: the winner, one transfer a frame.
@@ -79,8 +81,8 @@ class Sweep(wiring.Component):
         super().__init__(
             {
                 "stress": In(stream.Signature(payloads.stress_quad(design))),
-                "g": In(stream.Signature(vector)),
-                "normal": In(stream.Signature(vector)),
+                "g": In(flow(vector)),
+                "normal": In(flow(vector)),
                 "direction": In(stream.Signature(payloads.direction(design))),
                 "frame": In(stream.Signature(payloads.frame_facts(design))),
                 "index": Out(stream.Signature(payloads.sweep_index(design))),
@@ -115,7 +117,7 @@ class Sweep(wiring.Component):
 
     @property
     def latency(self) -> int:
-        """Cycles from the transfer of the frame's last normal quad (the 2Q-th) to that of the index.
+        """Cycles from the last part of the frame's last normal quad (the 2Q-th) to the transfer of the index.
 
         The unit waits for this quad, that is, the quads before it have entered as early as they may.  With k levels
         of the product by K (:func:`product_latency`) and Z quotient bits: ``26 + k + Z + K``, and ``K + 3`` more with a
@@ -168,8 +170,12 @@ class Sweep(wiring.Component):
             port = getattr(self, name)
             parts = 1 if name == "stress" else self._design.parts
             m.submodules[name] = wait = Queue(port.payload.shape(), vectors * self._design.quads + _FOLDED, parts)
-            wiring.connect(m, wiring.flipped(port), wait.i)
             wiring.connect(m, wait.o, getattr(loader, name))
+            if name == "stress":
+                wiring.connect(m, wiring.flipped(port), wait.i)
+            else:
+                valid = in_parts(m, port.valid, wait.i.ready)
+                m.d.comb += [wait.i.valid.eq(valid), wait.i.payload.eq(port.payload)]
         for name in ("direction", "frame"):
             port = getattr(self, name)
             m.submodules[name] = fact = Buffer(port.payload.shape())

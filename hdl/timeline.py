@@ -26,12 +26,13 @@ from tfra.hdl.dependent import Dependent
 from tfra.hdl.forces import PLANES, Forces
 from tfra.hdl.friction import Friction
 from tfra.hdl.gain import Gain
-from tfra.hdl.matvec import BANKS, CAPTURE, CHOICE, DRAIN, FULL, MatVec
-from tfra.hdl.matvec_drain import drain_steps, drain_words
+from tfra.hdl.matvec import BANKS, CAPTURE, CHOICE, FULL, MatVec
+from tfra.hdl.matvec_drain import drain_latency, drain_steps, drain_words
+from tfra.hdl.matvec_schedule import spacing
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Facts, Spare
+from tfra.hdl.streams import Facts
 from tfra.hdl.sums_queue import SumsQueue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
@@ -201,7 +202,7 @@ class Timeline:
         results = []
         for quad in range(self._stacks[stack]):
             turn, row = divmod(4 * quad + 3, lanes)
-            results.append(captured[turn] + DRAIN + row // drain_words(self.design))
+            results.append(captured[turn] + row // drain_words(self.design) + drain_latency(self.design))
         q = self.design.quads
         self.spans.append(Span("matvec", stack, number, launches[0] + 1, launches[-1] + 1 + q))
         getattr(self, f"_after_{stack}")(number, launches[-1], results)
@@ -209,15 +210,14 @@ class Timeline:
     def _launch(self, ready: int) -> int:
         """Launch the next pass, not before cycle ``ready``, and return the cycle in which its sums are captured.
 
-        It waits for the reads of the pass before, and for the pass before that to have left the drain register.
+        It waits for the pass before, and for the one before that to have left the drain register.
         """
-        q = self.design.quads
         launch = ready
         if self._launched:
-            launch = max(launch, self._launched[-1] + q)
+            launch = max(launch, self._launched[-1] + spacing(self.design))
         if len(self._drained) > 1:
             launch = max(launch, self._drained[-2] + 1)
-        capture = max(launch + q + CAPTURE, self._drained[-1] + 1 if self._drained else 0)
+        capture = launch + self.design.quads + CAPTURE
         self._launched.append(launch)
         self._drained.append(capture + drain_steps(self.design))
         return capture
@@ -302,7 +302,7 @@ class Timeline:
         if name == "e1":
             self._next["e"] += 1
             self._step_candidates = entry + 3
-            f.e1 = out - Spare.latency
+            f.e1 = out - 1
 
     # --- behind the products ---------------------------------------------------------------------------------------
 

@@ -1,6 +1,7 @@
 """What drives many lanes gets copies, each for lanes that stand together: netlist in, netlist out.
 
-yosys merges registers that hold the same, and one driver of all lanes has wires across the whole part.
+yosys merges registers that hold the same, and one driver of all lanes has wires across the whole part.  A register that
+drives the copies of the next has copies, too, fewer: a tree.
 """
 
 from __future__ import annotations
@@ -14,8 +15,12 @@ from tfra.synth.census import lane_of
 LANES = 4
 """Neighbours that share a copy."""
 
-_OUTPUTS = {"LUT4": "Z", "TRELLIS_FF": "Q"}
-"""What is copied, and its output.  Lookup tables first, since the registers before them then drive their copies."""
+_DISTRICT = 4 * LANES
+"""Neighbours that share a copy of what drives copies."""
+
+_LUT, _REGISTER = "LUT4", "TRELLIS_FF"
+_OUTPUTS = {_LUT: "Z", _REGISTER: "Q"}
+"""What is copied, and its output."""
 
 Reader = tuple[str, str, int]
 """Cell, port and place in the port."""
@@ -24,10 +29,12 @@ Reader = tuple[str, str, int]
 def spread(netlist: dict[str, Any], top: str) -> dict[str, int]:
     """Copy registers and lookup tables of module ``top`` of yosys' JSON; return how many of each were added."""
     module = netlist["modules"][top]
-    return {kind: _spread(module, kind) for kind in _OUTPUTS}
+    # Lookup tables first, since the registers before them then drive their copies.
+    tables, registers = _spread(module, _LUT, LANES), _spread(module, _REGISTER, LANES)
+    return {_LUT: tables, _REGISTER: registers + _spread(module, _REGISTER, _DISTRICT)}
 
 
-def _spread(module: dict[str, Any], kind: str) -> int:
+def _spread(module: dict[str, Any], kind: str, lanes: int) -> int:
     cells, readers, added = module["cells"], _readers(module), 0
     free = 1 + max(bit for net in module["netnames"].values() for bit in net["bits"] if isinstance(bit, int))
     for name in [name for name, cell in cells.items() if cell["type"] == kind]:
@@ -35,9 +42,9 @@ def _spread(module: dict[str, Any], kind: str) -> int:
         groups = defaultdict[int, list[Reader]](list)
         for reader in readers[bit]:
             if (lane := lane_of(reader[0])) is not None:
-                groups[lane // LANES].append(reader)
+                groups[lane // lanes].append(reader)
         for group in sorted(groups)[1:]:
-            _copy(module, name, f"{name}.matvec.lane{group * LANES}", free + added, groups[group])
+            _copy(module, name, f"{name}.matvec.lane{group * lanes}", free + added, groups[group])
             added += 1
     return added
 

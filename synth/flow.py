@@ -104,9 +104,8 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
         layout: f"{name}.layout",
         "--seed": str(seed),
         "--freq": str(clock_mhz),
-        "--router": target.family.router,
     }
-    flat = [word for option in options.items() for word in option]
+    flat = [*target.family.routing, *(word for option in options.items() for word in option)]
     if target.family.constraints:
         (directory / _CONSTRAINTS).write_text(target.family.constraints)
         flat += ["--lpf", _CONSTRAINTS, "--lpf-allow-unconstrained"]

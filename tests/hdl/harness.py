@@ -3,16 +3,32 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from amaranth import Const
 from amaranth.lib import data
 from amaranth.sim import Simulator
 
 from tfra.sim.protocol import Pattern, bursts, flowing, random_stalls
 
 PATTERNS = (flowing, random_stalls, bursts)
+
+Leave = Callable[[int, "Recording", int], bool]
+"""Whether transfer number ... may be offered, from what was recorded until cycle ...: a flow asks before it sends."""
+
+
+def apart(pattern: Pattern, cycles: int) -> Pattern:
+    """``pattern``, with at least so many cycles from a transfer to the next: parts of a flow's quads."""
+
+    def spaced(rng: random.Random) -> Iterator[bool]:
+        for stall in pattern(rng):
+            yield stall
+            if not stall:
+                yield from [True] * (cycles - 1)
+
+    return spaced
 
 
 @dataclass
@@ -40,19 +56,22 @@ def run(
     *,
     stall_in: Pattern = flowing,
     stall_out: Pattern = flowing,
+    steady: Collection[str] = (),
+    leave: Mapping[str, Leave] | None = None,
     seed: int = 0,
     limit: int = 100_000,
 ) -> Recording:
     """Send ``inputs`` (port -> payloads), take ``outputs`` (port -> number of transfers), record them all.
 
-    Ports are dotted attribute paths, with numbers for arrays (``o.0``).  Raises ``AssertionError`` when the block
-    hangs, drops valid before ready, or changes a payload that was not taken.
+    Ports are dotted attribute paths, with numbers for arrays (``o.0``); ``steady`` ones never stall, those in ``leave``
+    ask it.  A flow, which has no ready, is taken as it comes.  Raises ``AssertionError`` when the block hangs, drops
+    valid before ready, or changes a payload that was not taken.
     """
     record = Recording()
     clock = {"cycle": 0}
     simulator = Simulator(dut)
     simulator.add_clock(1e-6)
-    missing = {"ports": len(outputs)}
+    missing, leave = {"ports": len(outputs)}, leave or {}
 
     def port(path: str) -> Any:
         node = dut
@@ -67,12 +86,14 @@ def run(
             assert clock["cycle"] < limit, f"no end after {limit} cycles (seed {seed})"
 
     def sender(name: str, values: Sequence[Any]) -> Callable[[Any], Any]:
-        stalls = stall_in(random.Random(f"{seed} {name}"))
+        stalls = (flowing if name in steady else stall_in)(random.Random(f"{seed} {name}"))
         record.cycles[name], record.values[name] = [], list(values)
 
         async def process(ctx: Any) -> None:
             s = port(name)
-            for value in values:
+            for number, value in enumerate(values):
+                while name in leave and not leave[name](number, record, clock["cycle"]):
+                    await ctx.tick()
                 while next(stalls):
                     await ctx.tick()
                 ctx.set(s.payload, value)
@@ -91,10 +112,11 @@ def run(
 
         async def process(ctx: Any) -> None:
             s = port(name)
-            held = None
+            held, never_waits = None, isinstance(s.ready, Const)
             while len(record.values[name]) < number:
-                ready = not next(stalls)
-                ctx.set(s.ready, ready)
+                ready = never_waits or not next(stalls)
+                if not never_waits:
+                    ctx.set(s.ready, ready)
                 _, _, valid, payload = await ctx.tick().sample(s.valid, s.payload)
                 now = plain(payload)
                 assert held is None or (valid and held == now), f"{name}: changed before it was taken (seed {seed})"
@@ -102,7 +124,8 @@ def run(
                 if valid and ready:
                     record.values[name].append(now)
                     record.cycles[name].append(clock["cycle"])
-            ctx.set(s.ready, 0)
+            if not never_waits:
+                ctx.set(s.ready, 0)
             missing["ports"] -= 1
 
         return process

@@ -52,6 +52,21 @@ def test_every_word_equals_the_model(design, stall_in, stall_out):
     assert last.sum() == len(want)
 
 
+def sleepy(rng):
+    """Asleep for longer than frames take, then awake for a while, so that every place in the core fills up."""
+    while True:
+        yield from [True] * rng.randrange(2000)
+        yield from [False] * rng.randrange(1, 400)
+
+
+@pytest.mark.parametrize("seed", range(18, 21))
+def test_everything_has_its_place_while_the_output_sleeps(seed):
+    """Nothing behind the products asks for a place: tokens alone see to it that there is one."""
+    design = random_design(seed)
+    words, want, *_ = stream(design, contact_codes(design, 9, seed), stall_out=sleepy, seed=seed)
+    assert (words == want).all()
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_timing_is_what_the_gateware_does(seed):
     """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""

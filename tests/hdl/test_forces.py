@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, bursts, flowing, random_stalls, run
+from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 from tfra.hdl.forces import Forces
 from tfra.model.design import FORMATS, Architecture, Design, Formats
 from tfra.model.fixed.butterfly import butterfly, to_taxels
@@ -57,8 +55,15 @@ def _expected(design, folded):
     return to_taxels(design, round_shift(butterfly(folded), force_drop(design))).ravel()
 
 
-def _run(dut, folded, number, **stalls):
-    return run(dut, {"folded": folded.reshape(-1, 4).tolist()}, {"taxel": number}, **stalls)
+def _run(dut, design, folded, number, stall_in=flowing, stall_out=flowing):
+    """Three planes for every token, their quads as far apart as the memory needs."""
+
+    def leave(quad, record, cycle):
+        return len(record.cycles["room"]) > quad // (3 * design.quads)
+
+    outputs = {"taxel": number, "room": len(folded) // 3}
+    how = {"stall_in": apart(stall_in, design.parts), "stall_out": stall_out, "leave": {"folded": leave}}
+    return run(dut, {"folded": folded.reshape(-1, 4).tolist()}, outputs, **how)
 
 
 @pytest.mark.parametrize("design", DESIGNS, ids=_name)
@@ -66,7 +71,7 @@ def _run(dut, folded, number, **stalls):
 def test_equals_the_model(design, stalls):
     folded = _folded(design, seed=1)
     expected = _expected(design, folded)
-    seen = _run(Forces(design), folded, len(expected), stall_in=stalls[0], stall_out=stalls[1])
+    seen = _run(Forces(design), design, folded, len(expected), stall_in=stalls[0], stall_out=stalls[1])
     assert seen.values["taxel"] == expected.tolist(), "seed 1"
 
 
@@ -75,15 +80,15 @@ def test_walks_over_any_array(size):
     design = _design(*size)
     folded = _folded(design, seed=2, frames=1)
     expected = _expected(design, folded)
-    seen = _run(Forces(design), folded, len(expected), stall_in=bursts, stall_out=flowing)
+    seen = _run(Forces(design), design, folded, len(expected), stall_in=bursts)
     assert seen.values["taxel"] == expected.tolist(), "seed 2"
 
 
 @pytest.mark.parametrize("design", DESIGNS, ids=_name)
 def test_latency_and_throughput(design):
     """Quads come as fast as the updates give them."""
-    dut, folded, plane, gap = Forces(design), _folded(design, seed=3), design.sensor.taxels, design.parts - 1
-    seen = _run(dut, folded, folded.shape[0] * plane, stall_in=lambda rng: itertools.cycle([True] * gap + [False]))
+    dut, folded, plane = Forces(design), _folded(design, seed=3), design.sensor.taxels
+    seen = _run(dut, design, folded, folded.shape[0] * plane)
     into, out = seen.cycles["folded"], seen.cycles["taxel"]
     assert out[0] - into[design.quads - 1] == dut.latency
     assert out[plane] - out[0] == max(dut.plane_cycles, design.quads * design.parts)
@@ -93,7 +98,8 @@ def test_latency_and_throughput(design):
 def test_latency_of_a_plane_that_comes_late():
     design = DESIGNS[0]
     dut, q = Forces(design), design.quads
-    seen = _run(dut, _folded(design, 4), 9 * 16, stall_in=lambda rng: iter(([False] * q + [True] * 40) * 9 + [True]))
+    rests = ([False] * q + [True] * 40) * 9 + [True]
+    seen = _run(dut, design, _folded(design, 4), 9 * 16, stall_in=lambda rng: iter(rests))
     starts = np.array(seen.cycles["taxel"])[::16]
     assert np.all(starts - np.array(seen.cycles["folded"])[q - 1 :: q] == dut.latency)
 
@@ -103,5 +109,5 @@ def test_a_corrupted_word_is_noticed():
     folded = _folded(design, seed=5)
     wrong = _expected(design, folded)
     wrong[-1] -= 1
-    seen = _run(Forces(design), folded, len(wrong), stall_in=random_stalls)
+    seen = _run(Forces(design), design, folded, len(wrong), stall_in=random_stalls)
     assert seen.values["taxel"] != wrong.tolist()

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.hdl.harness import PATTERNS, bursts, flowing, run
+from tests.hdl.harness import PATTERNS, apart, bursts, flowing, run
+from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.pipeline import product_latency
 from tfra.hdl.streams import Buffer, Queue
 from tfra.hdl.sweep import Sweep
@@ -138,8 +139,15 @@ def transfers(frames):
     }
 
 
-def simulate(design, frames, **how):
-    return run(Sweep(design), transfers(frames), {"index": len(frames.g)}, **how)
+def simulate(design, frames, stall_in=flowing, **how):
+    """Vectors of ``FRAMES`` frames at most, their quads as far apart as the queues need."""
+
+    def leave(quads):
+        return lambda quad, record, cycle: len(record.cycles["index"]) > quad // quads - FRAMES
+
+    places = {"g": leave(design.quads), "normal": leave(2 * design.quads)}
+    stall_in = apart(stall_in, design.parts)
+    return run(Sweep(design), transfers(frames), {"index": len(frames.g)}, leave=places, stall_in=stall_in, **how)
 
 
 def check(design, frames, seed=0, **how):
@@ -202,8 +210,9 @@ def test_the_data_reaches_ties_and_both_ends():
 def predicted(design, cycles):
     """Cycle of every index from the transfers into the unit, by the rules of Sweep's docstring."""
     unit, q = Sweep(design), design.quads
-    ready = {name: np.reshape(cycles[name], (-1, q)) + Queue.latency for name in ("stress", "g")}
-    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + Queue.latency
+    behind = {"stress": Queue.latency, "g": Queue.latency + design.parts - 1}
+    ready = {name: np.reshape(cycles[name], (-1, q)) + wait for name, wait in behind.items()}
+    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + behind["g"]
     facts = np.maximum(cycles["direction"], cycles["frame"]) + Buffer.latency + 1
     found, entry, behind = [], 0, 0  # the memories are cleared behind a reset
     for n, frame in enumerate(normal):
