@@ -25,14 +25,17 @@ _READ_X = 1
 _FOUND = _READ_X + READ
 """Stage beside which x is there."""
 
-_SUM = _FOUND + 6
+_SUM = _FOUND + 8
 """Stages of the pipeline; the register of the last one is the sum, and that of the output follows."""
 
-_READ_Z = _SUM - 2 - READ
+_READ_Z = _SUM - 3 - READ
 """Stage beside which z is read, so late that it comes to the adder with its product."""
 
 _START = 2
-"""Cycles from the last fact that a vector needs to the entry of its first part; from the last part of x, one more."""
+"""Cycles from the last fact that a vector needs to the entry of its first part; from the last part of x, two more."""
+
+_FINE = 2
+"""Bits of a headroom by which the second step of a shift moves: a word's whole shift would be a long path."""
 
 
 class Job(IntEnum):
@@ -52,8 +55,8 @@ class Combine(wiring.Component):
         e0 = d0 + alpha d_dep,  d0 = b + g     e1 = d_ind + beta d_dep     d = e0 + mu_ind e1
         f_x = A1-dagger d + mu_x n             f_y = A2-dagger d + mu_y n  f_z = A3-dagger d - n
 
-        entry -> x store -> choice -> align -> round -> x s -> shift -> + z      z: z store -> choice
-          1       2, 3        4         5        6       7       8      9           (one register each)
+        entry -> x store -> choice -> align -> round -> x s -> shift -> + z      z: z store -> choices
+          1       2, 3        4       5, 6       7       8     9, 10    11          (one register each)
 
     x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
     is written.  A quad takes ``design.parts`` cycles, W = ``vector_words`` multipliers of operand x operand bits.
@@ -101,16 +104,16 @@ class Combine(wiring.Component):
     def latency(self) -> int:
         """Cycles from the last part of ``residual`` to the first transfer of ``vector``, e0.
 
-        ``affine`` and ``direction`` are held by their senders; when one comes later, it is one less from the first
+        ``affine`` and ``direction`` are held by their senders; when one comes later, it is two less from the first
         clock edge that finds both valid.
         """
-        return _START + self._design.parts + self.force_latency
+        return _START + 1 + self._design.parts + self.force_latency
 
     @property
     def update_latency(self) -> int:
         """Cycles from the first clock edge that finds ``chosen`` valid to the first transfer of d.
 
-        When the last e1 leaves later than that, cycles count from its transfer.
+        When the last e1 leaves later than that, cycles count from the one behind its transfer.
         """
         return _START + self._design.parts - 1 + self.force_latency
 
@@ -188,7 +191,7 @@ class Combine(wiring.Component):
             w.b_level.enter.eq(b_write.en & b_last),
             b_read.addr.eq(Cat((number >> len(in_quad(design, number)))[: len(b_number)], w.b_level.tail)),
             w.b_level.leave.eq(ends & (step == 0)),
-            w.d_level.enter.eq(register(m, ends & whole, control=True)),
+            w.d_level.enter.eq(delayed(m, ends & whole, 2, control=True)),
             w.x.write.eq(valid & (put.step != 0)),
             w.x.write_place.eq(put.place),
             w.x.write_vector.eq(put.step == 2),
@@ -283,7 +286,8 @@ class Combine(wiring.Component):
             self.forces.valid.eq(register(m, whole & force, control=True)),
             self.forces.payload.eq(words),
         ]
-        m.d.sync += w.e_level.enter.eq(valid & (tag.job == Job.E1) & (tag.number == w.last))
+        ends = valid & (tag.job == Job.E1) & (tag.number == w.last)
+        m.d.comb += w.e_level.enter.eq(delayed(m, ends, 2, control=True))
         for k in range(1, _SUM + 1):
             m.d.sync += [w.valid[k].eq(w.valid[k - 1]), w.tag[k].eq(w.tag[k - 1])]
 
@@ -316,39 +320,55 @@ class Combine(wiring.Component):
                 store.write_number.eq(tag.number),
                 store.words.eq(w.sum),
             ]
-        products = self._products(m, w)
         job, sources = w.tag[_FOUND].job, [w.x, w.x, w.e1, w.n]
-        late_job = w.tag[_READ_Z + READ].job
+        found, update = w.tag[_READ_Z + READ], w.tag[_READ_Z + READ].job == Job.D
+        stored = register(m, Mux(update, w.e0.part.as_value(), w.z.part.as_value()), "stored")
         m.d.sync += [
             w.words.eq(Array(s.part.as_value() for s in sources)[job]),
             w.room[_FOUND + 1].eq(Array(s.room.as_value() for s in sources)[job]),
-            w.base.eq(Array(z.as_value() for z in (w.z.part, w.z.part, w.e0.part, products))[late_job]),
+            w.base.eq(Mux(register(m, found.job == Job.FORCE), self._products(m, w), stored)),
         ]
 
-    def _products(self, m: Module, w: _Wires) -> data.View:
+    def _products(self, m: Module, w: _Wires) -> Value:
         """The z of forces: what enters meets its x n where other parts' z comes from the store."""
-        return data.View(vector_part(self._design), delayed(m, w.product.as_value(), _READ_Z + READ, "product"))
+        wait = _READ_Z + 1
+        m.submodules.products = ring = memory.Memory(shape=vector_part(self._design), depth=8, init=[])
+        write, read = ring.write_port(), ring.read_port()
+        cycle = Signal(range(ring.depth))
+        assert wait < ring.depth
+        m.d.sync += cycle.eq(cycle + 1)
+        m.d.comb += [
+            write.en.eq(1),
+            write.addr.eq(cycle),
+            write.data.eq(w.product),
+            read.addr.eq(cycle - wait),
+        ]
+        return register(m, read.data.as_value(), "found")
 
     def _multiply(self, m: Module, w: _Wires) -> None:
-        """Align x by its headroom, round it to an operand, multiply, and shift back by the headroom."""
+        """Align x by its headroom, round it to an operand, multiply, and shift back by the headroom.
+
+        Either shift takes two steps, the low bits of the headroom the second.
+        """
         fmt, bits = self._design.formats, widths(self._design).vector
         drop = scalar_fraction(self._design) + fmt.operand - bits
         size = self._design.architecture.vector_words
-        aligned, scalar = (
-            Signal(vector_part(self._design), reset_less=True),
-            Signal(signed(fmt.operand), reset_less=True),
-        )
+        aligned = Signal(vector_part(self._design), reset_less=True)
+        scalar = Signal(signed(fmt.operand), reset_less=True)
         words = Signal(data.ArrayLayout(signed(fmt.operand), size), reset_less=True)
         # A register for each word: yosys packs one of all words into the SB_MAC16 of the first and loses the rest.
         product = [Signal(signed(2 * fmt.operand), name=f"product{k}", reset_less=True) for k in range(size)]
         m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(_FOUND + 2, _SUM - 1)]
-        m.d.sync += scalar.eq(w.tag[_FOUND + 2].scalar)
+        m.d.sync += scalar.eq(w.tag[_FOUND + 3].scalar)
         for k in range(size):
+            room = {stage: _halves(w.room[stage][k]) for stage in w.room}
+            coarse = register(m, w.words[k] << room[_FOUND + 1][0], "coarse")
+            back = register(m, _drop(product[k], drop) >> room[_SUM - 3][0], "back")
             m.d.sync += [
-                aligned[k].eq(w.words[k] << w.room[_FOUND + 1][k]),
+                aligned[k].eq(coarse << room[_FOUND + 2][1]),
                 words[k].eq(round_top(aligned[k], fmt.operand)),
                 product[k].eq(words[k] * scalar),
-                w.shifted[k].eq(_drop(product[k], drop) >> w.room[_SUM - 2][k]),
+                w.shifted[k].eq(back >> room[_SUM - 2][1]),
             ]
 
     def _add(self, m: Module, w: _Wires) -> None:
@@ -389,3 +409,8 @@ def _drop(product: Value, drop: int) -> Value:
     The bits cut off can't reach the rounding; vectors longer than operands make ``drop`` negative.
     """
     return product[drop - 1 :].as_signed() if drop > 0 else Cat(C(0, 1 - drop), product).as_signed()
+
+
+def _halves(room: Value) -> tuple[Value, Value]:
+    """The two steps of a shift."""
+    return Cat(C(0, _FINE), room[_FINE:]), room[:_FINE]

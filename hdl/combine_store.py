@@ -39,7 +39,7 @@ class Store(wiring.Component):
         read_place, read_vector, read_number: what is read in every cycle; ``part`` and ``room`` follow ``READ`` cycles
             later.
 
-    A part can be read in the cycle after it was written, the headroom a cycle after its last part.
+    A part can be read in the cycle after it was written, the headroom two cycles after its last part.
     """
 
     def __init__(self, design: Design, vectors: int = 1, *, headroom: bool = False) -> None:
@@ -93,14 +93,15 @@ class Store(wiring.Component):
         read = rooms.read_port(transparent_for=[write])  # a vector is used as soon as it is there
         masks = Signal(4 * length, reset_less=True)
         latest = Signal(size * length)
+        first = register(m, self.write_number < design.parts)
         for k in range(size):
-            before = Mux(self.write_number < design.parts, 0, masks.word_select(k, length))
-            m.d.comb += latest.word_select(k, length).eq(before | magnitude_bits(self.words[k]))
-        with m.If(self.write):
+            before = Mux(first, 0, masks.word_select(k, length))
+            m.d.comb += latest.word_select(k, length).eq(before | register(m, magnitude_bits(self.words[k])))
+        with m.If(register(m, self.write, control=True)):
             m.d.sync += masks.eq(Cat(masks, latest)[len(latest) :])
         ends = self.write & (self.write_number >= (design.quads - 1) * design.parts)
-        m.d.comb += write.en.eq(delayed(m, ends, 2, "ends", control=True))
-        m.d.comb += write.addr.eq(delayed(m, Cat(in_place, self._slot(self.write_vector, self.write_place)), 2))
+        m.d.comb += write.en.eq(delayed(m, ends, 3, "ends", control=True))
+        m.d.comb += write.addr.eq(delayed(m, Cat(in_place, self._slot(self.write_vector, self.write_place)), 3))
         for k in range(size):
             m.d.comb += write.data[k].eq(register(m, leading_zeros(masks.word_select(4 - size + k, length))))
         m.d.comb += [

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed, unsigned
-from amaranth.lib import stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import add_or_subtract, saturate
+from tfra.hdl.pipeline import driver
 from tfra.hdl.streams import one_at_a_time
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
@@ -63,9 +64,10 @@ class Friction(wiring.Component):
         mu_ind = Signal(signed(self.design.formats.operand), reset_less=True)
         m.d.sync += mu_ind.eq(Mux(self.direction.payload.negative, -grid, grid))
         exact = self._exact(m, grid)
+        chosen = driver(m, self.chosen.payload)
         with m.If(cycle == _CHOOSE):
-            m.d.sync += self.chosen.payload.index.eq(Mux(regular, index, 0))
-            self._choose(m, mu_ind, exact)
+            m.d.sync += chosen.index.eq(Mux(regular, index, 0))
+            self._choose(m, chosen, mu_ind, exact)
         return m
 
     def _control(self, m: Module) -> tuple[Value, Value, Value]:
@@ -101,8 +103,8 @@ class Friction(wiring.Component):
         ]
         return total[fraction:].as_signed()
 
-    def _choose(self, m: Module, mu_ind: Value, exact: Value) -> None:
-        chosen, one = self.chosen.payload, 1 << scalar_fraction(self.design)
+    def _choose(self, m: Module, chosen: data.View, mu_ind: Value, exact: Value) -> None:
+        one = 1 << scalar_fraction(self.design)
         mu_dep = saturate(exact, self.design.formats.operand)
         sweep_y = self.direction.payload.sweep_y
         m.d.sync += [

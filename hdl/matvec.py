@@ -155,7 +155,7 @@ class MatVec(wiring.Component):
         self._leave_to_go(m, buffers, schedule)
         self._read(m, buffers, schedule, prepare, drain)
         valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
-        m.d.comb += drain.complete.eq(delayed(m, schedule.last, CAPTURE, "last", control=True))
+        m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
         rom = self._coefficients(m, schedule)
         # Two more registers, since the way to the lanes is long.
         words = [delayed(m, word, 2, "word") for word in prepare.words]
@@ -275,7 +275,7 @@ class _Lane(Elaboratable):
         coefficient, word -> multiply -> product -> + -> sum
 
     ``valid`` comes two cycles after the factors; ``sum`` a cycle later.  The sum runs on from pass to pass, modulo
-    its word, which saves a multiplexer a bit: the drain takes the sum of the pass before away.
+    its word, which saves a multiplexer a bit and a reset: the drain takes the sum of the pass before away.
     """
 
     def __init__(self, design: Design) -> None:
@@ -283,7 +283,7 @@ class _Lane(Elaboratable):
         self.coefficient = Signal(signed(design.formats.coefficient))
         self.word = Signal(signed(design.formats.operand))
         self.valid = Signal()
-        self.sum = Signal(signed(widths(design).accumulator))
+        self.sum = Signal(signed(widths(design).accumulator), reset_less=True)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -60,12 +60,14 @@ class Drain(wiring.Component):
         sums -> drain register -> W words - those of the pass before, right shifts -> shifted -> rounded, in place
             -> output
 
-    Nothing behind the sums waits, since products begin only when there is a place for their results.
+    Nothing behind the sums waits, since products begin only when there is a place for their results.  Sums run on
+    from anything: behind a reset they are captured once, as those of a pass before the first, with no results.
 
     Members:
-        sums, complete: L running sums; high when they are those of a pass.  The register is free then, since passes
-            are as many cycles apart as it has steps.
+        sums, completing: L running sums; high a cycle before they are those of a pass.  The register is free then,
+            since passes are as many cycles apart as it has steps.
         amounts: alignment of the operand of the pass in the drain register.
+        complete: out, a cycle behind ``completing``: sums are captured.
         new, stack: whether the pass that is captured is its product's first; its stack.
         drained: the last words of a pass leave the drain register.
         result: stream out.
@@ -81,7 +83,8 @@ class Drain(wiring.Component):
         super().__init__(
             {
                 "sums": In(signed(w.accumulator)).array(self._lanes),
-                "complete": In(1),
+                "completing": In(1),
+                "complete": Out(1),
                 "amounts": In(amount_quad(design)),
                 "new": In(1),
                 "stack": In(2),
@@ -107,8 +110,7 @@ class Drain(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         w = widths(self._design)
-        words, valid, step = self._register(m)
-        words = self._differences(m, words, step, valid)
+        words, valid = self._register(m)
         part, whole = self._part_counter(m, valid)
         place = self._place(m, valid & whole)
         kind = self.result.p.kind.shape()
@@ -147,34 +149,45 @@ class Drain(wiring.Component):
         m.d.comb += [self.result.valid.eq(done), self.result.payload.eq(assembled)]
         return m
 
-    def _register(self, m: Module) -> tuple[list[Value], Value, Value]:
-        """Sums are captured, and leave W words at a time; it moves on even when it is empty, to have one broadcast."""
+    def _register(self, m: Module) -> tuple[list[Value], Value]:
+        """Sums are captured, and leave W words at a time; it moves on even when it is empty, to have one broadcast.
+
+        Returns those that leave, without what they were a pass ago, and whether they are there.
+        """
         steps = drain_steps(self._design)
         words = [Signal.like(s, name=f"held{n}", reset_less=True) for n, s in enumerate(self.sums)]
-        valid, step = Signal(), Signal(count(steps - 1))
-        m.d.comb += self.drained.eq(valid & (step == steps - 1))
-        m.d.sync += valid.eq(self.complete | (valid & ~self.drained))
-        with m.If(self.complete):
-            m.d.sync += [step.eq(0), *(held.eq(s) for held, s in zip(words, self.sums, strict=True))]
+        fresh, begun, full = Signal(init=1), Signal(), Signal()  # full: with sums of the pass before the first, too
+        capture, coming, last = Signal(), Signal(count(steps - 1)), Signal()  # coming: what leaves in the next cycle
+        m.d.comb += self.drained.eq(full & last & begun)
+        m.d.sync += [
+            fresh.eq(0),
+            begun.eq(begun | (full & last)),
+            self.complete.eq(self.completing),
+            capture.eq(self.completing | fresh),
+            coming.eq(Mux(self.completing | fresh, 0, coming + 1)),
+            last.eq(coming == steps - 1),
+            full.eq(capture | (full & ~last)),
+        ]
+        with m.If(capture):
+            m.d.sync += (held.eq(s) for held, s in zip(words, self.sums, strict=True))
         with m.Else():
-            m.d.sync += [step.eq(step + 1), *(a.eq(b) for a, b in zip(words, words[self._words :], strict=False))]
-        return words[: self._words], valid, step
+            m.d.sync += (a.eq(b) for a, b in zip(words, words[self._words :], strict=False))
+        leaving = words[: self._words]
+        return self._differences(m, leaving, coming, full), full & begun
 
-    def _differences(self, m: Module, words: list[Value], step: Value, leave: Value) -> list[Value]:
+    def _differences(self, m: Module, words: list[Value], coming: Value, keep: Value) -> list[Value]:
         """Words less what they were a pass ago, modulo their length: exact, since the sum of a pass fits."""
-        bits, begun = len(words[0]), Signal()
-        m.submodules.before = memory = Memory(shape=unsigned(bits * len(words)), depth=1 << len(step), init=[])
+        bits = len(words[0])
+        m.submodules.before = memory = Memory(shape=unsigned(bits * len(words)), depth=1 << len(coming), init=[])
         write, read = memory.write_port(), memory.read_port(domain="comb")
         m.d.comb += [
-            write.en.eq(leave),
-            write.addr.eq(step),
+            write.en.eq(keep),
+            write.addr.eq(register(m, coming, "step")),
             write.data.eq(Cat(words)),
-            read.addr.eq(step),
+            read.addr.eq(coming),
         ]
-        with m.If(self.drained):
-            m.d.sync += begun.eq(1)
-        before = [Mux(begun, read.data.word_select(n, bits), 0) for n in range(len(words))]
-        return [(word - b)[:bits].as_signed() for word, b in zip(words, before, strict=True)]
+        before = register(m, read.data, "before")
+        return [(word - before.word_select(n, bits))[:bits].as_signed() for n, word in enumerate(words)]
 
     def _part_counter(self, m: Module, leave: Value) -> tuple[Value, Value]:
         """Which words of their quad those that leave are, and whether they complete it."""

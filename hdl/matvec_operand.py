@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits, round_top
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import READ, delayed, walk
+from tfra.hdl.pipeline import READ, delayed, driver, walk
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -136,7 +136,7 @@ class Prepare(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        vector = widths(self._design).vector
+        vector, words = widths(self._design).vector, driver(m, self.words)
         for word in range(self._words):
             raw = Signal(signed(vector), name=f"raw{word}", reset_less=True)
             amount = Signal(self.amounts.shape().elem_shape, name=f"amount{word}", reset_less=True)
@@ -145,6 +145,6 @@ class Prepare(wiring.Component):
                 raw.eq(pick_word(self.quad, self.part, word, self._words)),
                 amount.eq(pick_word(self.amounts, self.part, word, self._words)),
                 aligned.eq(raw << amount),
-                self.words[word].eq(round_top(aligned, self._design.formats.operand)),
+                words[word].eq(round_top(aligned, self._design.formats.operand)),
             ]
         return m

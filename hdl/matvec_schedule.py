@@ -20,8 +20,11 @@ SOURCES = ("vector", "n", "b")
 
 
 def spacing(design: Design) -> int:
-    """Cycles from the launch of a pass to that of the next: those of its reads, or those of its words behind."""
-    return max(design.quads, drain_steps(design))
+    """Cycles from the launch of a pass to that of the next: those of its reads, or those of its words behind.
+
+    At least two: the drain looks up the words of the pass before in the cycle before it needs them.
+    """
+    return max(design.quads, drain_steps(design), 2)
 
 
 class Schedule(wiring.Component):
@@ -116,9 +119,10 @@ class Schedule(wiring.Component):
     def _credit(self, m: Module, chosen: Value) -> None:
         """Two passes at most are on their way between launch and drain; they end in order."""
         busy, parts = Signal(2), operand_parts(self._design)
-        left, due = Signal(count(spacing(self._design) - 1)), Signal(init=1)
+        wait = spacing(self._design) - 1  # the first pass has one before it, too: the drain's, with what sums begin
+        left, due = Signal(count(wait), init=wait), Signal()
         with m.If(self.launch):
-            m.d.sync += [left.eq(spacing(self._design) - 1), due.eq(spacing(self._design) == 1)]
+            m.d.sync += [left.eq(wait), due.eq(0)]
         with m.Elif(~due):
             m.d.sync += [left.eq(left - 1), due.eq(left == 1)]
         m.d.comb += self.launch.eq(due & chosen & ~busy.bit_select(self.parity, 1))

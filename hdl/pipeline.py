@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from functools import reduce
 from operator import or_
+from typing import Any
 
 from amaranth import Cat, Module, Mux, Shape, Signal, Value, signed
 
@@ -18,6 +19,13 @@ def register(m: Module, value: Value, name: str = "register", *, control: bool =
     """``value`` a cycle later, or a step where ``m`` is in a condition; ``control`` bits are cleared by a reset."""
     word = Signal(value.shape(), name=name, reset_less=not control)
     m.d.sync += word.eq(value)
+    return word
+
+
+def driver(m: Module, port: Any) -> Any:
+    """A register of data that drives ``port``, an output of a component: ports themselves are cleared by a reset."""
+    word = Signal.like(port, name="word", reset_less=True)
+    m.d.comb += port.eq(word)
     return word
 
 

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import round_top
-from tfra.hdl.pipeline import ahead, align
+from tfra.hdl.pipeline import ahead, align, driver
 from tfra.hdl.streams import one_at_a_time
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
@@ -105,7 +105,8 @@ class Resultant(wiring.Component):
     def _normalise(self, m: Module, exact: list[Signal], cycle: Value) -> None:
         """The three sums at division length, one each cycle; first comes F_x."""
         width, bits = len(exact[0]), widths(self.design).division
-        words, exponent = self.total.payload.words, self.total.payload.exponent
+        total = driver(m, self.total.payload)
+        words, exponent = total.words, total.exponent
         aligned, zeros = align(m, exact, exact[2], ahead(m, cycle, range(_ZEROS, _ZEROS + 1)))
         with m.If(self.frame.ready):
             # operand - 1 - affine.significant + fraction + bits - 1 - (width - 1 - zeros)

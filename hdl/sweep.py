@@ -120,7 +120,7 @@ class Sweep(wiring.Component):
         """Cycles from the last part of the frame's last normal quad (the 2Q-th) to the transfer of the index.
 
         The unit waits for this quad, that is, the quads before it have entered as early as they may.  With k levels
-        of the product by K (:func:`product_latency`) and Z quotient bits: ``26 + k + Z + K``, and ``K + 3`` more with a
+        of the product by K (:func:`product_latency`) and Z quotient bits: ``27 + k + Z + K``, and ``K + 3`` more with a
         tolerance.
         """
         design = self._design

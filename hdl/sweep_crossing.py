@@ -9,7 +9,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import add_carry, add_or_subtract, count
-from tfra.hdl.pipeline import delayed, register
+from tfra.hdl.pipeline import delayed, driver, register
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -72,9 +72,9 @@ class Crossing(wiring.Component):
             rest, size = register(m, self._divide(rest, size, bit), "rest"), register(m, size, "size")
             quotient = Cat(~rest[-1], quotient)[:stages]
         m.d.sync += [
-            self.excess.eq(add_carry(Mux(rest[-1], 0, size), (~rest)[: len(size)], falls)),
-            self.size.eq(size),
-            self.place.eq(quotient + 1),
+            driver(m, self.excess).eq(add_carry(Mux(rest[-1], 0, size), (~rest)[: len(size)], falls)),
+            driver(m, self.size).eq(size),
+            driver(m, self.place).eq(quotient + 1),
             self.valid.eq(inside & (quotient < self._design.search.steps)),
         ]
         return m

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
-from tfra.hdl.pipeline import delayed, register, walk
+from tfra.hdl.pipeline import delayed, driver, register, walk
 from tfra.hdl.sweep_terms import measured_sum, unit_shift
 from tfra.model.design import Design
 from tfra.model.fixed.sweep import tolerance
@@ -93,9 +93,9 @@ class Judge(wiring.Component):
 
     def _best(self, m: Module, distance: Value, place: Value, on: Value, fresh: Value) -> None:
         """The first smallest distance of the rows ``on`` the plateau, which begins anew with a ``fresh`` one."""
-        best = Signal(len(distance), reset_less=True)
+        best, index = Signal(len(distance), reset_less=True), driver(m, self.index)
         with m.If(fresh | (on & (distance < best))):
-            m.d.sync += [best.eq(distance), self.index.eq(place)]
+            m.d.sync += [best.eq(distance), index.eq(place)]
 
     def _limit(self, m: Module, lowest: Value, complete: Value) -> Signal:
         """The largest B^z of the plateau."""

@@ -13,21 +13,21 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
 from tfra.hdl.parts import nth_part
-from tfra.hdl.pipeline import READ, delayed, walk
+from tfra.hdl.pipeline import READ, delayed, register, walk
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import distinct
 from tfra.model.fixed.widths import widths
 
 PLACES = 4
 """Cycles a quad of q takes: one per word."""
-TURN = 3
-"""Cycles from the last quad of e0 to the first of e1; even the p of a single quad is written before its read."""
-FOLDED = 4
+TURN = 4
+"""Cycles from the last quad of e0 to the first of e1; the last quad has been counted when the first is."""
+FOLDED = 5
 """Cycles from a quad's transfer to its words behind the butterfly."""
 TAXEL = FOLDED + 1
 """Cycles from a quad's transfer to its first taxel."""
-_READ = FOLDED - 2
-"""Cycles from a quad's transfer to the read of its p, which a register follows: memories are slow."""
+_READ = FOLDED - READ
+"""Cycles from a quad's transfer to the read of its p, with an address from a register."""
 
 
 def folded_taxel(design: Design) -> data.StructLayout:
@@ -41,7 +41,7 @@ def folded_taxel(design: Design) -> data.StructLayout:
 class Loader(wiring.Component):
     """Hand out a frame's taxels, four cycles for each quad of e1.
 
-    Dataflow of ``normal``, by cycles behind the transfer: 1 held with g, 2 minus g, 3 and 4 butterfly.  Quads of e0
+    Dataflow of ``normal``, by cycles behind the transfer: 1, 2 held with g, 3 minus g, 4, 5 butterfly.  Quads of e0
     then go to the memory of p.  Quads of e1 stay for four cycles, while p, q and stress are picked word by word;
     words of mirror taxels that are the same one are left out (``valid`` is low).
 
@@ -133,18 +133,18 @@ class Loader(wiring.Component):
         # Of the quad that leaves the butterfly; words without bits would not be portable Verilog.
         part = Signal(count(design.parts - 1)) if design.parts > 1 else Const(0, 0)
         stored = e0[FOLDED : FOLDED + design.parts].any()
-        later = delayed(m, place, _READ)
+        later = delayed(m, place, _READ - 1)
         if design.parts > 1:
             m.d.sync += part.eq(Mux(stored, part + 1, 0))
         m.d.comb += [
             write.addr.eq(Cat(part, self._kept(m, behind, e0[FOLDED]))),
             write.data.eq(nth_part(words, part, design.parts)),
             write.en.eq(stored),
-            read.addr.eq(Cat(later[inside:], self._kept(m, behind, e1[_READ]))),
+            read.addr.eq(register(m, Cat(later[inside:], self._kept(m, behind, e1[_READ - 1])))),
             read.en.eq(e1[_READ : _READ + PLACES].any()),
         ]
         found = data.View(shape, delayed(m, read.data.as_value(), 1))
-        return Array(found)[delayed(m, later[:inside], READ)] if inside else found[0]
+        return Array(found)[delayed(m, later[:inside], 1 + READ)] if inside else found[0]
 
     @staticmethod
     def _kept(m: Module, value: Value, when: Value) -> Value:
@@ -172,17 +172,17 @@ class Loader(wiring.Component):
         vector = Signal(payloads.vector_quad(self._design), reset_less=True)
         offset = Signal(payloads.vector_quad(self._design), reset_less=True)
         curved = Signal(reset_less=True)
-        with m.If(took_e0 | took_e1):
-            m.d.sync += [vector.eq(self.normal.payload), offset.eq(self.g.payload), curved.eq(took_e0)]
+        normal, g = register(m, self.normal.payload.as_value()), register(m, self.g.payload.as_value())
+        e0, e1 = register(m, took_e0, control=True), register(m, took_e1, control=True)
+        with m.If(e0 | e1):
+            m.d.sync += [vector.as_value().eq(normal), offset.as_value().eq(g), curved.eq(e0)]
 
-        def register(value: Value) -> Signal:
-            word = Signal(signed(bits), reset_less=True)
-            m.d.sync += word.eq(value)
-            return word
+        def word(value: Value) -> Value:
+            return register(m, value[:bits].as_signed())
 
-        a, b, c, d = (register(vector[k] - Mux(curved, offset[k], 0)) for k in range(4))
-        plus, minus, plus2, minus2 = register(a + b), register(a - b), register(c + d), register(c - d)
-        return [register(v) for v in (plus + plus2, minus + minus2, plus - plus2, minus - minus2)]
+        a, b, c, d = (word(vector[k] - Mux(curved, offset[k], 0)) for k in range(4))
+        plus, minus, plus2, minus2 = word(a + b), word(a - b), word(c + d), word(c - d)
+        return [word(v) for v in (plus + plus2, minus + minus2, plus - plus2, minus - minus2)]
 
     def _keep(self, m: Module, number: Value, look: Value) -> Signal:
         """Which words of a quad are taxels of their own: a bit each, from the static shape of the array."""

@@ -10,7 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
-from tfra.hdl.pipeline import delayed, register
+from tfra.hdl.pipeline import delayed, driver, register
 from tfra.hdl.sweep_crossing import Crossing, crossing_latency
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
@@ -53,8 +53,8 @@ class Sums(wiring.Component):
                                  size, excess -> + -'
 
     Terms cost a cycle each and candidates another: no sum is made of terms times candidates.  Entries are cleared as
-    they are read, all of them before the first frame, too.  Crossings at one place may come in consecutive cycles;
-    sums on their way to the memory are used instead of what is there.
+    they are read, all of them and the sums before the first frame, too.  Crossings at one place may come in consecutive
+    cycles; sums on their way to the memory are used instead of what is there.
 
     Members:
         first, step, size, i_valid: a term; ``size = |step|``; ``ended``: the cycle behind a frame's last one.
@@ -119,7 +119,9 @@ class Sums(wiring.Component):
             at = Mux(walking, number, place[-1]) if stage == 3 else place[-1]
             place.append(register(m, at, f"place{stage}"))
             valid.append(register(m, valid[-1] | (walking if stage == 3 else 0), f"valid{stage}", control=True))
-        same = {stage: valid[1] & valid[stage] & (place[stage] == place[1]) for stage in (2, 3, 4)}
+        third = valid[0] & (valid[2] | walking) & (Mux(walking, number, place[2]) == place[0])
+        same = {stage: valid[1] & valid[stage] & (place[stage] == place[1]) for stage in (2, 4)}
+        same[3] = register(m, third, "same")
         latest, recent = register(m, same[2], "latest"), register(m, same[3] | same[4], "recent")
         written, found = register(m, sums.as_value(), "written"), register(m, read.as_value(), "found")
         kept = register(m, Mux(same[3], sums.as_value(), written), "kept")
@@ -133,10 +135,11 @@ class Sums(wiring.Component):
 
     def _walk(self, m: Module, walking: Value, found: data.View) -> None:
         """The sums of terms, then of one candidate after another."""
-        sloping = delayed(m, walking, _WALK - 1, "sloping", control=True)
+        before = delayed(m, walking, _WALK - 2, "before", control=True)
+        sloping = register(m, before, "sloping", control=True)
         summing = register(m, sloping, "summing", control=True)
         summed = register(m, summing, "summed", control=True)
-        slope = Signal(signed(len(found.size) + 1))
+        slope, total = Signal(signed(len(found.size) + 1), reset_less=True), driver(m, self.sum)
         gain = register(m, slope + found.excess, "gain")
         counts, quiet = self.i_valid & ~self.first[-1], Signal(init=1)
         with m.If(self.ended):
@@ -144,7 +147,11 @@ class Sums(wiring.Component):
         with m.If(sloping | counts):
             m.d.sync += slope.eq(slope + Mux(sloping, Cat(found.size, C(0, 1)).as_signed(), self.step))
         with m.If(summing | counts):
-            m.d.sync += self.sum.eq(self.sum + Mux(summing, gain, self.first))
-        with m.If(summed & ~summing):
-            m.d.sync += [slope.eq(0), self.sum.eq(0)]
+            m.d.sync += total.eq(total + Mux(summing, gain, self.first))
+        # Each cleared when it has been used, by a register of its own: this goes to all bits of a word.
+        end = register(m, sloping & ~before, "slope_ends", control=True)
+        with m.If(end):
+            m.d.sync += slope.eq(0)
+        with m.If(register(m, end, "sum_ends", control=True)):
+            m.d.sync += total.eq(0)
         m.d.comb += [self.begins.eq(sloping & ~summing & ~quiet), self.valid.eq((summing | summed) & ~quiet)]

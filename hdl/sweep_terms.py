@@ -9,7 +9,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.pipeline import delayed, product_latency, registered_product
+from tfra.hdl.pipeline import delayed, driver, product_latency, registered_product
 from tfra.hdl.sweep_loader import PLACES, TAXEL, folded_taxel
 from tfra.model.design import Design
 from tfra.model.fixed.sweep import sweep_unit
@@ -74,12 +74,13 @@ class Terms(wiring.Component):
         b = registered_product(m, delayed(m, i.stress, 1), steps)
         q, valid = delayed(m, i.q, 1 + wait), delayed(m, i.valid, 1 + wait, control=True)
         complete = delayed(m, self.ends, terms_latency(self._design) - 1, control=True)
+        o = driver(m, self.o)
         m.d.sync += [
-            self.o.x.eq(x),
-            self.o.y.eq((b << unit_shift(self._design)) - x),
-            self.o.q.eq(q),
-            self.o.r.eq(-q),
-            self.o.size.eq(Mux(q < 0, -q, q)),
+            o.x.eq(x),
+            o.y.eq((b << unit_shift(self._design)) - x),
+            o.q.eq(q),
+            o.r.eq(-q),
+            o.size.eq(Mux(q < 0, -q, q)),
             self.valid.eq(valid),
             self.ended.eq(complete),
         ]
@@ -92,5 +93,6 @@ class Terms(wiring.Component):
         with m.If(valid & ~b[-1]):
             m.d.sync += total.eq(total + b[:-1])
         exponent = delayed(m, self.i.exponent, 2 + product_latency(self._design.search.steps))
+        measured, kept = driver(m, self.measured), driver(m, self.exponent)
         with m.If(complete):
-            m.d.sync += [total.eq(0), self.measured.eq(total), self.exponent.eq(exponent)]
+            m.d.sync += [total.eq(0), measured.eq(total), kept.eq(exponent)]

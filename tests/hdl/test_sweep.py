@@ -263,9 +263,9 @@ def test_cycles_are_what_the_docstrings_say(design):
     q, steps, unit = design.quads, design.search.steps, Sweep(design)
     levels, bits = product_latency(steps), (steps - 1).bit_length()
     assert unit.frame_interval == 14 + bits + steps
-    e0, turn = design.parts, max(3, design.parts)
+    e0, turn = design.parts, max(4, design.parts)
     assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 4 * q + e0 * (q - 1) + turn)
-    assert unit.latency == 26 + levels + bits + steps + (steps + 3 if design.search.tolerance else 0)
+    assert unit.latency == 27 + levels + bits + steps + (steps + 3 if design.search.tolerance else 0)
 
 
 @pytest.mark.parametrize("port", ["stress", "g", "normal", "negative"])
