@@ -25,7 +25,7 @@ _READ_X = 1
 _FOUND = _READ_X + READ
 """Stage beside which x is there."""
 
-_SUM = _FOUND + 8
+_SUM = _FOUND + 9
 """Stages of the pipeline; the register of the last one is the sum, and that of the output follows."""
 
 _READ_Z = _SUM - 3 - READ
@@ -56,7 +56,7 @@ class Combine(wiring.Component):
         f_x = A1-dagger d + mu_x n             f_y = A2-dagger d + mu_y n  f_z = A3-dagger d - n
 
         entry -> x store -> choice -> align -> round -> x s -> shift -> + z      z: z store -> choices
-          1       2, 3        4       5, 6       7       8     9, 10    11          (one register each)
+          1       2, 3        4       5, 6      7, 8     9    10, 11    12          (one register each)
 
     x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
     is written.  A quad takes ``design.parts`` cycles, W = ``vector_words`` multipliers of operand x operand bits.
@@ -332,7 +332,7 @@ class Combine(wiring.Component):
     def _products(self, m: Module, w: _Wires) -> Value:
         """The z of forces: what enters meets its x n where other parts' z comes from the store."""
         wait = _READ_Z + 1
-        m.submodules.products = ring = memory.Memory(shape=vector_part(self._design), depth=8, init=[])
+        m.submodules.products = ring = memory.Memory(shape=vector_part(self._design), depth=16, init=[])
         write, read = ring.write_port(), ring.read_port()
         cycle = Signal(range(ring.depth))
         assert wait < ring.depth
@@ -359,14 +359,14 @@ class Combine(wiring.Component):
         # A register for each word: yosys packs one of all words into the SB_MAC16 of the first and loses the rest.
         product = [Signal(signed(2 * fmt.operand), name=f"product{k}", reset_less=True) for k in range(size)]
         m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(_FOUND + 2, _SUM - 1)]
-        m.d.sync += scalar.eq(w.tag[_FOUND + 3].scalar)
+        m.d.sync += scalar.eq(w.tag[_FOUND + 4].scalar)
         for k in range(size):
             room = {stage: _halves(w.room[stage][k]) for stage in w.room}
             coarse = register(m, w.words[k] << room[_FOUND + 1][0], "coarse")
             back = register(m, _drop(product[k], drop) >> room[_SUM - 3][0], "back")
             m.d.sync += [
                 aligned[k].eq(coarse << room[_FOUND + 2][1]),
-                words[k].eq(round_top(aligned[k], fmt.operand)),
+                words[k].eq(register(m, round_top(aligned[k], fmt.operand), "rounded")),
                 product[k].eq(words[k] * scalar),
                 w.shifted[k].eq(back >> room[_SUM - 2][1]),
             ]

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import fill, walk
+from tfra.hdl.pipeline import driver, fill, register, walk
 from tfra.hdl.streams import flow
 from tfra.model.design import Design
 
@@ -34,8 +34,12 @@ class SumsQueue(wiring.Component):
     Resources: one memory of 16 vector quads, which small memories of common devices just hold.
     """
 
-    latency = 2
-    """Cycles from the transfer of a quad whose turn it is to that at the other end."""
+    latency = 4
+    """Cycles from the transfer of a quad whose turn it is to that at the other end, with registers before the memory
+    and behind: the way is long and nobody waits for a sum."""
+
+    interval = 4
+    """Cycles between two transfers at the other end at the shortest."""
 
     def __init__(self, design: Design) -> None:
         shape = vector_quad(design)
@@ -47,23 +51,27 @@ class SumsQueue(wiring.Component):
         m = Module()
         m.submodules.rows = rows = Memory(shape=self.o.payload.shape(), depth=FRAMES * ROWS, init=[])
         write, read = rows.write_port(), rows.read_port()
-        put_b, put_n, move, get = self.b.valid, self.n.valid, Signal(name="move"), Signal(name="get")
+        put_b, put_n, get, got = self.b.valid, self.n.valid, Signal(name="get"), Signal(name="got")
         b_frame, _ = walk(m, put_b, FRAMES, "b_frame")
         n_row, n_last = walk(m, put_n, ROWS - 1, "n_row")
         n_frame, _ = walk(m, put_n & n_last, FRAMES, "n_frame")
         place, _ = walk(m, get, FRAMES * ROWS, "place")
         is_b = place[:_ROW_BITS] == 0
         b, n = fill(m, FRAMES, put_b, get & is_b), fill(m, FRAMES * (ROWS - 1), put_n, get & ~is_b)
+        at = Mux(put_b, Cat(Const(0, _ROW_BITS), b_frame), Cat((n_row + 1)[:_ROW_BITS], n_frame))
+        out = driver(m, self.o.payload)
         m.d.comb += [
-            write.en.eq(put_b | put_n),
-            write.addr.eq(Mux(put_b, Cat(Const(0, _ROW_BITS), b_frame), Cat((n_row + 1)[:_ROW_BITS], n_frame))),
-            write.data.eq(Mux(put_b, self.b.payload.as_value(), self.n.payload.as_value())),
-            move.eq(~self.o.valid | self.o.ready),
-            get.eq(move & Mux(is_b, b[0], n[0])),
+            write.en.eq(register(m, put_b | put_n, control=True)),
+            write.addr.eq(register(m, at)),
+            write.data.eq(register(m, Mux(put_b, self.b.payload.as_value(), self.n.payload.as_value()))),
             read.addr.eq(place),
-            read.en.eq(get),
-            self.o.payload.eq(read.data),
+            read.en.eq(1),
         ]
-        with m.If(move):
-            m.d.sync += self.o.valid.eq(get)
+        m.d.sync += [
+            get.eq(~(get | got | self.o.valid) & Mux(is_b, b[0], n[0])),
+            got.eq(get),
+            self.o.valid.eq(got | (self.o.valid & ~self.o.ready)),
+        ]
+        with m.If(got):
+            m.d.sync += out.eq(read.data)
         return m

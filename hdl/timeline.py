@@ -238,7 +238,7 @@ class Timeline:
         f.residual = results[-1] + self.design.parts - 1
         taken = max(f.sums_b + SumsQueue.latency, self.frames[number - 1].affine + 1 if number else 0)
         for cycle in results[:3]:
-            taken = max(cycle + SumsQueue.latency, taken + 1)
+            taken = max(cycle + SumsQueue.latency, taken + SumsQueue.interval)
         f.affine = max(taken, f.direction + Facts.latency - 1) + self.wait.dependent
         self.spans.append(Span("dependent", "alpha, beta", number, taken, f.affine))
 

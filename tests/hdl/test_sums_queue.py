@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import random
 
+import numpy as np
 import pytest
 from amaranth import Module
 from amaranth.lib import data, stream, wiring
@@ -76,7 +77,15 @@ def test_quads_leave_in_the_order_of_their_frames(stall_in, stall_out, seed):
 
 def test_latency():
     quads = [{"words": [k] * 4, "kind": 1 << kind} for k, kind in enumerate([0, 1, 1, 1] * FRAMES)]
-    cycles = run(Routed(), {"i": quads}, {"o": len(quads)}).cycles
+    at_once = run(Routed(), {"i": quads}, {"o": len(quads)}).cycles
+    assert at_once["o"][0] - at_once["i"][0] == SumsQueue.latency
+    assert set(np.diff(at_once["o"])) == {SumsQueue.interval}
+
+    def apart(_):
+        while True:
+            yield from [False, *[True] * SumsQueue.interval]
+
+    cycles = run(Routed(), {"i": quads}, {"o": len(quads)}, stall_in=apart).cycles
     assert {out - into for into, out in zip(cycles["i"], cycles["o"], strict=True)} == {SumsQueue.latency}
 
 
