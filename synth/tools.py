@@ -10,9 +10,10 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
+from typing import Any
 
 from tfra.model.errors import InputError
 from tfra.synth.targets import Family
@@ -35,6 +36,10 @@ _LAST_LINES = 6
 
 class ToolError(RuntimeError):
     """A tool failed; the message holds its last lines."""
+
+
+class StoppedError(ToolError):
+    """A tool was stopped, since it would not have come to an end."""
 
 
 def require(programs: Sequence[str]) -> None:
@@ -76,17 +81,28 @@ def _entry(program: str) -> EntryPoint | None:
     return next(iter(entry_points(group="console_scripts", name=program)), None)
 
 
-def run(program: str, arguments: Sequence[str], directory: Path, log: str) -> None:
+def run(
+    program: str,
+    arguments: Sequence[str],
+    directory: Path,
+    log: str,
+    hopeless: Callable[[str], bool] = lambda line: False,
+) -> None:
     """Run ``program`` in ``directory``, its words into the file ``log`` there.
 
-    Names among ``arguments`` are relative: the tools, in WebAssembly, see little else.  Raises :class:`ToolError`.
+    Names among ``arguments`` are relative: the tools, in WebAssembly, see little else.  ``hopeless`` is asked about
+    every line that the program prints, and stops it.  Raises :class:`ToolError`, :class:`StoppedError` then.
     """
     native = _native(program)
     command = [*([native] if native else [sys.executable, "-c", _RUN, program]), *arguments]
     # Through a pipe: in WebAssembly, standard output and error would overwrite each other in a file.
-    done = subprocess.run(command, cwd=directory, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
-    words = done.stdout.decode(errors="replace")
-    (directory / log).write_text(words)
-    if done.returncode:
-        last = words.strip().splitlines()[-_LAST_LINES:]
-        raise ToolError("\n".join([f"{program} failed with exit code {done.returncode}; its last lines:", *last]))
+    how: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "errors": "replace"}
+    with subprocess.Popen(command, cwd=directory, **how) as running, (directory / log).open("w") as words:
+        for line in running.stdout or ():
+            words.write(line)
+            if hopeless(line):
+                running.kill()
+                raise StoppedError(f"{program} makes no progress; its last line: {line.strip()}")
+    if running.returncode:
+        last = (directory / log).read_text().strip().splitlines()[-_LAST_LINES:]
+        raise ToolError("\n".join([f"{program} failed with exit code {running.returncode}; its last lines:", *last]))

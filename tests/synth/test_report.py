@@ -18,7 +18,7 @@ from tfra.synth.targets import find
 DESIGN = Design(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), name="skin", architecture=Architecture(4))
 PATH = CriticalPath("sweep", "matvec", "core.sweep.a", "core.matvec.b", 3.25, 6.75)
 USED = {"LUT": 12144, "FF": 6000, "DSP": 7, "BRAM": 14}
-ROUTES = [Route(seed, mhz, USED, PATH) for seed, mhz in ((1, 100.0), (2, 90.0), (3, 125.0))]
+ROUTES = [Route(seed, 130.0, mhz, USED, PATH) for seed, mhz in ((1, 100.0), (2, 90.0), (3, 125.0))]
 SYNTHESIS = Synthesis({"LUT": 12000, "FF": 6000, "DSP": 7, "BRAM": 14}, {"LUT4": 12000}, "default")
 ESTIMATED = {"LUT": 11000, "FF": 6100, "DSP": 7, "BRAM": 14}
 
