@@ -77,7 +77,7 @@ class Gain(wiring.Component):
         out = Signal(payloads.gain(design), reset_less=True)
         # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
         x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
-        start, again, done = Signal(), Signal(), Signal()  # again: the second run of the Cordic
+        start, again, done, turn = Signal(), Signal(), Signal(), Signal()  # again: the second run of the Cordic
         normal, numerator = self._products(m, start)
         work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
         zeros, top = _normalise(m, work, bits)
@@ -87,6 +87,7 @@ class Gain(wiring.Component):
 
         m.d.comb += [
             self.gain.payload.eq(out),
+            self.vector.valid.eq(turn),
             self.vector.p.x.eq(x),
             self.vector.p.y.eq(y),
             self.turned.ready.eq(1),
@@ -104,20 +105,20 @@ class Gain(wiring.Component):
                 m.d.sync += [x.eq(self.turned.p), y.eq(normal)]
         with m.Elif(self.turned.valid):
             m.d.sync += [top_numerator.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
-        m.d.sync += done.eq(0)
+        m.d.sync += [done.eq(0), turn.eq(0)]
         with m.FSM() as fsm:
             with m.State("IDLE"), m.If(self.total.valid & self.frame.valid):
                 m.d.comb += start.eq(1)
-                m.d.sync += [again.eq(0), x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
+                m.d.sync += [turn.eq(1), again.eq(0)]
+                m.d.sync += [x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
                 m.next = "TANGENTIAL"
             with m.State("TANGENTIAL"):
-                m.d.comb += self.vector.valid.eq(1)
                 m.next = "TURN"
             with m.State("TURN"), m.If(self.turned.valid):
+                m.d.sync += turn.eq(1)
                 m.next = "MODULUS"
             with m.State("MODULUS"):
                 m.d.comb += [
-                    self.vector.valid.eq(1),
                     divider.i.valid.eq(1),
                     divider.i.p.numerator.eq(x),
                     divider.i.p.denominator.eq(y << 2),

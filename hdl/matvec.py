@@ -209,7 +209,9 @@ class MatVec(wiring.Component):
         m.submodules.weights = weights = Tokens(BANKS["n"])
         wiring.connect(m, room.o, wiring.flipped(self.room))
         is_force = self._is_force(m, buffers["vector"])
-        starts = {name: schedule.launch & schedule.new & (schedule.stack == n) for n, name in enumerate(STACKS)}
+        # Tokens are taken a cycle behind the launch, from registers, in time for the next choice.
+        start = schedule.launch & schedule.new
+        starts = {name: register(m, start & (schedule.stack == n), control=True) for n, name in enumerate(STACKS)}
         wanted = {
             "vector": buffers["vector"].full & (~is_force | self.planes.valid),
             "n": buffers["n"].full,
