@@ -97,7 +97,7 @@ def run(
     command = [*([native] if native else [sys.executable, "-c", _RUN, program]), *arguments]
     # Through a pipe: in WebAssembly, standard output and error would overwrite each other in a file.
     how: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "errors": "replace"}
-    with subprocess.Popen(command, cwd=directory, **how) as running, (directory / log).open("w") as words:
+    with subprocess.Popen(command, cwd=directory, **how) as running, (directory / log).open("w", buffering=1) as words:
         for line in running.stdout or ():
             words.write(line)
             if hopeless(line):
