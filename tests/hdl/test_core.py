@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import random
+
 import numpy as np
 import pytest
+from amaranth import ResetInserter, Signal
 from amaranth.sim import Simulator
 
 from tests.hdl.cores import random_design, stream
@@ -14,6 +17,7 @@ from tfra.hdl.timeline import Timeline
 from tfra.hdl.timing import Timing
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
 from tfra.model.fixed.coefficients import STACKS
+from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import layout
 from tfra.model.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.sensor import SensorArray
@@ -65,6 +69,47 @@ def test_everything_has_its_place_while_the_output_sleeps(seed):
     design = random_design(seed)
     words, want, *_ = stream(design, contact_codes(design, 9, seed), stall_out=sleepy, seed=seed)
     assert (words == want).all()
+
+
+@pytest.mark.parametrize("held", [1, 4])
+@pytest.mark.parametrize("seed", range(21, 24))
+def test_a_reset_at_any_time_forgets_all(seed, held):
+    """Only control is cleared: sums run on, words and memories keep what they hold, and no later frame shows it."""
+    design, rng = random_design(seed), random.Random(seed)
+    codes = contact_codes(design, 3, seed)
+    want, reset = FixedTfra(design)(codes).words.ravel(), Signal()
+    core, found = Core(design), []
+    timing = Timing(design)
+    interrupted = [rng.randrange(1, timing.frame_latency + 3 * timing.initiation_interval) for _ in range(2)]
+
+    async def bench(ctx):
+        for cycles in interrupted:
+            ctx.set(core.taxel.valid, 1)
+            for _ in range(cycles):
+                ctx.set(core.taxel.payload, rng.randrange(-30_000, 30_000))
+                ctx.set(core.result.ready, rng.random() < 0.7)
+                await ctx.tick()
+            ctx.set(core.taxel.valid, 0)
+            ctx.set(reset, 1)
+            for _ in range(held):
+                await ctx.tick()
+            ctx.set(reset, 0)
+        ctx.set(core.result.ready, 1)
+        taxels = codes.ravel().tolist()
+        for _ in range(codes[0].size * 3 + timing.frame_latency + 8 * timing.initiation_interval):
+            ctx.set(core.taxel.valid, bool(taxels))
+            ctx.set(core.taxel.payload, taxels[0] if taxels else 0)
+            _, _, taken, valid, word = await ctx.tick().sample(core.taxel.ready, core.result.valid, core.result.payload)
+            if taken and taxels:
+                taxels.pop(0)
+            if valid:
+                found.append(word["data"])
+
+    simulator = Simulator(ResetInserter(reset)(core))
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(bench)
+    simulator.run()
+    assert found == want.tolist(), f"after resets at {interrupted}"
 
 
 @pytest.mark.parametrize("seed", range(12))
