@@ -165,7 +165,7 @@ _ECP5_FLOORS = {
     "85": Floor((4, 13, 22, 31, 40, 49, 58, 69, 78, 87, 96, 105, 114), (10, 34, 58), (22, 46, 70, 82)),
 }
 """As nextpnr's bels are called."""
-_ECP5_CLOCKS = {"6": 90.0, "7": 105.0, "8": 125.0}
+_ECP5_CLOCKS = {"6": 98.0, "7": 110.0, "8": 125.0}
 """MHz that cores of these grades reach, or nearly."""
 _SLOWEST = "6"
 
