@@ -33,7 +33,7 @@ from tfra.hdl.parts import in_parts
 from tfra.hdl.streams import Buffer, Queue, flow
 from tfra.hdl.sweep_judge import Judge, judge_latency
 from tfra.hdl.sweep_loader import PLACES, TURN, Loader
-from tfra.hdl.sweep_sums import Sums, first_row, sums_wait
+from tfra.hdl.sweep_sums import Sums, first_row, rows, sums_wait
 from tfra.hdl.sweep_terms import Terms, term, terms_latency
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
@@ -124,8 +124,8 @@ class Sweep(wiring.Component):
         tolerance.
         """
         design = self._design
-        rows = first_row(design) + design.search.steps
-        return Queue.latency + terms_latency(design) + rows + judge_latency(design) + 1
+        last_row = first_row(design) + rows(design) - 1
+        return Queue.latency + terms_latency(design) + last_row + judge_latency(design) + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -146,9 +146,9 @@ class Sweep(wiring.Component):
             xy.first.eq(terms.o.y),
             xy.step.eq(terms.o.r),
             xy.size.eq(terms.o.size),
-            judge.row.z.eq(z.sum),
-            judge.row.xy.eq(xy.sum),
-            judge.row.valid.eq(z.valid),
+            *(row.z.eq(value) for row, value in zip(judge.rows, z.sums, strict=True)),
+            *(row.xy.eq(value) for row, value in zip(judge.rows, xy.sums, strict=True)),
+            judge.valid.eq(z.valid),
         ]
         for sums in (z, xy):
             m.d.comb += [sums.i_valid.eq(terms.valid), sums.ended.eq(terms.ended)]

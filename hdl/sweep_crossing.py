@@ -29,14 +29,14 @@ class Crossing(wiring.Component):
 
     With ``t = first`` or, where that is negative, ``-first - 1``, and ``size = |step|``,
 
-        place = floor(t / size) + 1,    excess = |first + place * step| = size - t mod size  or one less,
+        before = floor(t / size),    excess = |first + (before + 1) step| = size - t mod size  or one less,
 
-    by division without restoring, a quotient bit a stage.  A crossing from 1 to K is ``valid``; the others are those of
-    terms which keep their sign.
+    by division without restoring, a quotient bit a stage: ``before`` is the last candidate with the sign of ``first``.
+    A crossing from 1 to K is ``valid``; the others are those of terms which keep their sign.
 
     Members:
         first, rises, i_size, i_valid: a term; whether its step is positive, and the step's magnitude.
-        place, size, excess, valid: its crossing, ``crossing_latency`` cycles later.
+        before, size, excess, valid: its crossing, ``crossing_latency`` cycles later.
 
     Resources: per quotient bit an adder of ``step``'s bits, and three more.
     """
@@ -50,7 +50,7 @@ class Crossing(wiring.Component):
                 "rises": In(1),
                 "i_size": In(unsigned(step)),
                 "i_valid": In(1),
-                "place": Out(count(design.search.steps)),
+                "before": Out(count(design.search.steps - 1)),
                 "size": Out(unsigned(step)),
                 "excess": Out(unsigned(step)),
                 "valid": Out(1),
@@ -74,7 +74,7 @@ class Crossing(wiring.Component):
         m.d.sync += [
             driver(m, self.excess).eq(add_carry(Mux(rest[-1], 0, size), (~rest)[: len(size)], falls)),
             driver(m, self.size).eq(size),
-            driver(m, self.place).eq(quotient + 1),
+            driver(m, self.before).eq(quotient),
             self.valid.eq(inside & (quotient < self._design.search.steps)),
         ]
         return m

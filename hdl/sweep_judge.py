@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Signal, Value, signed, unsigned
+from amaranth import Cat, Const, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -12,6 +12,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
 from tfra.hdl.pipeline import delayed, driver, register, walk
+from tfra.hdl.sweep_sums import at_once, rows
 from tfra.hdl.sweep_terms import measured_sum, unit_shift
 from tfra.model.design import Design
 from tfra.model.fixed.sweep import tolerance
@@ -26,13 +27,14 @@ _REPLAY = 3
 def row_layout(design: Design) -> data.StructLayout:
     """The sums of one candidate."""
     w = widths(design)
-    return data.StructLayout({"z": unsigned(w.b_z), "xy": unsigned(w.b_xy), "valid": 1})
+    return data.StructLayout({"z": unsigned(w.b_z), "xy": unsigned(w.b_xy)})
 
 
 def judge_latency(design: Design) -> int:
-    """Cycles from the row of the last candidate to the pulse ``found``; all rows once more if there is a tolerance."""
-    again = design.search.steps + _REPLAY if tolerance(design).any() else 0
-    return _DISTANCE + 1 + again
+    """Cycles from the last row to the pulse ``found``; all rows once more if there is a tolerance."""
+    pair = at_once(design) - 1
+    again = rows(design) - 1 + _REPLAY + pair if tolerance(design).any() else 0
+    return _DISTANCE + 1 + pair + again
 
 
 class Judge(wiring.Component):
@@ -43,56 +45,88 @@ class Judge(wiring.Component):
         z -----------> smallest so far? --> plateau --.
         xy -- minus measured sum -- |.| -- B^xy ------+--> smallest of the plateau so far --> index
 
-    Without a tolerance a smaller B^z begins a new plateau, and an equal one belongs to it: rows are judged as they
-    come.  With a tolerance the plateau is known when all rows are: they wait in a memory and are judged from there,
-    while rows of the next frame take their places.
+    Without a tolerance a smaller B^z begins a new plateau, and an equal one belongs to it: candidates are judged as
+    they come.  With a tolerance the plateau is known when all have come: they wait in a memory and are judged from
+    there, while those of the next frame take their places.  Where candidates come in pairs, the better one of a pair
+    is found first, and stands for both.
 
-    Resources: two comparators, two adders; with a tolerance a memory of K + 1 rows, a comparator and an adder more.
+    Resources: two comparators, two adders; with a tolerance a memory of all candidates, a comparator and an adder more;
+    for pairs all of that twice, and two comparators.
+
+    Members:
+        rows, valid: the candidates of a cycle, and which of them are there.
+        measured, exponent: K times the sum of positive stress, and the frame's exponent.
+        found, index: a pulse, while the index stands.
     """
 
     def __init__(self, design: Design) -> None:
-        self._design = design
+        self._design, self._ways = design, at_once(design)
         super().__init__(
             {
-                "row": In(row_layout(design)),
+                "rows": In(row_layout(design)).array(self._ways),
+                "valid": In(self._ways),
                 "measured": In(unsigned(measured_sum(design))),
                 "exponent": In(payloads.frame_facts(design)["exponent"].shape),
-                "found": Out(1),  # a pulse, while index stands
+                "found": Out(1),
                 "index": Out(payloads.sweep_index(design)),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        z, valid = self.row.z, self.row.valid
-        number, last = walk(m, valid, self._design.candidates)
+        pair = self._ways - 1
+        second, equal, z = self._smaller(m)
+        valid = delayed(m, self.valid[0], pair, control=True)
+        number, last = walk(m, valid, rows(self._design))
         lowest = Signal(len(z), reset_less=True)
         lower = valid & ((number == 0) | (z < lowest))
         with m.If(lower):
             m.d.sync += lowest.eq(z)
-        distance, place = self._distance(m), delayed(m, number, _DISTANCE)
+        distances, place = self._distances(m), delayed(m, number, _DISTANCE - pair)
         if tolerance(self._design).any():
             complete = register(m, valid & last, control=True)
-            rows = self._rows(m, place, Cat(distance, delayed(m, z, _DISTANCE)), valid, complete)
-            self._plateau(m, rows, self._limit(m, lowest, complete), complete)
+            self._plateau(m, distances, place, self._limit(m, lowest, complete), complete)
         else:
-            fresh, equal = delayed(m, lower, _DISTANCE), delayed(m, valid & (z == lowest), _DISTANCE)
-            self._best(m, distance, place, equal, fresh)
-        m.d.comb += self.found.eq(delayed(m, valid & last, judge_latency(self._design), control=True))
+            later = delayed(m, Cat(second, equal), _DISTANCE - 1)
+            distance, place = self._better(m, distances, place, later[0], later[1])
+            fresh, on = delayed(m, lower, _DISTANCE), delayed(m, valid & (z == lowest), _DISTANCE)
+            self._best(m, distance, place, on, fresh)
+        found = delayed(m, valid & last, judge_latency(self._design) - pair, control=True)
+        m.d.comb += self.found.eq(found)
         return m
 
-    def _distance(self, m: Module) -> Signal:
-        """B^xy of the row."""
+    def _smaller(self, m: Module) -> tuple[Value, Value, Value]:
+        """Of a pair: the second B^z is smaller, both are equal, the smaller one."""
+        if self._ways == 1:
+            return Const(0, 1), Const(0, 1), self.rows[0].z
+        first, other, there = self.rows[0].z, self.rows[1].z, self.valid[1]
+        second = there & (other < first)
+        return register(m, second), register(m, there & (other == first)), register(m, Mux(second, other, first))
+
+    def _distances(self, m: Module) -> list[Signal]:
+        """B^xy of the candidates."""
         bits = widths(self._design).b_xy
-        difference, distance = Signal(signed(bits + 1), reset_less=True), Signal(bits, reset_less=True)
-        m.d.sync += [
-            difference.eq(self.row.xy - (self.measured << unit_shift(self._design))),
-            distance.eq((difference ^ difference[-1].replicate(bits + 1)) + difference[-1]),
-        ]
-        return distance
+        distances = []
+        for row in self.rows:
+            difference, distance = Signal(signed(bits + 1), reset_less=True), Signal(bits, reset_less=True)
+            m.d.sync += [
+                difference.eq(row.xy - (self.measured << unit_shift(self._design))),
+                distance.eq((difference ^ difference[-1].replicate(bits + 1)) + difference[-1]),
+            ]
+            distances.append(distance)
+        return distances
+
+    def _better(
+        self, m: Module, distances: list[Value], place: Value, second: Value, equal: Value
+    ) -> tuple[Value, Value]:
+        """A pair's smaller distance and its candidate, a cycle later; ``second`` where only that one counts."""
+        if self._ways == 1:
+            return distances[0], place
+        take = second | (equal & (distances[1] < distances[0]))
+        return register(m, Mux(take, distances[1], distances[0])), register(m, Cat(take, place))
 
     def _best(self, m: Module, distance: Value, place: Value, on: Value, fresh: Value) -> None:
-        """The first smallest distance of the rows ``on`` the plateau, which begins anew with a ``fresh`` one."""
+        """The first smallest distance of those ``on`` the plateau, which begins anew with a ``fresh`` one."""
         best, index = Signal(len(distance), reset_less=True), driver(m, self.index)
         with m.If(fresh | (on & (distance < best))):
             m.d.sync += [best.eq(distance), index.eq(place)]
@@ -109,11 +143,11 @@ class Judge(wiring.Component):
             m.d.sync += limit.eq(lowest + slack)
         return limit
 
-    def _rows(self, m: Module, place: Value, row: Value, valid: Value, complete: Value) -> tuple[Value, Value, Value]:
+    def _rows(self, m: Module, place: Value, row: Value, complete: Value) -> tuple[Value, Value, Value]:
         """Keep every row; when all are there, hand out places, words and marks, a cycle ahead of their turn."""
-        last, wait = self._design.search.steps, _REPLAY - 1
-        m.submodules.rows = rows = Memory(shape=unsigned(len(row)), depth=last + 1, init=[])
-        write, read = rows.write_port(), rows.read_port()
+        last, wait = rows(self._design) - 1, _REPLAY - 1
+        m.submodules.rows = memory = Memory(shape=unsigned(len(row)), depth=max(2, last + 1), init=[])
+        write, read = memory.write_port(), memory.read_port()
         turn, turning = Signal(count(last)), Signal()
         with m.If(turning):
             m.d.sync += [turn.eq(turn + 1), turning.eq(turn != last)]
@@ -122,20 +156,25 @@ class Judge(wiring.Component):
         m.d.comb += [
             write.addr.eq(place),
             write.data.eq(row),
-            write.en.eq(delayed(m, valid, _DISTANCE, control=True)),
+            write.en.eq(delayed(m, self.valid[0], _DISTANCE, control=True)),
             read.addr.eq(turn),
             read.en.eq(1),
         ]
         return delayed(m, turn, wait), delayed(m, read.data, wait - 1), delayed(m, turning, wait, control=True)
 
-    def _plateau(self, m: Module, rows: tuple[Value, Value, Value], limit: Value, complete: Value) -> None:
-        """Judge the kept rows; the first on the plateau is fresh."""
-        place, words, turning = rows
-        bits = widths(self._design).b_xy
-        on, begun = Signal(), Signal()
-        m.d.sync += on.eq(turning & (words[bits:] <= limit))
+    def _plateau(self, m: Module, distances: list[Value], place: Value, limit: Value, complete: Value) -> None:
+        """Judge what has been kept; the first on the plateau is fresh."""
+        kept = data.ArrayLayout(data.StructLayout({"xy": len(distances[0]), "z": len(self.rows[0].z), "there": 1}), self._ways)
+        words = [Cat(d, delayed(m, Cat(row.z, there), _DISTANCE)) for d, row, there in zip(distances, self.rows, self.valid)]
+        place, found, turning = self._rows(m, place, Cat(words), complete)
+        row = data.View(kept, found)
+        on = [register(m, turning & word.there & (word.z <= limit), "on", control=True) for word in row]
+        distance, place = self._better(
+            m, [register(m, word.xy) for word in row], register(m, place), on[-1] & ~on[0], on[-1] & on[0]
+        )
+        begun, some = Signal(), delayed(m, Cat(on).any(), self._ways - 1, control=True)
         with m.If(complete):
             m.d.sync += begun.eq(0)
-        with m.Elif(on):
+        with m.Elif(some):
             m.d.sync += begun.eq(1)
-        self._best(m, delayed(m, words[:bits], 1), delayed(m, place, 1), on, on & ~begun)
+        self._best(m, distance, place, some, some & ~begun)

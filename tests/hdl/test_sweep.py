@@ -262,10 +262,12 @@ def test_frames_that_cannot_leave_wait_in_the_unit():
 def test_cycles_are_what_the_docstrings_say(design):
     q, steps, unit = design.quads, design.search.steps, Sweep(design)
     levels, bits = product_latency(steps), (steps - 1).bit_length()
-    assert unit.frame_interval == 14 + bits + steps
+    pairs = design.parts == 1
+    assert unit.frame_interval == (16 + bits + (steps + 1) // 2 if pairs else 14 + bits + steps)
     e0, turn = design.parts, max(4, design.parts)
     assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 4 * q + e0 * (q - 1) + turn)
-    assert unit.latency == 27 + levels + bits + steps + (steps + 3 if design.search.tolerance else 0)
+    rows = steps // 2 + 4 if pairs else steps
+    assert unit.latency == 27 + levels + bits + rows + ((steps // 2 + 4 if pairs else steps + 3) if design.search.tolerance else 0)
 
 
 @pytest.mark.parametrize("port", ["stress", "g", "normal", "negative"])

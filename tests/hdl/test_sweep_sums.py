@@ -18,8 +18,9 @@ from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
-def make(steps, rows=4, columns=5):
-    return Design(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), search=Search(steps), architecture=Architecture(4))
+def make(steps, words=1):
+    architecture = Architecture(4, vector_words=words)
+    return Design(SensorArray(4, 5, 4e-3, 2e-3, 3e-3), search=Search(steps), architecture=architecture)
 
 
 def crossing(first, step, steps):
@@ -50,8 +51,8 @@ def found_crossings(design, bits, terms):
             ctx.set(dut.i_size, abs(step))
             ctx.set(dut.i_valid, cycle < len(terms))
             if cycle >= crossing_latency(design):
-                words = tuple(ctx.get(word) for word in (dut.place, dut.size, dut.excess))
-                found.append(words if ctx.get(dut.valid) else None)
+                before, *words = (ctx.get(word) for word in (dut.before, dut.size, dut.excess))
+                found.append((before + 1, *words) if ctx.get(dut.valid) else None)
             await ctx.tick()
 
     simulate(dut, drive)
@@ -85,7 +86,7 @@ def test_any_crossing(data):
 def found_sums(design, bits, frames):
     """Sums of frames of ``(first, step)``, back to back; and the cycles of the first ones behind the end marks."""
     dut = Sums(design, bits, bits + 10)
-    rows, waits, wait = [], [], sums_wait(design)
+    found, waits, wait = [], [], sums_wait(design)
 
     async def drive(ctx):
         for _ in range(wait):  # the memory is being cleared
@@ -100,24 +101,25 @@ def found_sums(design, bits, frames):
                 ctx.set(dut.i_valid, cycle < len(terms))
                 ctx.set(dut.ended, bool(terms) and cycle == len(terms))
                 ended = 0 if cycle == len(terms) else ended + 1
-                if ctx.get(dut.valid):
-                    if len(rows) % design.candidates == 0:
-                        waits.append(ended)
-                    rows.append(ctx.get(dut.sum))
+                valid = ctx.get(dut.valid)
+                if valid and len(found) % design.candidates == 0:
+                    waits.append(ended)
+                found.extend(ctx.get(word) for way, word in enumerate(dut.sums) if valid >> way & 1)
                 await ctx.tick()
 
     simulate(dut, drive)
-    return np.reshape(rows, (-1, design.candidates)).tolist(), waits
+    return np.reshape(found, (-1, design.candidates)).tolist(), waits
 
 
 def sums(design, terms):
     return [sum(max(0, first + k * step) for first, step in terms) for k in range(design.candidates)]
 
 
+@pytest.mark.parametrize("words", [1, 4])
 @pytest.mark.parametrize("steps", [1, 2, 3, 7, 100])
-def test_sums_of_frames_back_to_back(steps):
+def test_sums_of_frames_back_to_back(steps, words):
     """Places met again 1, 2, 3, 4 and more terms later, in every order; nothing is left of the frame before."""
-    design, rng = make(steps), np.random.default_rng(steps)
+    design, rng = make(steps, words), np.random.default_rng(steps)
     frames = [[(-3 * k, 3) for k in places] for places in ([1] * 6, [1, 2] * 4, [1, 2, 3] * 3, [1, 2, 3, 4] * 3)]
     frames += [[(int(a), int(b)) for a, b in rng.integers(-9, 10, (20, 2))] for _ in range(8)]
     found, waits = found_sums(design, 20, frames)
@@ -128,7 +130,7 @@ def test_sums_of_frames_back_to_back(steps):
 @settings(max_examples=15, deadline=None)
 @given(st.data())
 def test_any_sums(data):
-    design = make(data.draw(st.integers(1, 40)))
+    design = make(data.draw(st.integers(1, 40)), data.draw(st.sampled_from([1, 4])))
     scale = data.draw(st.sampled_from([1, 3, 1000, 1 << 20]))
     number = st.integers(-4, 4).map(lambda n: n * scale) | st.integers(-8 * scale, 8 * scale)
     frames = data.draw(st.lists(st.lists(st.tuples(number, number), min_size=1, max_size=20), min_size=1, max_size=4))
