@@ -32,7 +32,7 @@ from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.parts import in_parts
 from tfra.hdl.streams import Buffer, Queue, flow
 from tfra.hdl.sweep_judge import Judge, judge_latency
-from tfra.hdl.sweep_loader import TURN, Loader, places
+from tfra.hdl.sweep_loader import PLACES, TURN, Loader
 from tfra.hdl.sweep_sums import Sums, first_row, rows, sums_wait
 from tfra.hdl.sweep_terms import Terms, term, terms_latency
 from tfra.model.design import Design
@@ -102,19 +102,18 @@ class Sweep(wiring.Component):
     @property
     def quad_interval(self) -> int:
         """Cycles between two quads of e1 at the shortest."""
-        return places(self._design)
+        return PLACES
 
     @property
     def frame_interval(self) -> int:
         """Cycles from a frame's last quad of e1 to the first of the next frame at the shortest."""
-        return self.quad_interval - 1 + sums_wait(self._design)
+        return PLACES - 1 + sums_wait(self._design)
 
     @property
     def interval(self) -> int:
         """Cycles per frame while all inputs are always there and the index is always taken."""
         steps = self._design.quads - 1
-        turn = self.quad_interval + self.e0_interval * steps + self.turn
-        return self.quad_interval * steps + max(self.frame_interval, turn)
+        return PLACES * steps + max(self.frame_interval, PLACES + self.e0_interval * steps + self.turn)
 
     @property
     def latency(self) -> int:
@@ -139,10 +138,14 @@ class Sweep(wiring.Component):
         self._wait(m, loader)
         m.d.comb += [
             loader.free.eq(self._free(m, loader)),
-            *(i.eq(taxel) for i, taxel in zip(terms.i, loader.taxels, strict=True)),
+            terms.i.eq(loader.taxel),
             terms.ends.eq(loader.ends),
-            *self._terms(z, terms, "x", "q"),
-            *self._terms(xy, terms, "y", "r"),
+            z.first.eq(terms.o.x),
+            z.step.eq(terms.o.q),
+            z.size.eq(terms.o.size),
+            xy.first.eq(terms.o.y),
+            xy.step.eq(terms.o.r),
+            xy.size.eq(terms.o.size),
             *(row.z.eq(value) for row, value in zip(judge.rows, z.sums, strict=True)),
             *(row.xy.eq(value) for row, value in zip(judge.rows, xy.sums, strict=True)),
             judge.valid.eq(z.valid),
@@ -160,15 +163,6 @@ class Sweep(wiring.Component):
             indices.r_en.eq(self.index.ready),
         ]
         return m
-
-    @staticmethod
-    def _terms(sums: Sums, terms: Terms, first: str, step: str) -> list[Any]:
-        """Terms to their sums."""
-        return [
-            word.eq(found[name])
-            for into, found in zip(sums.terms, terms.o, strict=True)
-            for word, name in ((into.first, first), (into.step, step), (into.size, "size"))
-        ]
 
     def _wait(self, m: Module, loader: Loader) -> None:
         """What comes before the loader needs it."""

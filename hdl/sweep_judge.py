@@ -12,8 +12,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
 from tfra.hdl.pipeline import delayed, driver, register, walk
-from tfra.hdl.sweep_loader import at_once
-from tfra.hdl.sweep_sums import rows
+from tfra.hdl.sweep_sums import at_once, rows
 from tfra.hdl.sweep_terms import measured_sum, unit_shift
 from tfra.model.design import Design
 from tfra.model.fixed.sweep import tolerance

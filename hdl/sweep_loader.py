@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed
@@ -17,6 +18,8 @@ from tfra.model.design import Design
 from tfra.model.fixed.butterfly import distinct
 from tfra.model.fixed.widths import widths
 
+PLACES = 4
+"""Cycles a quad of q takes: one per word."""
 TURN = 4
 """Cycles from the last quad of e0 to the first of e1; the last quad has been counted when the first is."""
 FOLDED = 5
@@ -25,16 +28,6 @@ TAXEL = FOLDED + 1
 """Cycles from a quad's transfer to its first taxel."""
 _READ = FOLDED - READ
 """Cycles from a quad's transfer to the read of its p, with an address from a register."""
-
-
-def at_once(design: Design) -> int:
-    """Taxels, and candidates behind them, in a cycle: two in a core that handles all words of a quad in one."""
-    return 2 if design.parts == 1 else 1
-
-
-def places(design: Design) -> int:
-    """Cycles a quad of q takes."""
-    return 4 // at_once(design)
 
 
 def folded_taxel(design: Design) -> data.StructLayout:
@@ -46,21 +39,21 @@ def folded_taxel(design: Design) -> data.StructLayout:
 
 
 class Loader(wiring.Component):
-    """Hand out a frame's taxels, ``places`` cycles for each quad of e1.
+    """Hand out a frame's taxels, four cycles for each quad of e1.
 
     Dataflow of ``normal``, by cycles behind the transfer: 1, 2 held with g, 3 minus g, 4, 5 butterfly.  Quads of e0
-    then go to the memory of p.  Quads of e1 stay for ``places`` cycles, while p, q and stress are picked, a word or two
-    a cycle; words of mirror taxels that are the same one are left out (``valid`` is low).
+    then go to the memory of p.  Quads of e1 stay for four cycles, while p, q and stress are picked word by word;
+    words of mirror taxels that are the same one are left out (``valid`` is low).
 
-    Quads of e0 are taken with g, one a cycle; those of e1 with stress, one in ``places`` cycles, the first ``TURN``
-    cycles behind e0 at the earliest and a cycle behind ``free`` and facts; e0 of the next frame ``places`` cycles
+    Quads of e0 are taken with g, one a cycle; those of e1 with stress, one in ``PLACES`` cycles, the first ``TURN``
+    cycles behind e0 at the earliest and a cycle behind ``free`` and facts; e0 of the next frame ``PLACES`` cycles
     behind e1.
 
     Resources: 12 adders of the vector width, a memory of Q vector quads, a part wide.
     """
 
     def __init__(self, design: Design) -> None:
-        self._design, self._places = design, places(design)
+        self._design = design
         vector = payloads.vector_quad(design)
         super().__init__(
             {
@@ -72,14 +65,13 @@ class Loader(wiring.Component):
                 "free": In(1),  # e1 of a frame may begin in the next cycle
                 "begins": Out(1),  # the first quad of e1 is taken
                 "ends": Out(1),  # the last quad of e1 is taken
-                "taxels": Out(folded_taxel(design)).array(at_once(design)),
+                "taxel": Out(folded_taxel(design)),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        sloping, number = Signal(), Signal(count(self._design.quads - 1))
-        place = Signal(2)  # up to zero; its low bits tell which words of a quad are picked
+        sloping, number, place = Signal(), Signal(count(self._design.quads - 1)), Signal(range(PLACES))
         first, last = number == 0, number == self._design.quads - 1
         begun = Signal()  # a register, since the way from here to the queues' reads is long
         with m.If(self.ends):
@@ -101,46 +93,40 @@ class Loader(wiring.Component):
             with m.If(last):
                 m.d.sync += sloping.eq(~sloping)
         with m.If(took_e1):
-            m.d.sync += place.eq(4 - self._places + 1)
+            m.d.sync += place.eq(1)
         with m.Elif(took_e0 & last):
-            m.d.sync += place.eq(4 - TURN + 1)
+            m.d.sync += place.eq(PLACES - TURN + 1)
         with m.Elif(place != 0):
             m.d.sync += place.eq(place + 1)
-        leaving = delayed(m, self.ends, self._places - 1, control=True)
+        leaving = delayed(m, self.ends, PLACES - 1, control=True)
         m.d.comb += [self.direction.ready.eq(leaving), self.frame.ready.eq(leaving)]
-        picked = place[: (self._places - 1).bit_length()]
-        self._taxels(m, picked, self._later(m, took_e0), self._later(m, took_e1))
+        self._taxels(m, place, self._later(m, took_e0), self._later(m, took_e1))
         return m
 
     def _taxels(self, m: Module, place: Value, e0: Value, e1: Value) -> None:
         """Memory of p and the picking; bit k of ``e0`` and ``e1``: such a quad was taken k cycles ago."""
-        words = self._butterfly(m, e0[0], e1[0])
+        i, words = Signal(self.taxel.shape(), reset_less=True), self._butterfly(m, e0[0], e1[0])
         behind, _ = walk(m, e0[FOLDED] | e1[FOLDED], self._design.quads, "behind")  # leaves the butterfly next
-        m.d.comb += self.stress.ready.eq(e1[self._places - 1])
+        valid = Signal()
+        m.d.comb += [self.stress.ready.eq(e1[PLACES - 1]), self.taxel.eq(i), self.taxel.valid.eq(valid)]
         keep = self._keep(m, behind, e1[FOLDED - 1])
         stress = data.View(payloads.stress_quad(self._design), delayed(m, self.stress.payload.as_value(), 1))
-        picked, early = delayed(m, place, FOLDED), delayed(m, place, 1)
-        p = self._p(m, Cat(words), behind, place, e0, e1)
-        here = e1[FOLDED : FOLDED + self._places].any()
-        for way, taxel in enumerate(self.taxels):
-            i, valid = Signal(taxel.shape(), reset_less=True), Signal()
-            m.d.comb += [taxel.eq(i), taxel.valid.eq(valid)]
-            m.d.sync += [
-                i.p.eq(p[way]),
-                i.q.eq(self._pick(words, picked, way)),
-                i.stress.eq(delayed(m, self._pick(stress, early, way), FOLDED - 1)),
-                i.negative.eq(delayed(m, self.direction.payload.negative, FOLDED)),
-                i.exponent.eq(delayed(m, self.frame.payload.exponent, FOLDED)),
-                valid.eq(here & self._pick(keep, picked, way)),
-            ]
+        picked = delayed(m, place, FOLDED)
+        m.d.sync += [
+            i.p.eq(self._p(m, Cat(words), behind, place, e0, e1)),
+            i.q.eq(self._pick(words, picked)),
+            i.stress.eq(delayed(m, self._pick(stress, delayed(m, place, 1)), FOLDED - 1)),
+            i.negative.eq(delayed(m, self.direction.payload.negative, FOLDED)),
+            i.exponent.eq(delayed(m, self.frame.payload.exponent, FOLDED)),
+            valid.eq(e1[FOLDED : FOLDED + PLACES].any() & keep.bit_select(picked, 1)),
+        ]
 
-    def _p(self, m: Module, words: Value, behind: Value, place: Value, e0: Value, e1: Value) -> list[Value]:
-        """Memory of p, a part wide: the p of the taxels beside the butterfly.
+    def _p(self, m: Module, words: Value, behind: Value, place: Value, e0: Value, e1: Value) -> Value:
+        """Memory of p, a part wide: the p of the taxel beside the butterfly.
 
         Words stand behind the butterfly until the next quad comes, which is as many cycles as it has parts.
         """
-        design, ways = self._design, at_once(self._design)
-        inside = (design.architecture.vector_words // ways - 1).bit_length()  # bits of the place within a part
+        design, inside = self._design, (self._design.architecture.vector_words - 1).bit_length()
         shape = payloads.vector_part(design)
         m.submodules.memory = memory = Memory(shape=shape, depth=design.parts << len(behind), init=[])
         write, read = memory.write_port(), memory.read_port()
@@ -148,21 +134,17 @@ class Loader(wiring.Component):
         part = Signal(count(design.parts - 1)) if design.parts > 1 else Const(0, 0)
         stored = e0[FOLDED : FOLDED + design.parts].any()
         later = delayed(m, place, _READ - 1)
-        reading, _ = walk(m, e1[_READ - 1], design.quads, "reading")
         if design.parts > 1:
             m.d.sync += part.eq(Mux(stored, part + 1, 0))
         m.d.comb += [
             write.addr.eq(Cat(part, self._kept(m, behind, e0[FOLDED]))),
             write.data.eq(nth_part(words, part, design.parts)),
             write.en.eq(stored),
-            read.addr.eq(register(m, Cat(later[inside:], self._kept(m, reading, e1[_READ - 1])))),
-            read.en.eq(e1[_READ : _READ + self._places].any()),
+            read.addr.eq(register(m, Cat(later[inside:], self._kept(m, behind, e1[_READ - 1])))),
+            read.en.eq(e1[_READ : _READ + PLACES].any()),
         ]
         found = data.View(shape, delayed(m, read.data.as_value(), 1))
-        if not inside:
-            return list(found)
-        at = delayed(m, later[:inside], 1 + READ)
-        return [Array(found[k] for k in range(way, len(found), ways))[at] for way in range(ways)]
+        return Array(found)[delayed(m, later[:inside], 1 + READ)] if inside else found[0]
 
     @staticmethod
     def _kept(m: Module, value: Value, when: Value) -> Value:
@@ -172,13 +154,15 @@ class Loader(wiring.Component):
             m.d.sync += kept.eq(value)
         return Mux(when, value, kept)
 
-    def _pick(self, words: Any, place: Value, way: int) -> Value:
+    @staticmethod
+    def _pick(words: Sequence[Value] | data.View, place: Value) -> Value:
         """One of four words: a multiplexer, where indexing a view would take a multiplier for the bit's place."""
-        return Array(words[k] for k in range(way, 4, 4 // self._places))[place]
+        return Array(words[k] for k in range(PLACES))[place]
 
-    def _later(self, m: Module, pulse: Value) -> Value:
+    @staticmethod
+    def _later(m: Module, pulse: Value) -> Value:
         """Bit k: ``pulse`` of k cycles ago."""
-        seen = Signal(FOLDED + self._places - 1)
+        seen = Signal(FOLDED + PLACES - 1)
         m.d.sync += seen.eq(Cat(pulse, seen))
         return Cat(pulse, seen)
 
@@ -202,9 +186,9 @@ class Loader(wiring.Component):
 
     def _keep(self, m: Module, number: Value, look: Value) -> Signal:
         """Which words of a quad are taxels of their own: a bit each, from the static shape of the array."""
-        keep = Signal(4, reset_less=True)
+        keep = Signal(PLACES, reset_less=True)
         with m.If(look), m.Switch(number):
             for at, row in enumerate(distinct(self._design)):
                 with m.Case(at):
-                    m.d.sync += keep.eq(sum(1 << place for place in range(4) if row[place]))
+                    m.d.sync += keep.eq(sum(1 << place for place in range(PLACES) if row[place]))
         return keep

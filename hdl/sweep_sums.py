@@ -12,7 +12,6 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.arithmetic import count
 from tfra.hdl.pipeline import delayed, driver, register
 from tfra.hdl.sweep_crossing import Crossing, crossing_latency
-from tfra.hdl.sweep_loader import at_once
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -20,9 +19,13 @@ _UPDATE = 4
 """Cycles from a crossing to the memory that holds it: read, its register, sum, write."""
 _WALK = 3
 """Cycles from the first read to the sum of candidate 0: memory, its register, slope."""
-_PAIR = 3
-"""Cycles more where two terms come in a cycle, and candidates are taken in pairs: to add up the entries of a candidate,
-and then what both of a pair do to the slope and to the sum."""
+_PAIR = 2
+"""Cycles more where entries are taken in pairs: to add up what both of a pair do to the slope, and to the sum."""
+
+
+def at_once(design: Design) -> int:
+    """Candidates whose sums come in a cycle: two in a core that handles all words of a quad in one."""
+    return 2 if design.parts == 1 else 1
 
 
 def rows(design: Design) -> int:
@@ -55,12 +58,6 @@ def slope_bits(design: Design) -> int:
     return widths(design).vector - 1 + design.sensor.taxels.bit_length()
 
 
-def sum_term(design: Design, first_bits: int) -> data.StructLayout:
-    """A term; ``size = |step|``."""
-    bits = widths(design).vector
-    return data.StructLayout({"first": signed(first_bits), "step": signed(bits), "size": unsigned(bits)})
-
-
 class Sums(wiring.Component):
     """``sum(k) = sum over terms of max(0, first + k step)`` for k = 0 ... K; exact.
 
@@ -76,9 +73,8 @@ class Sums(wiring.Component):
                      '-> Crossing -> place -> memory of K entries ----+-> slope, sum of the next candidate
                                  size, excess -> + -'
 
-    Terms cost a cycle each and candidates another, or half of it: no sum is made of terms times candidates.  For two a
-    cycle each term has its own Crossing and its own memory, in which odd and even entries have a bank each, and a pair
-    of entries moves slope and sum at once:
+    Terms cost a cycle each and candidates another, or half of it: no sum is made of terms times candidates.  For two
+    candidates a cycle, odd and even entries have a bank each, and a pair of entries moves slope and sum at once:
 
         slope(k+2) = slope(k) + (size(k+1) + size(k+2))
         sum(k+2)   = sum(k) + 2 slope(k) + (excess(k+1) + size(k+1) + excess(k+2))
@@ -88,22 +84,23 @@ class Sums(wiring.Component):
     used instead of what is there.
 
     Members:
-        terms, i_valid: ``at_once`` terms of a cycle, and which of them are there; ``size = |step|``.
-        ended: the cycle behind a frame's last one.
+        first, step, size, i_valid: a term; ``size = |step|``; ``ended``: the cycle behind a frame's last one.
         sums, valid: the sums of the next ``at_once`` candidates, those of a frame without a gap, and which of them are
             there: behind the last candidate there is none.
         begins: a cycle ahead of candidate 0, or two.
 
-    Resources: a :class:`Crossing`, seven adders, a memory of K entries of about 80 bits; for two a cycle twice as much
-    and eight adders.
+    Resources: a :class:`Crossing`, seven adders, a memory of K entries of about 80 bits; for two candidates a cycle
+    seven more adders.
     """
 
     def __init__(self, design: Design, first_bits: int, sum_bits: int) -> None:
         self._design = design
         super().__init__(
             {
-                "terms": In(sum_term(design, first_bits)).array(at_once(design)),
-                "i_valid": In(at_once(design)),
+                "first": In(signed(first_bits)),
+                "step": In(signed(widths(design).vector)),
+                "size": In(unsigned(widths(design).vector)),
+                "i_valid": In(1),
                 "ended": In(1),
                 "sums": Out(unsigned(sum_bits)).array(at_once(design)),
                 "valid": Out(at_once(design)),
@@ -113,22 +110,16 @@ class Sums(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
+        m.submodules.crossing = crossing = Crossing(self._design, len(self.first))
         walking, number = self._turn(m)
-        entries = [self._entries(m, way, walking, number) for way in range(len(self.terms))]
-        self._walk(m, walking, entries)
-        return m
-
-    def _entries(self, m: Module, way: int, walking: Value, number: Value) -> list[data.View]:
-        """What each bank of a term's memory has found."""
-        term = self.terms[way]
-        m.submodules[f"crossing{way}"] = crossing = Crossing(self._design, len(term.first))
         m.d.comb += [
-            crossing.first.eq(term.first),
-            crossing.rises.eq(~term.step[-1]),
-            crossing.i_size.eq(term.size),
-            crossing.i_valid.eq(self.i_valid[way]),
+            crossing.first.eq(self.first),
+            crossing.rises.eq(~self.step[-1]),
+            crossing.i_size.eq(self.size),
+            crossing.i_valid.eq(self.i_valid),
         ]
-        return self._update(m, way, crossing, walking, number)
+        self._walk(m, walking, self._update(m, crossing, walking, number))
+        return m
 
     def _turn(self, m: Module) -> tuple[Signal, Signal]:
         """Whether entries are walked through, and which ones are read; first of all, to clear the memory."""
@@ -141,7 +132,7 @@ class Sums(wiring.Component):
             m.d.sync += walking.eq(1)
         return walking, number
 
-    def _update(self, m: Module, way: int, crossing: Any, walking: Value, number: Value) -> list[data.View]:
+    def _update(self, m: Module, crossing: Any, walking: Value, number: Value) -> list[data.View]:
         """Add crossings to their entries, and clear those that are walked through; return what each bank has found.
 
         By cycles behind a crossing: 1 read, 2 ``found``, 3 ``sums``, being written, 4 ``written``.
@@ -157,7 +148,7 @@ class Sums(wiring.Component):
         clear, cleared = register(m, walking, "clear", control=True), register(m, number, "cleared")
         found = []
         for bank in range(ways):
-            m.submodules[f"memory{way}{bank}"] = memory = Memory(shape=entry, depth=depth, init=[])
+            m.submodules[f"memory{bank}"] = memory = Memory(shape=entry, depth=depth, init=[])
             write, read = memory.write_port(), memory.read_port()
             mine = valid[3] & (place[3][0] == bank) if inside else valid[3]
             m.d.comb += [
@@ -178,25 +169,24 @@ class Sums(wiring.Component):
         m.d.sync += [sums.size.eq(before.size + size), sums.excess.eq(before.excess + excess)]
         return [data.View(entry, word) for word in found]
 
-    def _walk(self, m: Module, walking: Value, entries: list[list[data.View]]) -> None:
+    def _walk(self, m: Module, walking: Value, found: list[data.View]) -> None:
         """The sums of terms, then of one candidate after another, or of two."""
-        pairs = len(entries) - 1
+        pairs = len(found) == 2
         before = delayed(m, walking, _WALK - 2 + _PAIR * pairs, "before", control=True)
         sloping = register(m, before, "sloping", control=True)
         summing = register(m, sloping, "summing", control=True)
         summed = register(m, summing, "summed", control=True)
-        size, excess, lead = self._moves(m, entries)
+        size, excess = self._pair(m, *found) if pairs else (found[0].size, found[0].excess)
         slope = Signal(signed(slope_bits(self._design) + 1), reset_less=True)
         total = Signal.like(self.sums[0], name="total", reset_less=True)
         gain = register(m, (slope << pairs) + excess, "gain")
-        counts, first, step = self._counted(m)
-        quiet = Signal(init=1)
+        counts, quiet = self.i_valid & ~self.first[-1], Signal(init=1)
         with m.If(self.ended):
             m.d.sync += quiet.eq(0)
         with m.If(sloping | counts):
-            m.d.sync += slope.eq(slope + Mux(sloping, Cat(size, C(0, 1)).as_signed(), step))
+            m.d.sync += slope.eq(slope + Mux(sloping, Cat(size, C(0, 1)).as_signed(), self.step))
         with m.If(summing | counts):
-            m.d.sync += total.eq(total + Mux(summing, gain, first))
+            m.d.sync += total.eq(total + Mux(summing, gain, self.first))
         # Each cleared when it has been used, by a register of its own: this goes to all bits of a word.
         end = register(m, sloping & ~before, "slope_ends", control=True)
         with m.If(end):
@@ -204,9 +194,9 @@ class Sums(wiring.Component):
         with m.If(register(m, end, "sum_ends", control=True)):
             m.d.sync += total.eq(0)
         m.d.comb += self.begins.eq(sloping & ~summing & ~quiet)
+        even = self._design.search.steps % 2 == 0
         if pairs:
-            odd = register(m, slope + lead, "odd")
-            even = self._design.search.steps % 2 == 0  # then the last candidate comes alone
+            odd = register(m, slope + delayed(m, found[0].excess, _PAIR), "odd")
             there = Cat(summing | summed if even else summing, summing) & (~quiet).replicate(2)
             m.d.comb += [
                 self.sums[0].eq(register(m, total, "sum0")),
@@ -216,25 +206,9 @@ class Sums(wiring.Component):
         else:
             m.d.comb += [self.sums[0].eq(total), self.valid.eq((summing | summed) & ~quiet)]
 
-    def _counted(self, m: Module) -> tuple[Value, Value, Value]:
-        """Terms that count for candidate 0: whether there are any, and their words; for two a cycle later, added up."""
-        counts = [there & ~term.first[-1] for there, term in zip(self.i_valid, self.terms, strict=True)]
-        if len(counts) == 1:
-            return counts[0], self.terms[0].first, self.terms[0].step
-        words = [
-            sum(Mux(count, term[name], 0).as_signed() for count, term in zip(counts, self.terms, strict=True))
-            for name in ("first", "step")
-        ]
-        return register(m, Cat(counts).any(), "counts", control=True), register(m, words[0]), register(m, words[1])
-
     @staticmethod
-    def _moves(m: Module, entries: list[list[data.View]]) -> tuple[Value, Value, Value]:
-        """What the entries do to slope and sum, beside the slope ahead of them; the excess of the first candidate."""
-        if len(entries) == 1:
-            ((entry,),) = entries
-            return entry.size, entry.excess, entry.excess
-        names = ("size", "excess")
-        odd, even = ({n: register(m, a[n] + b[n], n) for n in names} for a, b in zip(*entries, strict=True))
-        both = register(m, odd["size"] + even["size"], "both")
-        some, rest = register(m, odd["size"] + odd["excess"], "some"), register(m, even["excess"], "rest")
-        return register(m, both, "size"), register(m, some + rest, "excess"), delayed(m, odd["excess"], 2, "lead")
+    def _pair(m: Module, odd: data.View, even: data.View) -> tuple[Value, Value]:
+        """What two entries in turn do to slope and sum, beside what the slope before them does."""
+        both = register(m, odd.size + even.size, "both")
+        excess, rest = register(m, odd.size + odd.excess, "excess"), register(m, even.excess, "rest")
+        return register(m, both, "size"), register(m, excess + rest, "excess")

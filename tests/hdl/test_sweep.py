@@ -263,11 +263,11 @@ def test_cycles_are_what_the_docstrings_say(design):
     q, steps, unit = design.quads, design.search.steps, Sweep(design)
     levels, bits = product_latency(steps), (steps - 1).bit_length()
     pairs = design.parts == 1
-    assert unit.frame_interval == (15 + bits + (steps + 1) // 2 if pairs else 14 + bits + steps)
-    e0, turn, e1 = design.parts, max(4, design.parts), 2 if pairs else 4
-    assert unit.interval == max(e1 * (q - 1) + unit.frame_interval, e1 * q + e0 * (q - 1) + turn)
-    again = (steps // 2 + 4 if pairs else steps + 3) if design.search.tolerance else 0
-    assert unit.latency == 27 + levels + bits + (steps // 2 + 3 if pairs else steps) + again
+    assert unit.frame_interval == (16 + bits + (steps + 1) // 2 if pairs else 14 + bits + steps)
+    e0, turn = design.parts, max(4, design.parts)
+    assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 4 * q + e0 * (q - 1) + turn)
+    rows = steps // 2 + 4 if pairs else steps
+    assert unit.latency == 27 + levels + bits + rows + ((steps // 2 + 4 if pairs else steps + 3) if design.search.tolerance else 0)
 
 
 @pytest.mark.parametrize("port", ["stress", "g", "normal", "negative"])

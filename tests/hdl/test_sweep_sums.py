@@ -12,7 +12,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tfra.hdl.sweep_crossing import Crossing, crossing_latency
-from tfra.hdl.sweep_loader import at_once
 from tfra.hdl.sweep_sums import Sums, first_row, sums_wait
 from tfra.model.design import Architecture, Design, Search
 from tfra.model.fixed.widths import widths
@@ -86,7 +85,7 @@ def test_any_crossing(data):
 
 def found_sums(design, bits, frames):
     """Sums of frames of ``(first, step)``, back to back; and the cycles of the first ones behind the end marks."""
-    dut, ways = Sums(design, bits, bits + 10), at_once(design)
+    dut = Sums(design, bits, bits + 10)
     found, waits, wait = [], [], sums_wait(design)
 
     async def drive(ctx):
@@ -94,15 +93,14 @@ def found_sums(design, bits, frames):
             await ctx.tick()
         ended = 0
         for terms in [*frames, []]:
-            steps = -(-len(terms) // ways)
-            for cycle in range(steps + wait - 1):
-                for way in range(ways):
-                    there = cycle * ways + way < len(terms)
-                    first, step = terms[cycle * ways + way] if there else (-5, 7)
-                    ctx.set(dut.terms[way], {"first": first, "step": step, "size": abs(step)})
-                    ctx.set(dut.i_valid[way], there)
-                ctx.set(dut.ended, bool(terms) and cycle == steps)
-                ended = 0 if cycle == steps else ended + 1
+            for cycle in range(len(terms) + wait - 1):
+                first, step = terms[cycle] if cycle < len(terms) else (0, 0)
+                ctx.set(dut.first, first)
+                ctx.set(dut.step, step)
+                ctx.set(dut.size, abs(step))
+                ctx.set(dut.i_valid, cycle < len(terms))
+                ctx.set(dut.ended, bool(terms) and cycle == len(terms))
+                ended = 0 if cycle == len(terms) else ended + 1
                 valid = ctx.get(dut.valid)
                 if valid and len(found) % design.candidates == 0:
                     waits.append(ended)
