@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from amaranth import Cat, Const, Mux, Shape, Value, signed, unsigned
 from amaranth.lib import data
 
@@ -54,22 +56,35 @@ def count(top: int) -> Shape:
     return unsigned(max(1, top.bit_length()))
 
 
-def leading_zeros(value: Value) -> Value:
+def leading_zeros(value: Value, between: Callable[[Value], Value] = lambda word: word) -> Value:
     """Zeros above the highest set bit of an unsigned value, its length for zero.
 
-    A tree of multiplexers without an adder, so that it leaves time in a cycle.
+    A tree of multiplexers without an adder, so that it leaves time in a cycle.  What is known of each eight bits goes
+    through ``between``, a register where the whole tree would be a long path.
     """
-    size = 1 << len(value).bit_length()
-    stop = Const(1, 1)
-    return _leading_zeros(Cat(Const(0, size - len(value) - 1), stop, value))
+    size = max(8, 1 << len(value).bit_length())
+    padded = Cat(Const(0, size - len(value) - 1), Const(1, 1), value)
+    nodes = []
+    for k in range(0, size, 8):
+        some, zeros = _zeros([(bit, Const(0, 0)) for bit in padded[k : k + 8]])
+        nodes.append((between(some), between(zeros)))
+    return _zeros(nodes)[1]
 
 
-def _leading_zeros(value: Value) -> Value:
-    half = len(value) // 2
-    low, high = value[:half], value[half:]
-    if half == 1:
-        return ~high
-    return Cat(Mux(high.any(), _leading_zeros(high), _leading_zeros(low)), ~high.any())
+def _zeros(nodes: list[tuple[Value, Value]]) -> tuple[Value, Value]:
+    """Of words in turn, the highest last: whether any bit is set, and the zeros above it."""
+    while len(nodes) > 1:
+        pairs = zip(nodes[::2], nodes[1::2], strict=True)
+        nodes = [
+            (high | low, Cat(Mux(high, above, below) if len(above) else above, ~high))
+            for (low, below), (high, above) in pairs
+        ]
+    return nodes[0]
+
+
+def two_steps(amount: Value, fine: int) -> tuple[Value, Value]:
+    """A shift in two steps, for a register in between: all but its lowest ``fine`` bits, and these."""
+    return Cat(Const(0, fine), amount[fine:]), amount[:fine]
 
 
 def add_or_subtract(base: Value, value: Value, subtract: Value) -> Value:

@@ -9,8 +9,8 @@ from amaranth import Array, C, Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count, quad, round_top
-from tfra.hdl.combine_store import FRAMES, Level, Store, headrooms, place
+from tfra.hdl.arithmetic import count, quad, round_top, two_steps
+from tfra.hdl.combine_store import FRAMES, MEASURE, Level, Store, headrooms, place
 from tfra.hdl.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.payloads import affine, chosen, direction, operand, vector_part, vector_quad
 from tfra.hdl.pipeline import READ, delayed, register, walk
@@ -191,7 +191,7 @@ class Combine(wiring.Component):
             w.b_level.enter.eq(b_write.en & b_last),
             b_read.addr.eq(Cat((number >> len(in_quad(design, number)))[: len(b_number)], w.b_level.tail)),
             w.b_level.leave.eq(ends & (step == 0)),
-            w.d_level.enter.eq(delayed(m, ends & whole, 2, control=True)),
+            w.d_level.enter.eq(delayed(m, ends & whole, MEASURE - 1, control=True)),
             w.x.write.eq(valid & (put.step != 0)),
             w.x.write_place.eq(put.place),
             w.x.write_vector.eq(put.step == 2),
@@ -217,15 +217,17 @@ class Combine(wiring.Component):
         wiring.connect(m, wiring.flipped(self.forced), waiting.i)
         forced = waiting.o.payload
         take, number, ends = self._walk(m, self.products.valid)
-        plane, whole = walk(m, ends, 3, "plane")
-        tail, _ = walk(m, ends & whole, FRAMES, "tail")
+        plane, _ = walk(m, ends, 3, "plane")
+        _, last = walk(m, take, 3 * self._design.quads * self._design.parts, "part")
+        whole = take & last
+        tail, _ = walk(m, whole, FRAMES, "tail")
         minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
         tag = w.tag[0]
         m.d.comb += [
             w.take.eq(take),
             w.product.eq(pick_part(self._design, self.products.payload, number)),
-            waiting.o.ready.eq(ends & whole),
-            frames.give.eq(register(m, ends & whole, control=True)),
+            waiting.o.ready.eq(whole),
+            frames.give.eq(register(m, whole, control=True)),
             w.valid[0].eq(w.take | w.busy),
         ]
         with m.If(w.take):
@@ -287,7 +289,7 @@ class Combine(wiring.Component):
             self.forces.payload.eq(words),
         ]
         ends = valid & (tag.job == Job.E1) & (tag.number == w.last)
-        m.d.comb += w.e_level.enter.eq(delayed(m, ends, 2, control=True))
+        m.d.comb += w.e_level.enter.eq(delayed(m, ends, MEASURE - 1, control=True))
         for k in range(1, _SUM + 1):
             m.d.sync += [w.valid[k].eq(w.valid[k - 1]), w.tag[k].eq(w.tag[k - 1])]
 
@@ -361,7 +363,7 @@ class Combine(wiring.Component):
         m.d.sync += [w.room[k].eq(w.room[k - 1]) for k in range(_FOUND + 2, _SUM - 1)]
         m.d.sync += scalar.eq(w.tag[_FOUND + 4].scalar)
         for k in range(size):
-            room = {stage: _halves(w.room[stage][k]) for stage in w.room}
+            room = {stage: two_steps(w.room[stage][k], _FINE) for stage in w.room}
             coarse = register(m, w.words[k] << room[_FOUND + 1][0], "coarse")
             back = register(m, _drop(product[k], drop) >> room[_SUM - 3][0], "back")
             m.d.sync += [
@@ -409,8 +411,3 @@ def _drop(product: Value, drop: int) -> Value:
     The bits cut off can't reach the rounding; vectors longer than operands make ``drop`` negative.
     """
     return product[drop - 1 :].as_signed() if drop > 0 else Cat(C(0, 1 - drop), product).as_signed()
-
-
-def _halves(room: Value) -> tuple[Value, Value]:
-    """The two steps of a shift."""
-    return Cat(C(0, _FINE), room[_FINE:]), room[:_FINE]

@@ -8,15 +8,19 @@ from amaranth import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits
+from tfra.hdl.arithmetic import count, magnitude_bits
 from tfra.hdl.parts import in_quad, part_number
 from tfra.hdl.payloads import vector_part
-from tfra.hdl.pipeline import delayed, fill, register, walk
+from tfra.hdl.pipeline import delayed, fill, register, walk, zeros_later
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
 FRAMES = 4
 """Frames in flight between the contact product and the force product; memories have a place for each."""
+
+MEASURE = 4
+"""Cycles from the last part of a vector to its headroom being written: magnitudes, their OR, two halves of the zeros.
+It can be read in that cycle."""
 
 place = count(FRAMES - 1)
 """Number of a frame's place."""
@@ -100,10 +104,10 @@ class Store(wiring.Component):
         with m.If(register(m, self.write, control=True)):
             m.d.sync += masks.eq(Cat(masks, latest)[len(latest) :])
         ends = self.write & (self.write_number >= (design.quads - 1) * design.parts)
-        m.d.comb += write.en.eq(delayed(m, ends, 3, "ends", control=True))
-        m.d.comb += write.addr.eq(delayed(m, Cat(in_place, self._slot(self.write_vector, self.write_place)), 3))
+        m.d.comb += write.en.eq(delayed(m, ends, MEASURE, "ends", control=True))
+        m.d.comb += write.addr.eq(delayed(m, Cat(in_place, self._slot(self.write_vector, self.write_place)), MEASURE))
         for k in range(size):
-            m.d.comb += write.data[k].eq(register(m, leading_zeros(masks.word_select(4 - size + k, length))))
+            m.d.comb += write.data[k].eq(register(m, zeros_later(m, masks.word_select(4 - size + k, length))))
         m.d.comb += [
             read.addr.eq(Cat(in_quad(design, self.read_number), self._slot(self.read_vector, self.read_place))),
             self.room.eq(register(m, read.data.as_value(), "room")),

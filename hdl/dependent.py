@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import add_or_subtract, count, round_top
 from tfra.hdl.divider import Divider
-from tfra.hdl.pipeline import ahead, align, register
+from tfra.hdl.pipeline import ALIGN, ahead, align
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.scalars import scalar_fraction
@@ -34,12 +34,14 @@ _GATHER = (
 """The A_pq that a parity of each quad of sums is (a part of)."""
 
 # Cycles of the schedule; registers are loaded at the end of theirs.
-_ZEROS = 1  # after the OR of the words
-_RING = range(2, 13)  # nine words to the barrel; two more cycles until the last one is back
-_ADD = range(_RING.start + 3, _RING.start + 9)  # after barrel, rounding and multiplier
-_SWAP = _ZEROS_U = _ADD.stop + 1  # after the OR of the sums
+_ZEROS = 2  # after the OR of the words and the first half of its zeros
+_BACK = ALIGN + 1  # barrel and rounding
+_RING = range(_ZEROS + 1, _ZEROS + 10 + _BACK)  # nine words to the barrel, and until the last one is back
+_ADD = range(_RING.start + _BACK + 1, _RING.start + _BACK + 7)  # after the multiplier
+_SWAP = _ADD.stop + 1
+_ZEROS_U = _ADD.stop + 2  # after the OR of the sums and the first half of its zeros
 _ALIGN_U = range(_ZEROS_U + 1, _ZEROS_U + 4)
-_ROUND_U = range(_ALIGN_U.start + 1, _ALIGN_U.stop + 1)
+_ROUND_U = range(_ALIGN_U.start + ALIGN, _ALIGN_U.stop + ALIGN)
 _COMPARE = _ROUND_U.stop
 _DIVIDE = _COMPARE + 1
 
@@ -89,7 +91,7 @@ class Dependent(wiring.Component):
     def latency(self) -> int:
         """Cycles from the transfer of the last quad of sums, the facts being there, to that of ``affine``.
 
-        ``operand + 20`` in all.
+        ``operand + 24`` in all.
         """
         return 1 + _DIVIDE + self._dividers[0].latency
 
@@ -149,8 +151,7 @@ class Dependent(wiring.Component):
         vector, operand = widths(self.design).vector, self.design.formats.operand
         exact = [word[:vector].as_signed() for word in ring]
         rounded = Signal(signed(operand), reset_less=True)
-        # Measured over and over until the schedule begins, so that a register can say when.
-        aligned, zeros = align(m, exact, exact[0], register(m, cycle == _ZEROS - 1, "measure"))
+        aligned, zeros = align(m, exact, exact[0], self._at(m, cycle, _ZEROS))
         m.d.sync += rounded.eq(round_top(aligned, operand))
         with m.If(ahead(m, cycle, _RING)):
             m.d.sync += [word.eq(after) for word, after in zip(ring, [*ring[1:], rounded], strict=True)]

@@ -13,8 +13,8 @@ from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.normaliser import Raster
 from tfra.hdl.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import fill, register, walk
-from tfra.hdl.streams import TOKEN, Spare, Tokens, flow
+from tfra.hdl.pipeline import READ, delayed, fill, register, walk
+from tfra.hdl.streams import TOKEN, Queue, Tokens, flow
 from tfra.model.design import Design
 from tfra.model.fixed.widths import force_drop, widths
 
@@ -27,12 +27,13 @@ class Forces(wiring.Component):
 
     ::
 
-        folded -> Butterfly -> round_shift(., force_drop) -> memory (8 planes x Q quads) -> place -> spare -> taxel
+        folded -> Butterfly -> round_shift(., force_drop) -> memory (8 planes x Q quads) -> place -> queue -> taxel
 
     The four mirror taxels of a quad lie at one address, so a single walk over the quads finds every taxel: forth
     and back over the quad columns of a row, forth and back over the quad rows of the plane.  The middle line of
     an odd count is read once, from its first place.  The memory holds more than a frame, so that the products of a
-    frame need not wait for its words to be sent.  One quad per cycle in, one taxel per cycle out; no multiplier.
+    frame need not wait for its words to be sent.  A word is read when the queue has a place for it, so that nothing on
+    the way waits.  One quad per cycle in, one taxel per cycle out; no multiplier.
 
     Members:
         folded: 3 Q quads a frame, for which a token was taken: folded f_x, f_y, f_z.
@@ -56,14 +57,14 @@ class Forces(wiring.Component):
         """Cycles from the transfer of a plane's last quad to that of its first taxel, when the plane before has left.
 
         The registers of the butterfly, of rounding, of the memory's cells, of its read port, behind that, of the word,
-        and a spare one, so that the walk does not look at what the sink decides in the same cycle; parts of a quad.
+        and the queue; parts of a quad.
         """
-        return self._unfold.latency + 5 + Spare.latency + self._design.parts - 1
+        return self._unfold.latency + 2 + self.read_latency + self._design.parts - 1
 
     @property
     def read_latency(self) -> int:
         """Cycles from the last read of a plane to the transfer of its last taxel, when nothing stalls."""
-        return 3 + Spare.latency
+        return READ + 1 + Queue.latency
 
     @property
     def plane_cycles(self) -> int:
@@ -111,38 +112,29 @@ class Forces(wiring.Component):
     def _read(self, m: Module, port: Any, full: Value) -> Value:
         """Walk over a full plane: address, read port, its register, the word of the place; high with the last read.
 
-        Each stage moves when the next one does or has nothing: what waits leaves no gap for the plane behind it.
+        The queue has as many places as it takes cycles until one is free again while nothing stalls.
         """
         plane, issue, ends = Signal(range(PLANES)), Signal(), Signal()
         m.submodules.raster = raster = Raster(self._design)
-        m.submodules.spare = spare = Spare(self.taxel.payload.shape())
-        wiring.connect(m, spare.o, wiring.flipped(self.taxel))
+        m.submodules.places = places = Tokens(self.read_latency + 1)
+        m.submodules.queue = queue = Queue(self.taxel.payload.shape(), self.read_latency + 2)
+        wiring.connect(m, queue.o, wiring.flipped(self.taxel))
         place = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
         size = self._design.architecture.vector_words
         inside = (size - 1).bit_length()  # bits of the place that a part has words for; the others are address
         number = Cat(place[inside:], raster.quad)[: part_number(self._design).width]
-        fetched, held, sent = Signal(), Signal(), Signal()
-        send = ~sent | spare.i.ready
-        hold = ~held | send
-        fetch = ~fetched | hold
+        words = data.View(port.data.shape(), register(m, port.data.as_value(), "words"))
+        chosen = Array(words[k] for k in range(size))[delayed(m, place[:inside], READ)] if inside else words[0]
         m.d.comb += [
-            issue.eq(fetch & full[0]),
+            issue.eq(places.o.valid & full[0]),
+            places.o.ready.eq(full[0]),
+            places.give.eq(self.taxel.valid & self.taxel.ready),
             ends.eq(issue & raster.last),
             raster.transfer.eq(issue),
-            port.en.eq(fetch),
             port.addr.eq(Cat(number, plane)),
-            spare.i.valid.eq(sent),
+            queue.i.valid.eq(delayed(m, issue, READ + 1, "issued", control=True)),
+            queue.i.payload.eq(register(m, chosen, "word")),
+            self._frames.give.eq(ends),
         ]
-        with m.If(fetch):
-            m.d.sync += fetched.eq(issue)
-            fetched_place = register(m, place, "fetched_place")
-        with m.If(hold):
-            m.d.sync += held.eq(fetched)
-            held_place, words = register(m, fetched_place, "held_place"), register(m, port.data.as_value(), "words")
-        with m.If(send):
-            m.d.sync += sent.eq(held)
-            part = data.View(port.data.shape(), words)
-            word = register(m, Array(part[k] for k in range(size))[held_place[:inside]] if inside else part[0], "word")
-        m.d.comb += [spare.i.payload.eq(word), self._frames.give.eq(ends)]
         m.d.sync += plane.eq(plane + ends)
         return ends

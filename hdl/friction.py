@@ -11,13 +11,13 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import add_or_subtract, saturate
-from tfra.hdl.pipeline import driver
+from tfra.hdl.pipeline import driver, register
 from tfra.hdl.streams import one_at_a_time
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
 
 # Cycles of the schedule; registers are loaded at the end of theirs.
-_READ, _MASK, _MULTIPLY, _ADD, _CHOOSE = range(5)
+_ADDRESS, _READ, _MASK, _MULTIPLY, _ADD, _CHOOSE = range(6)
 
 
 class Friction(wiring.Component):
@@ -60,7 +60,8 @@ class Friction(wiring.Component):
         cycle, index, mirrored = self._control(m)
         regular = self.frame.payload.contact & self.frame.payload.traction
         grid = Signal(unsigned(self.design.formats.operand - 2), reset_less=True)
-        m.d.sync += grid.eq(Mux(regular, self._grid(m, Mux(self.direction.payload.negative, mirrored, index)), 0))
+        number = register(m, Mux(self.direction.payload.negative, mirrored, index), "number")
+        m.d.sync += grid.eq(Mux(regular, self._grid(m, number), 0))
         mu_ind = Signal(signed(self.design.formats.operand), reset_less=True)
         m.d.sync += mu_ind.eq(Mux(self.direction.payload.negative, -grid, grid))
         exact = self._exact(m, grid)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Shape, Signal, Value, unsigned
@@ -9,13 +10,16 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import count, leading_zeros
+from tfra.hdl.arithmetic import count, two_steps
 from tfra.hdl.cordic import cordic_latency, cordic_modulus, cordic_vector
 from tfra.hdl.divider import Divider
-from tfra.hdl.pipeline import register
+from tfra.hdl.pipeline import register, zeros_later
 from tfra.model.design import Design
 from tfra.model.fixed.gain import gain_constants, normal_gain
 from tfra.model.fixed.widths import force_drop, widths
+
+_FINE = 2
+"""Bits of a shift by which its second step moves."""
 
 
 class Gain(wiring.Component):
@@ -63,10 +67,10 @@ class Gain(wiring.Component):
     def latency(self) -> int:
         """Cycles from the first in which ``total`` and ``frame`` are valid, the block idle, to the ``gain`` transfer.
 
-        Two runs of the Cordic, one division; one cycle each to take magnitudes, to start either run, for the
-        length of the modulus, for its shift, and to start the division.
+        Two runs of the Cordic, one division; one cycle each to take magnitudes, to start either run and to start the
+        division; two each for the length of the modulus and for its shift.
         """
-        return 2 * self._turn + self._divider.latency + 6
+        return 2 * self._turn + self._divider.latency + 8
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -127,10 +131,9 @@ class Gain(wiring.Component):
                 m.next = "TURN AGAIN"
             with m.State("TURN AGAIN"), m.If(self.turned.valid):
                 m.next = "LENGTH"
-            with m.State("LENGTH"):
-                m.next = "TOP"
-            with m.State("TOP"):
-                m.next = "GAIN"
+            for state, following in itertools.pairwise(("LENGTH", "LENGTH 2", "TOP", "TOP 2", "GAIN")):
+                with m.State(state):
+                    m.next = following
             with m.State("GAIN"):
                 m.d.comb += [
                     divider.i.valid.eq(1),
@@ -215,9 +218,11 @@ def _serial_product(m: Module, word: Value, constant: int, digits: int, start: V
 
 
 def _normalise(m: Module, work: Value, bits: int) -> tuple[Value, Value]:
-    """Zeros above ``work`` one cycle later, and two cycles later its ``bits`` top bits from the highest one."""
-    zeros = register(m, leading_zeros(work))
-    return zeros, register(m, (work << zeros)[len(work) - bits : len(work)])
+    """Zeros above ``work`` two cycles later, and two more later its ``bits`` top bits from the highest one."""
+    zeros = register(m, zeros_later(m, work), "length")
+    coarse, fine = two_steps(zeros, _FINE)
+    moved = register(m, (work << coarse)[max(0, len(work) - bits - (1 << _FINE)) : len(work)], "moved")
+    return zeros, register(m, (moved << register(m, fine, "fine"))[len(moved) - bits : len(moved)], "top")
 
 
 def _limit(value: Value, shape: Shape) -> Value:

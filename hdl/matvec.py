@@ -40,7 +40,7 @@ from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
 from tfra.hdl.matvec_drain import Drain, drain_latency, drain_steps, drain_words
 from tfra.hdl.matvec_loader import Loader
-from tfra.hdl.matvec_operand import OperandBuffer, Prepare, amount_quad
+from tfra.hdl.matvec_operand import MEASURE, PREPARE, OperandBuffer, Prepare, amount_quad
 from tfra.hdl.matvec_schedule import SOURCES, Schedule, spacing
 from tfra.hdl.payloads import operand, product, vector_quad
 from tfra.hdl.pipeline import READ, delayed, register
@@ -51,15 +51,15 @@ from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, sta
 from tfra.model.fixed.widths import widths
 
 BANKS = {"b": 1, "n": 2, "vector": 2}
-FULL = 2
-"""Cycles from the last operand quad's transfer to the choice that finds it: OR of magnitudes, amounts."""
+FULL = MEASURE + 1
+"""Cycles from the last operand quad's transfer to the choice that finds it."""
 CHOICE = 1
 """Cycles from there to the launch."""
 _LOAD = FULL + CHOICE + 1
 """Cycles from there to the first read."""
-_ADDRESS = 5
+_ADDRESS = PREPARE + 2
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
-CAPTURE = 10
+CAPTURE = PREPARE + 7
 """Cycles from a quad's read to sums that hold its products."""
 
 

@@ -11,10 +11,10 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.images import passes
-from tfra.hdl.arithmetic import count, round_half, shift_right
+from tfra.hdl.arithmetic import count, round_half, shift_right, two_steps
 from tfra.hdl.matvec_operand import amount_quad, pick_word
 from tfra.hdl.payloads import product
-from tfra.hdl.pipeline import register
+from tfra.hdl.pipeline import delayed, register
 from tfra.hdl.streams import flow
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import STACKS, kinds, stacks
@@ -47,11 +47,15 @@ def drain_steps(design: Design) -> int:
 
 
 def drain_latency(design: Design) -> int:
-    """Cycles from the capture of sums to their first result: drain register, amounts, shift, rounding and place.
+    """Cycles from the capture of sums to their first result: drain register, amounts, two shifts, rounding and place.
 
     With parts of quads, one more for the register that stands while those of the next quad come.
     """
-    return 4 + (design.parts > 1)
+    return 5 + (design.parts > 1)
+
+
+_FINE = 2
+"""Bits of a shift by which its second step moves."""
 
 
 class Drain(wiring.Component):
@@ -115,7 +119,8 @@ class Drain(wiring.Component):
         place = self._place(m, valid & whole)
         kind = self.result.p.kind.shape()
         marks = data.StructLayout({"valid": 1, "complete": 1, "flip": 2, "part": part.shape(), "kind": kind})
-        shift_marks, round_marks = Signal(marks), Signal(marks)
+        shift_marks = Signal(marks)
+        round_marks = data.View(marks, delayed(m, shift_marks.as_value(), 2, "marks", control=True))
         done = Signal()
         assembled = Signal(self.result.p.shape(), reset_less=True)
         m.d.sync += [
@@ -124,7 +129,6 @@ class Drain(wiring.Component):
             shift_marks.flip.eq(place.flip),
             shift_marks.part.eq(part),
             shift_marks.kind.eq(place.kind),
-            round_marks.eq(shift_marks),
             done.eq(round_marks.complete),
             assembled.kind.eq(round_marks.kind),
         ]
@@ -134,10 +138,12 @@ class Drain(wiring.Component):
             shift = Signal(self._shift, name=f"shift{number}", reset_less=True)
             shifted = Signal(signed(w.vector + 1), name=f"shifted{number}", reset_less=True)
             wide = Cat(Const(0, w.alignment), sum_).as_signed()
+            (coarse, _), (_, fine) = two_steps(shift, _FINE), two_steps(register(m, shift, "later"), _FINE)
+            moved = shift_right(wide, coarse)[: w.vector + 1 + (1 << _FINE)].as_signed()
             m.d.sync += [
                 sum_.eq(word),
                 shift.eq(place.offset + pick_word(self.amounts, part, number, self._words)),
-                shifted.eq(shift_right(wide, shift)),
+                shifted.eq(register(m, moved, "coarse") >> fine),
             ]
             rounded.append(round_half(shifted))
         self._assemble(m, round_marks, rounded, assembled.words)

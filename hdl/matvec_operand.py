@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Module, Mux, Shape, Signal, Value, signed, unsigned
+from amaranth import Array, Cat, Const, Module, Mux, Shape, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count, leading_zeros, magnitude_bits, round_top
+from tfra.hdl.arithmetic import count, magnitude_bits, round_top, two_steps
 from tfra.hdl.payloads import vector_quad
-from tfra.hdl.pipeline import READ, delayed, driver, walk
+from tfra.hdl.pipeline import READ, delayed, driver, register, walk, zeros_later
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
@@ -32,6 +32,12 @@ def pick_word(words: Any, part: Value, word: int, size: int) -> Value:
     return choices[0] if size == 4 else Array(choices)[part]
 
 
+MEASURE = 2
+"""Cycles from an operand's last quad to its amounts in their register, less one: OR of magnitudes, half of the zeros."""
+_FINE = 2
+"""Bits of an amount by which the second step of a shift moves."""
+
+
 class OperandBuffer(wiring.Component):
     """Banks of operand quads, and how far each parity must be shifted to fill its word; banks are used in turn.
 
@@ -42,7 +48,7 @@ class OperandBuffer(wiring.Component):
     Members:
         operand: stream in, Q quads for a bank.
         filling, head: the bank that transfers go to; the bank to be read next.
-        full: the head may be read; rises two cycles after the transfer of its last quad.
+        full: the head may be read; rises ``MEASURE + 1`` cycles after the transfer of its last quad.
         amounts: those of the head, valid while ``full``.
         read, quad: quad and bank, and ``READ`` cycles later its content.
         free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
@@ -86,12 +92,11 @@ class OperandBuffer(wiring.Component):
         return m
 
     def _states(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
-        """Which banks are occupied, and which are full: a cycle later, when their amounts stand."""
-        done, done_bank = Signal(), Signal(reset_less=True)
+        """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their amounts stand."""
         occupied, full = Signal(self._banks), Signal(self._banks)
+        done = delayed(m, ended, MEASURE, "done", control=True)
+        done_bank = delayed(m, self.filling, MEASURE, "done_bank")
         m.d.sync += [
-            done.eq(ended),
-            done_bank.eq(self.filling),
             occupied.eq((occupied | (ended << self.filling)) & ~(self.free << self.head)),
             full.eq((full | (done << done_bank)) & ~(self.free << self.head)),
         ]
@@ -111,14 +116,18 @@ class OperandBuffer(wiring.Component):
                 m.d.sync += seen.eq(Mux(first, 0, seen) | magnitude_bits(self.operand.p[parity]))
             # Words of fewer bits have a whole vector word's room above them.
             room = widths(self._design).vector - self._fraction - len(self.operand.p[parity])
+            zeros = zeros_later(m, Cat(seen, Const(0, room)))
             for number, stored in enumerate(amounts):
                 with m.If(done & (bank == number)):
-                    m.d.sync += stored[parity].eq(leading_zeros(seen) + room)
+                    m.d.sync += stored[parity].eq(zeros)
         return [a.as_value() for a in amounts]
 
 
+PREPARE = 4
+
+
 class Prepare(wiring.Component):
-    """Operand words from a quad of a buffer: aligned, then rounded; three registers.
+    """Operand words from a quad of a buffer: aligned in two steps, then rounded; ``PREPARE`` registers.
 
     Fewer than four lanes need fewer words: ``part`` tells which.
     """
@@ -141,10 +150,12 @@ class Prepare(wiring.Component):
             raw = Signal(signed(vector), name=f"raw{word}", reset_less=True)
             amount = Signal(self.amounts.shape().elem_shape, name=f"amount{word}", reset_less=True)
             aligned = Signal(signed(vector), name=f"aligned{word}", reset_less=True)
+            (coarse, _), (_, fine) = two_steps(amount, _FINE), two_steps(register(m, amount, "later"), _FINE)
+            moved = register(m, (raw << coarse)[:vector].as_signed(), "coarse")
             m.d.sync += [
                 raw.eq(pick_word(self.quad, self.part, word, self._words)),
                 amount.eq(pick_word(self.amounts, self.part, word, self._words)),
-                aligned.eq(raw << amount),
+                aligned.eq(moved << fine),
                 words[word].eq(round_top(aligned, self._design.formats.operand)),
             ]
         return m

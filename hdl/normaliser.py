@@ -8,11 +8,14 @@ from amaranth import Cat, Elaboratable, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import add_carry, count, leading_zeros, magnitude_bits
+from tfra.hdl.arithmetic import add_carry, count, leading_zeros, magnitude_bits, two_steps
 from tfra.hdl.payloads import frame_facts, stress_quad
 from tfra.hdl.streams import Spare
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
+
+_FINE = 2
+"""Bits of the exponent by which the second step of a shift moves."""
 
 
 class Raster(Elaboratable):
@@ -97,7 +100,7 @@ class Normaliser(wiring.Component):
     @property
     def facts_latency(self) -> int:
         """Cycles from the transfer of a frame's last taxel to the transfer of its facts."""
-        return 4
+        return 5
 
     @property
     def interval(self) -> int:
@@ -110,7 +113,7 @@ class Normaliser(wiring.Component):
         m.submodules.facts = facts = _Facts(self._design)
         m.submodules.pages = pages = _Pages(self._design, raster)
         quads_left, facts_left, waiting, end = (Signal(name=n) for n in ("quads_left", "facts_left", "waiting", "end"))
-        steps = Signal(3)  # bit k: the last taxel came k + 1 cycles ago
+        steps = Signal(4)  # bit k: the last taxel came k + 1 cycles ago
         code = Signal(signed(self._design.adc.bits), reset_less=True)
         m.d.comb += [
             self.taxel.ready.eq(~(raster.last & (quads_left | facts_left))),
@@ -130,7 +133,7 @@ class Normaliser(wiring.Component):
         ]
         with m.If(waiting & self.frame.ready):
             m.d.sync += [waiting.eq(0), facts_left.eq(0)]
-        with m.If(steps[2]):
+        with m.If(steps[3]):
             m.d.sync += waiting.eq(1)
         with m.If(self._leave(m, pages, steps[0], facts.result.exponent)):
             m.d.sync += quads_left.eq(0)
@@ -170,7 +173,7 @@ class _Facts(Elaboratable):
     """Sum of magnitudes and ORs over the codes of a frame, scaled at its end.
 
     ``code`` counts while ``valid``; ``first`` starts anew.  ``steps`` as in :class:`Normaliser`; ``result`` is
-    complete three cycles after the last taxel, its exponent two.
+    complete four cycles after the last taxel, its exponent two.
     """
 
     def __init__(self, design: Design) -> None:
@@ -178,7 +181,7 @@ class _Facts(Elaboratable):
         self.code = Signal(signed(self._bits))
         self.valid = Signal()
         self.first = Signal(reset_less=True)
-        self.steps = Signal(3)
+        self.steps = Signal(4)
         self.result = Signal(frame_facts(design), reset_less=True)
 
     def elaborate(self, platform: Any) -> Module:
@@ -201,8 +204,9 @@ class _Facts(Elaboratable):
                 Cat(result.contact, result.traction, result.saturated).eq(kept[len(seen) :]),
                 result.magnitude.eq(magnitude),
             ]
-        with m.If(self.steps[2]):
-            m.d.sync += result.magnitude.eq(result.magnitude << result.exponent)
+        for step, amount in zip(self.steps[2:], two_steps(result.exponent, _FINE), strict=True):
+            with m.If(step):
+                m.d.sync += result.magnitude.eq(result.magnitude << amount)
         return m
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from amaranth import Cat, Module, Mux, Shape, Signal, Value, signed
 
-from tfra.hdl.arithmetic import count, during, leading_zeros, magnitude_bits
+from tfra.hdl.arithmetic import count, during, leading_zeros, magnitude_bits, two_steps
 
 READ = 2
 """Cycles from an address to the word of a memory: the memory, and a register, since memories are slow."""
@@ -77,19 +77,35 @@ def level(m: Module, places: int, enter: Value, leave: Value) -> tuple[Signal, S
     return some, full
 
 
-def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:
-    """``word`` a cycle later, moved left by the zeros that all ``words`` have behind their signs; these zeros.
+ALIGN = 2
+"""Cycles in which :func:`align` moves a word."""
+_FINE = 2
+"""Bits of a shift by which its second step moves."""
 
-    ``measure`` is high a cycle after ``words`` stand, when the OR of their magnitudes does; the zeros then stay, so
-    that the words may go past ``word`` one by one.  ``round_top`` finishes the normalisation.
+
+def zeros_later(m: Module, value: Value) -> Value:
+    """``leading_zeros(value)`` of a cycle ago."""
+    return leading_zeros(value, lambda word: register(m, word, "zeros"))
+
+
+def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:
+    """``word`` ``ALIGN`` cycles later, moved left by the zeros that all ``words`` have behind their signs; these zeros.
+
+    ``measure`` is high two cycles after ``words`` stand, when the OR of their magnitudes and a part of its zeros do;
+    the zeros then stay, so that the words may go past ``word`` one by one.  ``round_top`` finishes the normalisation.
     """
     width = len(word)
     seen = Signal(width - 1, reset_less=True)
     zeros = Signal(count(width - 1), reset_less=True)
     aligned = Signal(signed(width), reset_less=True)
-    m.d.sync += [seen.eq(reduce(or_, map(magnitude_bits, words))), aligned.eq(word << zeros)]
+    coarse, fine = two_steps(zeros, _FINE)
+    m.d.sync += [
+        seen.eq(reduce(or_, map(magnitude_bits, words))),
+        aligned.eq(register(m, (word << coarse)[:width].as_signed(), "coarse") << fine),
+    ]
+    found = zeros_later(m, seen)
     with m.If(measure):
-        m.d.sync += zeros.eq(leading_zeros(seen))
+        m.d.sync += zeros.eq(found)
     return aligned, zeros
 
 

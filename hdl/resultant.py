@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import round_top
-from tfra.hdl.pipeline import ahead, align, driver
+from tfra.hdl.pipeline import ALIGN, ahead, align, driver
 from tfra.hdl.streams import one_at_a_time
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
@@ -19,9 +19,9 @@ from tfra.model.fixed.widths import widths
 # Cycles of the schedule; registers are loaded at the end of theirs.
 _LOAD = range(0, 6)
 _ADD = range(_LOAD.start + 2, _LOAD.stop + 2)  # after the multiplier
-_ZEROS = _ADD.stop + 1  # after the OR of the sums
+_ZEROS = _ADD.stop + 2  # after the OR of the sums and the first half of its zeros
 _ALIGN = range(_ZEROS + 1, _ZEROS + 4)
-_ROUND = range(_ALIGN.start + 1, _ALIGN.stop + 1)
+_ROUND = range(_ALIGN.start + ALIGN, _ALIGN.stop + ALIGN)
 _LAST = _ROUND.stop - 1
 
 

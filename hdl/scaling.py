@@ -15,7 +15,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import count, round_half, saturate, shift_right
+from tfra.hdl.arithmetic import count, round_half, saturate, shift_right, two_steps
 from tfra.hdl.pipeline import register
 from tfra.hdl.streams import Spare
 from tfra.model.design import Design
@@ -133,11 +133,15 @@ class Scaling(wiring.Component):
             }
         )
 
-    def _entries(self, counter: Value) -> list[_Entry]:
-        """The steps of a frame in the order of :func:`tfra.model.fixed.words.layout`."""
+    def _entries(self, m: Module, counter: Value) -> list[_Entry]:
+        """The steps of a frame in the order of :func:`tfra.model.fixed.words.layout`.
+
+        Facts stand long before their words; what is made of them is in registers by then.
+        """
         gain, chosen, contact = self.gain.p, self.chosen.p, self.frame.p.contact
         regular = contact & self.frame.p.traction
-        tangential, normal = Mux(regular, gain.mantissa, 0), Mux(contact, gain.mantissa, 0)
+        tangential, normal = (register(m, Mux(kept, gain.mantissa, 0)) for kept in (regular, contact))
+        status = register(m, self._status(), "status")
         factors = (tangential, tangential, normal)
         fields = {
             "frame": [_Entry(counter)],
@@ -152,7 +156,7 @@ class Scaling(wiring.Component):
                 for axis, factor in enumerate(factors)
             ],
             "forces": [_Entry(0, factor, gain.force_shift, plain=False, taxel=True) for factor in factors],
-            "status": [_Entry(self._status(), last=True)],
+            "status": [_Entry(status, last=True)],
         }
         return [entry for field in layout(self._design) for entry in fields[field.name]]
 
@@ -177,18 +181,21 @@ class Scaling(wiring.Component):
         The facts of a step are chosen while the step before it enters, since they stand: this takes no time later.
         """
         counter = Signal(COUNTER_BITS)
-        entries = self._entries(counter)
+        entries = self._entries(m, counter)
         step, taxels, closing = Signal(count(len(entries) - 1)), Signal(), Signal()
         held = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
         first, go, move = Signal(init=1), Signal(), Signal()
         facts = [getattr(self, name) for name in FACTS]
-        # Facts stay until they are taken, so only the first word has to look for them.
-        there = ~first | Cat(fact.valid for fact in facts).all()
+        # Facts stay until they are taken, so only the first word has to look for them.  The gain comes last: the
+        # others, from a register, which tells nothing of the next frame while those of this one are taken.
+        taken = advance & closing
+        others = register(m, Cat(fact.valid for fact in facts[1:]).all() & ~taken, "others", control=True)
+        there = ~first | (others & self.gain.valid)
         m.d.comb += [
             go.eq(Mux(taxels, self.taxel.valid, there)),
             self.taxel.ready.eq(advance & taxels),
             move.eq(advance & go & (~taxels | self._last_taxel(m))),
-            *(fact.ready.eq(advance & closing) for fact in facts),
+            *(fact.ready.eq(taken) for fact in facts),
         ]
         with m.If(advance):
             m.d.sync += [into.eq(held), into.word.eq(Mux(taxels, self.taxel.p, held.word))]
@@ -222,9 +229,9 @@ class Scaling(wiring.Component):
         shift, flags = into.shift, Cat(into.plain, into.last)
         for _ in range(3):
             shift, flags = register(m, shift, "shift"), register(m, flags, "flags")
-        coarse, flags = register(m, shift_right(product, shift[FINE:] << FINE), "coarse"), register(m, flags, "flags")
-        shift = register(m, shift[:FINE], "shift")
-        shifted, flags = register(m, coarse >> shift, "shifted"), register(m, flags, "flags")
+        coarse, fine = two_steps(shift, FINE)
+        moved, flags = register(m, shift_right(product, coarse), "moved"), register(m, flags, "flags")
+        shifted, flags = register(m, moved >> register(m, fine, "fine"), "shifted"), register(m, flags, "flags")
         rounded, flags = register(m, round_half(shifted), "rounded"), register(m, flags, "flags")
         return rounded, flags[0], flags[1]
 

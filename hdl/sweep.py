@@ -30,6 +30,7 @@ from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count
 from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.parts import in_parts
+from tfra.hdl.pipeline import register
 from tfra.hdl.streams import Buffer, Queue, flow
 from tfra.hdl.sweep_judge import Judge, judge_latency
 from tfra.hdl.sweep_loader import PLACES, TURN, Loader
@@ -186,9 +187,10 @@ class Sweep(wiring.Component):
         """The sums of the frame before leave room for another, and there is a place for its index."""
         wait = Signal(range(self.frame_interval), init=self.frame_interval - 2)
         frames = Signal(count(_FRAMES))
-        with m.If(loader.ends):
-            m.d.sync += wait.eq(self.frame_interval - 2)  # the loader begins a cycle later
+        begins, ends = (register(m, pulse, control=True) for pulse in (loader.begins, loader.ends))
+        with m.If(ends):
+            m.d.sync += wait.eq(self.frame_interval - 3)  # the loader begins a cycle later
         with m.Elif(wait != 0):
             m.d.sync += wait.eq(wait - 1)
-        m.d.sync += frames.eq(frames + loader.begins - (self.index.valid & self.index.ready))
+        m.d.sync += frames.eq(frames + begins - (self.index.valid & self.index.ready))
         return (wait == 0) & (frames != _FRAMES)

@@ -74,7 +74,8 @@ class Loader(wiring.Component):
         sloping, number, place = Signal(), Signal(count(self._design.quads - 1)), Signal(range(PLACES))
         first, last = number == 0, number == self._design.quads - 1
         begun = Signal()  # a register, since the way from here to the queues' reads is long
-        with m.If(self.ends):
+        ended = register(m, self.ends, "ended", control=True)
+        with m.If(ended):
             m.d.sync += begun.eq(0)
         with m.Elif(self.free & self.direction.valid & self.frame.valid):
             m.d.sync += begun.eq(1)

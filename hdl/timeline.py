@@ -21,7 +21,7 @@ from amaranth.hdl import UnusedElaboratable
 from tfra.codegen.images import passes
 from tfra.hdl.centroids import Centroids
 from tfra.hdl.combine import Combine
-from tfra.hdl.combine_store import FRAMES
+from tfra.hdl.combine_store import FRAMES, MEASURE
 from tfra.hdl.dependent import Dependent
 from tfra.hdl.forces import PLANES, Forces
 from tfra.hdl.friction import Friction
@@ -270,11 +270,11 @@ class Timeline:
         d, e = self._next["d"], self._next["e"]
         if d < e and self.frames[d].chosen:
             f = self.frames[d]
-            ready.append((max(f.chosen + Facts.latency + 1, f.e1 + 3, self._step_update), "d", d))
+            ready.append((max(f.chosen + Facts.latency + 1, f.e1 + MEASURE, self._step_update), "d", d))
         if e < self._next["residual"]:
             f = self.frames[e]
             facts = max(f.affine, f.direction) + Facts.latency + 1
-            ready.append((max(f.residual + 3, facts, self._step_candidates), "e1" if self._second else "e0", e))
+            ready.append((max(f.residual + MEASURE, facts, self._step_candidates), "e1" if self._second else "e0", e))
         if not ready:
             return NEVER, "", 0
         cycle = max(self._begin_from, min(r[0] for r in ready), self._tokens["room"].seen())
