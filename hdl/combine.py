@@ -32,7 +32,7 @@ _READ_Z = _SUM - 3 - READ
 """Stage beside which z is read, so late that it comes to the adder with its product."""
 
 _START = 2
-"""Cycles from the last fact that a vector needs to the entry of its first part; from the last part of x, two more."""
+"""Cycles from the last fact that a vector needs to the entry of its first part; from the last part of x, three more."""
 
 _FINE = 2
 """Bits of a headroom by which the second step of a shift moves: a word's whole shift would be a long path."""
@@ -104,16 +104,16 @@ class Combine(wiring.Component):
     def latency(self) -> int:
         """Cycles from the last part of ``residual`` to the first transfer of ``vector``, e0.
 
-        ``affine`` and ``direction`` are held by their senders; when one comes later, it is two less from the first
+        ``affine`` and ``direction`` are held by their senders; when one comes later, it is three less from the first
         clock edge that finds both valid.
         """
-        return _START + 1 + self._design.parts + self.force_latency
+        return MEASURE + self._design.parts + self.force_latency
 
     @property
     def update_latency(self) -> int:
         """Cycles from the first clock edge that finds ``chosen`` valid to the first transfer of d.
 
-        When the last e1 leaves later than that, cycles count from the one behind its transfer.
+        When the last e1 leaves later than that, cycles count from the second one behind its transfer.
         """
         return _START + self._design.parts - 1 + self.force_latency
 

@@ -37,7 +37,7 @@ class Gain(wiring.Component):
     a word anyway.
 
     ``latency`` cycles from the one in which ``total`` and ``frame`` are valid to the transfer of ``gain``; both
-    are taken in the first cycle in which it is valid; one frame every ``latency`` + 1 cycles.  Resources: a Divider,
+    are taken in the first cycle in which it is valid; one frame every ``latency`` + 2 cycles.  Resources: a Divider,
     two adders, one barrel shifter, no multiplier.
 
     Members:
@@ -82,6 +82,7 @@ class Gain(wiring.Component):
         # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
         x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
         start, again, done, turn = Signal(), Signal(), Signal(), Signal()  # again: the second run of the Cordic
+        sending = Signal()  # beside the state, since the way from the receiver is long
         normal, numerator = self._products(m, start)
         work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
         zeros, top = _normalise(m, work, bits)
@@ -90,6 +91,7 @@ class Gain(wiring.Component):
         regular = self.frame.p.contact & self.frame.p.traction
 
         m.d.comb += [
+            self.gain.valid.eq(sending),
             self.gain.payload.eq(out),
             self.vector.valid.eq(turn),
             self.vector.p.x.eq(x),
@@ -110,6 +112,8 @@ class Gain(wiring.Component):
         with m.Elif(self.turned.valid):
             m.d.sync += [top_numerator.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
         m.d.sync += [done.eq(0), turn.eq(0)]
+        with m.If(self.gain.ready):
+            m.d.sync += sending.eq(0)
         with m.FSM() as fsm:
             with m.State("IDLE"), m.If(self.total.valid & self.frame.valid):
                 m.d.comb += start.eq(1)
@@ -144,16 +148,15 @@ class Gain(wiring.Component):
             with m.State("DIVIDE"), m.If(divider.o.valid):
                 m.d.sync += [
                     done.eq(1),
+                    sending.eq(1),
                     out.mantissa.eq(self._mantissa(regular, top_numerator)),
                     out.force_shift.eq(_limit(force_shift, out.force_shift.shape())),
                     out.resultant_shift.eq(_limit(resultant_shift, out.resultant_shift.shape())),
                     out.overflow.eq((regular & (unbounded | modulus_is_zero)) | below),
                 ]
                 m.next = "SEND"
-            with m.State("SEND"):
-                m.d.comb += self.gain.valid.eq(1)
-                with m.If(self.gain.ready):
-                    m.next = "IDLE"
+            with m.State("SEND"), m.If(~sending):
+                m.next = "IDLE"
         # The first quotient is mu; it comes before the second division starts.
         with m.If(divider.o.valid & ~fsm.ongoing("DIVIDE")):
             m.d.sync += out.mu.eq(self._mu(regular, unbounded))

@@ -87,7 +87,10 @@ class Scaling(wiring.Component):
 
     @property
     def latency(self) -> int:
-        """Cycles from the one in which the last fact of a frame is valid to the transfer of the first word."""
+        """Cycles from the one in which ``gain`` is valid, the other facts before it, to the transfer of the first word.
+
+        Between two frames whose facts are all there, a cycle stays empty.
+        """
         return STAGES + Spare.latency
 
     @property

@@ -33,7 +33,7 @@ def row_layout(design: Design) -> data.StructLayout:
 def judge_latency(design: Design) -> int:
     """Cycles from the last row to the pulse ``found``; all rows once more if there is a tolerance."""
     pair = at_once(design) - 1
-    again = rows(design) - 1 + _REPLAY + pair if tolerance(design).any() else 0
+    again = rows(design) - 1 + _REPLAY + 2 * pair if tolerance(design).any() else 0
     return _DISTANCE + 1 + pair + again
 
 
@@ -75,33 +75,35 @@ class Judge(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         pair = self._ways - 1
+        wait = 2 * pair  # until the smaller B^z of a pair is there
         second, equal, z = self._smaller(m)
-        valid = delayed(m, self.valid[0], pair, control=True)
+        valid = delayed(m, self.valid[0], wait, control=True)
         number, last = walk(m, valid, rows(self._design))
         lowest = Signal(len(z), reset_less=True)
         lower = valid & ((number == 0) | (z < lowest))
         with m.If(lower):
             m.d.sync += lowest.eq(z)
-        distances, place = self._distances(m), delayed(m, number, _DISTANCE - pair)
+        distances, place = self._distances(m), delayed(m, number, _DISTANCE - wait)
         if tolerance(self._design).any():
             complete = register(m, valid & last, control=True)
             self._plateau(m, distances, place, self._limit(m, lowest, complete), complete)
         else:
-            later = delayed(m, Cat(second, equal), _DISTANCE - 1)
-            distance, place = self._better(m, distances, place, later[0], later[1])
-            fresh, on = delayed(m, lower, _DISTANCE), delayed(m, valid & (z == lowest), _DISTANCE)
+            distance, place = self._better(m, distances, place, second, equal)
+            later = _DISTANCE + pair - wait
+            fresh, on = delayed(m, lower, later), delayed(m, valid & (z == lowest), later)
             self._best(m, distance, place, on, fresh)
-        found = delayed(m, valid & last, judge_latency(self._design) - pair, control=True)
+        found = delayed(m, valid & last, judge_latency(self._design) - wait, control=True)
         m.d.comb += self.found.eq(found)
         return m
 
     def _smaller(self, m: Module) -> tuple[Value, Value, Value]:
-        """Of a pair: the second B^z is smaller, both are equal, the smaller one."""
+        """Of a pair, two cycles later: the second B^z is smaller, both are equal, the smaller one."""
+        first, other, there = self.rows[0].z, self.rows[-1].z, self.valid[-1]
         if self._ways == 1:
-            return Const(0, 1), Const(0, 1), self.rows[0].z
-        first, other, there = self.rows[0].z, self.rows[1].z, self.valid[1]
-        second = there & (other < first)
-        return register(m, second), register(m, there & (other == first)), register(m, Mux(second, other, first))
+            return Const(0, 1), Const(0, 1), first
+        second, equal = register(m, there & (other < first), "second"), register(m, there & (other == first), "equal")
+        z = register(m, Mux(second, register(m, other), register(m, first)), "smaller")
+        return register(m, second), register(m, equal), z
 
     def _distances(self, m: Module) -> list[Signal]:
         """B^xy of the candidates."""

@@ -79,9 +79,12 @@ class Loader(wiring.Component):
             m.d.sync += begun.eq(0)
         with m.Elif(self.free & self.direction.valid & self.frame.valid):
             m.d.sync += begun.eq(1)
-        flow = (place == 0) & Mux(sloping, begun & self.stress.valid, self.g.valid)
+        open_e0, open_e1 = Signal(init=1), Signal()  # place is zero, and a quad of e0 is next, or of e1
+        flow = (open_e0 & self.g.valid) | (open_e1 & begun & self.stress.valid)
         took = Signal()
-        took_e0, took_e1 = took & ~sloping, took & sloping
+        took_e0, took_e1 = took & open_e0, took & open_e1
+        still = ~took_e1 & ~(took & last) & ((place == 0) | (place == PLACES - 1))
+        m.d.sync += [open_e0.eq(still & ~sloping), open_e1.eq(still & sloping)]
         m.d.comb += [
             took.eq(self.normal.valid & flow),
             self.normal.ready.eq(flow),

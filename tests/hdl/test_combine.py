@@ -230,7 +230,7 @@ def _late(design, port, number=1):
 def test_latency(design, port):
     dut, cycles = _late(design, port)
     start = cycles["residual"][-1] + design.parts - 1 if port == "residual" else LATE
-    assert cycles["vector"][0] - start == dut.latency - 2 * (port != "residual")
+    assert cycles["vector"][0] - start == dut.latency - 3 * (port != "residual")
 
 
 @pytest.mark.parametrize("design", DESIGNS, ids=_name)
@@ -238,7 +238,7 @@ def test_update_latency(design):
     dut, cycles = _late(design, "chosen")
     assert cycles["vector"][2 * design.quads] - LATE == dut.update_latency
     dut, cycles = _late(design, "products")
-    assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == dut.update_latency + 1
+    assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == dut.update_latency + 2
 
 
 @pytest.mark.parametrize("design", DESIGNS, ids=_name)

@@ -181,7 +181,7 @@ def test_latency(name):
     dut = WithCordic(d)
     seen = run(dut, streams(d, random_case(d, 4, 4)), {"gain": 4}).cycles
     assert seen["gain"][0] == 1 + dut.latency  # inputs are valid in the first cycle, number 1
-    assert set(np.diff(seen["gain"])) == {dut.latency + 1}
+    assert set(np.diff(seen["gain"])) == {dut.latency + 2}
     assert seen["total"] == seen["frame"] == seen["gain"]
 
 

@@ -211,7 +211,7 @@ def test_closed_forms_of_a_ten_by_ten_array():
     assert unit.depth == (7 + 20 + 7 + 19) * 25
     assert unit.multiplications == 4 * 25 * (26 + 78 + 25 + 25 + 75)
     assert unit.busy_cycles == (7 + 20 + 7 + 7 + 19) * 25
-    assert unit.latency("normal") == 25 + 17
+    assert unit.latency("normal") == 25 + 20
 
 
 def test_a_wrong_bit_is_noticed():
