@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
 from typing import Any
 
-from amaranth import Module, Mux, Signal, Value, signed
+from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import add_or_subtract, count, round_top
+from tfra.hdl.arithmetic import add_or_subtract, count, magnitude_bits, round_top
 from tfra.hdl.divider import Divider
-from tfra.hdl.pipeline import ALIGN, ahead, align
+from tfra.hdl.pipeline import ALIGN, ahead, align, register
 from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.scalars import scalar_fraction
@@ -34,7 +36,7 @@ _GATHER = (
 """The A_pq that a parity of each quad of sums is (a part of)."""
 
 # Cycles of the schedule; registers are loaded at the end of theirs.
-_ZEROS = 2  # after the OR of the words and the first half of its zeros
+_ZEROS = 3  # after the OR of the words, in two steps, and the first half of its zeros
 _BACK = ALIGN + 1  # barrel and rounding
 _RING = range(_ZEROS + 1, _ZEROS + 10 + _BACK)  # nine words to the barrel, and until the last one is back
 _ADD = range(_RING.start + _BACK + 1, _RING.start + _BACK + 7)  # after the multiplier
@@ -91,7 +93,7 @@ class Dependent(wiring.Component):
     def latency(self) -> int:
         """Cycles from the transfer of the last quad of sums, the facts being there, to that of ``affine``.
 
-        ``operand + 24`` in all.
+        ``operand + 25`` in all.
         """
         return 1 + _DIVIDE + self._dividers[0].latency
 
@@ -151,7 +153,8 @@ class Dependent(wiring.Component):
         vector, operand = widths(self.design).vector, self.design.formats.operand
         exact = [word[:vector].as_signed() for word in ring]
         rounded = Signal(signed(operand), reset_less=True)
-        aligned, zeros = align(m, exact, exact[0], self._at(m, cycle, _ZEROS))
+        seen = [register(m, reduce(or_, map(magnitude_bits, exact[k::3])), "seen") for k in range(3)]
+        aligned, zeros = align(m, [Cat(word, 0).as_signed() for word in seen], exact[0], self._at(m, cycle, _ZEROS))
         m.d.sync += rounded.eq(round_top(aligned, operand))
         with m.If(ahead(m, cycle, _RING)):
             m.d.sync += [word.eq(after) for word, after in zip(ring, [*ring[1:], rounded], strict=True)]

@@ -8,17 +8,18 @@ from amaranth import Cat, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count
+from tfra.hdl.arithmetic import add_or_subtract, count
+from tfra.hdl.pipeline import register
 
 
 class Divider(wiring.Component):
-    """Restoring division: ``quotient = +-round(numerator / denominator * 2^fraction)``, half up, sign last.
+    """Division without restoring: ``quotient = +-round(numerator / denominator * 2^fraction)``, half up, sign last.
 
     ::
 
-        remainder ─▶ minus 2^(whole - 1) denominator ─┬▶ sign: digit ─▶ quotient, and its neighbour
-            ▲                                         │
-            └────────────────── << 1 ◀────────────────┘
+        remainder ─▶ -+ 2^(whole - 1) denominator, towards zero ─┬▶ sign: digit ─▶ quotient, and its neighbour
+            ▲                                                    │
+            └────────────────── << 1 ◀───────────────────────────┘
 
     Beside the quotient its neighbour one unit further from zero is kept, digit for digit.  The last digit, half a
     unit, picks one of the two: rounding takes no adder and no cycle.  With negative digits the sign takes none either.
@@ -34,7 +35,7 @@ class Divider(wiring.Component):
     Members: ``i``: ``numerator``, ``denominator`` and ``negative``, the quotient's sign; ``o``: the quotient,
     ``whole + fraction + 2`` bits, registered.  The next division is taken when the last quotient has left.
 
-    Resources: one subtraction of ``denominator + whole + 1`` bits, no multiplier.
+    Resources: one addition of ``denominator + whole + 1`` bits, no multiplier.
     """
 
     def __init__(self, numerator: int, denominator: int, fraction: int, whole: int = 1) -> None:
@@ -59,17 +60,19 @@ class Divider(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         divisor = Signal(self._denominator + self._whole - 1, reset_less=True)
-        remainder = Signal(self._denominator + self._whole, reset_less=True)  # below twice the divisor
+        remainder = Signal(signed(self._denominator + self._whole + 1), reset_less=True)  # within twice the divisor
         negative = Signal(reset_less=True)
         quotient = Signal.like(self.o.payload, reset_less=True)
         further = Signal.like(self.o.payload, reset_less=True)
         left = Signal(count(self._digits - 1), reset_less=True)
         # A digit is used a cycle after it is found: sign of a long difference, it has two long words to turn.
-        digit, known, ends = Signal(reset_less=True), Signal(), Signal(reset_less=True)
+        # Without a divisor all digits are one, whatever becomes of the remainder.
+        positive, known, ends = Signal(reset_less=True), Signal(), Signal(reset_less=True)
+        digit = positive | register(m, divisor == 0, "vanishing")
         busy, done = Signal(), Signal()
         m.d.comb += [self.i.ready.eq(~busy), self.o.valid.eq(done), self.o.payload.eq(quotient)]
 
-        difference = remainder - divisor
+        difference = add_or_subtract(remainder, Cat(divisor, 0).as_signed(), ~remainder[-1])
         with m.If(~busy):
             operands = self.i.payload
             m.d.sync += [
@@ -83,8 +86,8 @@ class Divider(wiring.Component):
             ]
         with m.Elif(~done):
             m.d.sync += [
-                remainder.eq(Mux(difference[-1], remainder, difference) << 1),
-                digit.eq(~difference[-1]),
+                remainder.eq(difference << 1),
+                positive.eq(~difference[-1]),
                 known.eq(1),
                 left.eq(left - 1),
                 ends.eq(left == 0),

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import add_or_subtract, saturate
-from tfra.hdl.pipeline import driver, register
+from tfra.hdl.pipeline import ahead, driver, register
 from tfra.hdl.streams import one_at_a_time
 from tfra.model.design import Design
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
@@ -66,7 +66,7 @@ class Friction(wiring.Component):
         m.d.sync += mu_ind.eq(Mux(self.direction.payload.negative, -grid, grid))
         exact = self._exact(m, grid)
         chosen = driver(m, self.chosen.payload)
-        with m.If(cycle == _CHOOSE):
+        with m.If(self.frame.ready):
             m.d.sync += chosen.index.eq(Mux(regular, index, 0))
             self._choose(m, chosen, mu_ind, exact)
         return m
@@ -77,7 +77,7 @@ class Friction(wiring.Component):
         cycle, busy = one_at_a_time(m, self.index, facts, self.chosen, _CHOOSE)
         index = Signal(payloads.sweep_index(self.design), reset_less=True)
         mirrored = Signal.like(index)
-        m.d.comb += [fact.ready.eq(cycle == _CHOOSE) for fact in facts]
+        m.d.comb += [fact.ready.eq(ahead(m, cycle, range(_CHOOSE, _CHOOSE + 1))) for fact in facts]
         with m.If(~busy):
             m.d.sync += [index.eq(self.index.payload), mirrored.eq(self.design.search.steps - self.index.payload)]
         return cycle, index, mirrored

@@ -142,18 +142,18 @@ class Normaliser(wiring.Component):
         return m
 
     def _leave(self, m: Module, pages: _Pages, start: Value, exponent: Value) -> Value:
-        """Read, register and shift the quads of a frame; true when the last one is taken."""
+        """Read the quads of a frame and shift them in two steps; true when the last one is taken."""
         quad = stress_quad(self._design)
         m.submodules.spare = spare = Spare(data.StructLayout({"quad": quad, "end": 1}))  # a register lets all go
         flow, running, final = Signal(), Signal(), Signal()
-        read = Signal(quad, reset_less=True)
+        read, (coarse, fine) = Signal(quad, reset_less=True), two_steps(exponent, _FINE)
         valid, end = Signal(2), Signal(2)  # behind the memory and the register
         m.d.comb += [
             flow.eq(spare.i.ready),
             final.eq(pages.quad == self._design.quads - 1),
             pages.read.eq(flow),
             spare.i.valid.eq(valid[1]),
-            *(spare.i.p.quad[place].eq(read[place] << exponent) for place in range(4)),
+            *(spare.i.p.quad[place].eq(read[place] << fine) for place in range(4)),
             spare.i.p.end.eq(end[1]),
             self.quads.valid.eq(spare.o.valid),
             self.quads.payload.eq(spare.o.p.quad),
@@ -161,7 +161,7 @@ class Normaliser(wiring.Component):
         ]
         with m.If(flow):
             m.d.sync += [valid.eq(Cat(running, valid)), end.eq(Cat(final, end))]
-            m.d.sync += [read[place].eq(pages.stored[place]) for place in range(4)]
+            m.d.sync += [read[place].eq(pages.stored[place] << coarse) for place in range(4)]
         with m.If(flow & running):
             m.d.sync += [running.eq(~final), pages.quad.eq(Mux(final, 0, pages.quad + 1))]
         with m.If(start):

@@ -15,7 +15,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import count, round_half, saturate, shift_right, two_steps
+from tfra.hdl.arithmetic import count, round_half, shift_right, two_steps
 from tfra.hdl.pipeline import register
 from tfra.hdl.streams import Spare
 from tfra.model.design import Design
@@ -23,8 +23,9 @@ from tfra.model.fixed.widths import widths
 from tfra.model.fixed.words import COUNTER_BITS, layout
 from tfra.model.tfra import Status
 
-STAGES = 8
-"""Registers between a word's entry and the result: operands, products, sum, product, two shifts, rounding, result."""
+STAGES = 9
+"""Registers between a word's entry and the result: operands, products, sum, product, two shifts, rounding, what is above
+the result word, result."""
 
 FINE = 3
 """Bits of a shift that its second step looks at."""
@@ -242,14 +243,14 @@ class Scaling(wiring.Component):
         """Limit the word, remember that it was limited, and tell so in the status."""
         output, place = widths(self._design).output, Status.OUTPUT_SATURATED.bit_length() - 1
         limited, above = Signal(), rounded[output - 1 :]
-        m.d.sync += [
-            result.data.eq(Mux(plain, rounded, saturate(rounded, output))),
-            result.last.eq(last),
-        ]
+        beyond = register(m, ~plain & above.any() & ~above.all(), "beyond")
+        rounded, last = register(m, rounded, "found"), register(m, last, "ends")
+        top = Cat((~rounded[-1]).replicate(output - 1), rounded[-1]).as_signed()
+        m.d.sync += [result.data.eq(Mux(beyond, top, rounded)), result.last.eq(last)]
         with m.If(last):
             m.d.sync += result.data[place].eq(rounded[place] | limited)
         with m.If(valid):
-            m.d.sync += limited.eq(~last & (limited | (~plain & above.any() & ~above.all())))
+            m.d.sync += limited.eq(~last & (limited | beyond))
 
 
 def _chunks(word: Value) -> list[Value]:

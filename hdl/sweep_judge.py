@@ -101,9 +101,9 @@ class Judge(wiring.Component):
         first, other, there = self.rows[0].z, self.rows[-1].z, self.valid[-1]
         if self._ways == 1:
             return Const(0, 1), Const(0, 1), first
-        second, equal = register(m, there & (other < first), "second"), register(m, there & (other == first), "equal")
+        second, differ = register(m, there & (other < first), "second"), register(m, other ^ first, "differ")
         z = register(m, Mux(second, register(m, other), register(m, first)), "smaller")
-        return register(m, second), register(m, equal), z
+        return register(m, second), register(m, register(m, there) & ~differ.any(), "equal"), z
 
     def _distances(self, m: Module) -> list[Signal]:
         """B^xy of the candidates."""
