@@ -190,7 +190,7 @@ class Combine(wiring.Component):
             b_write.data.eq(self.b.payload),
             w.b_level.enter.eq(b_write.en & b_last),
             b_read.addr.eq(Cat((number >> len(in_quad(design, number)))[: len(b_number)], w.b_level.tail)),
-            w.b_level.leave.eq(ends & (step == 0)),
+            w.b_level.leave.eq(register(m, ends & (step == 0), control=True)),
             w.d_level.enter.eq(delayed(m, ends & whole, MEASURE - 1, control=True)),
             w.x.write.eq(valid & (put.step != 0)),
             w.x.write_place.eq(put.place),

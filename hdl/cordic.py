@@ -110,7 +110,9 @@ class Cordic(wiring.Component):
         """``before`` is shifted on its way to ``after``, which is added to itself on its way back."""
         x, y = (Signal.like(before.x, name=f"{name}_shifted", reset_less=True) for name in "xy")
         step = Signal.like(before.angle, name="step", reset_less=True)
-        steps, up = Array(Const(value, len(step)) for value in angle_table(self._design)), after.y[-1]
+        table, up = angle_table(self._design), after.y[-1]
+        table += [0] * ((1 << len(before.rotation)) - len(table))  # all of them, so that nothing is compared
+        steps = Array(Const(value, len(step)) for value in table)
         m.d.sync += [
             x.eq(before.x >> before.rotation),
             y.eq(before.y >> before.rotation),

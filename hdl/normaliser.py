@@ -10,6 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import add_carry, count, leading_zeros, magnitude_bits, two_steps
 from tfra.hdl.payloads import frame_facts, stress_quad
+from tfra.hdl.pipeline import register
 from tfra.hdl.streams import Spare
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
@@ -190,7 +191,7 @@ class _Facts(Elaboratable):
         # All bits set beside the sign: both ends of the range, and nothing else.
         fresh = Cat(seen, negative, ~negative & self.code.any(), seen.all())
         kept = Signal(len(fresh), reset_less=True)
-        magnitude = Signal(self._magnitude, reset_less=True)
+        magnitude, whole = (Signal(self._magnitude, name=name, reset_less=True) for name in ("magnitude", "whole"))
         with m.If(self.valid):
             # |code| = (code ^ sign) + sign, so that the adder's carry input does the negation.
             m.d.sync += [
@@ -202,11 +203,12 @@ class _Facts(Elaboratable):
             m.d.sync += [
                 result.exponent.eq(leading_zeros(kept[: len(seen)])),
                 Cat(result.contact, result.traction, result.saturated).eq(kept[len(seen) :]),
-                result.magnitude.eq(magnitude),
+                whole.eq(magnitude),
             ]
-        for step, amount in zip(self.steps[2:], two_steps(result.exponent, _FINE), strict=True):
-            with m.If(step):
-                m.d.sync += result.magnitude.eq(result.magnitude << amount)
+        coarse, fine = two_steps(result.exponent, _FINE)
+        moved = register(m, (whole << coarse)[: self._magnitude], "moved")
+        with m.If(self.steps[3]):
+            m.d.sync += result.magnitude.eq(moved << fine)
         return m
 
 

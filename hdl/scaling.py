@@ -16,7 +16,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count, round_half, shift_right, two_steps
-from tfra.hdl.pipeline import register
+from tfra.hdl.pipeline import delayed, register
 from tfra.hdl.streams import Spare
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
@@ -231,8 +231,10 @@ class Scaling(wiring.Component):
         total = register(m, reduce(add, (p << (CHUNK * k) for k, p in enumerate(partials)))[:width].as_signed(), "sum")
         product = register(m, (total + (register(m, top, "top") << bits))[:width].as_signed(), "product")
         shift, flags = into.shift, Cat(into.plain, into.last)
-        for _ in range(3):
-            shift, flags = register(m, shift, "shift"), register(m, flags, "flags")
+        flags = delayed(m, flags, 3, "flags")
+        reach = width.bit_length()  # a longer shift leaves the sign alone
+        limited = Mux(shift[reach:].any(), (1 << reach) - 1, shift[:reach])
+        shift = delayed(m, register(m, limited, "shift"), 2, "shift")
         coarse, fine = two_steps(shift, FINE)
         moved, flags = register(m, shift_right(product, coarse), "moved"), register(m, flags, "flags")
         shifted, flags = register(m, moved >> register(m, fine, "fine"), "shifted"), register(m, flags, "flags")

@@ -71,8 +71,8 @@ class Loader(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        sloping, number, place = Signal(), Signal(count(self._design.quads - 1)), Signal(range(PLACES))
-        first, last = number == 0, number == self._design.quads - 1
+        sloping, place, took = Signal(), Signal(range(PLACES)), Signal()
+        number, last = walk(m, took, self._design.quads)
         begun = Signal()  # a register, since the way from here to the queues' reads is long
         ended = register(m, self.ends, "ended", control=True)
         with m.If(ended):
@@ -82,19 +82,17 @@ class Loader(wiring.Component):
         open_e0, open_e1 = Signal(init=1), Signal()  # place is zero, and a quad of e0 is next, or of e1
         go_e0, go_e1 = open_e0 & self.g.valid, open_e1 & begun & self.stress.valid
         took_e0, took_e1 = go_e0 & self.normal.valid, go_e1 & self.normal.valid
-        took = took_e0 | took_e1
         still = ~took_e1 & ~(took & last) & ((place == 0) | (place == PLACES - 1))
         m.d.sync += [open_e0.eq(still & ~sloping), open_e1.eq(still & sloping)]
         m.d.comb += [
+            took.eq(took_e0 | took_e1),
             self.normal.ready.eq(go_e0 | go_e1),
             self.g.ready.eq(took_e0),
-            self.begins.eq(took_e1 & first),
+            self.begins.eq(took_e1 & (number == 0)),
             self.ends.eq(took_e1 & last),
         ]
         with m.If(took):
-            m.d.sync += number.eq(Mux(last, 0, number + 1))
-            with m.If(last):
-                m.d.sync += sloping.eq(~sloping)
+            m.d.sync += sloping.eq(sloping ^ last)
         with m.If(took_e1):
             m.d.sync += place.eq(1)
         with m.Elif(took_e0 & last):
