@@ -57,7 +57,7 @@ class Friction(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        cycle, index, mirrored = self._control(m)
+        index, mirrored = self._control(m)
         regular = self.frame.payload.contact & self.frame.payload.traction
         grid = Signal(unsigned(self.design.formats.operand - 2), reset_less=True)
         number = register(m, Mux(self.direction.payload.negative, mirrored, index), "number")
@@ -71,8 +71,8 @@ class Friction(wiring.Component):
             self._choose(m, chosen, mu_ind, exact)
         return m
 
-    def _control(self, m: Module) -> tuple[Value, Value, Value]:
-        """Cycle of the schedule, zero until index and facts are there; the index, from below and from above."""
+    def _control(self, m: Module) -> tuple[Value, Value]:
+        """Wait for index and facts, which are taken in the last cycle; the index, from below and from above."""
         facts = (self.direction, self.affine, self.frame)
         cycle, busy = one_at_a_time(m, self.index, facts, self.chosen, _CHOOSE)
         index = Signal(payloads.sweep_index(self.design), reset_less=True)
@@ -80,7 +80,7 @@ class Friction(wiring.Component):
         m.d.comb += [fact.ready.eq(ahead(m, cycle, range(_CHOOSE, _CHOOSE + 1))) for fact in facts]
         with m.If(~busy):
             m.d.sync += [index.eq(self.index.payload), mirrored.eq(self.design.search.steps - self.index.payload)]
-        return cycle, index, mirrored
+        return index, mirrored
 
     def _grid(self, m: Module, number: Value) -> Value:
         """|mu_ind|: index 0 is the smallest mu, so the negative side counts down."""

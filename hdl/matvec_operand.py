@@ -33,7 +33,7 @@ def pick_word(words: Any, part: Value, word: int, size: int) -> Value:
 
 
 MEASURE = 2
-"""Cycles from an operand's last quad to its amounts in their register, less one: OR of magnitudes, half of the zeros."""
+"""Cycles from an operand's last quad to its amounts in their register, less one: magnitudes, half of the zeros."""
 _FINE = 2
 """Bits of an amount by which the second step of a shift moves."""
 

@@ -24,8 +24,8 @@ from tfra.model.fixed.words import COUNTER_BITS, layout
 from tfra.model.tfra import Status
 
 STAGES = 9
-"""Registers between a word's entry and the result: operands, products, sum, product, two shifts, rounding, what is above
-the result word, result."""
+"""Registers between a word's entry and the result: operands, products, sum, product, two shifts, rounding, what lies
+beyond the result word, result."""
 
 FINE = 3
 """Bits of a shift that its second step looks at."""

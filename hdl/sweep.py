@@ -8,13 +8,13 @@
                          Terms: x = K (p - [negative] q), y = K b - x
                                    |                       |
                                    v                       v
-                 Sums of max(0, x + k q) = B^z    Sums of max(0, y - k q) = S      one candidate k a cycle
+                 Sums of max(0, x + k q) = B^z    Sums of max(0, y - k q) = S      one candidate k a cycle, or two
                                    |                       |
                                    v                       v
                  Judge: smallest B^z so far, then smallest |S - M| = B^xy on its plateau -- index
 
-A frame takes m + K cycles, not m K: see :class:`tfra.hdl.sweep_sums.Sums`.  No multiplier is used: constant factors are
-additions of shifted words.
+A frame takes m + K cycles or m + K / 2, not m K: see :class:`tfra.hdl.sweep_sums.Sums`.  No multiplier is used: constant
+factors are additions of shifted words.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Sweep(wiring.Component):
     After a reset, the first quad of e1 waits for ``frame_interval`` cycles, in which the memories are cleared.
 
     Resources: no multiplier; two dividers without feedback; memories of 5 Q vector quads, 2 Q stress quads and
-    2 (K + 1) entries of the sums; with a tolerance the sums of all candidates.
+    2 K entries of the sums; with a tolerance the sums of all candidates.
 
     Members:
         stress: Q taxel-domain quads of the normalised frame.
@@ -122,7 +122,7 @@ class Sweep(wiring.Component):
 
         The unit waits for this quad, that is, the quads before it have entered as early as they may.  With k levels
         of the product by K (:func:`product_latency`) and Z quotient bits: ``27 + k + Z + K``, and ``K + 3`` more with a
-        tolerance.
+        tolerance; for two candidates a cycle ``floor(K / 2) + 4`` instead of K, and ``floor(K / 2) + 5`` more.
         """
         design = self._design
         last_row = first_row(design) + rows(design) - 1

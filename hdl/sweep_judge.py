@@ -166,14 +166,14 @@ class Judge(wiring.Component):
 
     def _plateau(self, m: Module, distances: list[Value], place: Value, limit: Value, complete: Value) -> None:
         """Judge what has been kept; the first on the plateau is fresh."""
-        kept = data.ArrayLayout(data.StructLayout({"xy": len(distances[0]), "z": len(self.rows[0].z), "there": 1}), self._ways)
-        words = [Cat(d, delayed(m, Cat(row.z, there), _DISTANCE)) for d, row, there in zip(distances, self.rows, self.valid)]
+        kept = data.StructLayout({"xy": len(distances[0]), "z": len(self.rows[0].z), "there": 1})
+        come = zip(distances, self.rows, self.valid, strict=True)
+        words = [Cat(distance, delayed(m, Cat(row.z, there), _DISTANCE)) for distance, row, there in come]
         place, found, turning = self._rows(m, place, Cat(words), complete)
-        row = data.View(kept, found)
+        row = data.View(data.ArrayLayout(kept, self._ways), found)
         on = [register(m, turning & word.there & (word.z <= limit), "on", control=True) for word in row]
-        distance, place = self._better(
-            m, [register(m, word.xy) for word in row], register(m, place), on[-1] & ~on[0], on[-1] & on[0]
-        )
+        distances, place = [register(m, word.xy) for word in row], register(m, place)
+        distance, place = self._better(m, distances, place, on[-1] & ~on[0], on[-1] & on[0])
         begun, some = Signal(), delayed(m, Cat(on).any(), self._ways - 1, control=True)
         with m.If(complete):
             m.d.sync += begun.eq(0)

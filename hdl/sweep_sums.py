@@ -10,7 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
-from tfra.hdl.pipeline import delayed, driver, register
+from tfra.hdl.pipeline import delayed, register
 from tfra.hdl.sweep_crossing import Crossing, crossing_latency
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
@@ -138,8 +138,8 @@ class Sums(wiring.Component):
         By cycles behind a crossing: 1 read, 2 ``found``, 3 ``sums``, being written, 4 ``written``.
         """
         entry = data.StructLayout(dict.fromkeys(("size", "excess"), unsigned(slope_bits(self._design))))
-        ways = at_once(self._design)
-        inside, depth = ways - 1, max(2, _reads(self._design))  # bits of a place that tell the bank; ports have addresses
+        ways, depth = at_once(self._design), max(2, _reads(self._design))  # ports need addresses
+        inside = ways - 1  # bits of a place that tell the bank
         sums = Signal(entry, reset_less=True)
         place, valid = [crossing.before], [crossing.valid]
         for stage in range(1, 5):
@@ -155,7 +155,7 @@ class Sums(wiring.Component):
                 read.addr.eq(Mux(walking, number, place[0] >> inside)),
                 write.en.eq(clear | mine),
                 write.addr.eq(Mux(clear, cleared, place[3] >> inside)),
-                write.data.eq(Mux(clear, 0, sums.as_value())),
+                write.data.eq(sums),
             ]
             found.append(register(m, read.data.as_value(), f"found{bank}"))
         same = {stage: valid[1] & valid[stage] & (place[stage] == place[1]) for stage in (2, 4)}
@@ -167,6 +167,8 @@ class Sums(wiring.Component):
         before = data.View(entry, Mux(latest, sums.as_value(), Mux(recent, kept, stored)))
         size, excess = delayed(m, crossing.size, 2, "size"), delayed(m, crossing.excess, 2, "excess")
         m.d.sync += [sums.size.eq(before.size + size), sums.excess.eq(before.excess + excess)]
+        with m.If(walking):
+            m.d.sync += sums.as_value().eq(0)
         return [data.View(entry, word) for word in found]
 
     def _walk(self, m: Module, walking: Value, found: list[data.View]) -> None:
@@ -194,8 +196,8 @@ class Sums(wiring.Component):
         with m.If(register(m, end, "sum_ends", control=True)):
             m.d.sync += total.eq(0)
         m.d.comb += self.begins.eq(sloping & ~summing & ~quiet)
-        even = self._design.search.steps % 2 == 0
         if pairs:
+            even = self._design.search.steps % 2 == 0  # then the last candidate comes alone
             odd = register(m, slope + delayed(m, found[0].excess, _PAIR), "odd")
             there = Cat(summing | summed if even else summing, summing) & (~quiet).replicate(2)
             m.d.comb += [

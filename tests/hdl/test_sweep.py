@@ -266,8 +266,8 @@ def test_cycles_are_what_the_docstrings_say(design):
     assert unit.frame_interval == (16 + bits + (steps + 1) // 2 if pairs else 14 + bits + steps)
     e0, turn = design.parts, max(4, design.parts)
     assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 4 * q + e0 * (q - 1) + turn)
-    rows = steps // 2 + 4 if pairs else steps
-    assert unit.latency == 27 + levels + bits + rows + ((steps // 2 + 5 if pairs else steps + 3) if design.search.tolerance else 0)
+    once, again = (steps // 2 + 4, steps // 2 + 5) if pairs else (steps, steps + 3)
+    assert unit.latency == 27 + levels + bits + once + (again if design.search.tolerance else 0)
 
 
 @pytest.mark.parametrize("port", ["stress", "g", "normal", "negative"])
