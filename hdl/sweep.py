@@ -13,8 +13,8 @@
                                    v                       v
                  Judge: smallest B^z so far, then smallest |S - M| = B^xy on its plateau -- index
 
-A frame takes m + K cycles or m + K / 2, not m K: see :class:`tfra.hdl.sweep_sums.Sums`.  No multiplier is used: constant
-factors are additions of shifted words.
+A frame takes m + K cycles or m + K / 2, not m K: see :class:`tfra.hdl.sweep_sums.Sums`.  No multiplier is used:
+constant factors are additions of shifted words.
 """
 
 from __future__ import annotations
