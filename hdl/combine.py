@@ -67,7 +67,7 @@ class Combine(wiring.Component):
     a frame holds its token.
 
     Members:
-        b: Q quads a frame, folded stress in converter codes.
+        b: Q quads a frame, folded stress in converter codes; of one frame more than those that hold a token.
         n: Q quads a frame, folded weights.
         residual: 3 Q quads a frame, behind its b: g, d1, d2.
         direction, affine: one transfer a frame, taken a cycle behind the entry of the last part of e1.
@@ -85,7 +85,7 @@ class Combine(wiring.Component):
         vector = flow(vector_quad(design))
         super().__init__(
             {
-                "b": In(stream.Signature(quad(design.adc.bits + 2))),
+                "b": In(flow(quad(design.adc.bits + 2))),
                 "n": In(vector),
                 "residual": In(vector),
                 "direction": In(stream.Signature(direction(design))),
@@ -132,7 +132,7 @@ class Combine(wiring.Component):
         w = _Wires(self._design)
         for name in ("n", "x", "z", "e0", "e1"):
             m.submodules[f"{name}_store"] = getattr(w, name)
-        for name in ("b_level", "d_level", "e_level"):
+        for name in ("d_level", "e_level"):
             m.submodules[name] = getattr(w, name)
         m.submodules.frame_tokens = frames = Tokens(FRAMES)
         wiring.connect(m, frames.o, wiring.flipped(self.frame))
@@ -165,7 +165,10 @@ class Combine(wiring.Component):
         ]
 
     def _load_residuals(self, m: Module, w: _Wires) -> None:
-        """b waits in a memory of its own for g; d1 and d2 go to both stores, since each is an x or a z."""
+        """b waits in a memory of its own for g; d1 and d2 go to both stores, since each is an x or a z.
+
+        That memory has one place more than there are frames with a token: of the one that is still an operand.
+        """
         design, q, fraction = self._design, self._design.quads, self._design.formats.vector_fraction
         loaded, number, ends = self._walk(m, self.residual.valid)
         step, whole = walk(m, ends, 3, "step")  # g, d1, d2
@@ -182,15 +185,14 @@ class Combine(wiring.Component):
         depth = (FRAMES + 1) << count(q - 1).width
         m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=depth, init=[])
         b_write, b_read = bs.write_port(), bs.read_port()
-        b_number, b_last = walk(m, b_write.en, q)
+        b_number, b_last = walk(m, self.b.valid, q)
+        b_head, _ = walk(m, self.b.valid & b_last, FRAMES + 1, "b_head")
+        b_tail, _ = walk(m, register(m, ends & (step == 0), control=True), FRAMES + 1, "b_tail")
         m.d.comb += [
-            self.b.ready.eq(w.b_level.space),
-            b_write.en.eq(self.b.valid & self.b.ready),
-            b_write.addr.eq(Cat(b_number, w.b_level.head)),
+            b_write.en.eq(self.b.valid),
+            b_write.addr.eq(Cat(b_number, b_head)),
             b_write.data.eq(self.b.payload),
-            w.b_level.enter.eq(b_write.en & b_last),
-            b_read.addr.eq(Cat((number >> len(in_quad(design, number)))[: len(b_number)], w.b_level.tail)),
-            w.b_level.leave.eq(register(m, ends & (step == 0), control=True)),
+            b_read.addr.eq(Cat((number >> len(in_quad(design, number)))[: len(b_number)], b_tail)),
             w.d_level.enter.eq(delayed(m, ends & whole, MEASURE - 1, control=True)),
             w.x.write.eq(valid & (put.step != 0)),
             w.x.write_place.eq(put.place),
@@ -389,9 +391,9 @@ class _Wires:
         tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
         self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
         self.z, self.e0, self.e1 = Store(design, 3), Store(design), Store(design, headroom=True)
-        self.b_level, self.d_level, self.e_level = Level(FRAMES + 1), Level(), Level()
-        """Frames of b that wait for g, one of them still an operand; of d0, d1 and d2, until e1 has entered; of e0 and
-        e1, from the sum of e1 until d has entered.  They enter when their headroom can be read."""
+        self.d_level, self.e_level = Level(), Level()
+        """Frames of d0, d1 and d2, until e1 has entered; of e0 and e1, from the sum of e1 until d has entered.  They
+        enter when their headroom can be read."""
         self.busy, self.vector = Signal(), Signal(tag, reset_less=True)
         """A vector is in hand; its next part."""
         self.take, self.product = Signal(), Signal(vector_part(design))

@@ -115,20 +115,17 @@ class Store(wiring.Component):
 
 
 class Level(wiring.Component):
-    """Frames between two points of the data path, by their place: ``head`` enters next, ``tail`` leaves next.
+    """Frames between two points of the data path, by their place: ``tail`` leaves next.
 
-    Members: ``enter``, ``leave``: pulses; ``some``, ``space``: a frame is between them, another one may enter.
+    Members: ``enter``, ``leave``: pulses; ``some``: a frame is between them.
     """
 
-    def __init__(self, places: int = FRAMES) -> None:
-        self._places, number = places, count(places - 1)
-        pulses = {"enter": In(1), "leave": In(1)}
-        super().__init__(pulses | {"head": Out(number), "tail": Out(number), "some": Out(1), "space": Out(1)})
+    def __init__(self) -> None:
+        super().__init__({"enter": In(1), "leave": In(1), "tail": Out(place), "some": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        taken = fill(m, self._places, self.enter, self.leave)
-        head, _ = walk(m, self.enter, self._places, "entered")
-        tail, _ = walk(m, self.leave, self._places, "left")
-        m.d.comb += [self.head.eq(head), self.tail.eq(tail), self.some.eq(taken[0]), self.space.eq(~taken[-1])]
+        taken = fill(m, FRAMES, self.enter, self.leave)
+        tail, _ = walk(m, self.leave, FRAMES, "left")
+        m.d.comb += [self.tail.eq(tail), self.some.eq(taken[0])]
         return m

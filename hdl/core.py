@@ -17,7 +17,6 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl import payloads
 from tfra.hdl.angle import Angle
-from tfra.hdl.arithmetic import quad
 from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.centroids import Centroids
 from tfra.hdl.combine import Combine
@@ -176,10 +175,11 @@ class Core(wiring.Component):
     def _wire_products(self, m: Module, blocks: dict[str, Any]) -> None:
         """Operands to the products, and leave to go to those who must ask for it."""
         matvec, combine, forces = blocks["matvec"], blocks["combine"], blocks["forces"]
-        m.submodules.b_fork = b = Fork(quad(widths(self.design).stress + 2), 2)
-        connect(m, blocks["fold"].o, b.i)
-        connect(m, b.o[0], combine.b)
-        connect(m, b.o[1], matvec.b)
+        connect(m, blocks["fold"].o, matvec.b)
+        m.d.comb += [
+            combine.b.valid.eq(matvec.b.valid & matvec.b.ready),
+            combine.b.payload.eq(matvec.b.payload),
+        ]
         n = blocks["weights"].n
         for block in (combine, matvec):
             m.d.comb += [block.n.valid.eq(n.valid), block.n.payload.eq(n.payload)]

@@ -43,7 +43,7 @@ _ADD = range(_RING.start + _BACK + 1, _RING.start + _BACK + 7)  # after the mult
 _SWAP = _ADD.stop + 1
 _ZEROS_U = _ADD.stop + 2  # after the OR of the sums and the first half of its zeros
 _ALIGN_U = range(_ZEROS_U + 1, _ZEROS_U + 4)
-_ROUND_U = range(_ALIGN_U.start + ALIGN, _ALIGN_U.stop + ALIGN)
+_ROUND_U = range(_ALIGN_U.start + ALIGN + 1, _ALIGN_U.stop + ALIGN + 1)  # rounded a cycle before
 _COMPARE = _ROUND_U.stop
 _DIVIDE = _COMPARE + 1
 
@@ -93,7 +93,7 @@ class Dependent(wiring.Component):
     def latency(self) -> int:
         """Cycles from the transfer of the last quad of sums, the facts being there, to that of ``affine``.
 
-        ``operand + 25`` in all.
+        ``operand + 26`` in all.
         """
         return 1 + _DIVIDE + self._dividers[0].latency
 
@@ -192,8 +192,10 @@ class Dependent(wiring.Component):
         aligned, _ = align(m, exact, exact[-1], self._at(m, cycle, _ZEROS_U))
         size = [Signal(bits, name=f"size{n}", reset_less=True) for n in range(3)]
         negative = [Signal(name=f"negative{n}", reset_less=True) for n in range(3)]
+        sign, rounded = register(m, aligned[-1], "sign"), register(m, _round_magnitude(aligned, bits), "rounded")
         with m.If(ahead(m, cycle, _ROUND_U)):
-            m.d.sync += [size[0].eq(_round_magnitude(aligned, bits)), negative[0].eq(aligned[-1])]
+            limited = Mux(rounded[-1] & ~sign, (1 << (bits - 1)) - 1, rounded)
+            m.d.sync += [size[0].eq(limited), negative[0].eq(sign)]
             m.d.sync += [size[n + 1].eq(size[n]) for n in range(2)]
             m.d.sync += [negative[n + 1].eq(negative[n]) for n in range(2)]
         return size, negative
@@ -220,11 +222,9 @@ class Dependent(wiring.Component):
 
 
 def _round_magnitude(aligned: Value, bits: int) -> Value:
-    """Magnitude of ``round_top(aligned, bits)``, unsigned ``bits``, with a single addition.
+    """Magnitude of ``round_top(aligned, bits)``, unsigned ``bits``, with a single addition; not yet limited.
 
     Negative words round half up as their complements do: -((v + 1) >> 1) = (~v + 1) >> 1.
     """
     value = aligned[len(aligned) - bits - 1 :]
-    negative = value[-1]
-    rounded = (((value ^ negative.replicate(len(value)))[:bits] + 1) >> 1)[:bits]
-    return Mux(rounded[-1] & ~negative, (1 << (bits - 1)) - 1, rounded)
+    return (((value ^ value[-1].replicate(len(value)))[:bits] + 1) >> 1)[:bits]

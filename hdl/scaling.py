@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import reduce
-from operator import add
+from operator import add, or_
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
@@ -186,7 +186,8 @@ class Scaling(wiring.Component):
         """
         counter = Signal(COUNTER_BITS)
         entries = self._entries(m, counter)
-        step, taxels, closing = Signal(count(len(entries) - 1)), Signal(), Signal()
+        step = Signal(len(entries), init=1)  # a bit each, since much is chosen by it
+        taxels, closing = Signal(), Signal()
         held = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
         first, go, move = Signal(init=1), Signal(), Signal()
         facts = [getattr(self, name) for name in FACTS]
@@ -204,12 +205,10 @@ class Scaling(wiring.Component):
         with m.If(advance):
             m.d.sync += [into.eq(held), into.word.eq(Mux(taxels, self.taxel.p, held.word))]
         with m.If(move):
-            m.d.sync += [step.eq(Mux(closing, 0, step + 1)), first.eq(closing)]
-            with m.Switch(step):
-                for number, following in enumerate([*entries[1:], entries[0]]):
-                    with m.Case(number):
-                        m.d.sync += [taxels.eq(following.taxel), closing.eq(following.last)]
-                        m.d.sync += [getattr(held, name).eq(getattr(following, name)) for name in into.shape().members]
+            following = list(zip(step, [*entries[1:], entries[0]], strict=True))
+            m.d.sync += [step.eq(step.rotate_left(1)), first.eq(closing)]
+            m.d.sync += [taxels.eq(_chosen(following, "taxel")), closing.eq(_chosen(following, "last"))]
+            m.d.sync += [getattr(held, name).eq(_chosen(following, name)) for name in into.shape().members]
         with m.If(move & first):
             m.d.sync += counter.eq(counter + 1)
         return go
@@ -253,6 +252,11 @@ class Scaling(wiring.Component):
             m.d.sync += result.data[place].eq(rounded[place] | limited)
         with m.If(valid):
             m.d.sync += limited.eq(~last & (limited | beyond))
+
+
+def _chosen(following: list[tuple[Value, _Entry]], name: str) -> Value:
+    """``name`` of the entry whose bit is set: what is zero everywhere else."""
+    return reduce(or_, (Mux(bit, getattr(entry, name), 0) for bit, entry in following))
 
 
 def _chunks(word: Value) -> list[Value]:

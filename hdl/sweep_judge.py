@@ -90,7 +90,7 @@ class Judge(wiring.Component):
         else:
             distance, place = self._better(m, distances, place, second, equal)
             later = _DISTANCE + pair - wait
-            fresh, on = delayed(m, lower, later), delayed(m, valid & (z == lowest), later)
+            fresh, on = delayed(m, lower, later), delayed(m, valid & (z <= lowest), later)
             self._best(m, distance, place, on, fresh)
         found = delayed(m, valid & last, judge_latency(self._design) - wait, control=True)
         m.d.comb += self.found.eq(found)
