@@ -124,6 +124,7 @@ class OperandBuffer(wiring.Component):
 
 
 PREPARE = 4
+"""Cycles from a quad of a buffer to its operand words."""
 
 
 class Prepare(wiring.Component):
