@@ -4,44 +4,47 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Module, Mux, Signal, unsigned
+from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
+from tfra.hdl.arithmetic import add_or_subtract, count
 from tfra.hdl.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector
-from tfra.hdl.streams import Buffer
+from tfra.hdl.pipeline import delayed, register
+from tfra.hdl.streams import Buffer, flow
 from tfra.model.design import Design
+from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table
 from tfra.model.fixed.widths import DIVISION_GUARD
 
 
 class Angle(wiring.Component):
-    """phi = atan2(sin, cos) of every frame, in the place that nobody else takes in the CORDIC.
+    """phi = atan2(sin, cos) of every frame, in a place that nobody else takes in the CORDIC.
 
     ::
 
-        vector ───────────────▶ Cordic ─┬─▶ turned
-        direction ─▶ buffer ──────┘     └─▶ phi
+        vector ────────────┬─▶ Cordic ─┬─▶ turned
+        direction ─▶ buffer┘           └─▶ negative ─▶ +- atan 2^-i ─▶ angle ─▶ phi
 
-    ``vector`` always goes first and takes ``latency`` cycles to ``turned``, whatever the directions do: a direction
-    whose place it takes begins again.  Who sends ``vector`` takes ``turned`` at once, and sends no other one before.
-    A direction enters when the phi before has left.
+    A mark goes through the CORDIC with a direction, so that the sense of each of its rotations adds to the angle, one a
+    cycle.  The rounding is added before the first.  ``vector`` goes first; a direction enters in the next cycle without
+    one, when the phi before has left.
 
     Members:
-        vector: stream in, x and y; always ready.
-        turned: stream out, the modulus; ``ready`` is not looked at.
+        vector: stream in, x and y.
+        turned: stream out, the modulus, ``latency`` cycles later.
         direction: stream in, ``cos`` and ``sin`` are looked at.
         phi: stream out, one transfer a direction.
 
-    Resources: a Cordic.
+    Resources: a Cordic, an adder.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
         super().__init__(
             {
-                "vector": In(stream.Signature(cordic_vector(design))),
-                "turned": Out(stream.Signature(cordic_modulus(design))),
+                "vector": In(flow(cordic_vector(design))),
+                "turned": Out(flow(cordic_modulus(design))),
                 "direction": In(stream.Signature(payloads.direction(design))),
                 "phi": Out(stream.Signature(unsigned(design.formats.operand))),
             }
@@ -57,25 +60,43 @@ class Angle(wiring.Component):
         m.submodules.cordic = cordic = Cordic(self._design)
         m.submodules.waiting = waiting = Buffer(payloads.direction(self._design))
         wiring.connect(m, wiring.flipped(self.direction), waiting.i)
-        phi, busy = Signal(self.phi.payload.shape(), reset_less=True), Signal()  # busy: a direction or phi is there
+        marks, busy = Signal(len(cordic.negative)), Signal()  # marks: of the direction before each rotation
+        enter = waiting.o.valid & ~busy & ~self.vector.valid
+        m.d.sync += marks.eq(Cat(enter, marks))
         m.d.comb += [
-            self.vector.ready.eq(1),
-            cordic.urgent.eq(self.vector.valid),
-            cordic.vector.valid.eq(self.vector.valid | (waiting.o.valid & ~busy)),
-            waiting.o.ready.eq(cordic.turned.valid & ~cordic.turned.p.urgent),
-            self.turned.valid.eq(cordic.turned.valid & cordic.turned.p.urgent),
-            self.turned.payload.eq(cordic.turned.p.modulus),
-            self.phi.payload.eq(phi),
+            cordic.vector.valid.eq(self.vector.valid),
+            waiting.o.ready.eq(marks[0]),
+            self.turned.valid.eq(cordic.turned.valid),
+            self.turned.payload.eq(cordic.turned.payload),
         ]
         for into, word in (("x", "cos"), ("y", "sin")):
             direction = waiting.o.p[word] << DIVISION_GUARD
             m.d.comb += cordic.vector.p[into].eq(Mux(self.vector.valid, self.vector.p[into], direction))
-        with m.If(cordic.vector.valid & cordic.vector.ready & ~self.vector.valid):
-            m.d.sync += busy.eq(1)
-        with m.Elif(cordic.lost | (self.phi.valid & self.phi.ready)):
+        angle = self._add(m, marks, cordic.negative, waiting.o.p.cos[-1])
+        m.d.comb += self.phi.payload.eq(angle[ANGLE_GUARD:])
+        with m.If(self.phi.valid & self.phi.ready):
             m.d.sync += busy.eq(0)
-        with m.If(waiting.o.ready):
-            m.d.sync += [phi.eq(cordic.turned.p.angle), self.phi.valid.eq(1)]
+        with m.If(enter):
+            m.d.sync += busy.eq(1)
+        complete = delayed(m, marks[-1], 2, "complete", control=True)
+        with m.If(complete):
+            m.d.sync += self.phi.valid.eq(1)
         with m.Elif(self.phi.ready):
             m.d.sync += self.phi.valid.eq(0)
         return m
+
+    def _add(self, m: Module, marks: Value, negative: Value, left: Value) -> Signal:
+        """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late."""
+        table, half = angle_table(self._design), 1 << (ANGLE_GUARD - 1)
+        angle = Signal(self._design.formats.operand + ANGLE_GUARD, reset_less=True)
+        rotation = Signal(count(len(table)), reset_less=True)
+        table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared
+        step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")
+        up = register(m, (marks & negative).any(), "up")
+        going = register(m, marks.any(), "going", control=True)
+        m.d.sync += rotation.eq(Mux(marks == 0, 0, rotation + 1))
+        with m.If(marks[0]):
+            m.d.sync += angle.eq(Mux(left, (1 << (len(angle) - 1)) + half, half))
+        with m.Elif(going):
+            m.d.sync += angle.eq(add_or_subtract(angle, step, up))
+        return angle

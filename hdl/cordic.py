@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Const, Module, Mux, Shape, Signal, signed, unsigned
-from amaranth.lib import data, stream, wiring
+from amaranth import Const, Module, Shape, Signal, Value, signed, unsigned
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import add_or_subtract, count
+from tfra.hdl.arithmetic import add_or_subtract
+from tfra.hdl.pipeline import delayed
+from tfra.hdl.streams import flow
 from tfra.model.design import Design
-from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
+from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.widths import widths
 
 ENTRY_GUARD = 2
@@ -36,101 +38,73 @@ def cordic_vector(design: Design) -> data.StructLayout:
 
 
 def cordic_latency(design: Design) -> int:
-    """Cycles from the transfer of a vector to that of its modulus and angle: one to enter, two for each rotation."""
-    return 2 * iterations(design) + 1
+    """Cycles from the transfer of a vector to that of its modulus: one to enter, one for each rotation."""
+    return iterations(design) + 1
 
 
 class Cordic(wiring.Component):
-    """Turn vectors onto the x axis: modulus times the CORDIC gain, and angle in ``2^-operand`` turns.
+    """Turn vectors onto the x axis: modulus times the CORDIC gain, and the senses of the rotations.
 
     ::
 
-        left half plane: (x, y, angle) <- (-x, -y, 1/2 turn)
-        i = 0, 1, ...:   (x, y, angle) <- (x + s (y >> i), y - s (x >> i), angle + s atan 2^-i),  s = sign of y
+        left half plane: (x, y) <- (-x, -y)
+        i = 0, 1, ...:   (x, y) <- (x + s (y >> i), y - s (x >> i)),  s = sign of y
 
-        vector -> place 0 -> shift -> place 1 -> add -> place 0, or turned
+    A pipeline with a register behind the entry and behind each rotation: a vector a cycle, nothing waits.
 
-    A rotation takes two cycles, one to shift and one to add, since both in one would be the longest path of the core.
-    So there are places for two vectors, one behind the other.  The rounding of the angle is added before the first
-    rotation, so nothing follows the last.
-    Resources: three adders and two barrel shifters, no multiplier.
+    y gets a bit shorter with each rotation.  Rotation 0 makes |y| <= x, and x never falls.  If |y| <= x 2^(1-i) + e
+    before rotation i, then |y| <= x 2^-i + e + 1 behind it, since the shift of x rounds by less than a unit.  So |y| is
+    below 2^(bits-i) + i before rotation i, where ``bits`` is the length of x.
+    Resources: two adders for each rotation, no multiplier.
 
     Members:
-        vector: stream in of ``x``, ``y``; waits while its place is taken.
-        urgent: in, the vector goes first: it does not wait, and throws out what is in its place.
-        lost: out, that happens in this cycle.
-        turned: stream out of ``modulus``, ``angle``, ``urgent``, ``latency`` cycles after the vector; ``ready`` is not
-            looked at.
+        vector: stream in of ``x``, ``y``.
+        turned: stream out, the modulus, ``latency`` cycles after the vector.
+        negative: out, bit i: the vector that came i + 1 cycles ago is turned upwards by rotation i.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        turned = {"modulus": cordic_modulus(design), "angle": unsigned(design.formats.operand), "urgent": 1}
         super().__init__(
             {
-                "vector": In(stream.Signature(cordic_vector(design))),
-                "urgent": In(1),
-                "lost": Out(1),
-                "turned": Out(stream.Signature(data.StructLayout(turned))),
+                "vector": In(flow(cordic_vector(design))),
+                "turned": Out(flow(cordic_modulus(design))),
+                "negative": Out(iterations(design)),
             }
         )
 
     @property
     def latency(self) -> int:
-        """Cycles from the transfer of a vector to that of its modulus and angle."""
+        """Cycles from the transfer of a vector to that of its modulus."""
         return cordic_latency(self._design)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        steps, word = angle_table(self._design), cordic_word(self._design).width + GROWTH
-        rotation = {"angle": self._design.formats.operand + ANGLE_GUARD, "rotation": count(len(steps) - 1), "urgent": 1}
-        shape = data.StructLayout({"x": signed(word), "y": signed(word), **rotation})
-        places = [Signal(shape, name=f"place{number}", reset_less=True) for number in range(2)]
-        taken, last, enter = Signal(2), Signal(reset_less=True), Signal()
+        bits, vector = cordic_word(self._design).width + GROWTH, self.vector.p
+        left = vector.x[-1]
+        x, y = (self._word(m, add_or_subtract(Const(0), vector[n], left), bits, f"{n}0") for n in "xy")
+        for number in range(iterations(self._design)):
+            up = y[-1]
+            m.d.comb += self.negative[number].eq(up)
+            x, y = (
+                self._word(m, add_or_subtract(x, y >> number, up), bits, f"x{number + 1}"),
+                self._word(m, add_or_subtract(y, x >> number, ~up), self._y_bits(number + 1), f"y{number + 1}"),
+            )
         m.d.comb += [
-            self.vector.ready.eq(~taken[1] | self.urgent),
-            enter.eq(self.vector.valid & self.vector.ready),
-            self.lost.eq(taken[1] & enter),
-            self.turned.p.modulus.eq(places[0].x),
-            self.turned.p.angle.eq(places[0].angle[ANGLE_GUARD:]),
-            self.turned.p.urgent.eq(places[0].urgent),
+            self.turned.payload.eq(x),
+            self.turned.valid.eq(delayed(m, self.vector.valid, self.latency, "valid", control=True)),
         ]
-        m.d.sync += [
-            taken.eq(Cat(enter | (taken[1] & ~last), taken[0])),
-            self.turned.valid.eq(taken[1] & last & ~enter),
-            last.eq(places[0].rotation == len(steps) - 1),
-            places[1].eq(places[0]),
-        ]
-        self._add(m, *places)
-        with m.If(enter):
-            self._enter(m, places[0])
         return m
 
-    def _add(self, m: Module, before: Any, after: Any) -> None:
-        """``before`` is shifted on its way to ``after``, which is added to itself on its way back."""
-        x, y = (Signal.like(before.x, name=f"{name}_shifted", reset_less=True) for name in "xy")
-        step = Signal.like(before.angle, name="step", reset_less=True)
-        table, up = angle_table(self._design), after.y[-1]
-        table += [0] * ((1 << len(before.rotation)) - len(table))  # all of them, so that nothing is compared
-        steps = Array(Const(value, len(step)) for value in table)
-        m.d.sync += [
-            x.eq(before.x >> before.rotation),
-            y.eq(before.y >> before.rotation),
-            step.eq(steps[before.rotation]),
-            before.x.eq(add_or_subtract(after.x, y, up)),
-            before.y.eq(add_or_subtract(after.y, x, ~up)),
-            before.angle.eq(add_or_subtract(after.angle, step, up)),
-            before.rotation.eq(after.rotation + 1),
-            before.urgent.eq(after.urgent),
-        ]
+    def _y_bits(self, number: int) -> int:
+        """Length of y before rotation ``number``."""
+        bits = cordic_word(self._design).width + GROWTH
+        assert number <= 1 << (bits - number)
+        return min(bits, bits - number + 2)
 
-    def _enter(self, m: Module, place: Any) -> None:
-        """Into the right half plane, with half a unit of the angle."""
-        left, turn, half = self.vector.p.x[-1], 1 << len(place.angle), 1 << (ANGLE_GUARD - 1)
-        m.d.sync += [
-            place.x.eq(add_or_subtract(Const(0), self.vector.p.x, left)),
-            place.y.eq(add_or_subtract(Const(0), self.vector.p.y, left)),
-            place.angle.eq(Mux(left, turn // 2 + half, half)),
-            place.rotation.eq(0),
-            place.urgent.eq(self.urgent),
-        ]
+    @staticmethod
+    def _word(m: Module, value: Value, bits: int, name: str) -> Signal:
+        """``value``, which fits, in a register of ``bits``."""
+        word = Signal(signed(bits), name=name, reset_less=True)
+        m.d.sync += word.eq(value)
+        return word

@@ -14,6 +14,7 @@ from tfra.hdl.arithmetic import count, two_steps
 from tfra.hdl.cordic import cordic_latency, cordic_modulus, cordic_vector
 from tfra.hdl.divider import Divider
 from tfra.hdl.pipeline import register, zeros_later
+from tfra.hdl.streams import flow
 from tfra.model.design import Design
 from tfra.model.fixed.gain import gain_constants, normal_gain
 from tfra.model.fixed.widths import force_drop, widths
@@ -42,7 +43,7 @@ class Gain(wiring.Component):
 
     Members:
         total, frame: streams in, one transfer a frame.
-        vector: stream out to the Cordic, which is always ready.
+        vector: stream out to the Cordic.
         turned: stream in, the modulus, ``cordic_latency`` cycles after its vector.
         gain: stream out.
     """
@@ -57,8 +58,8 @@ class Gain(wiring.Component):
             {
                 "total": In(stream.Signature(payloads.total(design))),
                 "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "vector": Out(stream.Signature(cordic_vector(design))),
-                "turned": In(stream.Signature(cordic_modulus(design))),
+                "vector": Out(flow(cordic_vector(design))),
+                "turned": In(flow(cordic_modulus(design))),
                 "gain": Out(stream.Signature(payloads.gain(design))),
             }
         )
@@ -96,7 +97,6 @@ class Gain(wiring.Component):
             self.vector.valid.eq(turn),
             self.vector.p.x.eq(x),
             self.vector.p.y.eq(y),
-            self.turned.ready.eq(1),
             self.total.ready.eq(done),
             self.frame.ready.eq(done),
             divider.o.ready.eq(1),
