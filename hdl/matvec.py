@@ -40,7 +40,7 @@ from tfra.codegen.images import depth, lane_images, passes
 from tfra.hdl.arithmetic import quad
 from tfra.hdl.matvec_drain import Drain, drain_latency, drain_steps, drain_words
 from tfra.hdl.matvec_loader import Loader
-from tfra.hdl.matvec_operand import MEASURE, PREPARE, OperandBuffer, Prepare, amount_quad
+from tfra.hdl.matvec_operand import MEASURE, PREPARE, OperandBuffer, Prepare, amount_quad, codes_fit
 from tfra.hdl.matvec_schedule import SOURCES, Schedule, spacing
 from tfra.hdl.payloads import operand, product, vector_quad
 from tfra.hdl.pipeline import READ, delayed, register
@@ -50,13 +50,16 @@ from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, stacks
 from tfra.model.fixed.widths import widths
 
+def full(design: Design, stack: str) -> int:
+    """Cycles from the last operand quad's transfer to the choice that finds it; b may be found by its first."""
+    return 2 - design.quads if stack == "contact" and codes_fit(design) else FULL
+
+
 BANKS = {"b": 1, "n": 2, "vector": 2}
 FULL = MEASURE + 1
 """Cycles from the last operand quad's transfer to the choice that finds it."""
 CHOICE = 1
 """Cycles from there to the launch."""
-_LOAD = FULL + CHOICE + 1
-"""Cycles from there to the first read."""
 _ADDRESS = PREPARE + 2
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
 CAPTURE = PREPARE + 7
@@ -73,7 +76,8 @@ class MatVec(wiring.Component):
 
     Members:
         b, n, vector: streams in, Q quads of parities for each operand: folded stress in converter codes, weights,
-            and residuals, d among them.
+            and residuals, d among them.  Quads of b come in every cycle once a frame's first was taken, if codes fit
+            an operand.
         result: stream out, the result quads of a product's stack, operator by operator.
         frame, planes: tokens taken at the launch of a contact product and of a force product.
         room: tokens out, one for each vector that a bank is free for.
@@ -131,18 +135,19 @@ class MatVec(wiring.Component):
 
     def latency(self, stack: str) -> int:
         """Cycles from the transfer of the last operand quad to the first result of an otherwise idle unit."""
-        return self._result_cycle(0)
+        return self._result_cycle(stack, 0)
 
     def duration(self, stack: str) -> int:
         """Cycles from the transfer of the last operand quad to the last result of an otherwise idle unit."""
-        return self._result_cycle(stacks(self._design)[stack].quads - 1)
+        return self._result_cycle(stack, stacks(self._design)[stack].quads - 1)
 
-    def _result_cycle(self, number: int) -> int:
+    def _result_cycle(self, stack: str, number: int) -> int:
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
         turn, row = divmod(4 * number + 3, self._lanes)
         launch = turn // 2 * self.pair_interval + turn % 2 * spacing(self._design)
         leave = row // drain_words(self._design) + drain_latency(self._design)
-        return _LOAD + launch + self._design.quads - 1 + CAPTURE + leave
+        found = full(self._design, stack) + CHOICE + 1  # to the first read
+        return found + launch + self._design.quads - 1 + CAPTURE + leave
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -194,7 +199,7 @@ class MatVec(wiring.Component):
         buffers = {
             "vector": OperandBuffer(design, vector, banks=BANKS["vector"]),
             "n": OperandBuffer(design, vector, banks=BANKS["n"]),
-            "b": OperandBuffer(design, code, fraction, banks=BANKS["b"]),
+            "b": OperandBuffer(design, code, fraction, banks=BANKS["b"], flowing=codes_fit(design)),
         }
         for name, buffer in buffers.items():
             m.submodules[name] = buffer

@@ -32,6 +32,14 @@ def pick_word(words: Any, part: Value, word: int, size: int) -> Value:
     return choices[0] if size == 4 else Array(choices)[part]
 
 
+def codes_fit(design: Design) -> bool:
+    """Whether a folded converter code is no longer than a multiplier operand.
+
+    Then no bit of b is rounded off, however far its words are shifted, and a product by b need not know its largest.
+    """
+    return design.adc.bits + 2 <= design.formats.operand
+
+
 MEASURE = 2
 """Cycles from an operand's last quad to its amounts in their register, less one: magnitudes, half of the zeros."""
 _FINE = 2
@@ -44,18 +52,21 @@ class OperandBuffer(wiring.Component):
     Arguments:
         word: shape of a word; it has ``fraction`` bits less than a vector's.
         banks: one or two.
+        flowing: quads of a bank, which is the only one, come in every cycle from the first to the last, and a word
+            fits an operand: the bank is read while they come, and nothing is measured.
 
     Members:
         operand: stream in, Q quads for a bank.
         filling, head: the bank that transfers go to; the bank to be read next.
-        full: the head may be read; rises ``MEASURE + 1`` cycles after the transfer of its last quad.
+        full: the head may be read; rises ``MEASURE + 1`` cycles after the transfer of its last quad, or, where they
+            are ``flowing``, a cycle after that of its first.
         amounts: those of the head, valid while ``full``.
         read, quad: quad and bank, and ``READ`` cycles later its content.
         free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
     """
 
-    def __init__(self, design: Design, word: Shape, fraction: int = 0, banks: int = 2) -> None:
-        self._design, self._fraction, self._banks = design, fraction, banks
+    def __init__(self, design: Design, word: Shape, fraction: int = 0, banks: int = 2, *, flowing: bool = False) -> None:
+        self._design, self._fraction, self._banks, self._flowing = design, fraction, banks, flowing
         shape = data.ArrayLayout(word, 4)
         super().__init__(
             {
@@ -88,8 +99,29 @@ class OperandBuffer(wiring.Component):
         ]
         if self._banks == 2:
             m.d.sync += [self.filling.eq(self.filling ^ ended), self.head.eq(self.head ^ self.free)]
-        self._states(m, write.en, ended, number == 0)
+        if self._flowing:
+            self._flow(m, write.en, last)
+        else:
+            self._states(m, write.en, ended, number == 0)
         return m
+
+    def _flow(self, m: Module, transfer: Value, last: Value) -> None:
+        """The next frame's first quad waits for the bank, the others follow it and the reads."""
+        first = Signal(init=1)
+        with m.If(transfer):
+            m.d.sync += first.eq(last)
+        with m.If(transfer & first):
+            m.d.sync += self.full.eq(1)
+        with m.Elif(self.free):
+            m.d.sync += self.full.eq(0)
+        m.d.comb += self.operand.ready.eq(~(first & self.full))
+        for parity in range(4):
+            m.d.comb += self.amounts[parity].eq(self._room)
+
+    @property
+    def _room(self) -> int:
+        """Bits of a vector word above one that has fewer."""
+        return widths(self._design).vector - self._fraction - len(self.operand.p[0])
 
     def _states(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
         """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their amounts stand."""
@@ -114,9 +146,7 @@ class OperandBuffer(wiring.Component):
             seen = Signal(len(self.operand.p[parity]) - 1, name=f"seen{parity}", reset_less=True)
             with m.If(transfer):
                 m.d.sync += seen.eq(Mux(first, 0, seen) | magnitude_bits(self.operand.p[parity]))
-            # Words of fewer bits have a whole vector word's room above them.
-            room = widths(self._design).vector - self._fraction - len(self.operand.p[parity])
-            zeros = zeros_later(m, Cat(seen, Const(0, room)))
+            zeros = zeros_later(m, Cat(seen, Const(0, self._room)))
             for number, stored in enumerate(amounts):
                 with m.If(done & (bank == number)):
                     m.d.sync += stored[parity].eq(zeros)

@@ -26,7 +26,7 @@ from tfra.hdl.dependent import Dependent
 from tfra.hdl.forces import PLANES, Forces
 from tfra.hdl.friction import Friction
 from tfra.hdl.gain import Gain
-from tfra.hdl.matvec import BANKS, CAPTURE, CHOICE, FULL, MatVec
+from tfra.hdl.matvec import BANKS, CAPTURE, CHOICE, FULL, MatVec, full
 from tfra.hdl.matvec_drain import drain_latency, drain_steps, drain_words
 from tfra.hdl.matvec_schedule import spacing
 from tfra.hdl.normaliser import Normaliser
@@ -187,7 +187,8 @@ class Timeline:
             there = number < len(self.frames) and (stack == "contact" or number < self._next["contact"])
             if there:
                 leave = max(self._tokens["frame"].seen(), self._tokens["n"].seen()) if stack == "contact" else 0
-                wanted.append((max(getattr(self.frames[number], operand) + FULL, leave), stack, number))
+                seen = getattr(self.frames[number], operand) + full(self.design, stack)
+                wanted.append((max(seen, leave), stack, number))
         if not wanted:
             return NEVER, "", 0
         cycle = max(self._choice_from, min(w[0] for w in wanted))
