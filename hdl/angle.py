@@ -72,7 +72,7 @@ class Angle(wiring.Component):
         for into, word in (("x", "cos"), ("y", "sin")):
             direction = waiting.o.p[word] << DIVISION_GUARD
             m.d.comb += cordic.vector.p[into].eq(Mux(self.vector.valid, self.vector.p[into], direction))
-        angle = self._add(m, marks, cordic.negative, waiting.o.p.cos[-1])
+        angle = self._add(m, enter, marks, cordic.negative, waiting.o.p.cos[-1])
         m.d.comb += self.phi.payload.eq(angle[ANGLE_GUARD:])
         with m.If(self.phi.valid & self.phi.ready):
             m.d.sync += busy.eq(0)
@@ -85,7 +85,7 @@ class Angle(wiring.Component):
             m.d.sync += self.phi.valid.eq(0)
         return m
 
-    def _add(self, m: Module, marks: Value, negative: Value, left: Value) -> Signal:
+    def _add(self, m: Module, enter: Value, marks: Value, negative: Value, left: Value) -> Signal:
         """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late."""
         table, half = angle_table(self._design), 1 << (ANGLE_GUARD - 1)
         angle = Signal(self._design.formats.operand + ANGLE_GUARD, reset_less=True)
@@ -94,7 +94,7 @@ class Angle(wiring.Component):
         step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")
         up = register(m, (marks & negative).any(), "up")
         going = register(m, marks.any(), "going", control=True)
-        m.d.sync += rotation.eq(Mux(marks == 0, 0, rotation + 1))
+        m.d.sync += rotation.eq(Mux(enter, 0, rotation + 1))
         with m.If(marks[0]):
             m.d.sync += angle.eq(Mux(left, (1 << (len(angle) - 1)) + half, half))
         with m.Elif(going):

@@ -98,6 +98,12 @@ def add_carry(a: Value, b: Value, carry: Value) -> Value:
     return (Cat(Const(1, 1), a) + Cat(carry, b))[1:]
 
 
+def less(a: Value, b: Value) -> Value:
+    """Unsigned ``a < b`` from two carry chains side by side, half as long as the words."""
+    half = len(a) // 2
+    return (a[half:] < b[half:]) | ((a[half:] <= b[half:]) & (a[:half] < b[:half]))
+
+
 def during(counter: Value, window: range) -> Value:
     """High while ``counter`` is in ``window``, whose step is one."""
     return (counter >= window.start) & (counter < window.stop)

@@ -15,6 +15,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.arithmetic import add_carry, add_or_subtract, count, magnitude_bits, round_top
 from tfra.hdl.normaliser import Raster
 from tfra.hdl.payloads import direction
+from tfra.hdl.pipeline import register
 from tfra.model.design import Design
 from tfra.model.fixed.centroids import pitch_ratio
 from tfra.model.fixed.widths import widths
@@ -92,7 +93,7 @@ class Centroids(wiring.Component):
         """Cycles from the transfer of a frame's last taxel to the transfer of its direction."""
         sizes = _sizes(self._design)
         sums, products = 4, (widths(self._design).magnitude + 1) + (sizes.ratio + 1)
-        normalisations, rounding, decision = 2 * 2 * len(sizes.shifts), 1, 3
+        normalisations, rounding, decision = 2 * 2 * len(sizes.shifts), 1, 4
         return sums + products + normalisations + rounding + decision
 
     @property
@@ -214,6 +215,7 @@ class _Solver(Elaboratable):
         m = Module()
         pitch = Signal()
         difference = Signal(signed(len(self._top(0)) + 1), reset_less=True)
+        positive = register(m, ~difference[-1] & difference.any(), "positive")
         m.d.sync += [self._shift.eq(0), pitch.eq(0)]
         with m.FSM():
             with m.State("idle"), m.If(self.claim):
@@ -244,9 +246,11 @@ class _Solver(Elaboratable):
                 m.next = "multiply"
             with m.State("compare"):
                 m.d.sync += self._compare(difference)
+                m.next = "test"
+            with m.State("test"):
                 m.next = "decide"
             with m.State("decide"):
-                self._decide(m, difference)
+                self._decide(m, difference, positive)
                 m.d.sync += self._by_pitch.eq(0)
                 m.next = "idle"
         with m.If(self.valid & self.taken):
@@ -320,11 +324,10 @@ class _Solver(Elaboratable):
             *(self.result.cos.eq(cos), self.result.sin.eq(sin)),
         ]
 
-    def _decide(self, m: Module, difference: Signal) -> None:
+    def _decide(self, m: Module, difference: Signal, positive: Value) -> None:
         x_negative, y_negative = (value[-1] for value in self._value)
         sweep_y = Signal()
-        above_zero = ~difference[-1] & difference.any()
-        m.d.comb += sweep_y.eq(Mux(y_negative, difference[-1], above_zero))
+        m.d.comb += sweep_y.eq(Mux(y_negative, difference[-1], positive))
         m.d.sync += [
             self.result.sweep_y.eq(sweep_y),
             self.result.negative.eq(Mux(sweep_y, y_negative, x_negative)),

@@ -175,13 +175,16 @@ class Dependent(wiring.Component):
                     with m.Case(_ADD[2 * pair + turn] - 1):
                         m.d.sync += subtract.eq(sign ^ turn)
         m.d.sync += [factor.eq(Mux(second, direction.cos, direction.sin)), product.eq(word * factor)]
+        swap = self.direction.ready
+        # One adder for the sums and for the swap, so that nothing follows it.
+        base = Mux(swap, first, Mux(second, last, 0)).as_signed()
+        total = add_or_subtract(base, Mux(swap, 0, product).as_signed(), subtract)
         with m.If(ahead(m, cycle, _ADD)):
-            base = Mux(second, last, 0).as_signed()
-            m.d.sync += last.eq(add_or_subtract(base, product, subtract))
+            m.d.sync += last.eq(total)
             with m.If(~second):
                 m.d.sync += [first.eq(middle), middle.eq(last)]
-        with m.If(self.direction.ready & ~direction.sweep_y):
-            m.d.sync += [first.eq(last), last.eq(first)]
+        with m.If(swap & ~direction.sweep_y):
+            m.d.sync += [first.eq(last), last.eq(total)]
         with m.If(ahead(m, cycle, _ALIGN_U)):
             m.d.sync += [first.eq(middle), middle.eq(last)]
         return exact

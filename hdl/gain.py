@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Shape, Signal, Value, unsigned
@@ -13,7 +12,7 @@ from tfra.hdl import payloads
 from tfra.hdl.arithmetic import count, two_steps
 from tfra.hdl.cordic import cordic_latency, cordic_modulus, cordic_vector
 from tfra.hdl.divider import Divider
-from tfra.hdl.pipeline import register, zeros_later
+from tfra.hdl.pipeline import delayed, register, zeros_later
 from tfra.hdl.streams import flow
 from tfra.model.design import Design
 from tfra.model.fixed.gain import gain_constants, normal_gain
@@ -21,6 +20,9 @@ from tfra.model.fixed.widths import force_drop, widths
 
 _FINE = 2
 """Bits of a shift by which its second step moves."""
+
+_TOP = 4
+"""Cycles from a word to its top bits: two for its length, two for the shift."""
 
 
 class Gain(wiring.Component):
@@ -69,9 +71,9 @@ class Gain(wiring.Component):
         """Cycles from the first in which ``total`` and ``frame`` are valid, the block idle, to the ``gain`` transfer.
 
         Two runs of the Cordic, one division; one cycle each to take magnitudes, to start either run and to start the
-        division; two each for the length of the modulus and for its shift.
+        division; ``_TOP`` for the top bits of the modulus.
         """
-        return 2 * self._turn + self._divider.latency + 8
+        return 2 * self._turn + self._divider.latency + 4 + _TOP
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -82,8 +84,8 @@ class Gain(wiring.Component):
         out = Signal(payloads.gain(design), reset_less=True)
         # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
         x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
-        start, again, done, turn = Signal(), Signal(), Signal(), Signal()  # again: the second run of the Cordic
-        sending = Signal()  # beside the state, since the way from the receiver is long
+        start, done = Signal(), Signal()
+        idle, again, dividing, sending = Signal(init=1), Signal(), Signal(), Signal()  # again: behind the first run
         normal, numerator = self._products(m, start)
         work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
         zeros, top = _normalise(m, work, bits)
@@ -91,75 +93,52 @@ class Gain(wiring.Component):
         modulus_is_zero, unbounded = zeros == len(work), Signal(reset_less=True)
         regular = self.frame.p.contact & self.frame.p.traction
 
+        # The steps of a frame: pulses, each so many cycles behind the one before.
+        first, second = self.turned.valid & ~again, self.turned.valid & again
+        modulus = register(m, first, "modulus", control=True)
+        divide = delayed(m, second, _TOP + 1, "divide", control=True)
+        mu, mantissa = divider.o.valid & ~dividing, divider.o.valid & dividing
         m.d.comb += [
+            start.eq(idle & self.total.valid & self.frame.valid),
             self.gain.valid.eq(sending),
             self.gain.payload.eq(out),
-            self.vector.valid.eq(turn),
+            self.vector.valid.eq(register(m, start | first, "turn", control=True)),
             self.vector.p.x.eq(x),
             self.vector.p.y.eq(y),
             self.total.ready.eq(done),
             self.frame.ready.eq(done),
+            divider.i.valid.eq(modulus | divide),
+            divider.i.p.numerator.eq(Mux(again, top_numerator, x)),
+            divider.i.p.denominator.eq(Mux(again, top, y << 2)),
             divider.o.ready.eq(1),
         ]
-        m.d.sync += unbounded.eq(x >= (y << 2))
+        m.d.sync += [
+            idle.eq((idle & ~start) | (register(m, self.gain.ready & sending, "sent", control=True))),
+            again.eq((again & ~start) | modulus),
+            dividing.eq((dividing | divide) & ~mantissa),
+            done.eq(mantissa),
+            sending.eq(mantissa | (sending & ~self.gain.ready)),
+            unbounded.eq(x >= (y << 2)),
+        ]
         force_shift, resultant_shift, below = self._shifts(m, numerator_zeros - zeros, regular)
 
-        # What a run gives is steered by one bit, not by the state.
         with m.If(~again):
             m.d.sync += work.eq(numerator)
-            with m.If(self.turned.valid):
-                m.d.sync += [x.eq(self.turned.p), y.eq(normal)]
-        with m.Elif(self.turned.valid):
+        with m.Elif(second):
             m.d.sync += [top_numerator.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
-        m.d.sync += [done.eq(0), turn.eq(0)]
-        with m.If(self.gain.ready):
-            m.d.sync += sending.eq(0)
-        with m.FSM() as fsm:
-            with m.State("IDLE"), m.If(self.total.valid & self.frame.valid):
-                m.d.comb += start.eq(1)
-                m.d.sync += [turn.eq(1), again.eq(0)]
-                m.d.sync += [x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
-                m.next = "TANGENTIAL"
-            with m.State("TANGENTIAL"):
-                m.next = "TURN"
-            with m.State("TURN"), m.If(self.turned.valid):
-                m.d.sync += turn.eq(1)
-                m.next = "MODULUS"
-            with m.State("MODULUS"):
-                m.d.comb += [
-                    divider.i.valid.eq(1),
-                    divider.i.p.numerator.eq(x),
-                    divider.i.p.denominator.eq(y << 2),
-                ]
-                m.d.sync += again.eq(1)
-                m.next = "TURN AGAIN"
-            with m.State("TURN AGAIN"), m.If(self.turned.valid):
-                m.next = "LENGTH"
-            for state, following in itertools.pairwise(("LENGTH", "LENGTH 2", "TOP", "TOP 2", "GAIN")):
-                with m.State(state):
-                    m.next = following
-            with m.State("GAIN"):
-                m.d.comb += [
-                    divider.i.valid.eq(1),
-                    divider.i.p.numerator.eq(top_numerator),
-                    divider.i.p.denominator.eq(top),
-                ]
-                m.next = "DIVIDE"
-            with m.State("DIVIDE"), m.If(divider.o.valid):
-                m.d.sync += [
-                    done.eq(1),
-                    sending.eq(1),
-                    out.mantissa.eq(self._mantissa(regular, top_numerator)),
-                    out.force_shift.eq(_limit(force_shift, out.force_shift.shape())),
-                    out.resultant_shift.eq(_limit(resultant_shift, out.resultant_shift.shape())),
-                    out.overflow.eq((regular & (unbounded | modulus_is_zero)) | below),
-                ]
-                m.next = "SEND"
-            with m.State("SEND"), m.If(~sending):
-                m.next = "IDLE"
-        # The first quotient is mu; it comes before the second division starts.
-        with m.If(divider.o.valid & ~fsm.ongoing("DIVIDE")):
+        with m.If(start):
+            m.d.sync += [x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
+        with m.Elif(first):
+            m.d.sync += [x.eq(self.turned.p), y.eq(normal)]
+        with m.If(mu):
             m.d.sync += out.mu.eq(self._mu(regular, unbounded))
+        with m.If(mantissa):
+            m.d.sync += [
+                out.mantissa.eq(self._mantissa(regular, top_numerator)),
+                out.force_shift.eq(_limit(force_shift, out.force_shift.shape())),
+                out.resultant_shift.eq(_limit(resultant_shift, out.resultant_shift.shape())),
+                out.overflow.eq((regular & (unbounded | modulus_is_zero)) | below),
+            ]
         return m
 
     def _mantissa(self, regular: Value, numerator: Value) -> Value:
@@ -221,7 +200,7 @@ def _serial_product(m: Module, word: Value, constant: int, digits: int, start: V
 
 
 def _normalise(m: Module, work: Value, bits: int) -> tuple[Value, Value]:
-    """Zeros above ``work`` two cycles later, and two more later its ``bits`` top bits from the highest one."""
+    """Zeros above ``work`` two cycles later, and ``_TOP`` later its ``bits`` top bits from the highest one."""
     zeros = register(m, zeros_later(m, work), "length")
     coarse, fine = two_steps(zeros, _FINE)
     moved = register(m, (work << coarse)[max(0, len(work) - bits - (1 << _FINE)) : len(work)], "moved")

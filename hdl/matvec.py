@@ -271,8 +271,8 @@ class MatVec(wiring.Component):
             prepare.amounts.eq(Array(held)[parity]),
             prepare.part.eq(part),
             drain.amounts.eq(Array(held)[schedule.oldest]),
-            drain.new.eq(register(m, Array(p.new for p in passing)[captured], "new")),
-            drain.stack.eq(register(m, Array(p.stack for p in passing)[captured], "stack")),
+            drain.new.eq(Array(p.new for p in passing)[captured]),
+            drain.stack.eq(Array(p.stack for p in passing)[captured]),
         ]
 
 

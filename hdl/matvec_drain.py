@@ -72,7 +72,7 @@ class Drain(wiring.Component):
             since passes are as many cycles apart as it has steps.
         amounts: alignment of the operand of the pass in the drain register.
         complete: out, a cycle behind ``completing``: sums are captured.
-        new, stack: whether the pass that is captured is its product's first; its stack.
+        new, stack: beside ``completing``, whether the pass is its product's first; its stack.
         drained: the last words of a pass leave the drain register.
         result: stream out.
     """
@@ -222,9 +222,10 @@ class Drain(wiring.Component):
                     ]
         with m.If(leave):
             m.d.sync += [left.eq(Mux(end, 0, left + 1)), step.eq(step + end)]
-        with m.If(self.complete & self.new):
-            starts = [number for number, row in enumerate(self._steps) if row.start]
-            m.d.sync += [left.eq(0), step.eq(Array(starts)[self.stack])]
+        starts = [number for number, row in enumerate(self._steps) if row.start]
+        start = register(m, Array(starts)[self.stack], "start")
+        with m.If(register(m, self.completing & self.new, "starts", control=True)):
+            m.d.sync += [left.eq(0), step.eq(start)]
         return place
 
     def _assemble(self, m: Module, marks: Any, rounded: list[Value], quad: Any) -> None:

@@ -107,14 +107,14 @@ class OperandBuffer(wiring.Component):
 
     def _flow(self, m: Module, transfer: Value, last: Value) -> None:
         """The next frame's first quad waits for the bank, the others follow it and the reads."""
-        first = Signal(init=1)
+        first, waits = Signal(init=1), Signal()
         with m.If(transfer):
             m.d.sync += first.eq(last)
-        with m.If(transfer & first):
-            m.d.sync += self.full.eq(1)
-        with m.Elif(self.free):
-            m.d.sync += self.full.eq(0)
-        m.d.comb += self.operand.ready.eq(~(first & self.full))
+        with m.If(self.free):
+            m.d.sync += [self.full.eq(0), waits.eq(0)]
+        with m.Elif(transfer):
+            m.d.sync += [self.full.eq(self.full | first), waits.eq(last & (self.full | first))]
+        m.d.comb += self.operand.ready.eq(~waits)
         for parity in range(4):
             m.d.comb += self.amounts[parity].eq(self._room)
 

@@ -10,7 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import payloads
-from tfra.hdl.arithmetic import count
+from tfra.hdl.arithmetic import count, less
 from tfra.hdl.pipeline import delayed, driver, register, walk
 from tfra.hdl.sweep_sums import at_once, rows
 from tfra.hdl.sweep_terms import measured_sum, unit_shift
@@ -24,6 +24,10 @@ _REPLAY = 3
 """Cycles from the read of a row to its turn: memory, its register, comparison with the limit."""
 
 
+_PAIR = 2
+"""Cycles in which the smaller of two words is found: comparison, choice."""
+
+
 def row_layout(design: Design) -> data.StructLayout:
     """The sums of one candidate."""
     w = widths(design)
@@ -33,8 +37,8 @@ def row_layout(design: Design) -> data.StructLayout:
 def judge_latency(design: Design) -> int:
     """Cycles from the last row to the pulse ``found``; all rows once more if there is a tolerance."""
     pair = at_once(design) - 1
-    again = rows(design) - 1 + _REPLAY + 2 * pair if tolerance(design).any() else 0
-    return _DISTANCE + 1 + pair + again
+    again = rows(design) - 1 + _REPLAY + _PAIR * pair if tolerance(design).any() else 0
+    return _DISTANCE + 1 + _PAIR * pair + again
 
 
 class Judge(wiring.Component):
@@ -75,22 +79,24 @@ class Judge(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         pair = self._ways - 1
-        wait = 2 * pair  # until the smaller B^z of a pair is there
+        wait = _PAIR * pair  # until the smaller B^z of a pair is there
         second, equal, z = self._smaller(m)
         valid = delayed(m, self.valid[0], wait, control=True)
         number, last = walk(m, valid, rows(self._design))
-        lowest = Signal(len(z), reset_less=True)
-        lower = valid & ((number == 0) | (z < lowest))
-        with m.If(lower):
+        lowest, none = Signal(len(z), reset_less=True), Signal(init=1)  # none: of this frame
+        lower = none | less(z, lowest)
+        with m.If(lower):  # what is not valid comes before the first
             m.d.sync += lowest.eq(z)
+        with m.If(valid):
+            m.d.sync += none.eq(last)
         distances, place = self._distances(m), delayed(m, number, _DISTANCE - wait)
         if tolerance(self._design).any():
             complete = register(m, valid & last, control=True)
             self._plateau(m, distances, place, self._limit(m, lowest, complete), complete)
         else:
             distance, place = self._better(m, distances, place, second, equal)
-            later = _DISTANCE + pair - wait
-            fresh, on = delayed(m, lower, later), delayed(m, valid & (z <= lowest), later)
+            on = register(m, valid) & ~register(m, less(lowest, z), "above")
+            fresh, on = delayed(m, valid & lower, _DISTANCE), delayed(m, on, _DISTANCE - 1)
             self._best(m, distance, place, on, fresh)
         found = delayed(m, valid & last, judge_latency(self._design) - wait, control=True)
         m.d.comb += self.found.eq(found)
@@ -121,16 +127,17 @@ class Judge(wiring.Component):
     def _better(
         self, m: Module, distances: list[Value], place: Value, second: Value, equal: Value
     ) -> tuple[Value, Value]:
-        """A pair's smaller distance and its candidate, a cycle later; ``second`` where only that one counts."""
+        """A pair's smaller distance and its candidate, ``_PAIR`` later; ``second`` where only that one counts."""
         if self._ways == 1:
             return distances[0], place
-        take = second | (equal & (distances[1] < distances[0]))
-        return register(m, Mux(take, distances[1], distances[0])), register(m, Cat(take, place))
+        take = register(m, second | (equal & (distances[1] < distances[0])), "take")
+        first, other = (register(m, distance) for distance in distances)
+        return register(m, Mux(take, other, first)), register(m, Cat(take, register(m, place)))
 
     def _best(self, m: Module, distance: Value, place: Value, on: Value, fresh: Value) -> None:
         """The first smallest distance of those ``on`` the plateau, which begins anew with a ``fresh`` one."""
         best, index = Signal(len(distance), reset_less=True), driver(m, self.index)
-        with m.If(fresh | (on & (distance < best))):
+        with m.If(fresh | (on & less(distance, best))):
             m.d.sync += [best.eq(distance), index.eq(place)]
 
     def _limit(self, m: Module, lowest: Value, complete: Value) -> Signal:
@@ -174,7 +181,7 @@ class Judge(wiring.Component):
         on = [register(m, turning & word.there & (word.z <= limit), "on", control=True) for word in row]
         distances, place = [register(m, word.xy) for word in row], register(m, place)
         distance, place = self._better(m, distances, place, on[-1] & ~on[0], on[-1] & on[0])
-        begun, some = Signal(), delayed(m, Cat(on).any(), self._ways - 1, control=True)
+        begun, some = Signal(), delayed(m, Cat(on).any(), _PAIR * (self._ways - 1), control=True)
         with m.If(complete):
             m.d.sync += begun.eq(0)
         with m.Elif(some):

@@ -15,8 +15,8 @@ from tfra.hdl.sweep_crossing import Crossing, crossing_latency
 from tfra.model.design import Design
 from tfra.model.fixed.widths import widths
 
-_UPDATE = 4
-"""Cycles from a crossing to the memory that holds it: read, its register, sum, write."""
+_UPDATE = 5
+"""Cycles from a crossing to the memory that holds it: read, its register, choice, sum, write."""
 _WALK = 3
 """Cycles from the first read to the sum of candidate 0: memory, its register, slope."""
 _PAIR = 2
@@ -135,7 +135,7 @@ class Sums(wiring.Component):
     def _update(self, m: Module, crossing: Any, walking: Value, number: Value) -> list[data.View]:
         """Add crossings to their entries, and clear those that are walked through; return what each bank has found.
 
-        By cycles behind a crossing: 1 read, 2 ``found``, 3 ``sums``, being written, 4 ``written``.
+        By cycles behind a crossing: 1 read, 2 ``found``, 3 ``stored``, 4 ``sums``, being written, 5 ``written``.
         """
         entry = data.StructLayout(dict.fromkeys(("size", "excess"), unsigned(slope_bits(self._design))))
         ways, depth = at_once(self._design), max(2, _reads(self._design))  # ports need addresses
@@ -150,22 +150,23 @@ class Sums(wiring.Component):
         for bank in range(ways):
             m.submodules[f"memory{bank}"] = memory = Memory(shape=entry, depth=depth, init=[])
             write, read = memory.write_port(), memory.read_port()
-            mine = valid[3] & (place[3][0] == bank) if inside else valid[3]
+            mine = valid[4] & (place[4][0] == bank) if inside else valid[4]
             m.d.comb += [
                 read.addr.eq(Mux(walking, number, place[0] >> inside)),
                 write.en.eq(clear | mine),
-                write.addr.eq(Mux(clear, cleared, place[3] >> inside)),
+                write.addr.eq(Mux(clear, cleared, place[4] >> inside)),
                 write.data.eq(sums),
             ]
             found.append(register(m, read.data.as_value(), f"found{bank}"))
-        same = {stage: valid[1] & valid[stage] & (place[stage] == place[1]) for stage in (2, 4)}
-        same[3] = register(m, valid[0] & valid[2] & (place[2] == place[0]), "same")
-        latest, recent = register(m, same[2], "latest"), register(m, same[3] | same[4], "recent")
-        written = register(m, sums.as_value(), "written")
-        kept = register(m, Mux(same[3], sums.as_value(), written), "kept")
-        stored = Mux(place[2][0], found[1], found[0]) if inside else found[0]
-        before = data.View(entry, Mux(latest, sums.as_value(), Mux(recent, kept, stored)))
-        size, excess = delayed(m, crossing.size, 2, "size"), delayed(m, crossing.excess, 2, "excess")
+        # Crossings of the same place, one to four cycles ahead: what they leave is used instead of what was found.
+        same = [register(m, valid[0] & valid[ago] & (place[ago] == place[0]), f"same{ago}") for ago in range(1, 5)]
+        one, two, three, four = (delayed(m, ago, delay) for ago, delay in zip(same, (2, 1, 0, 0), strict=True))
+        latest, written = sums.as_value(), register(m, sums.as_value(), "written")
+        kept, recent = register(m, Mux(three, latest, written), "kept"), register(m, three | four, "recent")
+        found_there = Mux(place[2][0], found[1], found[0]) if inside else found[0]
+        stored = register(m, Mux(two, latest, Mux(recent, kept, found_there)), "stored")
+        before = data.View(entry, Mux(one, latest, stored))
+        size, excess = delayed(m, crossing.size, 3, "size"), delayed(m, crossing.excess, 3, "excess")
         m.d.sync += [sums.size.eq(before.size + size), sums.excess.eq(before.excess + excess)]
         with m.If(walking):
             m.d.sync += sums.as_value().eq(0)

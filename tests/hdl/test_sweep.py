@@ -263,11 +263,11 @@ def test_cycles_are_what_the_docstrings_say(design):
     q, steps, unit = design.quads, design.search.steps, Sweep(design)
     levels, bits = product_latency(steps), (steps - 1).bit_length()
     pairs = design.parts == 1
-    assert unit.frame_interval == (16 + bits + (steps + 1) // 2 if pairs else 14 + bits + steps)
+    assert unit.frame_interval == (17 + bits + (steps + 1) // 2 if pairs else 15 + bits + steps)
     e0, turn = design.parts, max(4, design.parts)
     assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 4 * q + e0 * (q - 1) + turn)
-    once, again = (steps // 2 + 4, steps // 2 + 5) if pairs else (steps, steps + 3)
-    assert unit.latency == 27 + levels + bits + once + (again if design.search.tolerance else 0)
+    once, again = (steps // 2 + 5, steps // 2 + 5) if pairs else (steps, steps + 3)
+    assert unit.latency == 28 + levels + bits + once + (again if design.search.tolerance else 0)
 
 
 @pytest.mark.parametrize("port", ["stress", "g", "normal", "negative"])
