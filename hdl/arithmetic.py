@@ -99,9 +99,13 @@ def add_carry(a: Value, b: Value, carry: Value) -> Value:
 
 
 def less(a: Value, b: Value) -> Value:
-    """Unsigned ``a < b`` from two carry chains side by side, half as long as the words."""
+    """Unsigned ``a < b`` from carry chains side by side, half as long as the words.
+
+    Signs of differences, since yosys makes comparisons for both orders from one chain and a test for equal words.
+    """
     half = len(a) // 2
-    return (a[half:] < b[half:]) | ((a[half:] <= b[half:]) & (a[:half] < b[:half]))
+    low, high, higher = a[:half] - b[:half], a[half:] - b[half:], b[half:] - a[half:]
+    return high[-1] | (low[-1] & ~higher[-1])
 
 
 def during(counter: Value, window: range) -> Value:

@@ -264,8 +264,9 @@ class Combine(wiring.Component):
         begin_e = candidates & w.d_level.some & ~w.d_level.leave
         with m.If(step):
             m.d.sync += [vector.number.eq(vector.number + 1), final.eq(vector.number == w.last - 1), w.busy.eq(~final)]
+        # A cycle late, since the way to the tokens is long; until then the unit is busy.
+        m.d.comb += self.room.ready.eq(register(m, ~w.busy & self.room.valid & (begin_d | begin_e), control=True))
         with m.If(~w.busy & self.room.valid):
-            m.d.comb += self.room.ready.eq(begin_d | begin_e)
             m.d.sync += [w.busy.eq(begin_d | begin_e), vector.number.eq(0), final.eq(w.last == 0)]
             with m.If(begin_d):
                 m.d.sync += [vector.job.eq(Job.D), vector.place.eq(w.e_level.tail), vector.scalar.eq(winner.mu_ind)]

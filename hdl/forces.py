@@ -134,7 +134,7 @@ class Forces(wiring.Component):
             port.addr.eq(Cat(number, plane)),
             queue.i.valid.eq(delayed(m, issue, READ + 1, "issued", control=True)),
             queue.i.payload.eq(register(m, chosen, "word")),
-            self._frames.give.eq(ends),
+            self._frames.give.eq(register(m, ends, control=True)),
         ]
         m.d.sync += plane.eq(plane + ends)
         return ends

@@ -345,7 +345,7 @@ class Timeline:
             if taxel == 0 and 0 <= plane < 3:
                 cycle = max(cycle, f.force[(plane + 1) * q - 1] + wait.plane)
             f.words.append(cycle)
-        self._tokens["planes"].give(f.words[header + 3 * m - 1] - wait.read)
+        self._tokens["planes"].give(f.words[header + 3 * m - 1] - wait.read + 1)
         self.spans.append(Span("scaling", "result", number, f.words[0], f.words[-1] + 1))
 
 
