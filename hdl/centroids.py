@@ -123,7 +123,7 @@ class Centroids(wiring.Component):
             m.d.comb += [zone.bits.eq(Mux(chosen, seen, 0)), zone.carry.eq(carry)]
             m.d.comb += getattr(solver, name).eq(zone.sums)
         m.d.comb += [
-            solver.claim.eq(raster.transfer & raster.last),
+            solver.claim.eq(register(m, raster.transfer & raster.last, "claim", control=True)),
             solver.load_u.eq(flags[2].last),
             solver.load_v.eq(flags[3].last),
         ]

@@ -28,13 +28,16 @@ from tfra.hdl.matvec import MatVec
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Facts, Fork, Router
+from tfra.hdl.streams import Buffer, Facts, Fork, Router
 from tfra.hdl.sums_queue import SumsQueue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, kinds, stacks
 from tfra.model.fixed.widths import widths
+
+_EARLY = ("frame", "direction")
+"""Facts that are there long before they are needed: a register keeps the way from their users to their sender short."""
 
 _HELD = 8
 """Frames of which the core may hold facts: those in flight, those whose forces wait, and one at either end."""
@@ -266,7 +269,12 @@ class Core(wiring.Component):
         }
         for name, (shape, source, fields) in users.items():
             m.submodules[f"{name}_fork"] = fork = Fork(shape, len(fields))
-            connect(m, getattr(blocks[source], name), fork.i)
+            sent = getattr(blocks[source], name)
+            if name in _EARLY:
+                m.submodules[f"{name}_sent"] = buffer = Buffer(shape)
+                connect(m, sent, buffer.i)
+                sent = buffer.o
+            connect(m, sent, fork.i)
             for way, (user, looked_at) in enumerate(fields.items()):
                 block, _, port = user.partition(".")
                 sink, label = getattr(blocks[block], port or name), f"{name}_{user.replace('.', '_')}"

@@ -67,8 +67,8 @@ class Sweep(wiring.Component):
     2 K entries of the sums; with a tolerance the sums of all candidates.
 
     Members:
-        stress: Q taxel-domain quads of the normalised frame.
-        g: Q parity-domain quads of C33 n.
+        stress: Q taxel-domain quads of the normalised frame, there before its normal ones.
+        g: Q parity-domain quads of C33 n, there before those of e0, which follow from it.
         normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1.  Both have a place for
             ``FRAMES`` frames whose index has not been taken.
         direction: ``negative`` is looked at.

@@ -32,7 +32,7 @@ from tfra.hdl.matvec_schedule import spacing
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Facts
+from tfra.hdl.streams import Buffer, Facts
 from tfra.hdl.sums_queue import SumsQueue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
@@ -240,7 +240,7 @@ class Timeline:
         taken = max(f.sums_b + SumsQueue.latency, self.frames[number - 1].affine + 1 if number else 0)
         for cycle in results[:3]:
             taken = max(cycle + SumsQueue.latency, taken + SumsQueue.interval)
-        f.affine = max(taken, f.direction + Facts.latency - 1) + self.wait.dependent
+        f.affine = max(taken, f.direction + Buffer.latency + Facts.latency - 1) + self.wait.dependent
         self.spans.append(Span("dependent", "alpha, beta", number, taken, f.affine))
 
     def _after_normal(self, number: int, last: int, results: list[int]) -> None:
@@ -274,7 +274,7 @@ class Timeline:
             ready.append((max(f.chosen + Facts.latency + 1, f.e1 + MEASURE, self._step_update), "d", d))
         if e < self._next["residual"]:
             f = self.frames[e]
-            facts = max(f.affine, f.direction) + Facts.latency + 1
+            facts = max(f.affine, f.direction + Buffer.latency) + Facts.latency + 1
             ready.append((max(f.residual + MEASURE, facts, self._step_candidates), "e1" if self._second else "e0", e))
         if not ready:
             return NEVER, "", 0

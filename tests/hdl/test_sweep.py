@@ -140,12 +140,17 @@ def transfers(frames):
 
 
 def simulate(design, frames, stall_in=flowing, **how):
-    """Vectors of ``FRAMES`` frames at most, their quads as far apart as the queues need."""
+    """Vectors of ``FRAMES`` frames at most, their quads as far apart as the queues need; normal ones behind the rest."""
+    q, passed = design.quads, Queue.latency + design.parts
 
     def leave(quads):
         return lambda quad, record, cycle: len(record.cycles["index"]) > quad // quads - FRAMES
 
-    places = {"g": leave(design.quads), "normal": leave(2 * design.quads)}
+    def there(quad, record, cycle):
+        before = [record.cycles[name][(quad // (2 * q) + 1) * q - 1 :][:1] for name in ("g", "stress")]
+        return leave(2 * q)(quad, record, cycle) and all(last and cycle > last[0] + passed for last in before)
+
+    places = {"g": leave(q), "normal": there}
     stall_in = apart(stall_in, design.parts)
     return run(Sweep(design), transfers(frames), {"index": len(frames.g)}, leave=places, stall_in=stall_in, **how)
 
@@ -210,18 +215,16 @@ def test_the_data_reaches_ties_and_both_ends():
 def predicted(design, cycles):
     """Cycle of every index from the transfers into the unit, by the rules of Sweep's docstring."""
     unit, q = Sweep(design), design.quads
-    behind = {"stress": Queue.latency, "g": Queue.latency + design.parts - 1}
-    ready = {name: np.reshape(cycles[name], (-1, q)) + wait for name, wait in behind.items()}
-    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + behind["g"]
+    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + Queue.latency + design.parts - 1
     facts = np.maximum(cycles["direction"], cycles["frame"]) + Buffer.latency + 1
     found, entry, behind = [], 0, 0  # the memories are cleared behind a reset
     for n, frame in enumerate(normal):
         swept, entry = entry + unit.frame_interval, entry + unit.quad_interval - unit.e0_interval
-        for quad, cycle in enumerate(frame[:q]):
-            entry = max(entry + unit.e0_interval, cycle, ready["g"][n, quad])
+        for cycle in frame[:q]:
+            entry = max(entry + unit.e0_interval, cycle)
         behind = max(entry + unit.turn, swept, facts[n])
-        for quad, cycle in enumerate(frame[q:]):
-            entry = behind = max(behind, cycle, ready["stress"][n, quad])
+        for cycle in frame[q:]:
+            entry = behind = max(behind, cycle)
             behind += unit.quad_interval
         found.append(entry + unit.latency - Queue.latency)
     return found
