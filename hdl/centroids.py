@@ -213,10 +213,10 @@ class _Solver(Elaboratable):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        pitch = Signal()
+        pitch, decide = Signal(), Signal()
         difference = Signal(signed(len(self._top(0)) + 1), reset_less=True)
         positive = register(m, ~difference[-1] & difference.any(), "positive")
-        m.d.sync += [self._shift.eq(0), pitch.eq(0)]
+        m.d.sync += [self._shift.eq(0), pitch.eq(0), decide.eq(0)]
         with m.FSM():
             with m.State("idle"), m.If(self.claim):
                 m.d.sync += self.busy.eq(1)
@@ -248,11 +248,10 @@ class _Solver(Elaboratable):
                 m.d.sync += self._compare(difference)
                 m.next = "test"
             with m.State("test"):
-                m.next = "decide"
-            with m.State("decide"):
-                self._decide(m, difference, positive)
-                m.d.sync += self._by_pitch.eq(0)
+                m.d.sync += [self._by_pitch.eq(0), decide.eq(1)]
                 m.next = "idle"
+        with m.If(decide):
+            self._decide(m, difference, positive)
         with m.If(self.valid & self.taken):
             m.d.sync += [self.busy.eq(0), self.valid.eq(0)]
         self._load(m, pitch)

@@ -98,7 +98,7 @@ class Cordic(wiring.Component):
 
     def _y_bits(self, number: int) -> int:
         """Length of y before rotation ``number``."""
-        bits = cordic_word(self._design).width + GROWTH
+        bits: int = cordic_word(self._design).width + GROWTH
         assert number <= 1 << (bits - number)
         return min(bits, bits - number + 2)
 

@@ -50,6 +50,7 @@ from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, stacks
 from tfra.model.fixed.widths import widths
 
+
 def full(design: Design, stack: str) -> int:
     """Cycles from the last operand quad's transfer to the choice that finds it; b may be found by its first."""
     return 2 - design.quads if stack == "contact" and codes_fit(design) else FULL

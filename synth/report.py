@@ -14,7 +14,7 @@ from rich.table import Column, Table
 
 from tfra.hdl import cores
 from tfra.model.design import Design
-from tfra.synth.flow import Route, Synthesis
+from tfra.synth.flow import Route, Synthesis, options
 from tfra.synth.targets import Target
 from tfra.synth.tools import versions
 
@@ -48,6 +48,7 @@ def report(
         "note": target.family.timing or None,
         "timing": timing(design, median_route(routes).mhz if routes else None),
         "tools": versions(target.family),
+        "options": options(target.family),
     }
 
 
@@ -113,6 +114,8 @@ def render(found: Mapping[str, Any]) -> str:
         _render_clock(console, found["clock"])
     console.print(_timing(found["timing"]))
     console.print(", ".join(f"{name} {number}" for name, number in found["tools"].items()), soft_wrap=True)
+    if found["options"]:
+        console.print(f"place and route: {' '.join(found['options'])}", soft_wrap=True)
     assert isinstance(console.file, io.StringIO)
     return console.file.getvalue()
 

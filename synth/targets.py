@@ -37,7 +37,9 @@ class Family:
     program: str = ""
     """Place and route; empty where only yosys runs."""
     routing: tuple[str, ...] = ()
-    """Its options for the router."""
+    """Its options for placer and router."""
+    threaded: tuple[str, ...] = ()
+    """Options more for a program with threads; PyPI's, in WebAssembly, has none.  The first tells."""
     packer: str = ""
     """Makes the bitstream."""
     timing: str = ""
@@ -93,6 +95,9 @@ ECP5 = Family(
     # Paths count three times as much as they do by default when cells are placed, and short wires may take long ways
     # around crowded places, unless paths that are too slow are routed again.
     routing=("--router", "router2", "--tmg-ripup", "--placer-heap-timingweight", "30"),
+    # Refines a placement by the slack of paths, where the other refinement has wire length before its eyes.  With one
+    # thread, so that the layout is the same on every machine.
+    threaded=("--parallel-refine", "--threads", "1"),
     registers=True,
     packer="yowasp-ecppack",
     constraints='LOCATE COMP "clk" SITE "G2";\nIOBUF PORT "clk" IO_TYPE=LVCMOS33;\n',  # of the package CABGA381

@@ -71,6 +71,15 @@ def _native(program: str) -> str:
     return os.environ.get(f"TFRA_{program.removeprefix('yowasp-').replace('-', '_').upper()}", "")
 
 
+def has(program: str, option: str) -> bool:
+    """Whether a native program stands in for ``program``, and knows ``option``."""
+    native = _native(program)
+    if not native:
+        return False
+    done = subprocess.run([native, "--help"], capture_output=True, text=True, check=False)
+    return option in (done.stdout + done.stderr).split()
+
+
 def _native_version(path: str) -> str:
     done = subprocess.run([path, "--version"], capture_output=True, text=True, check=False)
     number = re.search(r"Version ([\w.+-]+)", done.stdout + done.stderr)

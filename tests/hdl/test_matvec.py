@@ -115,7 +115,8 @@ def offer(design: Design, inputs: dict[str, list], outputs: dict[str, int], unit
         how["steady"] = {"b"}
     if vectors := len(inputs.get("vector", ())) // design.quads:
         outputs = {"room": vectors} | outputs
-        how["leave"] = how.get("leave", {}) | {"vector": lambda quad, record, cycle: len(record.cycles["room"]) > quad // design.quads}
+        room = {"vector": lambda quad, record, cycle: len(record.cycles["room"]) > quad // design.quads}
+        how["leave"] = how.get("leave", {}) | room
     return run(unit or MatVec(design), inputs, outputs, **how)
 
 

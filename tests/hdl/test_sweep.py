@@ -140,7 +140,7 @@ def transfers(frames):
 
 
 def simulate(design, frames, stall_in=flowing, **how):
-    """Vectors of ``FRAMES`` frames at most, their quads as far apart as the queues need; normal ones behind the rest."""
+    """Vectors of ``FRAMES`` frames at most, quads as far apart as the queues need; normal ones behind the rest."""
     q, passed = design.quads, Queue.latency + design.parts
 
     def leave(quads):

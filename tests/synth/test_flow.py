@@ -13,7 +13,7 @@ import pytest
 from tfra.model.errors import InputError
 from tfra.synth.baseline import compare
 from tfra.synth.estimate import tally
-from tfra.synth.flow import Stall, read_route, route
+from tfra.synth.flow import Stall, options, read_route, route
 from tfra.synth.targets import ECP5, TARGETS, find
 from tfra.synth.tools import StoppedError, ToolError, require, run, versions
 
@@ -95,6 +95,17 @@ def test_a_native_tool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert versions(find("ecp5-25").family)["nextpnr-ecp5"] == "0.9-3"
 
 
+def test_options_that_a_native_tool_alone_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    family, native = find("ecp5-25").family, tmp_path / "nextpnr-ecp5"
+    for knows, more in (("--parallel-refine  use threads", family.threaded), ("--parallel-refined", ())):
+        native.write_text(f'#!/bin/sh\necho "--seed arg"\necho "{knows}"\n')
+        native.chmod(0o755)
+        monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
+        assert options(family) == [*family.routing, *more]
+    monkeypatch.delenv("TFRA_NEXTPNR_ECP5")
+    assert options(family) == list(family.routing)
+
+
 def _rounds(overused: int, failing: int, number: int) -> list[str]:
     return [f"Info:     iter=7 wires=9 overused={overused} overuse=9 tmgfail={failing} archfail=NA"] * number
 
@@ -115,6 +126,7 @@ def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, monkeypatch: 
     native = tmp_path / "nextpnr-ecp5"
     native.write_text(
         """#!/bin/sh
+[ "$1" = --help ] && exit
 while [ "$1" != --freq ]; do [ "$1" = --report ] && report=$2; shift; done
 echo "aims at $2"
 while [ "${2%.*}" -ge 95 ]; do echo "iter=1 wires=2 overused=0 overuse=0 tmgfail=7 archfail=NA"; done
