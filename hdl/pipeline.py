@@ -71,9 +71,14 @@ def level(m: Module, places: int, enter: Value, leave: Value) -> tuple[Signal, S
     """
     taken, some, full = Signal(count(places)), Signal(), Signal()
     with m.If(enter & ~leave):
-        m.d.sync += [taken.eq(taken + 1), some.eq(1), full.eq(taken == places - 1)]
+        m.d.sync += taken.eq(taken + 1)
     with m.Elif(leave & ~enter):
-        m.d.sync += [taken.eq(taken - 1), some.eq(taken != 1), full.eq(0)]
+        m.d.sync += taken.eq(taken - 1)
+    # Without conditions, which would become an enable: one level of logic behind what comes late.
+    m.d.sync += [
+        some.eq(enter | (some & ~(leave & (taken == 1)))),
+        full.eq(~leave & (full | (enter & (taken == places - 1)))),
+    ]
     return some, full
 
 

@@ -63,7 +63,7 @@ class Scaling(wiring.Component):
     signed word, to keep to its operand's width; the weight of its top bit follows with the second sum.
 
     A frame starts when all its facts are there, forces follow as they come, one word per cycle without gaps; the
-    facts are taken together with the entry of the status.  Resources: one multiplier of a word by an operand.
+    facts are taken a cycle behind the entry of the status.  Resources: one multiplier of a word by an operand.
 
     Members:
         taxel: stream in, unscaled forces plane by plane, ``3 * taxels`` a frame.
@@ -90,7 +90,7 @@ class Scaling(wiring.Component):
     def latency(self) -> int:
         """Cycles from the one in which ``gain`` is valid, the other facts before it, to the transfer of the first word.
 
-        Between two frames whose facts are all there, a cycle stays empty.
+        Between two frames whose facts are all there, two cycles stay empty.
         """
         return STAGES + Spare.latency
 
@@ -192,10 +192,12 @@ class Scaling(wiring.Component):
         first, go, move = Signal(init=1), Signal(), Signal()
         facts = [getattr(self, name) for name in FACTS]
         # Facts stay until they are taken, so only the first word has to look for them.  The gain comes last: the
-        # others, from a register, which tells nothing of the next frame while those of this one are taken.
-        taken = advance & closing
-        others = register(m, Cat(fact.valid for fact in facts[1:]).all() & ~taken, "others", control=True)
-        there = ~first | (others & self.gain.valid)
+        # others, from a register, which tells nothing of the next frame while those of this one are taken: a cycle late,
+        # since the way to their queues is long.
+        closed = advance & closing
+        taken = register(m, closed, "taken", control=True)
+        known = Cat(fact.valid for fact in facts[1:]).all() & ~closed & ~taken
+        there = ~first | (register(m, known, "known", control=True) & self.gain.valid)
         m.d.comb += [
             go.eq(Mux(taxels, self.taxel.valid, there)),
             self.taxel.ready.eq(advance & taxels),

@@ -337,7 +337,7 @@ class Timeline:
         f, m, q, wait = self.frames[number], self.design.sensor.taxels, self.design.quads, self.wait
         cycle = f.gain + Facts.latency + wait.scaling - 1
         if number:
-            cycle = max(cycle, self.frames[number - 1].words[-1] + 1)
+            cycle = max(cycle, self.frames[number - 1].words[-1] + 2)
         header = next(row.start for row in layout(self.design) if row.name == "forces")
         for word in range(frame_words(self.design)):
             cycle += 1

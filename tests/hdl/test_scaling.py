@@ -214,11 +214,11 @@ def test_latency_and_throughput(name):
     assert out[0] == 2 + dut.latency  # facts are valid in the first cycle, number 1, and the gain before its turn
     by_frame = np.reshape(out, (3, -1))
     assert (np.diff(by_frame) == 1).all()
-    assert (by_frame[1:, 0] - by_frame[:-1, -1] == 2).all()
+    assert (by_frame[1:, 0] - by_frame[:-1, -1] == 3).all()
     assert set((by_frame[:, 10:-1].ravel() - seen["taxel"]).tolist()) == {dut.force_latency}
     ends = np.array(seen["taxel"])[3 * d.sensor.taxels - 1 :: 3 * d.sensor.taxels]
     assert set((by_frame[:, -1] - ends).tolist()) == {dut.tail}
-    assert all(seen[fact] == (ends + 1).tolist() for fact in FACTS)
+    assert all(seen[fact] == (ends + 2).tolist() for fact in FACTS)
 
 
 def test_a_wrong_word_is_noticed():
