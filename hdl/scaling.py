@@ -192,8 +192,8 @@ class Scaling(wiring.Component):
         first, go, move = Signal(init=1), Signal(), Signal()
         facts = [getattr(self, name) for name in FACTS]
         # Facts stay until they are taken, so only the first word has to look for them.  The gain comes last: the
-        # others, from a register, which tells nothing of the next frame while those of this one are taken: a cycle late,
-        # since the way to their queues is long.
+        # others, from a register, which tells nothing of the next frame while those of this one are taken: a cycle
+        # late, since the way to their queues is long.
         closed = advance & closing
         taken = register(m, closed, "taken", control=True)
         known = Cat(fact.valid for fact in facts[1:]).all() & ~closed & ~taken

@@ -135,7 +135,7 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
 
 
 def _place(family: Family, directory: Path, seed: int, words: Sequence[str]) -> str:
-    """The best of some placements, at the same time; the file that holds it.  A placement does not depend on the aim."""
+    """The file that holds the best of some placements, which don't depend on the aim."""
     number = _PLACEMENTS if set(family.threaded) & set(words) else 1
 
     def place(turn: int) -> tuple[float, str]:

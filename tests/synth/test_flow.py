@@ -123,7 +123,8 @@ def test_a_router_that_gets_nowhere_is_stopped() -> None:
 def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A native nextpnr that routes without an end above 97 MHz, and places best with seed 202."""
     (tmp_path / "sample.json").write_text(json.dumps(SAMPLE))
-    placed = {"modules": {"top": {"settings": {"seed": "01", "target_freq": "100", "router": "router1", "kept": "SEED"}}}}
+    settings = {"seed": "01", "target_freq": "100", "router": "router1", "kept": "SEED"}
+    placed = {"modules": {"top": {"settings": settings}}}
     (tmp_path / "placed_sample.json").write_text(json.dumps(placed))
     native = tmp_path / "nextpnr-ecp5"
     native.write_text(
