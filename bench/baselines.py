@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from amaranth.back import rtlil
-
+from bench.blocks import Flat
 from bench.publish import ROOT
+from tfra.codegen.verilog import to_rtlil
 from tfra.hdl.cordic import Cordic
 from tfra.model.design import Architecture, Design
 from tfra.model.sensor import SensorArray
@@ -47,7 +47,7 @@ class Subject:
 SMALL, LARGE = core(4, 4, 4), core(10, 10, 16)
 
 SUBJECTS = {
-    "cordic": Subject(lambda: str(rtlil.convert(Cordic(SMALL), name="cordic", emit_src=False)), "cordic", "ecp5-25", 1),
+    "cordic": Subject(lambda: to_rtlil(Flat(Cordic(SMALL)), "cordic"), "cordic", "ecp5-25", 1),
     "small_cells": Subject(lambda: netlist(SMALL, find("ecp5-25")), SMALL.name, "ecp5-25", 0),
     "small": Subject(lambda: netlist(SMALL, find("ecp5-45")), SMALL.name, "ecp5-45", 3),
     "large_cells": Subject(lambda: netlist(LARGE, find("ecp5-85")), LARGE.name, "ecp5-85", 0),

@@ -16,7 +16,7 @@ from bench.c_speed import PUBLISHED
 from bench.publish import ROOT, publish
 from tfra.synth.run import SIDECAR
 
-KEYS = ("name", "target", "architecture", "mac_lanes", "resources", "clock", "timing", "tools")
+KEYS = ("name", "target", "architecture", "mac_lanes", "resources", "clock", "timing", "tools", "options")
 
 
 def row(found: dict[str, Any]) -> str:

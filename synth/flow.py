@@ -136,7 +136,7 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
 
 def _place(family: Family, directory: Path, seed: int, words: Sequence[str]) -> str:
     """The file that holds the best of some placements, which don't depend on the aim."""
-    number = _PLACEMENTS if set(family.threaded) & set(words) else 1
+    number = _PLACEMENTS if family.threaded and family.threaded[0] in words else 1
 
     def place(turn: int) -> tuple[float, str]:
         file, log = f"placed{turn}.json", f"seed{seed}.place{turn}.log"
@@ -153,9 +153,9 @@ def _place(family: Family, directory: Path, seed: int, words: Sequence[str]) -> 
 
 
 def expected_mhz(log: str) -> float:
-    """The frequency that nextpnr's ``log`` of a placement ends with."""
+    """The frequency that nextpnr's ``log`` of a placement ends with; 0 where it knows no clock."""
     found = re.findall(r"Max frequency for clock\s+'([^']+)': ([\d.]+) MHz", log)
-    return [float(mhz) for clock, mhz in found if not clock.startswith(_CONSTANT)][-1]
+    return [0.0, *(float(mhz) for clock, mhz in found if not clock.startswith(_CONSTANT))][-1]
 
 
 def _forget_settings(placed: Path) -> None:
