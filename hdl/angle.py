@@ -88,7 +88,7 @@ class Angle(wiring.Component):
     def _add(self, m: Module, enter: Value, marks: Value, negative: Value, left: Value) -> Signal:
         """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late."""
         table, half = angle_table(self._design), 1 << (ANGLE_GUARD - 1)
-        angle = Signal(self._design.formats.operand + ANGLE_GUARD, reset_less=True)
+        angle = Signal(self._design.formats.operand + ANGLE_GUARD, name="turns", reset_less=True)
         rotation = Signal(count(len(table)), reset_less=True)
         table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared
         step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")
