@@ -156,7 +156,11 @@ class Core(wiring.Component):
         m.d.comb += [transfer.eq(port.valid & port.ready), words.eq(Cat(members))]
 
     def _wire_input(self, m: Module, blocks: dict[str, Any]) -> None:
-        """Taxels to the normaliser and to the centroids; the normalised frame to the fold and to the sweep."""
+        """Taxels to the normaliser and to the centroids; the normalised frame to the fold and to the sweep.
+
+        Behind a frame's first quad the others follow in every cycle, as the products of b want them: the bank of b is
+        free by then, and the sweep has a place for the stress of every frame that may be in the core.
+        """
         shape = payloads.stress_quad(self.design)
         m.submodules.taxel_fork = taxels = Fork(payloads.stress(self.design), 2)
         go: Value = Const(1)

@@ -113,7 +113,7 @@ class Gain(wiring.Component):
             divider.o.ready.eq(1),
         ]
         m.d.sync += [
-            idle.eq((idle & ~start) | (register(m, self.gain.ready & sending, "sent", control=True))),
+            idle.eq((idle & ~start) | register(m, self.gain.ready & sending, "sent", control=True)),
             again.eq((again & ~start) | modulus),
             dividing.eq((dividing | divide) & ~mantissa),
             done.eq(mantissa),
