@@ -41,6 +41,11 @@ CASES = [
         bursts,
         random_stalls,
     ),
+    (  # folded codes longer than an operand
+        Design(SensorArray(4, 3, 4e-3, 2e-3, 3e-3), adc=Adc(18), search=Search(7), architecture=Architecture(8, 2)),
+        bursts,
+        bursts,
+    ),
 ]
 
 
