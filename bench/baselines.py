@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.blocks import Flat
+from bench.flat import Flat
 from bench.publish import ROOT
 from tfra.codegen.verilog import to_rtlil
 from tfra.hdl.cordic import Cordic

@@ -13,11 +13,10 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from amaranth import Const, Module, Value
 from amaranth.hdl import UnusedElaboratable
 from amaranth.lib import wiring
-from amaranth.lib.wiring import In
 
+from bench.flat import Flat
 from bench.publish import ROOT, publish
 from tfra.codegen.config import load
 from tfra.codegen.verilog import to_rtlil, with_free_collisions
@@ -30,27 +29,6 @@ from tfra.synth.tools import versions
 TARGET = "ecp5-45-6"
 AIM = 125.0
 """MHz, what was asked of the preset."""
-
-
-class Flat(wiring.Component):
-    """``block`` with plain ports, a name for each member of its streams."""
-
-    def __init__(self, block: wiring.Component) -> None:
-        self._block, self._inner = block, dict[str, Value]()
-        ports: dict[str, Any] = {}
-        for path, port, value in block.signature.flatten(block):
-            if not isinstance(value, Const):  # the ready of a stream that never waits
-                name = "_".join(map(str, path))
-                ports[name], self._inner[name] = port.flow(len(Value.cast(value))), Value.cast(value)
-        super().__init__(ports)
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.block = self._block
-        for name, port in self.signature.members.items():
-            outer, inner = getattr(self, name), self._inner[name]
-            m.d.comb += inner.eq(outer) if port.flow is In else outer.eq(inner)
-        return m
 
 
 def measure(name: str, block: wiring.Component) -> dict[str, Any]:

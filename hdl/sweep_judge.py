@@ -22,9 +22,7 @@ _DISTANCE = 2
 """Cycles from a row to its B^xy: difference, magnitude."""
 _REPLAY = 3
 """Cycles from the read of a row to its turn: memory, its register, comparison with the limit."""
-
-
-_PAIR = 2
+_SMALLER = 2
 """Cycles in which the smaller of two words is found: comparison, choice."""
 
 
@@ -37,8 +35,8 @@ def row_layout(design: Design) -> data.StructLayout:
 def judge_latency(design: Design) -> int:
     """Cycles from the last row to the pulse ``found``; all rows once more if there is a tolerance."""
     pair = at_once(design) - 1
-    again = rows(design) - 1 + _REPLAY + _PAIR * pair if tolerance(design).any() else 0
-    return _DISTANCE + 1 + _PAIR * pair + again
+    again = rows(design) - 1 + _REPLAY + _SMALLER * pair if tolerance(design).any() else 0
+    return _DISTANCE + 1 + _SMALLER * pair + again
 
 
 class Judge(wiring.Component):
@@ -79,7 +77,7 @@ class Judge(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         pair = self._ways - 1
-        wait = _PAIR * pair  # until the smaller B^z of a pair is there
+        wait = _SMALLER * pair  # until the smaller B^z of a pair is there
         second, equal, z = self._smaller(m)
         valid = delayed(m, self.valid[0], wait, control=True)
         number, last = walk(m, valid, rows(self._design))
@@ -127,7 +125,7 @@ class Judge(wiring.Component):
     def _better(
         self, m: Module, distances: list[Value], place: Value, second: Value, equal: Value
     ) -> tuple[Value, Value]:
-        """A pair's smaller distance and its candidate, ``_PAIR`` later; ``second`` where only that one counts."""
+        """A pair's smaller distance and its candidate, ``_SMALLER`` later; ``second`` where only that one counts."""
         if self._ways == 1:
             return distances[0], place
         take = register(m, second | (equal & (distances[1] < distances[0])), "take")
@@ -181,7 +179,7 @@ class Judge(wiring.Component):
         on = [register(m, turning & word.there & (word.z <= limit), "on", control=True) for word in row]
         distances, place = [register(m, word.xy) for word in row], register(m, place)
         distance, place = self._better(m, distances, place, on[-1] & ~on[0], on[-1] & on[0])
-        begun, some = Signal(), delayed(m, Cat(on).any(), _PAIR * (self._ways - 1), control=True)
+        begun, some = Signal(), delayed(m, Cat(on).any(), _SMALLER * (self._ways - 1), control=True)
         with m.If(complete):
             m.d.sync += begun.eq(0)
         with m.Elif(some):

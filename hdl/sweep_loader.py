@@ -80,13 +80,13 @@ class Loader(wiring.Component):
         with m.Elif(self.free & self.direction.valid & self.frame.valid):
             m.d.sync += begun.eq(1)
         open_e0, open_e1 = Signal(init=1), Signal()  # place is zero, and a quad of e0 is next, or of e1
-        go_e0, go_e1 = open_e0, open_e1 & begun
-        took_e0, took_e1 = go_e0 & self.normal.valid, go_e1 & self.normal.valid
+        go_e1 = open_e1 & begun
+        took_e0, took_e1 = open_e0 & self.normal.valid, go_e1 & self.normal.valid
         still = ~took_e1 & ~(took & last) & ((place == 0) | (place == PLACES - 1))
         m.d.sync += [open_e0.eq(still & ~sloping), open_e1.eq(still & sloping)]
         m.d.comb += [
             took.eq(took_e0 | took_e1),
-            self.normal.ready.eq(go_e0 | go_e1),
+            self.normal.ready.eq(open_e0 | go_e1),
             self.g.ready.eq(took_e0),
             self.begins.eq(took_e1 & (number == 0)),
             self.ends.eq(took_e1 & last),

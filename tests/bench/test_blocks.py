@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from amaranth.sim import Simulator
 
-from bench.blocks import Flat, row
+from bench.blocks import row
+from bench.flat import Flat
 from tfra.hdl.core import make_blocks
 from tfra.hdl.weights import Weights
 from tfra.model.design import Architecture, Design
