@@ -63,11 +63,12 @@ def leading_zeros(value: Value, between: Callable[[Value], Value] = lambda word:
     through ``between``, a register where the whole tree would be a long path.
     """
     size = max(8, 1 << len(value).bit_length())
-    padded = Cat(Const(0, size - len(value) - 1), Const(1, 1), value)
+    mark = size - len(value) - 1  # below the value; what it makes constant is the same now and later
+    padded = Cat(Const(0, mark), Const(1, 1), value)
     nodes = []
     for k in range(0, size, 8):
         some, zeros = _zeros([(bit, Const(0, 0)) for bit in padded[k : k + 8]])
-        nodes.append((between(some), between(zeros)))
+        nodes.append((between(some) if mark < k else some, between(zeros) if mark < k + 7 else zeros))
     return _zeros(nodes)[1]
 
 

@@ -217,28 +217,25 @@ class Combine(wiring.Component):
         """What enters the pipeline: a part of products, or else one of the vector in hand."""
         m.submodules.forced = waiting = Spare(self.forced.payload.shape())
         wiring.connect(m, wiring.flipped(self.forced), waiting.i)
-        forced = waiting.o.payload
         take, number, ends = self._walk(m, self.products.valid)
         plane, _ = walk(m, ends, 3, "plane")
         _, last = walk(m, take, 3 * self._design.quads * self._design.parts, "part")
         whole = take & last
         tail, _ = walk(m, whole, FRAMES, "tail")
         minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
-        tag = w.tag[0]
+        forced, tag = waiting.o.payload, w.tag[0]
+        # A cycle behind the entry, since the way from the products is long.
+        left, entered = register(m, whole, "left", control=True), register(m, plane, "entered")
         m.d.comb += [
             w.take.eq(take),
             w.product.eq(pick_part(self._design, self.products.payload, number)),
-            waiting.o.ready.eq(whole),
-            frames.give.eq(register(m, whole, control=True)),
+            w.forced.eq(Array([forced.mu_x, forced.mu_y, minus_one])[entered]),
+            waiting.o.ready.eq(left),
+            frames.give.eq(left),
             w.valid[0].eq(w.take | w.busy),
         ]
         with m.If(w.take):
-            m.d.comb += [
-                tag.job.eq(Job.FORCE),
-                tag.place.eq(tail),
-                tag.number.eq(number),
-                tag.scalar.eq(Array([forced.mu_x, forced.mu_y, minus_one])[plane]),
-            ]
+            m.d.comb += [tag.job.eq(Job.FORCE), tag.place.eq(tail), tag.number.eq(number)]
         with m.Else():
             m.d.comb += tag.eq(w.vector)
 
@@ -295,6 +292,8 @@ class Combine(wiring.Component):
         m.d.comb += w.e_level.enter.eq(delayed(m, ends, MEASURE - 1, control=True))
         for k in range(1, _SUM + 1):
             m.d.sync += [w.valid[k].eq(w.valid[k - 1]), w.tag[k].eq(w.tag[k - 1])]
+        with m.If(w.tag[1].job == Job.FORCE):
+            m.d.sync += w.tag[2].scalar.eq(w.forced)
 
     def _quad(self, m: Module, w: _Wires) -> Value:
         """The sums of a quad's parts; those of a force may come between those of a vector."""
@@ -399,6 +398,8 @@ class _Wires:
         """A vector is in hand; its next part."""
         self.take, self.product = Signal(), Signal(vector_part(design))
         """A part of products enters."""
+        self.forced = Signal(scalar)
+        """The scalar of what entered a cycle ago, if it is of a force."""
         self.valid = [Signal(name=f"valid{k}") for k in range(_SUM + 1)]
         self.tag = [Signal(tag, name=f"tag{k}", reset_less=k > 0) for k in range(_SUM + 1)]
         rooms, part = headrooms(design, size), vector_part(design)

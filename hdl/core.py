@@ -36,8 +36,8 @@ from tfra.model.design import Design
 from tfra.model.fixed.coefficients import PRODUCTS, kinds, stacks
 from tfra.model.fixed.widths import widths
 
-_EARLY = ("frame", "direction")
-"""Facts that are there long before they are needed: a register keeps the way from their users to their sender short."""
+_FAR = ("frame", "direction", "affine")
+"""Facts that pass through a register, which keeps the way from their users to their sender short."""
 
 _HELD = 8
 """Frames of which the core may hold facts: those in flight, those whose forces wait, and one at either end."""
@@ -274,7 +274,7 @@ class Core(wiring.Component):
         for name, (shape, source, fields) in users.items():
             m.submodules[f"{name}_fork"] = fork = Fork(shape, len(fields))
             sent = getattr(blocks[source], name)
-            if name in _EARLY:
+            if name in _FAR:
                 m.submodules[f"{name}_sent"] = buffer = Buffer(shape)
                 connect(m, sent, buffer.i)
                 sent = buffer.o

@@ -274,7 +274,7 @@ class Timeline:
             ready.append((max(f.chosen + Facts.latency + 1, f.e1 + MEASURE, self._step_update), "d", d))
         if e < self._next["residual"]:
             f = self.frames[e]
-            facts = max(f.affine, f.direction + Buffer.latency) + Facts.latency + 1
+            facts = max(f.affine, f.direction) + Buffer.latency + Facts.latency + 1
             ready.append((max(f.residual + MEASURE, facts, self._step_candidates), "e1" if self._second else "e0", e))
         if not ready:
             return NEVER, "", 0
