@@ -91,7 +91,7 @@ class Gain(wiring.Component):
         zeros, top = _normalise(m, work, bits)
         top_numerator, numerator_zeros = Signal.like(top, reset_less=True), Signal.like(zeros, reset_less=True)
         modulus_is_zero, unbounded = zeros == len(work), Signal(reset_less=True)
-        regular = self.frame.p.contact & self.frame.p.traction
+        regular = register(m, self.frame.p.contact & self.frame.p.traction, "regular")
 
         # The steps of a frame: pulses, each so many cycles behind the one before.
         first, second = self.turned.valid & ~again, self.turned.valid & again
@@ -159,16 +159,17 @@ class Gain(wiring.Component):
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
         assert digits < self._turn
-        left = Signal(count(digits))
+        left, busy = Signal(count(digits)), Signal()
+        m.d.sync += busy.eq(start | (busy & (left != 1)))
         with m.If(start):
             m.d.sync += left.eq(digits)
-        with m.Elif(left != 0):
+        with m.Elif(busy):
             m.d.sync += left.eq(left - 1)
         z = Signal(widths(design).division, reset_less=True)
         with m.If(start):
             m.d.sync += z.eq(abs(self.total.p.words[2]))
-        normal = _serial_product(m, z, first, digits, start, left != 0)
-        numerator = _serial_product(m, self.frame.p.magnitude, second, digits, start, left != 0)
+        normal = _serial_product(m, z, first, digits, start, busy)
+        numerator = _serial_product(m, self.frame.p.magnitude, second, digits, start, busy)
         return normal[design.formats.operand - 2 :], numerator
 
     def _shifts(self, m: Module, growth: Value, regular: Value) -> tuple[Value, Value, Value]:

@@ -18,7 +18,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.arithmetic import count
 from tfra.hdl.parts import nth_part
-from tfra.hdl.pipeline import fill, level, walk
+from tfra.hdl.pipeline import fill, level, register, walk
 
 TOKEN = unsigned(1)
 """Payload of a token, which means nothing; words without bits would not be portable Verilog."""
@@ -61,6 +61,8 @@ class Fork(wiring.Component):
 class Router(wiring.Component):
     """Hand the ``words`` of every transfer to the sinks that its ``kind`` has in a static table; nobody waits.
 
+    ``latency`` is one cycle: each sink has a register of its own for ``valid``, since they are far from each other.
+
     Arguments:
         shape: a structure of ``words`` and ``kind``, which has one bit set, since much waits for its decoding.
         table: by that bit's number, the numbers of its sinks.
@@ -69,15 +71,18 @@ class Router(wiring.Component):
     Members: ``i``: stream in; ``o``: streams of ``words`` out; all of them are a :func:`flow`.
     """
 
+    latency = 1
+
     def __init__(self, shape: data.StructLayout, table: Sequence[Sequence[int]], ways: int) -> None:
         self._kinds = [[kind for kind, sinks in enumerate(table) if way in sinks] for way in range(ways)]
         super().__init__({"i": In(flow(shape)), "o": Out(flow(shape.members["words"])).array(ways)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
+        words = register(m, self.i.payload.words, "words")
         for o, kinds in zip(self.o, self._kinds, strict=True):
             mine = Cat(self.i.payload.kind[kind] for kind in kinds).any()
-            m.d.comb += [o.payload.eq(self.i.payload.words), o.valid.eq(self.i.valid & mine)]
+            m.d.comb += [o.payload.eq(words), o.valid.eq(register(m, self.i.valid & mine, control=True))]
         return m
 
 

@@ -175,10 +175,8 @@ class Sweep(wiring.Component):
             if name == "stress":
                 wiring.connect(m, wiring.flipped(port), wait.i)
             else:
-                sent, words = port.valid, port.payload.as_value()
-                if name == "g":  # its way is long, and there is time
-                    sent, words = register(m, sent, control=True), register(m, words)
-                m.d.comb += [wait.i.valid.eq(in_parts(m, sent, wait.i.ready)), wait.i.payload.eq(words)]
+                valid = in_parts(m, port.valid, wait.i.ready)
+                m.d.comb += [wait.i.valid.eq(valid), wait.i.payload.eq(port.payload)]
         for name in ("direction", "frame"):
             port = getattr(self, name)
             m.submodules[name] = fact = Buffer(port.payload.shape())

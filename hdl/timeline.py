@@ -32,7 +32,7 @@ from tfra.hdl.matvec_schedule import spacing
 from tfra.hdl.normaliser import Normaliser
 from tfra.hdl.resultant import Resultant
 from tfra.hdl.scaling import Scaling
-from tfra.hdl.streams import Buffer, Facts
+from tfra.hdl.streams import Buffer, Facts, Router
 from tfra.hdl.sums_queue import SumsQueue
 from tfra.hdl.sweep import Sweep
 from tfra.hdl.weights import Weights
@@ -203,7 +203,8 @@ class Timeline:
         results = []
         for quad in range(self._stacks[stack]):
             turn, row = divmod(4 * quad + 3, lanes)
-            results.append(captured[turn] + row // drain_words(self.design) + drain_latency(self.design))
+            leave = row // drain_words(self.design) + drain_latency(self.design)
+            results.append(captured[turn] + leave + Router.latency)
         q = self.design.quads
         self.spans.append(Span("matvec", stack, number, launches[0] + 1, launches[-1] + 1 + q))
         getattr(self, f"_after_{stack}")(number, launches[-1], results)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from tfra.synth.tools import run
 
-_MOST, _ENOUGH, _SEEDS = 12, 0.94, 100
+_MOST, _ENOUGH, _SEEDS = 8, 0.93, 100
 """Placements of a seed at most; the share of the aim that nextpnr expects of one that is good enough, since routing
 makes slow paths faster; how far apart the placements' seeds are, above the number of seeds."""
 _SETTINGS = ("router", "target_freq", "seed")

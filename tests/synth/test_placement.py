@@ -16,7 +16,7 @@ while [ $# -gt 0 ]; do
     case "$1" in --write) write=$2;; --seed) seed=$2;; esac
     shift
 done
-[ $seed = 903 ] && mhz=95.5 || mhz=90.$seed
+[ $seed = 603 ] && mhz=95.5 || mhz=90.$seed
 sleep 0.0$((seed % 7))
 [ $seed = FAILS ] && echo no room && exit 1
 echo "Info: Max frequency for clock 'clk': 12.5 MHz (FAIL at 100.00 MHz)"
@@ -41,16 +41,16 @@ def _place(folder: Path, monkeypatch: pytest.MonkeyPatch, mhz: float, fails: str
 
 @pytest.mark.parametrize("processors", [1, 2, 5, 16])
 @pytest.mark.parametrize(
-    ("mhz", "seed", "least"), [(95.0, "3", 1), (96.17, "403", 5), (101.0, "903", 10), (200.0, "903", 12)]
+    ("mhz", "seed", "least"), [(96.0, "3", 1), (97.2, "403", 5), (102.0, "603", 7), (200.0, "603", 8)]
 )
 def test_the_first_that_is_good_enough_or_the_best(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, processors: int, mhz: float, seed: str, least: int
 ) -> None:
-    """Of seeds 3, 103, 203 ... 90.3, 90.103, 90.203 ... MHz are expected, and 95.5 of seed 903."""
+    """Of seeds 3, 103, 203 ... 90.3, 90.103, 90.203 ... MHz are expected, and 95.5 of seed 603."""
     monkeypatch.setattr(os, "cpu_count", lambda: processors)
     assert _place(tmp_path, monkeypatch, mhz) == seed
     begun = len(list(tmp_path.glob("seed3.place*.log")))
-    assert least <= begun <= 12
+    assert least <= begun <= 8
     assert processors > 1 or begun <= least + 2  # the next one begins before it is told not to
 
 
@@ -63,7 +63,7 @@ def test_an_error_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     with pytest.raises(ToolError, match="no room"):
         _place(tmp_path, monkeypatch, 200.0, fails="103")
-    assert len(list(tmp_path.glob("*.log"))) < 12
+    assert len(list(tmp_path.glob("*.log"))) < 8
 
 
 def test_nothing_is_expected_without_a_clock() -> None:
