@@ -135,7 +135,7 @@ while [ $# -gt 0 ]; do
     shift
 done
 if [ "$write" ]; then
-    [ $seed = 202 ] && mhz=94.0 || mhz=93.9
+    [ $seed = 202 ] && mhz=93.0 || mhz=92.9
     echo "Info: Max frequency for clock 'clk': $mhz MHz (PASS at 100.00 MHz)"
     echo "Info: Max frequency for clock '"'$PACKER_GND_NET'"': 1234.5 MHz (PASS at 100.00 MHz)"
     exec sed s/SEED/$seed/ placed_sample.json > $write
