@@ -24,8 +24,8 @@ _RTLIL, _CELLS = "core.il", "cells.json"
 _CONSTRAINTS = "pins.lpf"
 _PATIENCE, _MARGIN, _LOWER, _AIMS = 100, 1.01, 0.985, 12
 """Rounds without progress after which nextpnr's router is stopped; its first aim as a share of what is asked for, since
-the last analysis finds paths up to a per cent slower than the router did; the next aim as a share of the one before, and
-how many there are."""
+the last analysis finds paths up to a per cent slower than the router did; the next aim as a share of the one before,
+and how many there are."""
 _YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
 
 
