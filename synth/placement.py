@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import re
+from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
 from pathlib import Path
 
 from tfra.synth.tools import run
@@ -34,15 +36,14 @@ def place(program: str, words: Sequence[str], directory: Path, seed: int, clock_
         return expected_mhz((directory / log).read_text(errors="replace")), file
 
     number, found = _MOST if several else 1, list[tuple[float, str]]()
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        turns = [pool.submit(once, turn) for turn in range(number)]
-        try:
-            for turn in turns:
-                found.append(turn.result())
-                if found[-1][0] >= _ENOUGH * clock_mhz:
-                    break
-        finally:
-            pool.shutdown(cancel_futures=True)
+    turns, processors = iter(range(number)), os.cpu_count() or 1
+    with ThreadPoolExecutor(processors) as pool:
+        running = deque(pool.submit(once, turn) for turn in islice(turns, processors))
+        while running:
+            found.append(running.popleft().result())
+            if found[-1][0] >= _ENOUGH * clock_mhz:
+                break
+            running.extend(pool.submit(once, turn) for turn in islice(turns, 1))
     _, best = max(found)
     for file in {f"placed{turn}.json" for turn in range(number)} - {best}:
         (directory / file).unlink(missing_ok=True)
