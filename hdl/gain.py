@@ -159,7 +159,7 @@ class Gain(wiring.Component):
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
         assert digits < self._turn
-        left, busy = Signal(count(digits)), Signal()
+        left, busy = Signal(count(digits)), Signal()  # busy: some are left, a register, since it enables long words
         m.d.sync += busy.eq(start | (busy & (left != 1)))
         with m.If(start):
             m.d.sync += left.eq(digits)

@@ -25,8 +25,9 @@ _CONSTANT = "$PACKER_"
 def place(program: str, words: Sequence[str], directory: Path, seed: int, clock_mhz: float, *, several: bool) -> str:
     """Place with nextpnr's options ``words``, once or ``several`` times, and return the file of the placed netlist.
 
-    Several end with the first of which nextpnr expects ``_ENOUGH`` of ``clock_mhz``, whatever comes first in time, so
-    that the number of processors changes nothing.  Raises :class:`tools.ToolError`.
+    Several end with the first of which nextpnr expects ``_ENOUGH`` of ``clock_mhz``; if none is, the best is taken.
+    First is meant in the order of seeds, not of time, so that the number of processors changes nothing.  Raises
+    :class:`tools.ToolError`.
     """
     words = [*words, "--freq", str(clock_mhz), "--no-route"]
 

