@@ -9,6 +9,7 @@ import json
 import re
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from tfra.codegen.sidecar import sidecar
 from tfra.codegen.verilog import Top, run_yosys, to_rtlil, with_free_collisions
@@ -51,6 +52,7 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
                 netlist = json.loads((fresh / "core.json").read_text())
                 absorb(netlist, design.name)
                 spread(netlist, design.name)
+                rename_wires(netlist["modules"][design.name])
                 (fresh / "core.json").write_text(json.dumps(netlist))
                 run_yosys(f"read_json core.json; write_verilog -noattr {design.name}.v", fresh)
             except RuntimeError as error:
@@ -60,6 +62,13 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
             (fresh / f"{design.name}.json").write_text(json.dumps(facts, indent=1) + "\n")
     facts = json.loads((place / f"{design.name}.json").read_text())
     return Netlist(place, design.name, facts, (place / "cells.v", *cell_models(family)))
+
+
+def rename_wires(module: dict[str, Any]) -> None:
+    """Other names for wires that are named as cells: nextpnr tells them apart, yosys does not."""
+    wires = module["netnames"]
+    for name in [name for name in wires if name in module["cells"]]:
+        wires[f"{name}.wire"] = wires.pop(name)
 
 
 def cells(family: str) -> str:

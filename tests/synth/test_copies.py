@@ -14,6 +14,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.verilog import run_yosys
+from tfra.sim.netlist import rename_wires
 from tfra.synth.census import lane_of
 from tfra.synth.copies import LANES, spread
 
@@ -75,6 +76,17 @@ def test_copies(tmp_path, number):
         if cell["type"] == "TRELLIS_FF" and name in before and (lane := lane_of(name)) is not None:
             enables.setdefault(cell["connections"]["CE"][0], set()).add(lane // LANES)
     assert sorted(enables.values(), key=min) == [{group} for group in range(groups)]
+
+
+def test_yosys_reads_copies_whose_wires_have_names_of_their_own(tmp_path):
+    netlist = made(3 * LANES, tmp_path)
+    spread(netlist, "top")
+    (tmp_path / "copies.json").write_text(json.dumps(netlist))
+    with pytest.raises(RuntimeError, match="count_id"):
+        run_yosys("read_json copies.json", tmp_path)
+    rename_wires(netlist["modules"]["top"])
+    (tmp_path / "copies.json").write_text(json.dumps(netlist))
+    run_yosys("read_json copies.json", tmp_path)
 
 
 def test_a_copy_that_drives_something_else_is_noticed(tmp_path):
