@@ -1,7 +1,8 @@
 // DP16KD of the ECP5: 2048 bytes of 9 bits behind two ports of 1, 2, 4, 9 or 18 bits, or, as a simple dual-port memory,
 // written 36 bits wide by port A and read by port B (36 bits come out on DOB and DOA).  Reads are synchronous; REGMODE
 // "OUTREG" puts an output register behind them.  A word that is read on one port while the other port writes it is X.
-// Chip selects other than "0b000", asynchronous resets and inverted controls are not modelled: they are fatal.
+// Chip selects other than "0b000" and inverted controls are not modelled: they are fatal, and so is a reset in the
+// asynchronous mode.
 module DP16KD (
   input
     DIA17, DIA16, DIA15, DIA14, DIA13, DIA12, DIA11, DIA10, DIA9, DIA8, DIA7, DIA6, DIA5, DIA4, DIA3, DIA2,
@@ -159,7 +160,7 @@ module DP16KD (
   initial begin
     if (!(known(DATA_WIDTH_A) || DATA_WIDTH_A == 36) || !(known(DATA_WIDTH_B) || DATA_WIDTH_B == 36 && DATA_WIDTH_A == 36))
       $fatal(1, "%m: DP16KD: widths %0d and %0d do not go together", DATA_WIDTH_A, DATA_WIDTH_B);
-    if (CSDECODE_A != "0b000" || CSDECODE_B != "0b000" || RESETMODE != "SYNC"
+    if (CSDECODE_A != "0b000" || CSDECODE_B != "0b000"
         || CEAMUX != "CEA" || OCEAMUX != "OCEA" || WEAMUX != "WEA" || RSTAMUX != "RSTA"
         || CEBMUX != "CEB" || OCEBMUX != "OCEB" || WEBMUX != "WEB" || RSTBMUX != "RSTB")
       $fatal(1, "%m: a mode of DP16KD that is not modelled");
@@ -169,4 +170,7 @@ module DP16KD (
         || WRITEMODE_B != "NORMAL" && WRITEMODE_B != "WRITETHROUGH" && WRITEMODE_B != "READBEFOREWRITE")
       $fatal(1, "%m: DP16KD: no such WRITEMODE");
   end
+  // The mode alone is not: yosys may choose either one for a memory that is never reset.
+  always @(posedge RSTA or posedge RSTB)
+    if (RESETMODE != "SYNC") $fatal(1, "%m: an asynchronous reset of DP16KD is not modelled");
 endmodule

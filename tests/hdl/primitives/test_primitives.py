@@ -139,14 +139,25 @@ def test_a_wrong_image_is_noticed(tmp_path: Path) -> None:
         ("DP16KD", ".DATA_WIDTH_B(36)"),
         ("DP16KD", '.REGMODE_B("REG")'),
         ("DP16KD", '.WRITEMODE_A("SOMEHOW")'),
-        ("DP16KD", '.RESETMODE("ASYNC")'),
         ("DP16KD", '.WEAMUX("INV")'),
     ],
 )
 def test_a_mode_without_a_model_is_fatal(cell: str, setting: str, tmp_path: Path) -> None:
-    (tmp_path / "tb.v").write_text(f"module tb; {cell} #({setting}) cell_ (); initial #9 $finish; endmodule")
-    files = [str(file) for file in cell_models("ecp5")]
-    subprocess.run(["iverilog", "-g2012", "-s", "tb", "-o", "tb.vvp", "tb.v", *files], cwd=tmp_path, check=True)
-    done = subprocess.run(["vvp", "-n", "tb.vvp"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = ended(f"{cell} #({setting}) cell_ ();", tmp_path)
     assert done.returncode == 1
     assert cell in done.stdout
+
+
+def test_an_asynchronous_reset_is_fatal_when_it_comes(tmp_path: Path) -> None:
+    for port in ("A", "B"):
+        for mode, resets, code in (("SYNC", 1, 0), ("ASYNC", 0, 0), ("ASYNC", 1, 1)):
+            line = f'reg r = 0; initial #1 r = {resets}; DP16KD #(.RESETMODE("{mode}")) cell_ (.RST{port}(r));'
+            assert ended(line, tmp_path).returncode == code
+
+
+def ended(line: str, place: Path) -> subprocess.CompletedProcess[str]:
+    """Icarus on a module of one ``line``."""
+    (place / "tb.v").write_text(f"module tb; {line} initial #9 $finish; endmodule")
+    files = [str(file) for file in cell_models("ecp5")]
+    subprocess.run(["iverilog", "-g2012", "-s", "tb", "-o", "tb.vvp", "tb.v", *files], cwd=place, check=True)
+    return subprocess.run(["vvp", "-n", "tb.vvp"], cwd=place, capture_output=True, text=True, check=False)
