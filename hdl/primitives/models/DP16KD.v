@@ -171,6 +171,8 @@ module DP16KD (
       $fatal(1, "%m: DP16KD: no such WRITEMODE");
   end
   // The mode alone is not: yosys may choose either one for a memory that is never reset.
-  always @(posedge RSTA or posedge RSTB)
-    if (RESETMODE != "SYNC") $fatal(1, "%m: an asynchronous reset of DP16KD is not modelled");
+  initial if (RESETMODE != "SYNC") begin
+    wait (RSTA === 1'b1 || RSTB === 1'b1);
+    $fatal(1, "%m: an asynchronous reset of DP16KD is not modelled");
+  end
 endmodule
