@@ -33,15 +33,15 @@ def estimate(
 ) -> None:
     """Estimate the forces under every taxel, the direction and the friction coefficient of every frame."""
     from tfra.codegen.config import load
-    from tfra.codegen.files import check_writable, write_npz
+    from tfra.codegen.files import check_archive, write_npz
     from tfra.codegen.framesfile import read_frames
 
     project = load(config)
     stresses = read_frames(frames, project.design.sensor)
-    check_writable(out, ".npz")
+    check_archive(out, "estimate", [config, frames])
     with progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
         arrays = _arrays(run(engine, project, stresses, frames, advance))
-    write_npz(out, arrays)
+    write_npz(out, arrays, "estimate")
     if json:
         print_json({"engine": engine.value, "out": str(out), **_summary(arrays)})
     else:

@@ -22,12 +22,12 @@ Out = Annotated[Path, typer.Option(metavar="FRAMES.npz", help="Where the frames 
 def frames(config: Config, out: Out, json: Json = False) -> None:
     """Simulate the contacts: one frame of taxel stresses per contact and direction, with its true forces."""
     from tfra.codegen.config import load
-    from tfra.codegen.files import check_writable, write_npz
+    from tfra.codegen.files import check_archive, write_npz
 
     project = load(config)
-    check_writable(out, ".npz")
+    check_archive(out, "frames", [config])
     stresses = simulated(project)
-    write_npz(out, {"frames": stresses, **references(project)})
+    write_npz(out, {"frames": stresses, **references(project)}, "frames")
     peak, full_scale = float(abs(stresses).max()), project.design.adc.full_scale
     if json:
         print_json({"frames": len(stresses), "peak_pa": peak, "full_scale_pa": full_scale, "out": str(out)})

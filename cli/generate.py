@@ -20,7 +20,7 @@ def generate(config: Config, out: Out, json: Json = False) -> None:
     project = load(config)
     check_core(project)
     with progress("generating the core"):
-        sidecar = write(project.design, out)
+        sidecar = write(project.design, out, [config])
     if json:
         print_json(sidecar)
     else:

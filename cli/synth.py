@@ -49,7 +49,7 @@ def synth(
     check_core(project)
     try:
         with stages() as say:
-            found = run(project.design, part, out, seeds, clock_mhz or part.clock_mhz, say)
+            found = run(project.design, part, out, seeds, clock_mhz or part.clock_mhz, say, [config])
     except ToolError as error:
         typer.echo(f"tfra synth: {error}", err=True)
         raise typer.Exit(1) from None

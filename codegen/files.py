@@ -1,125 +1,121 @@
-"""Output that is there completely or not at all."""
+"""Output that is there completely or not at all, and never in place of what this program did not write."""
 
 from __future__ import annotations
 
-import json
 import os
-import shutil
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from tfra.codegen.ownership import directory_objection, file_objection, seal_archive, seal_directory
+from tfra.codegen.staging import staged
 from tfra.model.errors import InputError
 
+_ADVICE = "move it away, or choose another place"
 
-@contextmanager
-def atomic_write(path: str | Path) -> Iterator[BinaryIO]:
-    """Open a temporary file beside ``path``, which takes its place when the block ends without an exception.
-
-    Raises ``InputError`` when the file can't be written or when something other than a file is in the way.
-    Keep only the writing inside the block: its ``OSError``s are told as trouble with ``path``.
-    """
-    target = Path(os.path.realpath(path))
-    temporary = _aside(target, "tmp")
-    try:
-        if target.exists() and not target.is_file():
-            raise InputError(path, "", "cannot be written: it is not a regular file")
-        with open(temporary, "xb") as stream:
-            yield stream
-        os.replace(temporary, target)
-    except OSError as error:
-        raise InputError(path, "", f"cannot be written: {error.strerror}") from None
-    finally:
-        with suppress(OSError):
-            temporary.unlink()
+Objection = Callable[[Path, str], str | None]
+"""Why what is at a path is not replaced by what a command writes."""
 
 
-def check_writable(path: str | Path, suffix: str) -> None:
-    """Raise ``InputError`` now if writing ``path`` would, or if its name does not end in ``suffix``.
+def check_archive(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """Raise ``InputError`` now if ``write_npz`` would, if the name does not end in .npz, or if it is one of ``inputs``.
 
     Worth knowing before a long computation.
     """
-    if Path(path).suffix != suffix:
-        raise InputError(path, "", f"the name of the output must end in {suffix}")
-    with suppress(_Rehearsal), atomic_write(path):
-        raise _Rehearsal
+    if Path(path).suffix != ".npz":
+        raise InputError(path, "", "the name of the output must end in .npz")
+    with _told(path):
+        target = _real(path)
+        if any(_is_same(target, file) for file in inputs):
+            raise InputError(path, "", "is not replaced: this command reads it: choose another place")
+        with staged(target, _check(path, file_objection, command)) as new:
+            new.touch()
+            raise _Rehearsal
+
+
+def write_npz(path: str | Path, arrays: Mapping[str, npt.NDArray[Any]], command: str) -> None:
+    """Write ``arrays`` as an uncompressed .npz; equal arrays give equal bytes (no dates, no pickles).
+
+    ``path`` may be missing, empty, or what the same ``command`` wrote, as it wrote it.  Anything else is left alone.
+    Raises ``InputError`` then, and when the file can't be written.
+    """
+    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
+        with open(new, "xb") as stream:
+            np.savez(stream, allow_pickle=False, **dict(arrays))
+        seal_archive(new, command)
+
+
+@contextmanager
+def output_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> Iterator[Path]:
+    """Make an empty directory, which takes the place of ``path`` when the block ends without an exception.
+
+    ``path`` may be missing, empty, or what the same ``command`` wrote, as it wrote it.  Anything else is left alone,
+    and so is a directory with one of ``inputs``, the current one, the home directory, and those above them.  Raises
+    ``InputError`` then, and when the directory can't be written.
+    """
+    with _told(path):
+        target = _real(path)
+        if os.path.lexists(target):
+            _check_place(path, target, inputs)
+        with staged(target, _check(path, directory_objection, command)) as new:
+            new.mkdir()
+            yield new
+            seal_directory(new, command)
+
+
+def _check(path: str | Path, objection: Objection, command: str) -> Callable[[Path], None]:
+    def check(place: Path) -> None:
+        if reason := objection(place, command):
+            raise InputError(path, "", f"is not replaced: {reason}: {_ADVICE}")
+
+    return check
+
+
+def _check_place(path: str | Path, target: Path, inputs: Sequence[Path]) -> None:
+    needed = {"the current directory": _current(), "the home directory": _home()}
+    needed |= {f"{file}, which this command reads": _real(file) for file in inputs}
+    for what, place in needed.items():
+        if place is not None and target in (place, *place.parents):
+            relation = "is" if place == target else "holds"
+            raise InputError(path, "", f"is not replaced: it {relation} {what}: choose another place")
 
 
 class _Rehearsal(Exception):
     pass
 
 
-def write_npz(path: str | Path, arrays: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Write ``arrays`` as an uncompressed .npz; equal arrays give equal bytes (no dates, no pickles).
-
-    Raises ``InputError`` as ``atomic_write``.
-    """
-    with atomic_write(path) as stream:
-        np.savez(stream, allow_pickle=False, **dict(arrays))
-
-
 @contextmanager
-def atomic_directory(path: str | Path, sidecar: str) -> Iterator[Path]:
-    """Make an empty directory beside ``path``, which takes its place when the block ends without exception.
-
-    ``path`` may be missing, empty, or an earlier output: a directory with the JSON object ``sidecar`` whose
-    ``"generator"`` starts with ``tfra``.  Anything else is left alone.  Raises ``InputError`` then, when the
-    directory can't be written, and ``ValueError`` when the block did not write such a sidecar itself.
-    """
-    target = Path(os.path.realpath(path))
-    _check_replaceable(path, target, sidecar)
-    fresh = _aside(target, "tmp")
+def _told(path: str | Path) -> Iterator[None]:
+    """Tell an ``OSError`` as trouble with ``path``."""
     try:
-        fresh.mkdir()
-        yield fresh
-        if not _is_generated(fresh, sidecar):
-            raise ValueError(f"{sidecar}: the sidecar with its generator is missing")
-        _swap(fresh, target)
+        yield
+    except _Rehearsal:
+        pass
     except OSError as error:
-        raise InputError(path, "", f"cannot be written: {error.strerror}") from None
-    finally:
-        shutil.rmtree(fresh, ignore_errors=True)
+        raise InputError(path, "", f"cannot be written: {error.strerror or error}") from None
 
 
-def _aside(target: Path, kind: str) -> Path:
-    return target.with_name(f".{target.name}.{os.getpid()}.{kind}")
+def _real(path: str | Path) -> Path:
+    return Path(os.path.realpath(path))
 
 
-def _check_replaceable(path: str | Path, target: Path, sidecar: str) -> None:
+def _is_same(target: Path, file: Path) -> bool:
+    return target == _real(file) or (target.exists() and file.exists() and target.samefile(file))
+
+
+def _current() -> Path | None:
     try:
-        if not target.exists():
-            return
-        if not target.is_dir():
-            raise InputError(path, "", "cannot be replaced: it is not a directory")
-        if any(target.iterdir()) and not _is_generated(target, sidecar):
-            reason = f"is not replaced: it is not empty and holds no {sidecar} written by tfra"
-            raise InputError(path, "", reason)
-    except OSError as error:
-        raise InputError(path, "", f"cannot be read: {error.strerror}") from None
+        return Path.cwd().resolve()
+    except OSError:  # it has been removed
+        return None
 
 
-def _is_generated(directory: Path, sidecar: str) -> bool:
+def _home() -> Path | None:
     try:
-        content = json.loads((directory / sidecar).read_bytes())
-    except (OSError, ValueError):
-        return False
-    return isinstance(content, dict) and str(content.get("generator", "")).startswith("tfra")
-
-
-def _swap(fresh: Path, target: Path) -> None:
-    """Put ``fresh`` in place of ``target``; the old content returns if that fails."""
-    if not target.exists():
-        os.rename(fresh, target)
-        return
-    old = _aside(target, "old")
-    os.rename(target, old)
-    try:
-        os.rename(fresh, target)
-    except OSError:
-        os.rename(old, target)
-        raise
-    shutil.rmtree(old, ignore_errors=True)
+        return Path.home().resolve()
+    except RuntimeError:  # nobody's
+        return None

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tfra.codegen.files import atomic_directory
+from tfra.codegen.files import output_directory
 from tfra.codegen.images import LOAD, lane_images
 from tfra.codegen.memories import extract
 from tfra.codegen.sidecar import sidecar
@@ -16,8 +17,8 @@ from tfra.hdl.cores import loaded
 from tfra.model.design import Design
 
 
-def generate(design: Design, directory: Path) -> dict[str, Any]:
-    """Write everything of ``design`` into ``directory`` and return the sidecar.
+def generate(design: Design, directory: Path, inputs: Sequence[Path] = ()) -> dict[str, Any]:
+    """Write everything of ``design``, which comes from the files ``inputs``, into ``directory`` and return the sidecar.
 
     ``NAME.v`` is complete in itself, or with ``images = "readmemh"`` reads the memories' contents from the ``.hex``
     files beside it, which the sidecar lists; tools look for these in the directory they work in.
@@ -28,21 +29,26 @@ def generate(design: Design, directory: Path) -> dict[str, Any]:
     Raises ``ValueError`` for formats that can overflow or a serial core that is too large, and ``InputError`` for a
     directory that can't be written; either leaves the directory as it was.
     """
+    with output_directory(directory, "generate", inputs) as fresh:
+        facts, texts = _content(design)
+        for name, text in texts.items():
+            (fresh / name).parent.mkdir(exist_ok=True)
+            (fresh / name).write_text(text)
+    return facts
+
+
+def _content(design: Design) -> tuple[dict[str, Any], dict[str, str]]:
+    """The sidecar, and the text of every file by its name."""
     verilog = to_verilog(design)
     verilog, images = extract(verilog) if design.images == "readmemh" else (verilog, [])
     facts = sidecar(design) | {"images": [image.facts for image in images]}
-    texts = {
+    return facts, {
         f"{design.name}.v": verilog,
         **{image.file: hex_words(image.words, image.bits) for image in images},
         f"{design.name}.json": json.dumps(facts, indent=1) + "\n",
         **{f"coefficients/{name}": text for name, text in coefficient_files(design).items()},
         **{f"testbench/{name}": text for name, text in testbench(design, facts["interval_cycles"]).items()},
     }
-    with atomic_directory(directory, f"{design.name}.json") as fresh:
-        for name, text in texts.items():
-            (fresh / name).parent.mkdir(exist_ok=True)
-            (fresh / name).write_text(text)
-    return facts
 
 
 def coefficient_files(design: Design) -> dict[str, str]:

@@ -12,7 +12,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from tfra.codegen.files import atomic_directory
+from tfra.codegen.files import output_directory
+from tfra.codegen.ownership import MANIFEST
 from tfra.paper import page, tables
 from tfra.paper.fig2 import fig2
 from tfra.paper.fig4 import fig4
@@ -38,29 +39,34 @@ def report(
 ) -> dict[str, Any]:
     """Write the report to the directory ``out`` and return what its ``paper.json`` says.
 
-    Two runs write the same bytes, except for the times in ``fig9.*``.  Raises ``InputError`` as ``atomic_directory``.
+    Two runs write the same bytes, except for the times in ``fig9.*``.  Raises ``InputError`` as ``output_directory``.
     """
     versions = {"Python": platform.python_version()}
     versions |= {name: version(name) for name in ("tfra", "numpy", "scipy", "matplotlib")}
-    with atomic_directory(out, SIDECAR) as folder, looks():
-        contacts = setups()
-        made = []
-        for name, setup in zip(("table1", "table2"), contacts, strict=True):
-            made.append(tables.make(name, setup))
-            _write_table(made[-1], folder)
-            advance(1)
-        pictures = []
-        for picture in _pictures():
-            write(picture, folder)
-            pictures.append(picture)
-            advance(1)
-        timing = fig9(contacts, repeats, advance)
-        write(timing, folder)
-        (folder / "fig9.html").write_text(page.alone(folder, timing, versions), encoding="utf-8")
-        (folder / "index.html").write_text(page.index(folder, made, pictures, versions), encoding="utf-8")
-        summary = _summary(made, versions, sorted(path.name for path in folder.iterdir()))
+    with output_directory(out, "paper") as folder, looks():
+        summary = _fill(folder, versions, repeats, advance)
         (folder / SIDECAR).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
     return summary
+
+
+def _fill(folder: Path, versions: dict[str, str], repeats: int, advance: Callable[[int], None]) -> dict[str, Any]:
+    """Write every table, figure and page into ``folder``, and return their summary."""
+    contacts = setups()
+    made = []
+    for name, setup in zip(("table1", "table2"), contacts, strict=True):
+        made.append(tables.make(name, setup))
+        _write_table(made[-1], folder)
+        advance(1)
+    pictures = []
+    for picture in _pictures():
+        write(picture, folder)
+        pictures.append(picture)
+        advance(1)
+    timing = fig9(contacts, repeats, advance)
+    write(timing, folder)
+    (folder / "fig9.html").write_text(page.alone(folder, timing, versions), encoding="utf-8")
+    (folder / "index.html").write_text(page.index(folder, made, pictures, versions), encoding="utf-8")
+    return _summary(made, versions, sorted(path.name for path in folder.iterdir()))
 
 
 def _pictures() -> Iterator[Picture]:
@@ -90,7 +96,7 @@ def _summary(made: Sequence[tables.Table], versions: dict[str, str], files: list
         "generator": f"tfra {version('tfra')}",
         "doi": "10.1016/j.mechatronics.2023.103070",
         "largest_errors_percent": rounded,
-        "not_reproducible": ["fig9.csv", "fig9.html", "fig9.png", "fig9.svg"],
+        "not_reproducible": ["fig9.csv", "fig9.html", "fig9.png", "fig9.svg", MANIFEST],  # which has their hashes
         "versions": versions,
         "files": files,
     }

@@ -11,6 +11,7 @@ import pytest
 
 from tests.cli.test_cli import refusal
 from tfra.cli.main import main
+from tfra.codegen.ownership import MANIFEST
 from tfra.synth import run as flow
 from tfra.synth.flow import CriticalPath, Route, Synthesis
 from tfra.synth.targets import TARGETS, Target, find
@@ -133,8 +134,8 @@ def test_wrong_targets_and_folders(folder: Path, capfd: pytest.CaptureFixture[st
     assert said.endswith("is needed, got 'ecp5'")
     Path("taken").mkdir()
     Path("taken/mine").write_text("")
-    reason = "is not replaced: it is not empty and holds no report.json written by tfra"
-    assert refusal(capfd, *SYNTH[:-1], "taken") == f"taken: {reason}"
+    reason = f"is not replaced: it holds mine, and no {MANIFEST} that says tfra wrote it: move it away, "
+    assert refusal(capfd, *SYNTH[:-1], "taken") == f"taken: {reason}or choose another place"
     assert "Invalid value for '--seeds'" in refusal(capfd, *SYNTH, "--seeds", "0")
     assert refusal(capfd, "synth", "none.toml", *SYNTH[2:]) == "none.toml: cannot be read: No such file or directory"
 

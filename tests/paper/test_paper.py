@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from tfra.cli.main import main
+from tfra.codegen.ownership import MANIFEST
 from tfra.model.contact import Contact
 from tfra.model.sensor import SensorArray
 from tfra.paper.picture import rounded, to_csv
@@ -73,7 +74,8 @@ def published(folder: Path, table: str) -> None:
 def test_files(folder: Path) -> None:
     figures = {f"{name}.{kind}" for name in FIGURES for kind in ("csv", "png", "svg")}
     tables = {f"{name}{part}.csv" for name in SOURCES for part in ("", "_maxima")}
-    assert {path.name for path in folder.iterdir()} == figures | tables | {"fig9.html", "index.html", "paper.json"}
+    rest = {"fig9.html", "index.html", "paper.json", MANIFEST}
+    assert {path.name for path in folder.iterdir()} == figures | tables | rest
     assert json.loads((folder / "paper.json").read_text())["generator"].startswith("tfra ")
 
 
@@ -205,8 +207,8 @@ def test_two_runs_write_the_same_bytes(
 def test_a_foreign_directory_is_left_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "precious.txt").write_text("mine")
     assert main(["paper", "--out", str(tmp_path)]) == 2
-    line = f"{tmp_path}: is not replaced: it is not empty and holds no paper.json written by tfra\n"
-    assert capsys.readouterr().err == line
+    line = f"{tmp_path}: is not replaced: it holds precious.txt, and no {MANIFEST} that says tfra wrote it: "
+    assert capsys.readouterr().err == line + "move it away, or choose another place\n"
     assert [path.name for path in tmp_path.iterdir()] == ["precious.txt"]
 
 

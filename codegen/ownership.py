@@ -1,0 +1,173 @@
+"""What this program wrote, and whether it has stayed as it was written.
+
+A directory holds a manifest with the hash of every file, an archive (.npz) a seal behind its last byte.  Only what
+they vouch for is ever replaced or removed; all else belongs to somebody.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import BinaryIO
+
+MANIFEST = "tfra-manifest.json"
+
+_COUNT = struct.Struct("<H")
+"""The last field of a zip archive: the length of the comment that follows."""
+
+_SEAL = re.compile(rb"(?s)..tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})\Z")
+
+_SEAL_LONGEST = 256
+"""Bytes at the end of an archive in which its seal is looked for."""
+
+_CHUNK = 1 << 20
+
+
+def seal_directory(directory: Path, command: str) -> None:
+    """Write the manifest of all that ``command`` has put into ``directory``."""
+    files = {name: _digest(directory / name) for name, folder in _entries(directory) if not folder}
+    content = {"generator": f"tfra {version('tfra')}", "command": command, "sha256": files}
+    (directory / MANIFEST).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+def seal_archive(path: Path, command: str) -> None:
+    """Append to the zip archive at ``path``, which has no comment, one with the hash of everything before it."""
+    with open(path, "r+b") as stream:
+        length = stream.seek(0, os.SEEK_END) - _COUNT.size
+        comment = f"tfra {version('tfra')} {command} sha256:{_digest_of(stream, length)}".encode()
+        stream.seek(length)
+        stream.write(_COUNT.pack(len(comment)) + comment)
+
+
+def directory_objection(directory: Path, command: str | None = None) -> str | None:
+    """Say why what is at ``directory`` must stay; None if it is empty, or as ``command`` (None: any) wrote it.
+
+    Raises ``OSError`` when that can't be read.
+    """
+    if directory.is_symlink() or not directory.is_dir():
+        return "it is not a directory"
+    if not any(directory.iterdir()):
+        return None
+    manifest = _manifest(directory)
+    if manifest is None:
+        first = min(path.name for path in directory.iterdir())
+        return f"it holds {first}, and no {MANIFEST} that says tfra wrote it"
+    if command not in (None, manifest.command):
+        return f"tfra {manifest.command} wrote it, not tfra {command}"
+    return _difference(directory, manifest.files)
+
+
+def file_objection(file: Path, command: str | None = None) -> str | None:
+    """The same of an archive."""
+    if not _is_regular(file):
+        return "it is not a regular file"
+    with open(file, "rb") as stream:
+        length = stream.seek(0, os.SEEK_END)
+        if not length:
+            return None
+        stream.seek(max(0, length - _SEAL_LONGEST))
+        seal = _SEAL.search(stream.read())
+        if not seal:
+            return "tfra did not write it"
+        if command not in (None, seal[1].decode()):
+            return f"tfra {seal[1].decode()} wrote it, not tfra {command}"
+        counted = _COUNT.unpack_from(seal[0])[0] == len(seal[0]) - _COUNT.size
+        unchanged = counted and _digest_of(stream, length - len(seal[0])) == seal[2].decode()
+    return None if unchanged else "it has changed since tfra wrote it"
+
+
+def discard(place: Path) -> bool:
+    """Remove what this program wrote at ``place`` and what is empty; True if nothing is left."""
+    if not os.path.lexists(place):
+        return True
+    if place.is_dir() and not place.is_symlink():
+        _discard_directory(place)
+    elif file_objection(place) is None:
+        place.unlink()
+    return not os.path.lexists(place)
+
+
+def _discard_directory(directory: Path) -> None:
+    """Remove the files of the manifest that are as they were, then the manifest, then empty directories."""
+    manifest = _manifest(directory)
+    if manifest is not None:
+        for name, digest in manifest.files.items():
+            if _is_regular(file := directory / name) and _digest(file) == digest:
+                file.unlink()
+        if [name for name, folder in _entries(directory) if not folder] == [MANIFEST]:
+            (directory / MANIFEST).unlink()
+    for root, _, _ in os.walk(directory, topdown=False):
+        if not os.listdir(root):
+            os.rmdir(root)
+
+
+def _difference(directory: Path, files: dict[str, str]) -> str | None:
+    """Say what in ``directory`` is not as the manifest's ``files`` have it; missing files don't matter."""
+    folders = {str(parent) for name in files for parent in Path(name).parents}
+    for name, folder in _entries(directory):
+        if name in folders if folder else name == MANIFEST and _is_regular(directory / name):
+            continue
+        if folder or name not in files or not _is_regular(directory / name):
+            return f"it holds {name}, which tfra did not write"
+        if _digest(directory / name) != files[name]:
+            return f"{name} in it has changed since tfra wrote it"
+    return None
+
+
+@dataclass(frozen=True)
+class _Manifest:
+    command: str
+    files: dict[str, str]
+    """SHA-256 by name."""
+
+
+def _manifest(directory: Path) -> _Manifest | None:
+    """Return the manifest in ``directory``, or None where there is none that this program could have written."""
+    if not _is_regular(directory / MANIFEST):
+        return None
+    try:
+        content = json.loads((directory / MANIFEST).read_bytes())
+        generator, command, files = (content[key] for key in ("generator", "command", "sha256"))
+        names = all(isinstance(text, str) for pair in files.items() for text in pair)
+        inside = all(not {"..", "/"} & set(Path(name).parts) and name != MANIFEST for name in files)
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
+        return None
+    known = isinstance(generator, str) and generator.startswith("tfra ") and isinstance(command, str)
+    return _Manifest(command, files) if known and names and inside else None
+
+
+def _entries(directory: Path, below: str = "") -> Iterator[tuple[str, bool]]:
+    """Yield the name of everything in ``directory``, relative to it, and whether it is a directory itself."""
+    with os.scandir(directory) as found:
+        entries = sorted(found, key=lambda entry: entry.name)
+    for entry in entries:
+        folder = entry.is_dir(follow_symlinks=False)
+        yield below + entry.name, folder
+        if folder:
+            yield from _entries(directory / entry.name, f"{below}{entry.name}/")
+
+
+def _is_regular(path: Path) -> bool:
+    return path.is_file() and not path.is_symlink()
+
+
+def _digest(file: Path) -> str:
+    with open(file, "rb") as stream:
+        return _digest_of(stream, os.fstat(stream.fileno()).st_size)
+
+
+def _digest_of(stream: BinaryIO, length: int) -> str:
+    """SHA-256 of the first ``length`` bytes."""
+    hashed = hashlib.sha256()
+    stream.seek(0)
+    while length > 0 and (chunk := stream.read(min(length, _CHUNK))):
+        hashed.update(chunk)
+        length -= len(chunk)
+    return hashed.hexdigest()
