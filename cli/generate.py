@@ -16,11 +16,16 @@ def generate(config: Config, out: Out, json: Json = False) -> None:
     """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them."""
     from tfra.codegen.config import load
     from tfra.codegen.generate import generate as write
+    from tfra.codegen.processes import ToolError
 
     project = load(config)
     check_core(project)
-    with progress("generating the core"):
-        sidecar = write(project.design, out, [config])
+    try:
+        with progress("generating the core"):
+            sidecar = write(project.design, out, [config])
+    except ToolError as error:
+        typer.echo(f"tfra generate: {error}", err=True)
+        raise typer.Exit(1) from None
     if json:
         print_json(sidecar)
     else:

@@ -18,6 +18,7 @@ from tfra.cli.paper import paper
 from tfra.cli.size import size
 from tfra.cli.synth import synth
 from tfra.cli.verify import verify
+from tfra.codegen.processes import Stopped, stoppable
 from tfra.model.errors import InputError
 
 EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
@@ -86,7 +87,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line (``sys.argv`` by default) and return its exit code."""
     warnings.showwarning = lambda message, *_: print(message, file=sys.stderr)
     try:
-        return app(arguments, prog_name="tfra", standalone_mode=False) or 0
+        with stoppable():
+            return app(arguments, prog_name="tfra", standalone_mode=False) or 0
+    except Stopped as stopped:
+        return stopped.exit_code
     except InputError as error:
         message = str(error)
     except typer.TyperException as error:

@@ -40,9 +40,9 @@ def synth(
 ) -> None:
     """Synthesise, place and route the core: resources, frequency, critical path, frames per second."""
     from tfra.codegen.config import load
+    from tfra.codegen.processes import ToolError
     from tfra.synth.report import render
     from tfra.synth.run import run
-    from tfra.synth.tools import ToolError
 
     part = find_target(target)
     project = load(config)

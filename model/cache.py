@@ -1,11 +1,120 @@
-"""Where results that take long are kept between runs."""
+"""Results that take long are kept between runs: each in a file that tells by a hash whether it is as it was written."""
 
 from __future__ import annotations
 
+import atexit
+import errno
+import hashlib
+import json
 import os
+import stat
+import warnings
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, suppress
+from functools import cache
 from pathlib import Path
+
+from tfra.model.errors import InputError
+from tfra.model.scratch import discard, locked, part, scratch, sweep, temporary, writing
+
+Files = Mapping[str, bytes]
+"""Contents by name."""
+
+_HASH = hashlib.sha256().digest_size
 
 
 def cache_directory(chosen: str | Path | None = None) -> Path:
-    """Return ``chosen``, else the directory in the variable ``TFRA_CACHE``, else ``~/.cache/tfra``; absolute."""
-    return Path(chosen or os.environ.get("TFRA_CACHE") or Path.home() / ".cache" / "tfra").absolute()
+    """Return ``chosen``, else the directory in the variable ``TFRA_CACHE``, else ``~/.cache/tfra``; it is there.
+
+    Where the last can't be used, a warning says so and a private one takes its place until this process ends.  Raises
+    ``InputError`` where one that was named can't be used.
+    """
+    named = chosen or os.environ.get("TFRA_CACHE")
+    try:
+        place = Path(named).absolute() if named else Path.home() / ".cache" / "tfra"
+        _prepare(place)
+    except (OSError, RuntimeError) as error:  # the latter where there is no home
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        if not named:
+            return _private(f"no cache in ~/.cache/tfra, nothing is kept between runs: {reason}")
+        raise InputError("" if chosen else "TFRA_CACHE", str(named), f"cannot be used as cache: {reason}") from None
+    return place
+
+
+def _prepare(place: Path) -> None:
+    """Make ``place`` if it is missing; raises ``OSError`` where nothing can be written."""
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR)) from None
+    if not os.access(place, os.R_OK | os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, "it cannot be written")
+
+
+@cache
+def _private(warning: str) -> Path:
+    warnings.warn(warning, stacklevel=3)
+    stack = ExitStack()
+    atexit.register(stack.close)
+    return stack.enter_context(scratch(temporary()))
+
+
+def kept(place: Path, make: Callable[[], Files]) -> dict[str, bytes]:
+    """Return the files of the entry ``place`` of a cache, from ``make`` if it is missing or damaged in any way.
+
+    Of several processes that want the same entry at once, one makes it and the others wait.  Nobody works inside an
+    entry, so that replacing it takes nothing away from anyone.
+    """
+    if (found := _read(place)) is not None:
+        return found
+    folder = place.parent
+    with writing(folder):
+        sweep(folder)
+        with locked(folder, place.name):
+            if (found := _read(place)) is not None:
+                return found
+            files = dict(make())
+            _write(place, files)
+    return files
+
+
+def _write(place: Path, files: Files) -> None:
+    """Make ``files`` the entry ``place``; where that can't be, a warning says why."""
+    manifest = json.dumps({name: len(content) for name, content in files.items()})
+    body = b"".join([manifest.encode(), b"\n", *files.values()])
+    fresh = part(place.parent, place.name)
+    try:
+        discard(fresh)
+        fresh.write_bytes(_hash(place, body) + body)
+        discard(place)
+        os.replace(fresh, place)
+    except OSError as error:
+        warnings.warn(f"{place}: not kept for the next run: {error.strerror}", stacklevel=2)
+        with suppress(OSError):
+            discard(fresh)
+
+
+def _read(place: Path) -> dict[str, bytes] | None:
+    """Return the files of the entry ``place``, or None if it is not exactly what was written."""
+    try:
+        if not stat.S_ISREG(place.lstat().st_mode):
+            return None
+        content = place.read_bytes()
+    except (OSError, MemoryError):
+        return None
+    body = memoryview(content)[_HASH:]
+    if content[:_HASH] != _hash(place, body):
+        return None
+    start = content.index(b"\n", _HASH) + 1
+    files = {}
+    for name, length in json.loads(content[_HASH:start]).items():
+        files[name] = content[start : start + length]
+        start += length
+    return files
+
+
+def _hash(place: Path, body: bytes | memoryview) -> bytes:
+    """Hash of an entry's name and content: a whole entry under another's name is wrong, too."""
+    hashed = hashlib.sha256(place.name.encode() + b"\n")
+    hashed.update(body)
+    return hashed.digest()

@@ -28,8 +28,6 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import os
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -40,7 +38,7 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
 from tfra.model import contact as contact_module
-from tfra.model.cache import cache_directory
+from tfra.model.cache import cache_directory, kept
 from tfra.model.contact import Contact
 from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import Ints
@@ -307,19 +305,8 @@ def _along(values: Floats, x: Floats, y: Floats, z: Floats) -> Floats:
 def _cached(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: float) -> Floats:
     """``response`` from the disk, or computed and stored there."""
     path = _cache_path(sensor, contact, mesh, poisson)
-    try:
-        with np.load(path) as stored:
-            found = np.asarray(stored["response"], dtype=np.float64)
-        if found.shape == (3, sensor.rows, sensor.columns):
-            return found
-    except Exception:
-        pass  # missing, or damaged in whatever way: the archive has a checksum, and computing again mends all
-    found = response(sensor, contact, mesh, poisson)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as file:
-        np.savez(file, response=found)
-    os.replace(file.name, path)
-    return found
+    files = kept(path, lambda: {"response": response(sensor, contact, mesh, poisson).tobytes()})
+    return np.frombuffer(files["response"]).reshape(3, sensor.rows, sensor.columns)
 
 
 def _cache_path(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: float) -> Path:
@@ -328,4 +315,4 @@ def _cache_path(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: floa
     digest = hashlib.sha256(json.dumps(inputs, sort_keys=True).encode())
     for source in (__file__, contact_module.__file__):
         digest.update(Path(str(source)).read_bytes())
-    return cache_directory() / "fem" / f"{digest.hexdigest()}.npz"
+    return cache_directory() / f"fem-{digest.hexdigest()}"

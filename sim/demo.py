@@ -19,6 +19,7 @@ from rich.box import SIMPLE
 from rich.console import Console
 from rich.table import Table
 
+from tfra.codegen.processes import Stopped, stoppable
 from tfra.model.errors import InputError
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
@@ -154,6 +155,14 @@ def passed(sensor: Sensor) -> bool:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the demonstration and return its exit code."""
+    try:
+        with stoppable():
+            return _show(arguments)
+    except Stopped as stopped:
+        return stopped.exit_code
+
+
+def _show(arguments: Sequence[str] | None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tfra.sim.demo", description=__doc__)
     parser.add_argument("--simulator", help="verilator, icarus or amaranth; default: the fastest installed")
     parser.add_argument("--examples", type=Path, default=EXAMPLES, help="directory of the example CONFIG files")

@@ -1,12 +1,13 @@
 """``python -m tfra.sim.launch``: cocotb's runner in a process of its own, with an environment made for it.
 
 The runner changes ``os.environ``, reads pytest's variables and ends in ``SystemExit``; none of that may happen to
-the program that wants a simulation.  Arguments: ``build|test SIMULATOR TOP BUILD_DIR``, then the sources to build or
-the directory to run in.
+the program that wants a simulation.  Arguments: ``build|test SIMULATOR TOP``, then the sources to build.  All happens
+in the directory that it is started in.
 """
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -18,14 +19,24 @@ BUILD_ARGUMENTS: dict[str, list[str]] = {"icarus": [], "verilator": ["-Wno-fatal
 
 
 def main(arguments: list[str]) -> int:
-    """Build or run; a failure is an exception or a ``SystemExit`` of cocotb's."""
-    action, simulator, top, build_dir, *rest = arguments
-    runner = get_runner(simulator)
+    """Build or run, and return the exit code: 1, or 128 and the signal that ended a program."""
+    action, simulator, top, *sources = arguments
+    try:
+        _carry_out(action, simulator, top, [Path(source) for source in sources])
+    except RuntimeError as error:  # what cocotb's runner says of a program that failed
+        print(error, file=sys.stderr)
+        signal = re.search(r"return code: -(\d+)", str(error))
+        return 128 + int(signal[1]) if signal else 1
+    return 0
+
+
+def _carry_out(action: str, simulator: str, top: str, sources: list[Path]) -> None:
+    runner, here = get_runner(simulator), Path.cwd()
     if action == "build":
         runner.build(
-            sources=[VerilatorControlFile(file) if file.suffix == ".vlt" else file for file in map(Path, rest)],
+            sources=[VerilatorControlFile(file) if file.suffix == ".vlt" else file for file in sources],
             hdl_toplevel=top,
-            build_dir=build_dir,
+            build_dir=here,
             build_args=BUILD_ARGUMENTS[simulator],
             timescale=TIMESCALE,
             always=True,
@@ -35,10 +46,9 @@ def main(arguments: list[str]) -> int:
             test_module="tfra.sim.testbench",
             hdl_toplevel=top,
             hdl_toplevel_lang="verilog",
-            build_dir=build_dir,
-            test_dir=rest[0],
+            build_dir=here,
+            test_dir=here,
         )
-    return 0
 
 
 if __name__ == "__main__":

@@ -11,13 +11,16 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from tfra.codegen.processes import ToolError
 from tfra.codegen.sidecar import sidecar
 from tfra.codegen.verilog import Top, run_yosys, to_rtlil, with_free_collisions
 from tfra.hdl.primitives import cell_models
+from tfra.model.cache import Files, kept
 from tfra.model.design import Design
 from tfra.model.errors import InputError
+from tfra.model.scratch import scratch, temporary
 from tfra.sim import tools
-from tfra.sim.run import Netlist, SimulationError, digest, once, sources_hash
+from tfra.sim.run import Netlist, SimulationError, digest, sources, texts
 from tfra.synth.copies import spread
 from tfra.synth.registers import absorb
 
@@ -42,26 +45,34 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
     if design.target not in ("portable", family):
         raise InputError("netlist", family, f"the design's target is {design.target}")
     command = FAMILIES[family]
-    key = digest(repr(design), command, cells(family), sources_hash(), tools.versions())
-    place = cache / "netlists" / f"{design.name}-{family}-{key}"
-    with once(place) as fresh:
-        if fresh:
-            (fresh / "core.il").write_text(with_free_collisions(to_rtlil(Top(design), design.name)))
-            try:
-                run_yosys(f"read_rtlil core.il; {command} -top {design.name}; write_json core.json", fresh)
-                netlist = json.loads((fresh / "core.json").read_text())
-                absorb(netlist, design.name)
-                spread(netlist, design.name)
-                rename_wires(netlist["modules"][design.name])
-                (fresh / "core.json").write_text(json.dumps(netlist))
-                run_yosys(f"read_json core.json; write_verilog -noattr {design.name}.v", fresh)
-            except RuntimeError as error:
-                raise SimulationError(f"synthesis for {family}: {error}") from None
-            (fresh / "cells.v").write_text(cells(family))
-            facts = sidecar(design) | {"probes": []}  # synthesis leaves no signal between blocks by its name
-            (fresh / f"{design.name}.json").write_text(json.dumps(facts, indent=1) + "\n")
-    facts = json.loads((place / f"{design.name}.json").read_text())
-    return Netlist(place, design.name, facts, (place / "cells.v", *cell_models(family)))
+    key = digest(repr(design), command, cells(family), tools.versions(), *texts(gate_sources()))
+    files = kept(cache / f"gates-{design.name}-{family}-{key}", lambda: _synthesise(design, family))
+    facts = sidecar(design) | {"probes": []}  # synthesis leaves no signal between blocks by its name
+    models = (cells(family), *texts(cell_models(family)))
+    return Netlist(design.name, files["gates.v"].decode(), facts, models=models)
+
+
+def gate_sources() -> list[Path]:
+    """Every file of this program that decides about the gates."""
+    from tfra import codegen, hdl, model, synth
+
+    return [*sources(codegen, hdl, model, synth), Path(__file__)]
+
+
+def _synthesise(design: Design, family: str) -> Files:
+    with scratch(temporary()) as place:
+        (place / "core.il").write_text(with_free_collisions(to_rtlil(Top(design), design.name)))
+        try:
+            run_yosys(f"read_rtlil core.il; {FAMILIES[family]} -top {design.name}; write_json core.json", place)
+            netlist = json.loads((place / "core.json").read_text())
+            absorb(netlist, design.name)
+            spread(netlist, design.name)
+            rename_wires(netlist["modules"][design.name])
+            (place / "core.json").write_text(json.dumps(netlist))
+            run_yosys("read_json core.json; write_verilog -noattr gates.v", place)
+        except ToolError as error:
+            raise SimulationError(f"synthesis for {family}: {error}") from None
+        return {"gates.v": (place / "gates.v").read_bytes()}
 
 
 def rename_wires(module: dict[str, Any]) -> None:

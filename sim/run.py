@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
-import os
-import shutil
-import subprocess
 import sys
-import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
+from tfra.codegen.processes import ToolError, beyond, running
 from tfra.hdl.cores import core_models, loaded, make_core
-from tfra.model.cache import cache_directory
+from tfra.model.cache import Files, cache_directory, kept
 from tfra.model.design import Design
 from tfra.model.errors import InputError
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.words import frame_words, word_bits
+from tfra.model.scratch import scratch, temporary, writing
 from tfra.sim import tools
 from tfra.sim.protocol import Job, Outcome, Probe
 
@@ -33,6 +30,7 @@ Progress = Callable[[int], None]
 
 _LOG_TAIL = 2000  # characters of a log in an error
 _POLL = 0.05  # seconds
+_LAUNCHER = Path(__file__).with_name("launch.py")
 
 
 class SimulationError(RuntimeError):
@@ -54,20 +52,17 @@ class ProtocolError(RuntimeError):
 
 @dataclass(frozen=True)
 class Netlist:
-    """A core in Verilog: the files in ``directory``, of which ``top.v`` holds the module ``top``.
+    """A core in Verilog: the text ``verilog`` with the module ``top``.
 
-    ``models`` are the files to compile with it: behaviour of the cells that it has instances of.
+    ``images`` are texts by file name, for it to read; ``models`` texts to compile with it: behaviour of the cells that
+    it has instances of.
     """
 
-    directory: Path
     top: str
+    verilog: str
     sidecar: dict[str, Any]
-    models: tuple[Path, ...] = ()
-
-    @property
-    def verilog(self) -> Path:
-        """The core's own file; others in the directory are there for it to read."""
-        return self.directory / f"{self.top}.v"
+    images: Mapping[str, str] = field(default_factory=dict)
+    models: tuple[str, ...] = ()
 
     @property
     def probes(self) -> tuple[Probe, ...]:
@@ -143,32 +138,45 @@ def simulate(
 
 def generated(design: Design, cache: Path) -> Netlist:
     """Return the generated core of ``design``, from ``cache`` if the same sources have made it before."""
+    from tfra import codegen, hdl, model
+
+    key = digest(repr(design), tools.versions(), *texts(sources(codegen, hdl, model)))
+    files = kept(cache / f"core-{design.name}-{key}", lambda: _generate(design))
+    images = {name: content.decode() for name, content in files.items()}  # and what else was made
+    verilog, sidecar = images.pop(f"{design.name}.v"), json.loads(images.pop(f"{design.name}.json"))
+    return Netlist(design.name, verilog, sidecar, images, tuple(texts(core_models(design))))
+
+
+def _generate(design: Design) -> Files:
     from tfra.codegen.generate import generate
 
-    place = cache / "cores" / f"{design.name}-{digest(repr(design), sources_hash(), tools.versions())}"
-    with once(place) as fresh:
-        if fresh:
-            generate(design, fresh)
-    sidecar = json.loads((place / f"{design.name}.json").read_text())
-    return Netlist(place, design.name, sidecar, core_models(design))
+    with scratch(temporary()) as place:
+        try:
+            sidecar = generate(design, place / "core")
+        except ToolError as error:
+            raise SimulationError(str(error)) from None
+        names = [f"{design.name}.v", f"{design.name}.json", *(image["file"] for image in sidecar["images"])]
+        return {name: (place / "core" / name).read_bytes() for name in names}
 
 
-def built(netlist: Netlist, simulator: str, cache: Path) -> Path:
-    """Return the directory of the executable for ``netlist``, from ``cache`` if it is there."""
+def _build(netlist: Netlist, simulator: str, cache: Path) -> bytes:
+    """Return the executable for ``netlist``, from ``cache`` if it is there."""
     watched = [path for probe in netlist.probes for path in (probe.transfer, probe.words)]
-    public = tools.public_signals(netlist.top, watched) if simulator == "verilator" else ""
-    files = (netlist.verilog, *netlist.models)
-    texts = (file.read_text() for file in files)
-    key = digest(*texts, public, simulator, tools.versions(), sys.executable)
-    place = cache / "builds" / f"{netlist.top}-{simulator}-{key}"
-    with once(place) as fresh:
-        if fresh:
-            arguments = ["build", simulator, netlist.top, str(fresh), *map(str, files)]
-            if public:
-                (fresh / "public.vlt").write_text(public)
-                arguments.append(str(fresh / "public.vlt"))
-            _launch(arguments, fresh, tools.environment(simulator, cache), f"building for {simulator}", None)
-    return place
+    compiled = {f"{netlist.top}.v": netlist.verilog}
+    compiled |= {f"model{number}.v": text for number, text in enumerate(netlist.models)}
+    if simulator == "verilator":
+        compiled["public.vlt"] = tools.public_signals(netlist.top, watched)
+    key = digest(*compiled.values(), tools.versions(), tools.programs(simulator), *texts([_LAUNCHER]))
+    place = cache / f"build-{netlist.top}-{simulator}-{key}"
+
+    def make() -> Files:
+        with scratch(cache) as folder:
+            for name, text in compiled.items():
+                (folder / name).write_text(text)
+            _launch(["build", simulator, netlist.top, *compiled], folder, f"building for {simulator}")
+            return {"executable": (folder / tools.executable(simulator, netlist.top)).read_bytes()}
+
+    return kept(place, make)["executable"]
 
 
 def _job(
@@ -225,28 +233,25 @@ def _run_pysim(design: Design, job: Job, core: Any, progress: Progress | None) -
 
 
 def _run_cocotb(netlist: Netlist, job: Job, simulator: str, cache: Path, progress: Progress | None) -> Outcome:
-    build = built(netlist, simulator, cache)
-    cache.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="run-", dir=cache) as directory:
-        place = Path(directory)
-        for file in netlist.directory.iterdir():
-            (place / file.name).symlink_to(file)
-        files = {key: place / f"tfra_{key}" for key in ("job.npz", "outcome.json", "progress")}
+    program = _build(netlist, simulator, cache)
+    with scratch(cache) as folder, writing(folder.parent):
+        for name, text in netlist.images.items():
+            (folder / name).write_text(text)
+        executable = folder / tools.executable(simulator, netlist.top)
+        executable.write_bytes(program)
+        executable.chmod(0o700)
+        files = {key: folder / f"tfra_{key}" for key in ("job.npz", "outcome.json", "progress")}
         job.save(files["job.npz"])
-        environment = tools.environment(simulator, cache) | {
-            "TFRA_JOB": str(files["job.npz"]),
-            "TFRA_OUTCOME": str(files["outcome.json"]),
-            "TFRA_PROGRESS": str(files["progress"]),
-            "COCOTB_LOG_LEVEL": "WARNING",
-        }
         told = _Told(files["progress"], progress) if progress else None
-        arguments = ["test", simulator, netlist.top, str(build), directory]
-        log = _launch(arguments, place, environment, f"simulating with {simulator}", told)
-        if not files["outcome.json"].exists():
-            raise SimulationError(f"simulating with {simulator} gave no outcome:\n{log}")
+        variables = {f"TFRA_{key.partition('.')[0].upper()}": str(file) for key, file in files.items()}
+        log = _launch(["test", simulator, netlist.top], folder, f"simulating with {simulator}", variables, told)
+        try:
+            outcome = Outcome.load(files["outcome.json"])
+        except (OSError, ValueError):
+            raise SimulationError(f"simulating with {simulator} gave no outcome:\n{log}") from None
         if told:
             told.finish(job.frames)
-        return Outcome.load(files["outcome.json"])
+        return outcome
 
 
 class _Told:
@@ -269,47 +274,23 @@ class _Told:
             self._done = frames
 
 
-def _launch(arguments: list[str], place: Path, environment: dict[str, str], what: str, told: _Told | None) -> str:
-    """Run ``tfra.sim.launch`` and return the tail of its log; raises ``SimulationError`` with it on failure."""
+def _launch(
+    arguments: list[str], place: Path, what: str, variables: Mapping[str, str] | None = None, told: _Told | None = None
+) -> str:
+    """Run ``tfra.sim.launch`` in ``place`` and return the tail of its log; raises ``SimulationError`` on failure."""
     log = place / "tfra.log"
     command = [sys.executable, "-m", "tfra.sim.launch", *arguments]
-    with open(log, "w") as stream:
-        process = subprocess.Popen(command, cwd=place, env=environment, stdout=stream, stderr=subprocess.STDOUT)
-        try:
-            while process.poll() is None:
-                time.sleep(_POLL)
-                if told:
-                    told.look()
-        finally:
-            if process.poll() is None:
-                process.kill()
+    environment = tools.environment(arguments[1], place) | dict(variables or {})
+    with log.open("w") as stream, running(command, place, environment, stdout=stream) as process:
+        while process.poll() is None:
+            time.sleep(_POLL)
+            if told:
+                told.look()
     tail = log.read_text(errors="replace")[-_LOG_TAIL:]
     if process.returncode:
-        raise SimulationError(f"{what} failed:\n{tail}")
+        reason = beyond(process.returncode, tail)
+        raise SimulationError(f"{what} failed: {reason}" if reason else f"{what} failed:\n{tail}")
     return tail
-
-
-@contextmanager
-def once(place: Path) -> Iterator[Path | None]:
-    """Yield a directory to fill that becomes ``place``, or None if ``place`` is there.
-
-    One process fills it while others that want the same wait; it appears complete or not at all.
-    """
-    if place.exists():
-        yield None
-        return
-    place.parent.mkdir(parents=True, exist_ok=True)
-    with open(place.with_name(f".{place.name}.lock"), "w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if place.exists():
-            yield None
-            return
-        fresh = Path(tempfile.mkdtemp(prefix=f".{place.name}.", dir=place.parent))
-        try:
-            yield fresh
-            os.rename(fresh, place)
-        finally:
-            shutil.rmtree(fresh, ignore_errors=True)
 
 
 def digest(*parts: str) -> str:
@@ -320,9 +301,12 @@ def digest(*parts: str) -> str:
     return hashed.hexdigest()[:16]
 
 
-def sources_hash() -> str:
-    """Return a hash of every source file that the generated Verilog depends on."""
-    from tfra import codegen, hdl, model
+def sources(*packages: ModuleType) -> list[Path]:
+    """Return every file of ``packages`` that what they make depends on, Verilog and tables included."""
+    files = (file for package in packages for file in Path(package.__path__[0]).rglob("*"))
+    return sorted(file for file in files if file.is_file() and "__pycache__" not in file.parts)
 
-    files = sorted(file for package in (codegen, hdl, model) for file in Path(package.__path__[0]).rglob("*.py"))
-    return digest(*(file.read_text() for file in files))
+
+def texts(files: Iterable[Path]) -> list[str]:
+    """Return what ``files`` hold."""
+    return [file.read_text() for file in files]

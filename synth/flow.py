@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from tfra.codegen.processes import ToolError
 from tfra.codegen.verilog import STRICT
 from tfra.synth.census import block_of
 from tfra.synth.copies import spread
@@ -18,7 +19,7 @@ from tfra.synth.floorplan import pin
 from tfra.synth.placement import is_constant, place
 from tfra.synth.registers import absorb
 from tfra.synth.targets import Family, Target
-from tfra.synth.tools import YOSYS, StoppedError, ToolError, has, run
+from tfra.synth.tools import YOSYS, StoppedError, has, run
 
 NETLIST = "netlist.json"
 _RTLIL, _CELLS = "core.il", "cells.json"

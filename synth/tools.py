@@ -13,8 +13,8 @@ import sys
 from collections.abc import Callable, Sequence
 from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
-from typing import Any
 
+from tfra.codegen.processes import ToolError, complaint, running
 from tfra.model.errors import InputError
 from tfra.synth.targets import Family
 
@@ -30,12 +30,6 @@ from importlib.metadata import entry_points
 del sys.argv[0]
 sys.exit(program.load()())
 """
-
-_LAST_LINES = 6
-
-
-class ToolError(RuntimeError):
-    """A tool failed; the message holds its last lines."""
 
 
 class StoppedError(ToolError):
@@ -105,13 +99,11 @@ def run(
     native = _native(program)
     command = [*([native] if native else [sys.executable, "-c", _RUN, program]), *arguments]
     # Through a pipe: in WebAssembly, standard output and error would overwrite each other in a file.
-    how: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "errors": "replace"}
-    with subprocess.Popen(command, cwd=directory, **how) as running, (directory / log).open("w", buffering=1) as words:
-        for line in running.stdout or ():
+    with running(command, directory) as process, (directory / log).open("w", buffering=1) as words:
+        for line in process.stdout or ():
             words.write(line)
             if hopeless(line):
-                running.kill()
                 raise StoppedError(f"{program} makes no progress; its last line: {line.strip()}")
-    if running.returncode:
-        last = (directory / log).read_text().strip().splitlines()[-_LAST_LINES:]
-        raise ToolError("\n".join([f"{program} failed with exit code {running.returncode}; its last lines:", *last]))
+        process.wait()
+    if process.returncode:
+        raise ToolError(complaint(program, process.returncode, (directory / log).read_text(errors="replace")))

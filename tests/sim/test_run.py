@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from tfra.model.cache import kept
 from tfra.model.design import Architecture, Design, Search
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import frame_words, word_bits
 from tfra.model.sensor import SensorArray
 from tfra.sim import run as run_module
-from tfra.sim.run import Netlist, ProtocolError, SimulationError, cache_directory, simulate
+from tfra.sim.run import Netlist, ProtocolError, SimulationError, simulate
 
 DESIGN = Design(
     SensorArray(2, 2, 4e-3, 2e-3, 3e-3),
@@ -52,7 +53,7 @@ def words(codes: Ints) -> Ints:
 
 
 @pytest.fixture
-def standin(tmp_path: Path, words: Ints) -> Maker:
+def standin(words: Ints) -> Maker:
     """Make a stand-in that sends the model's words, with a fault at a word."""
 
     def make(fault: int = 0, at: int = 0) -> Netlist:
@@ -60,10 +61,9 @@ def standin(tmp_path: Path, words: Ints) -> Maker:
         sizes = {"ADC": DESIGN.adc.bits, "BITS": word_bits(DESIGN), "TAXELS": DESIGN.sensor.taxels, "WORDS": WORDS}
         for name, value in sizes.items():
             text = text.replace(f"@{name}@", str(value))
-        (tmp_path / "standin.v").write_text(text)
         mask = (1 << word_bits(DESIGN)) - 1
-        (tmp_path / "words.hex").write_text("".join(f"{word & mask:x}\n" for word in words.ravel().tolist()))
-        (tmp_path / "setup.hex").write_text(f"{fault:x}\n{at:x}\n")
+        sent = "".join(f"{word & mask:x}\n" for word in words.ravel().tolist())
+        images = {"words.hex": sent, "setup.hex": f"{fault:x}\n{at:x}\n"}
         probe = {
             "stage": "input",
             "transfer": "probe_input",
@@ -71,7 +71,8 @@ def standin(tmp_path: Path, words: Ints) -> Maker:
             "layout": [{"bits": DESIGN.adc.bits, "signed": True}],
             "transfers": DESIGN.sensor.taxels,
         }
-        return Netlist(tmp_path, "standin", {"latency_cycles": LATENCY, "interval_cycles": INTERVAL, "probes": [probe]})
+        facts = {"latency_cycles": LATENCY, "interval_cycles": INTERVAL, "probes": [probe]}
+        return Netlist("standin", text, facts, images)
 
     return make
 
@@ -159,24 +160,10 @@ def test_the_second_run_needs_no_build(
     cache: Path, codes: Ints, standin: Maker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin())
-    before = sorted((cache / "builds").iterdir())
-    monkeypatch.setattr(run_module, "once", lambda place: _present(place))
+    before = sorted(cache.iterdir())
+    monkeypatch.setattr(run_module, "kept", lambda place, make: kept(place, lambda: pytest.fail("built again")))
     simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin(CORRUPT, 1))
-    assert sorted((cache / "builds").iterdir()) == before
-    assert not list(cache.glob("run-*"))
-
-
-class _present:
-    """Stands for ``once`` and insists that the place is there."""
-
-    def __init__(self, place: Path) -> None:
-        assert place.exists()
-
-    def __enter__(self) -> None:
-        return None
-
-    def __exit__(self, *_: object) -> None:
-        return None
+    assert sorted(cache.iterdir()) == before
 
 
 def test_two_at_once_share_one_build(tmp_path: Path, codes: Ints, words: Ints, standin: Maker) -> None:
@@ -185,15 +172,14 @@ def test_two_at_once_share_one_build(tmp_path: Path, codes: Ints, words: Ints, s
         pair = [pool.submit(simulate, DESIGN, codes, "icarus", build_dir=tmp_path / "c", core=core) for _ in range(2)]
     for future in pair:
         np.testing.assert_array_equal(future.result().words, words)
-    assert len([place for place in (tmp_path / "c" / "builds").iterdir() if place.is_dir()]) == 1
+    assert [place.name.partition("-")[0] for place in (tmp_path / "c").iterdir()] == ["build"]
 
 
 def test_a_build_that_fails_tells_why_and_leaves_nothing(tmp_path: Path, codes: Ints, standin: Maker) -> None:
-    core = standin()
-    core.verilog.write_text("module standin(input wire clk; endmodule")
+    core = replace(standin(), verilog="module standin(input wire clk; endmodule")
     with pytest.raises(SimulationError, match=r"(?s)building for icarus failed:.*syntax error"):
         simulate(DESIGN, codes, "icarus", build_dir=tmp_path / "c", core=core)
-    assert not [place for place in (tmp_path / "c" / "builds").iterdir() if place.is_dir()]
+    assert not list((tmp_path / "c").iterdir())
 
 
 def test_a_testbench_that_fails_tells_why(cache: Path, codes: Ints, standin: Maker) -> None:
@@ -206,14 +192,6 @@ def test_a_testbench_that_fails_tells_why(cache: Path, codes: Ints, standin: Mak
 def test_no_frames(cache: Path) -> None:
     with pytest.raises(ValueError, match="codes: at least one frame"):
         simulate(DESIGN, np.empty((0, 2, 2), dtype=np.int64), "icarus", build_dir=cache)
-
-
-def test_cache_directory(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.delenv("TFRA_CACHE", raising=False)
-    assert cache_directory() == Path(os.path.expanduser("~/.cache/tfra"))
-    monkeypatch.setenv("TFRA_CACHE", str(tmp_path / "a"))
-    assert cache_directory() == tmp_path / "a"
-    assert cache_directory(tmp_path / "b") == tmp_path / "b"
 
 
 def test_the_core_in_every_simulator(cache: Path, codes: Ints, words: Ints) -> None:

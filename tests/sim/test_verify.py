@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
-from shutil import copytree
 
 import numpy as np
 import pytest
@@ -45,29 +44,24 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
 
 
-def tampered(cache: Path, target: Path, old: str, new: str) -> Netlist:
+def tampered(cache: Path, old: str, new: str) -> Netlist:
     """The generated core with its Verilog changed."""
     good = generated(DESIGN, cache)
-    text = good.verilog.read_text()
-    assert old in text
-    target.mkdir()
-    (target / good.verilog.name).write_text(text.replace(old, new))
-    return Netlist(target, good.top, good.sidecar)
+    assert old in good.verilog
+    return replace(good, verilog=good.verilog.replace(old, new))
 
 
 @pytest.mark.usefixtures("few")
 @pytest.mark.parametrize("simulator", ["icarus", "verilator"])
-def test_memory_files_pass_and_a_wrong_word_in_one_fails(cache: Path, tmp_path: Path, simulator: str) -> None:
+def test_memory_files_pass_and_a_wrong_word_in_one_fails(cache: Path, simulator: str) -> None:
     design = replace(DESIGN, images="readmemh")
     assert verify(design, simulator=simulator, random=20).passed
     good = generated(design, cache)
-    target = tmp_path / "core"
-    copytree(good.directory, target)
-    file = target / good.sidecar["images"][-1]["file"]
-    words = file.read_text().split()
+    file = good.sidecar["images"][-1]["file"]
+    words = good.images[file].split()
     words[0] = f"{int(words[0], 16) ^ 0x100:x}"
-    file.write_text("\n".join(words))
-    assert not verify(design, simulator=simulator, random=20, core=Netlist(target, good.top, good.sidecar)).passed
+    wrong = replace(good, images={**good.images, file: "\n".join(words)})
+    assert not verify(design, simulator=simulator, random=20, core=wrong).passed
 
 
 @pytest.mark.usefixtures("few")
@@ -133,9 +127,9 @@ def test_wrong_coefficients_are_traced_to_their_stage(cache: Path) -> None:
 
 
 @pytest.mark.usefixtures("few")
-def test_a_flipped_result_bit_is_found_behind_all_probes(cache: Path, tmp_path: Path) -> None:
+def test_a_flipped_result_bit_is_found_behind_all_probes(cache: Path) -> None:
     old = "assign result_data = "
-    wrong = tampered(cache, tmp_path / "core", old, f"{old}1 ^ ")
+    wrong = tampered(cache, old, f"{old}1 ^ ")
     report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
     assert not report.passed
     assert report.mismatches == report.compared
@@ -146,8 +140,8 @@ def test_a_flipped_result_bit_is_found_behind_all_probes(cache: Path, tmp_path: 
 
 
 @pytest.mark.usefixtures("few")
-def test_a_broken_stream_fails(cache: Path, tmp_path: Path) -> None:
-    wrong = tampered(cache, tmp_path / "core", "assign result_last = ", "assign result_last = 0 & ")
+def test_a_broken_stream_fails(cache: Path) -> None:
+    wrong = tampered(cache, "assign result_last = ", "assign result_last = 0 & ")
     report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
     assert not report.passed
     assert any("last is missing" in note for note in report.violations)
