@@ -155,7 +155,7 @@ def test_a_killed_yosys_is_told_in_a_line(
 ) -> None:
     monkeypatch.setattr(verilog, "_YOSYS", "import os; os.kill(os.getpid(), 9)")
     config = tmp_path / "tiny.toml"
-    config.write_text("[sensor]\nrows = 2\ncolumns = 2\npitch_x_mm = 4\npitch_y_mm = 4\nthickness_mm = 3\n[search]\nsteps = 2\n")
+    config.write_text(kills.CONFIG)
     assert main(["generate", str(config), "--out", str(tmp_path / "core")]) == 1
     assert capsys.readouterr().err == "tfra generate: yosys failed: killed by SIGKILL: is there enough memory?\n"
     assert [path.name for path in tmp_path.iterdir()] == ["tiny.toml"]

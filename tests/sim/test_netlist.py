@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter, defaultdict
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,8 +14,10 @@ from tfra.model.design import Adc, Architecture, Design, Formats, Search
 from tfra.model.errors import InputError
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
+from tfra.sim import netlist
 from tfra.sim.netlist import FAMILIES, cells, synthesised
 from tfra.sim.run import Netlist, Run, SimulationError, generated, simulate
+from tfra.synth.census import block_of, lane_of
 
 DESIGN = Design(
     SensorArray(2, 2, 4e-3, 4e-3, 3e-3),
@@ -55,6 +58,26 @@ def test_gates_equal_the_model(gates: Netlist, cache: Path) -> None:
     assert alone.latency[0] == gates.sidecar["latency_cycles"]
 
 
+def test_cells_know_their_lanes(gates: Netlist) -> None:
+    """By names that hdl gives: each lane has its multiplier, and as many cells of every kind as any other."""
+    cells = re.findall(r"^  ([A-Z]\w+) (?:#\([^;]*?\n  \) )?(\S+) +\($", gates.verilog, re.MULTILINE)
+    lanes = range(DESIGN.architecture.mac_lanes)
+    kinds = defaultdict[str, list[int]](list)
+    for kind, name in cells:
+        if (lane := lane_of(name)) is not None:
+            assert block_of(name) == "matvec"
+            kinds[kind].append(lane)
+        else:
+            assert not re.search(r"lane\d", name)
+    memories = kinds.pop("DP16KD", [0, 2])  # two lanes share one
+    assert sorted(memories) == list(lanes)[::2]
+    multipliers = [kind for kind, _ in cells if kind in ("MULT18X18D", "SB_MAC16")]
+    assert sorted(kinds[multipliers[0]]) == list(lanes)
+    assert all(Counter(found) == dict.fromkeys(lanes, len(found) // len(lanes)) for found in kinds.values())
+    for register in (r"\.matvec\.lane\d+\.", r"\.drain\.sums__\d", r"\.drain\.held\d"):
+        assert {lane_of(name) for _, name in cells if re.search(register, name)} == set(lanes), register
+
+
 @pytest.mark.parametrize("gates", ["ecp5"], indirect=True)
 def test_a_fault_is_found(gates: Netlist, cache: Path) -> None:
     """The signs of the first coefficients are flipped in both memories."""
@@ -71,6 +94,37 @@ def test_cells_of_yosys_leave_room_for_models() -> None:
     assert "module MULT18X18D" not in text
     assert "`include" not in text
     assert "module SB_MAC16" in cells("ice40")
+
+
+CHANGED = (
+    "codegen/verilog.py",
+    "hdl/matvec.py",
+    "hdl/primitives/models/DP16KD.v",
+    "model/fixed/widths.py",
+    "synth/census.py",
+    "synth/copies.py",
+    "synth/registers.py",
+    "sim/netlist.py",
+)
+
+
+def test_gates_of_other_sources_are_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    named = list[str]()
+    monkeypatch.setattr(netlist, "kept", lambda place, make: named.append(place.name) or {"gates.v": b""})
+
+    def key(sources: list[Path]) -> str:
+        monkeypatch.setattr(netlist, "gate_sources", lambda: sources)
+        synthesised(DESIGN, "ecp5", tmp_path)
+        return named[-1]
+
+    root, own = Path(__file__).parents[2], netlist.gate_sources()
+    keys = {key(own)}
+    for name in CHANGED:
+        changed = tmp_path / "changed"
+        changed.write_text((root / name).read_text() + "\n")
+        keys.add(key([changed if file == root / name else file for file in own]))
+    assert key(own) in keys
+    assert len(keys) == 1 + len(CHANGED)
 
 
 def test_another_target_is_refused(tmp_path: Path) -> None:

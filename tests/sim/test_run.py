@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -11,8 +12,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bench.damages import DAMAGES
 from tfra.model.cache import kept
 from tfra.model.design import Architecture, Design, Search
+from tfra.model.errors import InputError
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import frame_words, word_bits
@@ -164,6 +167,60 @@ def test_the_second_run_needs_no_build(
     monkeypatch.setattr(run_module, "kept", lambda place, make: kept(place, lambda: pytest.fail("built again")))
     simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin(CORRUPT, 1))
     assert sorted(cache.iterdir()) == before
+
+
+@pytest.mark.parametrize("damage", ["a bit in the middle", "a full folder", "half an entry of a killed run"])
+def test_a_damaged_build_is_built_again(cache: Path, codes: Ints, words: Ints, standin: Maker, damage: str) -> None:
+    core = standin()
+    simulate(DESIGN, codes, "icarus", build_dir=cache, core=core)
+    entries = {path.name for path in cache.iterdir()}
+    DAMAGES[damage](next(cache.glob("build-standin-icarus-*")))
+    run = simulate(DESIGN, codes, "icarus", build_dir=cache, expected=words, core=core)
+    assert (run.compared, run.mismatches) == (words.size, 0)
+    assert {path.name for path in cache.iterdir()} == entries
+
+
+@pytest.mark.parametrize("change", ["verilog", "models", "sidecar", "programs"])
+def test_another_core_or_compiler_has_another_build(
+    tmp_path: Path, standin: Maker, monkeypatch: pytest.MonkeyPatch, change: str
+) -> None:
+    """Models of cells are compiled in; Verilator has to be told what probes look at."""
+    named, core = list[str](), standin()
+    other = {"verilog": core.verilog + "\n", "models": ("module cell; endmodule",), "sidecar": {}}
+    monkeypatch.setattr(run_module, "kept", lambda place, make: named.append(place.name) or {"executable": b""})
+    run_module._build(core, "verilator", tmp_path)
+    run_module._build(core, "verilator", tmp_path)
+    if change == "programs":
+        monkeypatch.setattr(run_module.tools, "programs", lambda simulator: "g++ of tomorrow")
+    else:
+        core = replace(core, **{change: other[change]})
+    run_module._build(core, "verilator", tmp_path)
+    assert named[0] == named[1] != named[2]
+
+
+def test_a_killed_simulator_is_told_in_a_line(
+    tmp_path: Path, codes: Ints, standin: Maker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fake = tmp_path / "bin" / "vvp"
+    fake.parent.mkdir()
+    fake.write_text("#!/bin/sh\nkill -KILL $$\n")
+    fake.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{fake.parent}:{os.environ['PATH']}")
+    with pytest.raises(SimulationError) as told:
+        simulate(DESIGN, codes, "icarus", build_dir=tmp_path / "c", core=standin())
+    assert str(told.value) == "simulating with icarus failed: killed by SIGKILL: is there enough memory?"
+
+
+def test_a_full_disk_is_told_in_a_line(
+    cache: Path, codes: Ints, standin: Maker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(run_module.Job, "save", full)
+    with pytest.raises(InputError) as told:
+        simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin())
+    assert str(told.value) == f"{cache}: cannot be written: No space left on device"
 
 
 def test_two_at_once_share_one_build(tmp_path: Path, codes: Ints, words: Ints, standin: Maker) -> None:
