@@ -35,16 +35,19 @@ class Program:
 
 
 class Library:
-    """``program`` for ``sensor`` and a sweep of ``steps`` + 1 candidates, compiled in ``directory``.
+    """``program`` for ``sensor`` and a sweep of ``steps`` + 1 candidates, compiled in ``directory``; threshold in Pa.
 
     Raises ``ValueError`` without a C compiler, for an odd number of rows or columns, and with the compiler's words when
     it fails.
     """
 
-    def __init__(self, program: Program, sensor: SensorArray, steps: int, directory: Path) -> None:
+    def __init__(
+        self, program: Program, sensor: SensorArray, steps: int, directory: Path, contact_threshold: float = 0.0
+    ) -> None:
         self.real = np.dtype(np.float64 if program.real == "double" else np.float32)
         self.sensor = sensor
-        self._library = ctypes.CDLL(str(_compile(program, sensor, steps, directory)))
+        tables = {"tfra": folded_tables, "literal": literal_tables}[program.source](sensor)
+        self._library = ctypes.CDLL(str(_compile(program, header(sensor, steps, contact_threshold, tables), directory)))
         size = ctypes.c_int.in_dll(self._library, "result_size").value
         if size != self._result.itemsize:
             raise ValueError(f"result: {self._result.itemsize} bytes in Python, {size} in C")
@@ -83,10 +86,9 @@ def compiler() -> str:
     return subprocess.run(["cc", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
 
 
-def _compile(program: Program, sensor: SensorArray, steps: int, directory: Path) -> Path:
+def _compile(program: Program, constants: str, directory: Path) -> Path:
     compiler()
-    tables = {"tfra": folded_tables, "literal": literal_tables}[program.source](sensor)
-    (directory / "sensor.h").write_text(header(sensor, steps, tables))
+    (directory / "sensor.h").write_text(constants)
     files = [str(SOURCES / f"{name}.c") for name in (program.source, "measure")]
     library = directory / f"{program.source}.so"
     options = ["-std=c11", "-Wall", "-shared", "-fPIC", f"-DREAL={program.real}", f"-I{directory}"]
@@ -97,12 +99,13 @@ def _compile(program: Program, sensor: SensorArray, steps: int, directory: Path)
     return library
 
 
-def header(sensor: SensorArray, steps: int, tables: dict[str, npt.NDArray[Any]]) -> str:
+def header(sensor: SensorArray, steps: int, threshold: float, tables: dict[str, npt.NDArray[Any]]) -> str:
     """Text of ``sensor.h``: sizes, limits and ``tables``."""
     x, y = sensor.positions()
     constants = {
         "TAXELS": sensor.taxels,
         "STEPS": steps,
+        "THRESHOLD": threshold,
         "AREA": sensor.taxel_area,
         "REACH": float(x[-1] + y[-1]),
         "LIMIT": COEFFICIENT_LIMIT,

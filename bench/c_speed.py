@@ -118,14 +118,14 @@ def examine(tally: Tally, program: Program, library: Library, stress: Floats, ex
 def measure(frames: int, batch: int = BATCH) -> dict[str, Any]:
     """Record of ``frames`` frames, half of them contacts and half noise, in batches."""
     design = Design(SENSOR)
-    model, contacts, noise = Tfra(SENSOR, design.search.steps), np.random.default_rng(1), np.random.default_rng(2)
+    model, contacts, noise = Tfra.of(design), np.random.default_rng(1), np.random.default_rng(2)
     tallies, shares = {name: Tally() for name in PROGRAMS}, []
     with tempfile.TemporaryDirectory() as directory:
         libraries = {}
         for number, (name, program) in enumerate(PROGRAMS.items()):
             place = Path(directory, str(number))
             place.mkdir()
-            libraries[name] = Library(program, SENSOR, design.search.steps, place)
+            libraries[name] = Library(program, SENSOR, design.search.steps, place, model.contact_threshold)
         for done in range(0, frames, batch):
             count = min(batch, frames - done)
             parts = contact_codes(design, count // 2, contacts), wild_codes(design, count - count // 2, noise)

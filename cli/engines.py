@@ -50,15 +50,13 @@ def run(engine: Engine, project: Project, frames: Floats, source: Path, advance:
 def _float(project: Project, frames: Floats, advance: Advance) -> list[Result]:
     from tfra.model.tfra import Tfra
 
-    search = project.design.search
-    tfra = Tfra(project.design.sensor, search.steps, search.tolerance * project.design.adc.lsb)
-    return _in_chunks(tfra, frames, advance)
+    return _in_chunks(Tfra.of(project.design), frames, advance)
 
 
 def _two_variable(project: Project, frames: Floats, advance: Advance) -> list[Result]:
     from tfra.model.two_variable import TwoVariable
 
-    return _in_chunks(TwoVariable(project.design.sensor), frames, advance)
+    return _in_chunks(TwoVariable.of(project.design), frames, advance)
 
 
 def _fixed(project: Project, codes: Ints, advance: Advance) -> list[Result]:

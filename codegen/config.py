@@ -42,6 +42,7 @@ MOST_TAXELS = 4096
 
 _KEYS = {
     "full_scale": "full_scale_pa",
+    "contact_threshold": "contact_threshold_codes",
     "coefficient": "coefficient_bits",
     "operand": "operand_bits",
     "vector_fraction": "vector_fraction_bits",
@@ -171,7 +172,7 @@ def _sensor(file: Path, section: SensorSection) -> SensorArray:
 
 def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
     with _blame(file, "adc"):
-        adc = Adc(document.adc.bits, document.adc.full_scale_pa)
+        adc = Adc(document.adc.bits, document.adc.full_scale_pa, document.adc.contact_threshold_codes)
     with _blame(file, "search"):
         search = Search(document.search.steps, document.search.plateau_tolerance)
     with _blame(file, "formats"):

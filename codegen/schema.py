@@ -50,6 +50,7 @@ class AdcSection(Section):
 
     bits: int = Adc().bits
     full_scale_pa: float = Adc().full_scale
+    contact_threshold_codes: int | None = None
 
 
 class SearchSection(Section):

@@ -28,7 +28,7 @@ def sidecar(design: Design) -> dict[str, Any]:
         "generator": f"tfra {version('tfra')}",
         "name": design.name,
         "sensor": asdict(design.sensor),
-        "adc": {**asdict(design.adc), "lsb_pa": design.adc.lsb},
+        "adc": {**asdict(design.adc), "contact_threshold": design.adc.threshold, "lsb_pa": design.adc.lsb},
         "search": asdict(design.search),
         "formats": asdict(design.formats),
         "architecture": asdict(design.architecture),

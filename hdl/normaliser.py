@@ -179,6 +179,7 @@ class _Facts(Elaboratable):
 
     def __init__(self, design: Design) -> None:
         self._bits, self._magnitude = design.adc.bits, widths(design).magnitude
+        self._threshold = design.adc.threshold
         self.code = Signal(signed(self._bits))
         self.valid = Signal()
         self.first = Signal(reset_less=True)
@@ -189,8 +190,9 @@ class _Facts(Elaboratable):
         m = Module()
         negative, seen = self.code[-1], magnitude_bits(self.code)
         # All bits set beside the sign: both ends of the range, and nothing else.
-        fresh = Cat(seen, negative, ~negative & self.code.any(), seen.all())
+        fresh = Cat(seen, negative, ~negative & self.code.any(), seen.all(), seen >= self._threshold)
         kept = Signal(len(fresh), reset_less=True)
+        compressed, stretched, saturated, reached = kept[len(seen) :]
         magnitude, whole = (Signal(self._magnitude, name=name, reset_less=True) for name in ("magnitude", "whole"))
         with m.If(self.valid):
             # |code| = (code ^ sign) + sign, so that the adder's carry input does the negation.
@@ -202,7 +204,9 @@ class _Facts(Elaboratable):
         with m.If(self.steps[1]):
             m.d.sync += [
                 result.exponent.eq(leading_zeros(kept[: len(seen)])),
-                Cat(result.contact, result.traction, result.saturated).eq(kept[len(seen) :]),
+                result.contact.eq(compressed & reached if self._threshold else compressed),
+                result.traction.eq(stretched),
+                result.saturated.eq(saturated),
                 whole.eq(magnitude),
             ]
         coarse, fine = two_steps(result.exponent, _FINE)

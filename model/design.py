@@ -27,15 +27,33 @@ def _require(condition: bool, name: str, reason: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Adc:
-    """The converter behind every taxel: signed codes of ``bits``, +-``full_scale`` in Pa."""
+    """The converter behind every taxel: signed codes of ``bits``, +-``full_scale`` in Pa.
+
+    ``contact_threshold`` in codes; ``None`` leaves it to :attr:`threshold`.
+    """
 
     bits: int = 14
     full_scale: float = 200e3
+    contact_threshold: int | None = None
 
     def __post_init__(self) -> None:
         _require(6 <= self.bits <= 20, "bits", f"6 to 20 is supported, got {self.bits}")
         good = math.isfinite(self.full_scale) and self.full_scale > 0
         _require(good, "full_scale", f"a positive, finite stress is needed, got {self.full_scale}")
+        top = (1 << (self.bits - 1)) - 1
+        fits = 0 <= self.threshold <= top
+        _require(fits, "contact_threshold", f"0 to {top}, the largest code, is needed, got {self.threshold}")
+
+    @property
+    def threshold(self) -> int:
+        """T in codes: a frame within -T ... T - 1 is no contact; 0 switches this off.
+
+        By default 1/128 of full scale, but at least four codes: eight times the rms of noise of 0.1 % of full scale, or
+        of half a code.
+        """
+        if self.contact_threshold is not None:
+            return self.contact_threshold
+        return max(4, (1 << (self.bits - 1)) // 128)
 
     @property
     def lsb(self) -> float:

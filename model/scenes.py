@@ -81,16 +81,17 @@ def wild_codes(design: Design, count: int, seed: Seed) -> Ints:
 
 def directed_codes(design: Design) -> Ints:
     """Frames ``(n, rows, columns)`` for the corners of the input: silence, one sign only, extremes, single taxels,
-    mirror symmetry (no direction), ramps and tiny amplitudes."""
+    mirror symmetry (no direction), ramps, tiny amplitudes, and codes just within and beyond the contact threshold."""
     rng = np.random.default_rng(0)
     rows, columns = design.sensor.rows, design.sensor.columns
     low, high = -(1 << (design.adc.bits - 1)), (1 << (design.adc.bits - 1)) - 1
     i, j = np.indices((rows, columns))
     zero = np.zeros((rows, columns), dtype=np.int64)
+    threshold = max(1, design.adc.threshold)
     even = (i + j) % 2 == 0
     edge = (i == 0) | (j == 0) | (i == rows - 1) | (j == columns - 1)
 
-    def single(value: int, row: int, column: int, rest: int = 0) -> Ints:
+    def single(value: int, row: int, column: int, rest: int | Ints = 0) -> Ints:
         return np.where((i == row) & (j == column), value, rest)
 
     frames = [
@@ -117,5 +118,9 @@ def directed_codes(design: Design) -> Ints:
         rng.integers(-1, 2, zero.shape),
         rng.integers(-1, 2, zero.shape),
         rng.integers(-4, 5, zero.shape),
+    ]
+    frames += [
+        single(value, rows // 2, columns // 2, rng.integers(-threshold, threshold, zero.shape))
+        for value in (-threshold, threshold - 1, -threshold - 1, threshold)
     ]
     return np.array(frames, dtype=np.int64)

@@ -10,13 +10,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.sensor import Floats, SensorArray
+
+if TYPE_CHECKING:  # a design has a filter, whose module needs this one
+    from tfra.model.design import Design
 
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
@@ -34,7 +37,7 @@ class Status(IntFlag):
     """What was special about a frame; every flagged frame still has a defined result."""
 
     NO_CONTACT = 1
-    """No taxel is compressed: every result is zero."""
+    """No taxel is compressed, or none reaches the contact threshold: every result is zero."""
     COMPRESSION_ONLY = 2
     """No taxel is under traction: tangential forces are zero and f_z = C33^-1 b, unscaled."""
     NO_DIRECTION = 4
@@ -104,6 +107,11 @@ def check_frames(sensor: SensorArray, frames: npt.ArrayLike) -> Floats:
     return array
 
 
+def in_contact(b: Floats, threshold: float) -> Bools:
+    """Which frames of ``b (n, m)`` have a taxel below zero and one outside [-threshold, threshold)."""
+    return np.asarray((b < 0).any(axis=1) & ((b < -threshold) | (b >= threshold)).any(axis=1))
+
+
 class Products(Protocol):
     """The products of a frame with the operators, by whatever means; every vector is ``(n, m)``, SI."""
 
@@ -148,6 +156,7 @@ class Dense:
 class Tfra:
     """The algorithm for one sensor and one sweep grid of ``steps`` + 1 candidates.
 
+    ``plateau_tolerance`` and ``contact_threshold`` in Pa; frames within [-threshold, threshold) are no contact.
     ``ops`` replaces the sensor's own operators, for instance by filtered ones (:mod:`tfra.model.sparse`), or the
     way they are multiplied by (:mod:`tfra.model.separable`, :mod:`tfra.model.toeplitz`).
     """
@@ -158,22 +167,33 @@ class Tfra:
         steps: int = 100,
         plateau_tolerance: float = 0.0,
         ops: Operators | Products | None = None,
+        contact_threshold: float = 0.0,
     ) -> None:
         if steps < 1:
             raise ValueError(f"steps: at least 1 is needed, got {steps}")
         if not plateau_tolerance >= 0:
             raise ValueError(f"plateau_tolerance: zero or more is needed, got {plateau_tolerance}")
+        if not contact_threshold >= 0:
+            raise ValueError(f"contact_threshold: zero or more is needed, got {contact_threshold}")
         self.sensor = sensor
         self.steps = steps
         self.plateau_tolerance = plateau_tolerance
+        self.contact_threshold = contact_threshold
         ops = ops or operators(sensor)
         self._products: Products = Dense(ops) if isinstance(ops, Operators) else ops
         self._x, self._y = sensor.positions()
 
+    @classmethod
+    def of(cls, design: Design) -> Tfra:
+        """The algorithm with the search and the contact threshold of ``design``."""
+        search, adc = design.search, design.adc
+        tolerance, threshold = search.tolerance * adc.lsb, adc.threshold * adc.lsb
+        return cls(design.sensor, search.steps, tolerance, contact_threshold=threshold)
+
     def __call__(self, frames: npt.ArrayLike, *, keep_sweep: bool = False) -> Result:
         """Forces of ``frames (n, rows, columns)`` in Pa; raises ``ValueError`` for a wrong shape or NaN."""
         b = check_frames(self.sensor, frames).reshape(-1, self.sensor.taxels)
-        contact, traction = np.asarray((b < 0).any(axis=1)), np.asarray((b > 0).any(axis=1))
+        contact, traction = in_contact(b, self.contact_threshold), np.asarray((b > 0).any(axis=1))
         regular = contact & traction
         direction, v_zero = self._direction(b, regular)
         n = self._weights(b, regular)

@@ -14,8 +14,9 @@ import numpy.typing as npt
 from scipy import optimize
 
 from tfra.model.boussinesq import operators
+from tfra.model.design import Design
 from tfra.model.sensor import Floats, SensorArray
-from tfra.model.tfra import Bools, Result, Status, check_frames
+from tfra.model.tfra import Bools, Result, Status, check_frames, in_contact
 
 GRID = 21
 """Points along each axis of the first look; its best peaks are refined."""
@@ -104,18 +105,25 @@ class Conditions:
 class TwoVariable:
     """The two-variable search for one sensor; frames without contact or traction are treated as in ``Tfra``.
 
+    ``contact_threshold`` in Pa is ``Tfra``'s, too.
     ``mu_x`` and ``mu_y`` are the optimum and ``phi_deg`` the direction of the resultant, 0 with ``NO_DIRECTION`` where
     its tangential part vanishes.  There is no sweep: ``sweep_index`` is -1.
     """
 
-    def __init__(self, sensor: SensorArray) -> None:
+    def __init__(self, sensor: SensorArray, contact_threshold: float = 0.0) -> None:
         self.sensor = sensor
+        self.contact_threshold = contact_threshold
         self._ops = operators(sensor)
+
+    @classmethod
+    def of(cls, design: Design) -> TwoVariable:
+        """The search with the contact threshold of ``design``."""
+        return cls(design.sensor, design.adc.threshold * design.adc.lsb)
 
     def __call__(self, frames: npt.ArrayLike) -> Result:
         """Forces of ``frames (n, rows, columns)`` in Pa; raises ``ValueError`` for a wrong shape or NaN."""
         b = check_frames(self.sensor, frames).reshape(-1, self.sensor.taxels)
-        contact, traction = np.asarray((b < 0).any(axis=1)), np.asarray((b > 0).any(axis=1))
+        contact, traction = in_contact(b, self.contact_threshold), np.asarray((b > 0).any(axis=1))
         regular = contact & traction
         mu, forces = np.zeros((len(b), 2)), np.zeros((len(b), 3, self.sensor.taxels))
         for i in np.flatnonzero(regular):

@@ -87,7 +87,7 @@ def measure(path: Path, simulator: str | None = None) -> Sensor:
     codes = quantise(design, stress)
     expected = FixedTfra(design)(codes).words
     run = simulate(design, codes, simulator, expected=expected)
-    tfra = Tfra(design.sensor, design.search.steps, design.search.tolerance * design.adc.lsb)
+    tfra = Tfra.of(design)
     return Sensor(
         path.stem,
         np.array([contact.force for contact in contacts]),

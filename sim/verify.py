@@ -406,8 +406,7 @@ def _histogram(result: Result) -> dict[str, int]:
 
 
 def _float_errors(design: Design, seen: Stimuli, result: Result) -> dict[str, FloatErrors]:
-    search = design.search
-    exact = Tfra(design.sensor, search.steps, search.tolerance * design.adc.lsb)(seen.codes * design.adc.lsb)
+    exact = Tfra.of(design)(seen.codes * design.adc.lsb)
     special = Status.NO_CONTACT | Status.COMPRESSION_ONLY | Status.OUTPUT_SATURATED
     regular = (result.status & special) == 0
     found = {}

@@ -83,10 +83,13 @@ static void sweep(const real *b, plane a[3][3], real phi, struct result *out) {
 void tfra(const real *frame, struct result *out) {
   plane a[3][3];
   real f_sens = 0, f_star, gain, phi, *r = out->resultant;
-  int compressed = 0, pulled = 0;
+  int compressed = 0, pulled = 0, reached = 0;
   memset(out, 0, sizeof *out);
-  EACH compressed |= frame[t] < zero, pulled |= frame[t] > zero;
-  if (!compressed) {
+  EACH {
+    compressed |= frame[t] < zero, pulled |= frame[t] > zero;
+    reached |= (frame[t] < -THRESHOLD) | (frame[t] >= THRESHOLD);
+  }
+  if (!(compressed && reached)) {
     out->status = NO_CONTACT;
     return;
   }

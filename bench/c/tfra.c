@@ -146,7 +146,9 @@ void tfra(const real *frame, struct result *out) {
     v_x = total(&part[4]) * sum_c - total(&part[1]) * sum_t;
     v_y = total(&part[5]) * sum_c - total(&part[2]) * sum_t;
   }
-  if (!(sum_c < zero)) {
+  int reached = 0;
+  for (int t = 0; t < TAXELS; t++) reached |= (frame[t] < -THRESHOLD) | (frame[t] >= THRESHOLD);
+  if (!(sum_c < zero && reached)) {
     out->status = NO_CONTACT;
     return;
   }

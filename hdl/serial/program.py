@@ -117,7 +117,7 @@ class _Frame(Routines):
 
     def _intake(self) -> tuple[int, int]:
         """Codes as they come, and their prefix sums: moments of compression (R1, R2) and traction (R3, R4); R5: the
-        largest code, sign folded away.
+        bits of the largest code, sign folded away; F0: it is below the contact threshold.
 
         Returns the cycle of the last one, and the cycles from one to the next of its row.
         """
@@ -155,23 +155,23 @@ class _Frame(Routines):
         a.move(self.at("u_t"), R4)
         a.move(R0, self.const(top - 1))
         a.sub(self.at("input_saturated"), R0, R5)
+        a.sign(0, R5, self.const(self.design.adc.threshold))
         self.length(R5, R5)
         return taken, taxel
 
     def _stress(self) -> None:
-        """Normalise the frame, and fold it into d = b."""
+        """Normalise the frame, and fold it into d = b; F0 says that it stays below the contact threshold."""
         a, top, design = self.a, self.design.adc.bits - 1, self.design
         a.move(R0, imm(top))
         a.sub(R0, R0, R5)
         a.move(self.at("exponent"), R0)
-        a.sub(R0, ZERO, R0)
-        a.move(Dest.SH, R0)
+        a.sub(Dest.SH, R5, imm(top))
         a.move(R1, self.at("sum_c"))
         a.add(R1, R1, self.at("sum_t"))
         self.shift(self.at("magnitude"), R1)
         self.shift(self.at("traction_sum"), self.at("sum_t"))
         a.sub(R2, ZERO, self.at("sum_t"))
-        a.sub(R1, ZERO, self.at("sum_c"))
+        a.sub(R1, ZERO, self.at("sum_c"), NOT_F0)  # else the sum of magnitudes: not negative, no contact
         a.move(self.at("contact"), R1)
         a.op(Op.AND, self.at("regular"), R1, R2)
         a.sub(Dest.SH, R5, imm(top + design.formats.vector_fraction))

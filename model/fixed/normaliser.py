@@ -20,6 +20,7 @@ class Normalised:
     magnitude: Ints
     """Sum of |b| (Eq. 29)."""
     contact: Bools
+    """A code is negative, and one reaches the contact threshold."""
     traction: Bools
     saturated: Bools
     """A code sits at an end of its range."""
@@ -32,6 +33,7 @@ class Normalised:
 
 def normaliser(design: Design, codes: Ints) -> Normalised:
     """Normalise ``codes (n, m)``."""
+    threshold = design.adc.threshold
     exponent = design.adc.bits - 1 - significant_bits(codes, axis=1)
     stress = codes << exponent[:, None]
     top = (1 << (design.adc.bits - 1)) - 1
@@ -39,7 +41,7 @@ def normaliser(design: Design, codes: Ints) -> Normalised:
         stress,
         exponent,
         np.abs(stress).sum(axis=1),
-        np.asarray((codes < 0).any(axis=1)),
+        np.asarray((codes < 0).any(axis=1) & ((codes < -threshold) | (codes >= threshold)).any(axis=1)),
         np.asarray((codes > 0).any(axis=1)),
         np.asarray(((codes >= top) | (codes <= -top - 1)).any(axis=1)),
     )

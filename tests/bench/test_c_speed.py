@@ -11,7 +11,7 @@ import pytest
 from bench import c_program, c_speed
 from bench.c_program import Library, Program
 from bench.c_speed import EXACT, compare
-from tfra.model.design import Architecture, Design
+from tfra.model.design import Adc, Architecture, Design
 from tfra.model.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, Tfra
@@ -22,13 +22,19 @@ SENSORS = {
     "12x14": SensorArray(12, 14, 2e-3, 3e-3, 3e-3),
 }
 FOLDED = Program("tfra", "double")
+THRESHOLD = Adc().threshold * Adc().lsb
 
 
 def scene(sensor, steps=100, count=100):
     """Frames in Pa and the float model's results."""
     design = Design(sensor, architecture=Architecture(mac_lanes=1))
     stress = np.concatenate([contact_codes(design, count, 5), wild_codes(design, count, 6)]) * design.adc.lsb
-    return stress, Tfra(sensor, steps)(stress)
+    return stress, Tfra(sensor, steps, contact_threshold=THRESHOLD)(stress)
+
+
+def library(program, sensor, directory, steps=100):
+    """``program`` with the threshold of the scenes."""
+    return Library(program, sensor, steps, directory, THRESHOLD)
 
 
 @pytest.mark.parametrize("flags", [("-O3", "-march=native"), ("-O3", "-Wextra", "-Werror"), ("-O0",)], ids=" ".join)
@@ -36,7 +42,7 @@ def scene(sensor, steps=100, count=100):
 @pytest.mark.parametrize("name", SENSORS)
 def test_doubles_equal_the_float_model(name, steps, flags, tmp_path):
     stress, expected = scene(SENSORS[name], steps)
-    found, times = Library(replace(FOLDED, flags=flags), SENSORS[name], steps, tmp_path)(stress)
+    found, times = library(replace(FOLDED, flags=flags), SENSORS[name], tmp_path, steps)(stress)
     indices, states, worst = compare(found, expected)
     assert (indices, states) == (0, 0)
     assert worst < EXACT
@@ -47,10 +53,10 @@ def test_doubles_equal_the_float_model(name, steps, flags, tmp_path):
 def test_frames_of_every_status(tmp_path):
     design = Design(SENSORS["10x10"])
     stress = directed_codes(design) * design.adc.lsb
-    expected = Tfra(design.sensor)(stress)
+    expected = Tfra.of(design)(stress)
     for flag in (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION):
         assert (expected.status & flag).any()
-    found, _ = Library(FOLDED, design.sensor, 100, tmp_path)(stress)
+    found, _ = library(FOLDED, design.sensor, tmp_path)(stress)
     np.testing.assert_array_equal(found.status, expected.status)
     decided = found.sweep_index == expected.sweep_index  # ties of symmetric frames are left to rounding
     assert decided.mean() > 0.8
@@ -60,7 +66,7 @@ def test_frames_of_every_status(tmp_path):
 
 def test_single_precision_is_close(tmp_path):
     stress, expected = scene(SENSORS["10x10"], count=300)
-    found, _ = Library(Program("tfra", "float"), SENSORS["10x10"], 100, tmp_path)(stress)
+    found, _ = library(Program("tfra", "float"), SENSORS["10x10"], tmp_path)(stress)
     assert found.forces.dtype == np.float32
     indices, states, worst = compare(found, expected)
     assert indices < 0.02 * len(stress)
@@ -72,11 +78,26 @@ def test_single_precision_is_close(tmp_path):
 def test_the_literal_loop_agrees(flags, tmp_path):
     program = Program("literal", "double", flags)
     stress, expected = scene(SENSORS["10x10"])
-    found, _ = Library(program, SENSORS["10x10"], 100, tmp_path)(stress)
+    found, _ = library(program, SENSORS["10x10"], tmp_path)(stress)
     indices, states, worst = compare(found, expected)
     assert indices <= 1
     assert states <= 1
     assert worst < EXACT
+
+
+@pytest.mark.parametrize("threshold", [0, 1, 64])
+@pytest.mark.parametrize(("source", "real"), [("tfra", "double"), ("tfra", "float"), ("literal", "double")])
+def test_the_contact_threshold_is_exact(source, real, threshold, tmp_path):
+    design = Design(SENSORS["10x10"], adc=Adc(full_scale=70.1e3, contact_threshold=threshold))
+    noise = np.random.default_rng(3).integers(-threshold, max(1, threshold), (4, 10, 10))
+    noise[:, 0, 0], noise[:, 5, 5] = -1, (-threshold - 1, -threshold, threshold - 1, threshold)
+    expected = [0, 1, 1, 0] if threshold else [0, 0, 0, 0]
+    program, stress = Program(source, real), noise * design.adc.lsb
+    found, _ = Library(program, design.sensor, 100, tmp_path, threshold * design.adc.lsb)(stress)
+    assert (found.status & Status.NO_CONTACT).tolist() == expected
+    quiet = found.status == Status.NO_CONTACT
+    for values in vars(found).values():
+        assert values is None or values is found.status or not values[quiet].any()
 
 
 @pytest.mark.parametrize("name", ["forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status"])
@@ -104,9 +125,8 @@ def test_one_wrong_coefficient_stops_the_measurement(table, factor, tmp_path, mo
 
     monkeypatch.setattr(c_program, "folded_tables", bad)
     stress, expected = scene(SENSORS["10x10"], count=20)
-    library = Library(FOLDED, SENSORS["10x10"], 100, tmp_path)
     with pytest.raises(ValueError, match="differ from the float model"):
-        c_speed.examine(c_speed.Tally(), FOLDED, library, stress, expected)
+        c_speed.examine(c_speed.Tally(), FOLDED, library(FOLDED, SENSORS["10x10"], tmp_path), stress, expected)
 
 
 def test_what_can_not_be_compiled(tmp_path, monkeypatch):

@@ -74,7 +74,8 @@ def test_every_section(read: Any) -> None:
     project = read(
         'name = "skin_7"\n'
         + SENSOR
-        + "[adc]\nbits = 12\nfull_scale_pa = 5e4\n[search]\nsteps = 50\nplateau_tolerance = 2\n"
+        + "[adc]\nbits = 12\nfull_scale_pa = 5e4\ncontact_threshold_codes = 9\n"
+        + "[search]\nsteps = 50\nplateau_tolerance = 2\n"
         + '[formats]\nname = "wide"\nforce_fraction_bits = 6\n[architecture]\nmac_lanes = 8\n'
         + '[target]\nname = "portable"\nimages = "readmemh"\n[layer]\npoisson = 0.3\nsampling = "area"\n'
     )
@@ -82,7 +83,7 @@ def test_every_section(read: Any) -> None:
     assert project.design == Design(
         sensor=SensorArray(10, 10, 0.004, 0.002, 0.003),
         name="skin_7",
-        adc=Adc(12, 5e4),
+        adc=Adc(12, 5e4, 9),
         search=Search(50, 2.0),
         formats=Formats("custom", coefficient=24, operand=24, vector_fraction=14, force_fraction=6),
         architecture=Architecture(mac_lanes=8),
@@ -257,6 +258,15 @@ WRONG_SECTIONS = [
     ("[adc]\nbits = 5", "adc.bits: 6 to 20 is supported, got 5"),
     ("[adc]\nfull_scale_pa = -1", "adc.full_scale_pa: a positive, finite stress is needed, got -1.0"),
     ("[adc]\nfull_scale_pa = inf", "adc.full_scale_pa: a finite number is needed, got inf"),
+    (
+        "[adc]\ncontact_threshold_codes = -1",
+        "adc.contact_threshold_codes: 0 to 8191, the largest code, is needed, got -1",
+    ),
+    (
+        "[adc]\nbits = 6\ncontact_threshold_codes = 32",
+        "adc.contact_threshold_codes: 0 to 31, the largest code, is needed, got 32",
+    ),
+    ("[adc]\ncontact_threshold_codes = 2.0", "adc.contact_threshold_codes: a whole number is needed, got 2.0"),
     ("[search]\nsteps = 0", "search.steps: 1 to 4096 is supported, got 0"),
     ("[search]\nplateau_tolerance = -1", "search.plateau_tolerance: zero or more is needed, got -1.0"),
     ('[formats]\nname = "huge"', "formats.name: one of standard, wide is needed, got 'huge'"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from tests.hdl.harness import run
 from tfra.hdl.core import Core
-from tfra.model.design import Architecture, Design, Search
+from tfra.model.design import Adc, Architecture, Design, Search
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 
@@ -24,10 +24,12 @@ def stream(design, codes, **stalls):
 
 
 def random_design(seed):
-    """Any small array with any number of lanes, and any number of words a cycle."""
+    """Any small array with any number of lanes, any number of words a cycle, and any contact threshold."""
     rng = random.Random(seed)
     rows, columns, steps = rng.randrange(2, 8), rng.randrange(2, 8), rng.choice([4, 12, 33])
     most = 4 * ((rows + 1) // 2) * ((columns + 1) // 2)
     lanes = rng.choice([1, 2, *range(4, most + 1, 4)])
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, search=Search(steps), architecture=Architecture(lanes, rng.choice([1, 2, 4])))
+    architecture = Architecture(lanes, rng.choice([1, 2, 4]))
+    adc = Adc(contact_threshold=rng.choice([None, 0, rng.randrange(2000)]))
+    return Design(sensor, adc=adc, search=Search(steps), architecture=architecture)

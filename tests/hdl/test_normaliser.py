@@ -17,11 +17,10 @@ from tfra.model.sensor import SensorArray
 SIZES = ((2, 2), (2, 3), (3, 2), (3, 3), (4, 4), (5, 7), (4, 6), (7, 4), (10, 10))
 
 
-def make(rows: int, columns: int, bits: int = 14, formats: str = "standard") -> Design:
+def make(rows: int, columns: int, bits: int = 14, formats: str = "standard", threshold: int | None = None) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(
-        sensor, adc=Adc(bits=bits), formats=FORMATS[formats], architecture=Architecture(mac_lanes=1)
-    )
+    adc = Adc(bits, contact_threshold=threshold)
+    return Design(sensor, adc=adc, formats=FORMATS[formats], architecture=Architecture(mac_lanes=1))
 
 
 def corners(design: Design) -> list[np.ndarray]:
@@ -75,6 +74,34 @@ def test_random_frames_of_any_size(size):
 def test_corner_frames_and_every_exponent(bits, formats):
     design = make(3, 4, bits, formats)
     compare(design, corners(design) + every_exponent(design, np.random.default_rng(bits)), seed=bits)
+
+
+def near(design: Design, threshold: int) -> list[np.ndarray]:
+    """Frames whose largest code is on either side of ``threshold``, of one sign and of both."""
+    m, low = design.sensor.taxels, -(1 << (design.adc.bits - 1))
+    codes = np.clip(np.arange(-threshold - 2, -threshold + 2), low, -1 - low).tolist()
+    codes += np.clip(np.arange(threshold - 2, threshold + 2), low, -1 - low).tolist()
+    frames = [np.full(m, rest) for rest in (0, -1) for _ in codes]
+    for number, frame in enumerate(frames):
+        frame[number % m] = codes[number % len(codes)]
+    return frames
+
+
+THRESHOLDS = [(6, 0), (6, 1), (6, None), (6, 31), (14, 63), (14, 64), (14, 65), (14, 8191), (20, 100_000)]
+
+
+@pytest.mark.parametrize(("bits", "threshold"), THRESHOLDS)
+def test_the_contact_threshold(bits, threshold):
+    design = make(3, 4, bits, "wide", threshold)
+    compare(design, near(design, design.adc.threshold) + corners(design), seed=bits)
+
+
+@pytest.mark.parametrize("wrong", [-1, 1])
+@pytest.mark.parametrize("threshold", [1, 4, 30])
+def test_a_wrong_threshold_is_noticed(threshold, wrong):
+    design, other = (make(3, 4, 6, threshold=t) for t in (threshold, threshold + wrong))
+    with pytest.raises(AssertionError, match="facts differ"):
+        compare(design, near(design, threshold), block=Normaliser(other))
 
 
 def test_widest_converter():

@@ -160,6 +160,22 @@ class TestDegenerate:
         assert not result.forces.any()
         assert result.mu[0] == result.phi_deg[0] == 0
 
+    def test_below_the_contact_threshold(self):
+        """Frames within [-3, 3) Pa are no contact; above, the threshold changes nothing."""
+        stress = np.random.default_rng(1).uniform(-3, 3, (4, 4, 6))
+        stress[1:, 1, 1] = -3, 3, np.nextafter(-3, -4)
+        found, plain = Tfra(self.sensor, contact_threshold=3)(stress), Tfra(self.sensor)(stress)
+        assert found.status[:2].tolist() == [Status.NO_CONTACT] * 2
+        assert not (plain.status & Status.NO_CONTACT).any()
+        for name in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status"):
+            assert name == "status" or not getattr(found, name)[:2].any()
+            np.testing.assert_array_equal(getattr(found, name)[2:], getattr(plain, name)[2:])
+
+    @pytest.mark.parametrize("value", [-1e-9, np.nan])
+    def test_a_negative_threshold_is_refused(self, value):
+        with pytest.raises(ValueError, match="contact_threshold: zero or more is needed, got"):
+            Tfra(self.sensor, contact_threshold=value)
+
     def test_compression_only_is_solved_by_normal_forces(self):
         frame = -np.arange(24.0).reshape(4, 6)
         result = self.run(frame)

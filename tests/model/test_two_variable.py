@@ -7,9 +7,10 @@ import pytest
 
 from tfra.model.boussinesq import operators
 from tfra.model.contact import Contact
+from tfra.model.design import Adc, Architecture, Design
 from tfra.model.layer import frames
 from tfra.model.metrics import error_force
-from tfra.model.scenes import SENSORS, random_contacts
+from tfra.model.scenes import SENSORS, directed_codes, random_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra, check_frames
 from tfra.model.two_variable import Conditions, TwoVariable
@@ -204,6 +205,16 @@ class TestDegenerate:
         assert found.status.tolist() == [Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_CONTACT]
         for name in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "status"):
             np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-12)
+
+    def test_below_the_contact_threshold_as_in_tfra(self) -> None:
+        design = Design(SMALL, adc=Adc(10), architecture=Architecture(4))
+        stress = directed_codes(design)[-4:] * design.adc.lsb
+        found, expected = TwoVariable.of(design)(stress), Tfra.of(design)(stress)
+        np.testing.assert_array_equal(found.status & Status.NO_CONTACT, [1, 1, 0, 0])
+        np.testing.assert_array_equal(expected.status & Status.NO_CONTACT, [1, 1, 0, 0])
+        assert not found.forces[:2].any()
+        assert not found.mu[:2].any()
+        assert TwoVariable(SMALL)(stress).status[0] == 0
 
     def test_no_direction(self) -> None:
         frame = np.full((4, 6), 0.1)

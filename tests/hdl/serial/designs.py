@@ -9,11 +9,16 @@ from tfra.model.sensor import SensorArray
 
 DESIGNS = {
     "2×3": Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=SERIAL),
-    "3×4": Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(10), architecture=SERIAL),
+    "3×4": Design(
+        SensorArray(3, 4, 4e-3, 2e-3, 3e-3),
+        adc=Adc(contact_threshold=0),
+        search=Search(10),
+        architecture=SERIAL,
+    ),
     "5×7, tolerance": Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16, 2.5), architecture=SERIAL),
     "wide": Design(
         SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
-        adc=Adc(16),
+        adc=Adc(16, contact_threshold=1024),
         search=Search(9, 2.5),
         formats=FORMATS["wide"],
         architecture=SERIAL,
@@ -36,12 +41,13 @@ DESIGNS = {
 
 
 def random_design(seed: int) -> Design:
-    """Any small array."""
+    """Any small array, any contact threshold."""
     rng = random.Random(seed)
     rows, columns = rng.randrange(2, 9), rng.randrange(2, 9)
     pitch = [rng.choice([1.27e-3, 2e-3, 4e-3]) for _ in range(2)]
     steps = rng.choice([1, 7, 12, 63])
-    return Design(SensorArray(rows, columns, *pitch, 3e-3), search=Search(steps), architecture=SERIAL)
+    adc = Adc(contact_threshold=rng.choice([None, 0, rng.randrange(2000)]))
+    return Design(SensorArray(rows, columns, *pitch, 3e-3), adc=adc, search=Search(steps), architecture=SERIAL)
 
 
 TEN = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=SERIAL)

@@ -16,6 +16,7 @@ from tfra.hdl.serial.product import DELAY, Product
 from tfra.hdl.serial.timing import Timing
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.scenes import contact_codes, directed_codes
+from tfra.model.tfra import Status
 
 
 def stream(design, codes, **stalls):
@@ -30,9 +31,11 @@ def stream(design, codes, **stalls):
 
 def test_words_and_cycles():
     design = DESIGNS["2×3"]
-    codes = np.concatenate([contact_codes(design, 1, seed=1), directed_codes(design)[1:2]])
+    below, beyond = directed_codes(design)[-3:-1]
+    codes = np.concatenate([contact_codes(design, 1, seed=1), directed_codes(design)[1:2], [below, beyond]])
     timing, words, want, last, cycles, _ = stream(design, codes)
     assert (words == want).all()
+    assert (want[:, -1] & Status.NO_CONTACT).tolist() == [0, 0, 1, 0]
     assert last[:, -1].all()
     assert last.sum() == len(want)
     assert (np.diff(cycles[:, -1]) == timing.initiation_interval).all()

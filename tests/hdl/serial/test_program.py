@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from tfra.hdl.serial.interpreter import Interpreter
 from tfra.hdl.serial.memory import bases, groups, store_image
 from tfra.hdl.serial.program import program
 from tfra.hdl.serial.sizes import sizes
-from tfra.model.design import SERIAL, Design, Search
+from tfra.model.design import SERIAL, Adc, Design, Search
 from tfra.model.fixed.coefficients import STACKS, stacks
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.words import layout
@@ -48,6 +50,24 @@ def scenes(design, seed, contacts=3, wild=3):
 @pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
 def test_every_word_equals_the_model(design):
     check(design, scenes(design, seed=1))
+
+
+def near(design):
+    """Frames on either side of the contact threshold, as they are and halved."""
+    codes = directed_codes(design)[-4:]
+    return np.concatenate([codes, codes // 2])
+
+
+@pytest.mark.parametrize("threshold", [0, 1, 5, 1023, 1024, 8191])
+def test_the_contact_threshold(threshold):
+    design = replace(DESIGNS["2×3"], adc=Adc(contact_threshold=threshold))
+    check(design, near(design))
+
+
+@pytest.mark.parametrize("wrong", [-1, 1])
+def test_a_wrong_threshold_is_noticed(wrong):
+    design, other = (replace(DESIGNS["2×3"], adc=Adc(contact_threshold=t)) for t in (50, 50 + wrong))
+    assert (interpret(other, near(design))[0] != FixedTfra(design)(near(design)).words).any()
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -24,7 +24,7 @@ ADDED = Status.INPUT_SATURATED | Status.OUTPUT_SATURATED
 def both(design, codes):
     """Decoded fixed-point and float results of the same codes."""
     got = decode(design, FixedTfra(design)(codes).words)
-    return got, Tfra(design.sensor, design.search.steps)(codes * design.adc.lsb)
+    return got, Tfra.of(design)(codes * design.adc.lsb)
 
 
 @pytest.mark.parametrize(("formats", "share"), [("standard", 0.97), ("wide", 0.995)])
