@@ -6,6 +6,7 @@ threshold; it writes ``bench/results/rest.json`` and the two tables in docs/nume
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -74,14 +75,17 @@ def main() -> None:
     resting = [rest(percent) for percent in NOISE]
     fainter = [faint(stress, exact, *case) for case in FAINT]
     store("rest", {"frames": COUNT, "contacts": len(stress), "rest": resting, "faint": fainter})
-    head = "| noise, % of full scale, rms | median μ without threshold | no contact: without | with |\n|---:|---:|---:|---:|"
-    rows = [f"| {r['noise']:g} | {r['mu']:.2f} | {r['before']:.1%} | {r['after']:.1%} |" for r in resting]
-    insert("rest", "\n".join([head, *rows]), PAGE)
-    head = "| peak, % of full scale | noise, rms | kept | φ off, median | μ off, median |\n|---:|---:|---:|---:|---:|"
-    rows = [
-        f"| {r['peak']:g} | {r['noise']:g} | {r['kept']:.1%} | {r['phi']:.1f}° | {r['mu']:.2f} |" for r in fainter
-    ]
-    insert("faint", "\n".join([head, *rows]), PAGE)
+    columns = "noise, % of full scale, rms", "median μ without threshold", "no contact: without", "with"
+    rows = [f"{r['noise']:g} | {r['mu']:.2f} | {r['before']:.1%} | {r['after']:.1%}" for r in resting]
+    insert("rest", table(columns, rows), PAGE)
+    columns = "peak, % of full scale", "noise, rms", "kept", "φ off, median", "μ off, median"
+    rows = [f"{r['peak']:g} | {r['noise']:g} | {r['kept']:.1%} | {r['phi']:.1f}° | {r['mu']:.2f}" for r in fainter]
+    insert("faint", table(columns, rows), PAGE)
+
+
+def table(columns: Sequence[str], rows: Sequence[str]) -> str:
+    """Markdown."""
+    return "\n".join([f"| {' | '.join(columns)} |", "|---:" * len(columns) + "|", *(f"| {row} |" for row in rows)])
 
 
 if __name__ == "__main__":

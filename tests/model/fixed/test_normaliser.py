@@ -114,3 +114,14 @@ def test_below_all_is_zero_and_above_nothing_changes(threshold: int, seed: int) 
             np.testing.assert_array_equal(seen, before)
         else:
             assert (seen == (Status.NO_CONTACT if name == "status" else 0)).all(), name
+
+
+@pytest.mark.parametrize("wrong", [-1, 1])
+@pytest.mark.parametrize("threshold", [1, 4, 64, 8190])
+def test_directed_frames_tell_a_threshold_from_its_neighbours(threshold: int, wrong: int) -> None:
+    """Every verification and every generated testbench has these frames."""
+    made, other = design(14, threshold), design(14, threshold + wrong)
+    codes = directed_codes(made)[-4:]
+    expected, seen = (field(d, FixedTfra(d)(codes).words, "status")[:, 0] & Status.NO_CONTACT for d in (made, other))
+    assert expected.tolist() == [1, 1, 0, 0]
+    assert seen.tolist() == ([0, 0, 0, 0] if wrong < 0 else [1, 1, 1, 1])
