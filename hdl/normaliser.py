@@ -69,6 +69,7 @@ class Normaliser(wiring.Component):
 
         taxel -> register -+-> four banks, one per mirror place, two pages -> register -> shift -> spare -> quads
                            +-> sum of |code|, OR of code ^ sign -> leading zeros -> shift -> frame
+                           +-> code ^ sign >= contact threshold, OR of it ------------------> frame
 
     A frame loads into one page while the one before leaves the other.  Its last taxel waits until the quads and the
     facts of the frame before have all been taken: there is one exponent, and the facts of two frames never meet.

@@ -29,7 +29,8 @@ DESIGN = Design(
 )
 """Every block in few gates: they compile slowly and run at some hundred cycles a second."""
 
-CODES = np.array([[[-20, -9], [-5, 3]], [[-32, 31], [31, -32]]])
+CODES = np.array([[[-20, -9], [-5, 3]], [[-32, 31], [31, -32]], [[-4, 3], [-1, 2]]])
+"""The last frame is just below the contact threshold."""
 
 
 FIRST_ROW = re.compile(r"(\.INITVAL_00\(320'h)([0-9a-f]+)")
