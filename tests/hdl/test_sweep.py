@@ -237,7 +237,7 @@ def test_every_index_comes_when_stated(design, stall_in):
     assert cycles["index"] == predicted(design, cycles)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.data())
 def test_any_size(data):
     rows, columns, steps = (data.draw(st.integers(*ends)) for ends in ((2, 6), (2, 6), (1, 24)))

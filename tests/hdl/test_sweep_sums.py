@@ -72,7 +72,7 @@ def test_crossings_at_every_place(steps):
     assert found == [crossing(first, step, steps) for first, step in terms]
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.data())
 def test_any_crossing(data):
     steps, bits = data.draw(st.integers(1, 200)), data.draw(st.integers(4, 60))
@@ -127,7 +127,7 @@ def test_sums_of_frames_back_to_back(steps, words):
     assert set(waits) == {first_row(design)}
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.data())
 def test_any_sums(data):
     design = make(data.draw(st.integers(1, 40)), data.draw(st.sampled_from([1, 4])))

@@ -259,7 +259,7 @@ def same(first: Floats, second: Floats) -> None:
     np.testing.assert_allclose(first, second, rtol=0, atol=1e-9 * np.abs(second).max())
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(contacts_on_square)
 def test_mirrored_contacts_make_mirrored_frames(load: Contact) -> None:
     along_x = replace(load, center_x=2 * CENTER - load.center_x, phi=math.pi - load.phi)
@@ -269,7 +269,7 @@ def test_mirrored_contacts_make_mirrored_frames(load: Contact) -> None:
     same(mirrored_y, frame[::-1, :])
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(contacts_on_square, st.sampled_from(["point", "area"]))
 def test_a_quarter_turn_turns_the_frame(load: Contact, sampling: module.Sampling) -> None:
     turned = replace(
@@ -284,7 +284,7 @@ def test_a_quarter_turn_turns_the_frame(load: Contact, sampling: module.Sampling
     same(rotated, np.rot90(frame, -1))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(contacts_on_square, st.floats(0.1, 10))
 def test_frames_are_linear_in_the_forces(load: Contact, factor: float) -> None:
     plain, along_x, along_y = (replace(load, mu=m, phi=p) for m, p in ((0, 0), (1, 0), (1, math.pi / 2)))

@@ -29,7 +29,7 @@ def _parts():
     return separated(SQUARE)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(rows=st.integers(2, 6), columns=st.integers(2, 6), terms=st.integers(1, 3), seed=st.integers(0, 99))
 def test_an_operator_of_few_terms_is_found(rows, columns, terms, seed):
     rng = np.random.default_rng(seed)
@@ -127,7 +127,7 @@ def test_tfra_by_terms(parts, stress):
     assert shares[2] >= 0.95
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(bits=st.integers(4, 20), seed=st.integers(0, 99), scale=st.floats(1e-6, 1e6))
 def test_blocks_are_words_of_one_exponent(bits, seed, scale):
     x = scale * np.random.default_rng(seed).normal(size=(3, 4, 5))

@@ -23,7 +23,7 @@ def stress_of(sensor: SensorArray, count: int = 30) -> np.ndarray:
     return frames(sensor, random_contacts(sensor, count, np.random.default_rng(5)))
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(rows=st.integers(2, 9), columns=st.integers(2, 9), pitch=st.floats(0.5e-3, 8e-3), seed=st.integers(0, 99))
 def test_convolutions_are_the_dense_operators(rows, columns, pitch, seed):
     sensor = SensorArray(rows, columns, pitch, 2e-3, 3e-3)
@@ -45,7 +45,7 @@ def test_a_wrong_kernel_is_noticed():
         assert_allclose(Convolution(kernel)(x).reshape(2, -1), expected, atol=1e-12)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(size=st.integers(1, 12), count=st.integers(1, 4), seed=st.integers(0, 99))
 def test_conjugate_gradients_end_after_as_many_steps_as_unknowns(size, count, seed):
     rng = np.random.default_rng(seed)

@@ -236,7 +236,7 @@ def look(page: str, tmp_path: Path) -> tuple[list[int], list[str]]:
     options = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"]
     command: list[Any] = [program, *options, f"--user-data-dir={tmp_path / 'profile'}", file.as_uri()]
     environment = os.environ | {"HOME": str(tmp_path)}
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120, env=environment)
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     (widths,) = re.findall(r'data-widths="([^"]*)"', done.stdout)
     return [int(width) for width in widths.split()], re.findall(r".*CONSOLE.*", done.stderr)
 
