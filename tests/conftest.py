@@ -1,4 +1,4 @@
-"""One hypothesis profile for all tests: none of them depends on the machine's speed, and any failure can be repeated."""
+"""One hypothesis profile for all tests: none depends on the machine's speed, and any failure can be repeated."""
 
 from __future__ import annotations
 
