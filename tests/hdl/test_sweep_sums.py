@@ -12,8 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tfra.hdl.sweep_crossing import Crossing, crossing_latency
-from tfra.hdl.sweep_sums import Sums, first_row, sums_wait
+from tfra.hdl.sweep_sums import Sums, first_row, slope_bits, sums_wait
 from tfra.model.design import Architecture, Design, Search
+from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
@@ -125,6 +126,22 @@ def test_sums_of_frames_back_to_back(steps, words):
     found, waits = found_sums(design, 20, frames)
     assert found == [sums(design, terms) for terms in frames]
     assert set(waits) == {first_row(design)}
+
+
+@pytest.mark.parametrize("words", [1, 4])
+def test_the_longest_steps_of_all_taxels(words):
+    """They fill slope and entries to the last bit: words that were shorter by one would lose it."""
+    design = make(3, words)
+    m, largest = design.sensor.taxels, (1 << (widths(design).vector - 1)) - 1
+    assert (m * largest).bit_length() == slope_bits(design)
+    frames = [
+        [(0, largest)] * m,  # the slope to begin with
+        [(-largest, largest)] * m,  # one entry
+        [(-largest - 1, largest)] * m,  # with excesses
+        [(m * largest, -largest)] * m,  # falling for ever
+    ]
+    bits = signed_bits(m * largest)
+    assert found_sums(design, bits, frames)[0] == [sums(design, terms) for terms in frames]
 
 
 @settings(max_examples=15)
