@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import difflib
-import reprlib
 from collections.abc import Iterator
 from typing import Any, get_args
 
 from pydantic import ValidationError
 
 from tfra.codegen.schema import DIRECTION_KINDS, MOST_DIRECTIONS, Document, Section
+from tfra.model.errors import quoted
 
 _NEEDED = {
     "int_type": "a whole number is needed",
@@ -46,10 +46,10 @@ def _reason(finding: Any, location: tuple[int | str, ...]) -> str:
         return "is missing"
     if finding["type"] == "extra_forbidden":
         known = list(_section(location[:-1]).model_fields)
-        nearest = difflib.get_close_matches(str(location[-1]), known, n=1, cutoff=0)[0]
+        nearest = difflib.get_close_matches(str(location[-1])[:60], known, n=1, cutoff=0)[0]
         return f'unknown key, the nearest valid key is "{nearest}"'
     needed = _NEEDED.get(finding["type"], finding["msg"])
-    return f"{needed.format(**finding.get('ctx', {}))}, got {reprlib.repr(finding['input'])}"
+    return f"{needed.format(**finding.get('ctx', {}))}, got {quoted(finding['input'])}"
 
 
 def _section(location: tuple[int | str, ...]) -> type[Section]:

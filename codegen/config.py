@@ -7,20 +7,18 @@ Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double n
 from __future__ import annotations
 
 import math
-import re
-import tomllib
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
 
 from pydantic import ValidationError
 
 from tfra.codegen.complaints import complaint
+from tfra.codegen.cover import LayerSpec, require_few_modes
+from tfra.codegen.names import checked, name_from
 from tfra.codegen.schema import (
     ArchitectureSection,
     ContactSection,
@@ -30,15 +28,18 @@ from tfra.codegen.schema import (
     SensorSection,
     exact,
 )
+from tfra.codegen.tomlfile import read_toml
 from tfra.model.contact import Contact
 from tfra.model.design import FORMATS, SERIAL, Adc, Architecture, Design, Formats, Search
-from tfra.model.errors import InputError
-from tfra.model.layer import ElasticLayer, Sampling
-from tfra.model.layer import frames as layer_frames
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.errors import InputError, quoted
+from tfra.model.layer import ElasticLayer
+from tfra.model.sensor import SensorArray
 
 MOST_TAXELS = 4096
 """The model holds dense matrices of taxels x taxels: 134 MB each at this limit."""
+
+MOST_CONTACTS = 100_000
+"""Contacts of a file, each direction counted."""
 
 _KEYS = {
     "full_scale": "full_scale_pa",
@@ -50,33 +51,6 @@ _KEYS = {
     "normal_force": "force_n",
 }
 """Names of the model's fields in the file, where they differ and the model checks more than the schema."""
-
-
-@dataclass(frozen=True, slots=True)
-class LayerSpec:
-    """The elastic cover for simulated frames: Poisson's ratio, and sampling ``"point"`` or ``"area"``.
-
-    ``solver`` is ``"series"`` (exact) or ``"fem"``, with finite elements of ``element`` metres.
-    """
-
-    poisson: float
-    sampling: Sampling
-    solver: str = "series"
-    element: float = 0.5e-3
-
-    def frames(self, sensor: SensorArray, contacts: Sequence[Contact]) -> Floats:
-        """Stress ``(n, rows, columns)`` in Pa under ``contacts``.
-
-        Raises ``ValueError`` for contacts or meshes that do not fit, and with the install line where scikit-fem is
-        missing.
-        """
-        if self.solver == "series":
-            return layer_frames(sensor, contacts, self.sampling, self.poisson)
-        if find_spec("skfem") is None:
-            raise ValueError("solver: scikit-fem is not installed: pip install 'tfra[fem]'")
-        from tfra.model.fem import Mesh, fem_frames
-
-        return fem_frames(sensor, contacts, Mesh(self.element), self.poisson)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +72,7 @@ def load(path: str | Path) -> Project:
     document = _document(file)
     sensor = _sensor(file, document.sensor)
     with _blame(file, "layer"):
-        ElasticLayer.under(sensor, document.layer.poisson)
+        require_few_modes(ElasticLayer.under(sensor, document.layer.poisson))
         if document.layer.solver == "fem":
             _require_fem(document.layer)
     return Project(
@@ -116,27 +90,9 @@ def load(path: str | Path) -> Project:
 
 def _document(file: Path) -> Document:
     try:
-        return Document.model_validate(_parse(file))
+        return Document.model_validate(read_toml(file))
     except ValidationError as error:
         raise InputError(file, *complaint(error)) from None
-
-
-def _parse(file: Path) -> dict[str, Any]:
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise InputError(file, "", f"cannot be read: {error.strerror}") from None
-    try:
-        return tomllib.loads(data.decode())
-    except UnicodeDecodeError as error:
-        line = data[: error.start].count(b"\n") + 1
-        raise InputError(file, f"line {line}", "is not UTF-8 text") from None
-    except tomllib.TOMLDecodeError as error:
-        reason, _, place = str(error).removesuffix(")").partition(" (at ")
-        last = data.count(b"\n") + 1
-        raise InputError(file, place.replace("end of document", f"line {last}"), reason) from None
-    except (ValueError, RecursionError):  # an integer of thousands of digits, thousands of brackets
-        raise InputError(file, "", "is not sensible TOML") from None
 
 
 @contextmanager
@@ -159,7 +115,7 @@ def _require_fem(section: LayerSection) -> None:
 
 def _require_one_of(key: str, value: str, known: Iterable[str]) -> None:
     if value not in (names := tuple(known)):
-        raise ValueError(f"{key}: one of {', '.join(names)} is needed, got {value!r}")
+        raise ValueError(f"{key}: one of {', '.join(names)} is needed, got {quoted(value)}")
 
 
 def _sensor(file: Path, section: SensorSection) -> SensorArray:
@@ -180,7 +136,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
     with _blame(file, ""):
         return Design(
             sensor=sensor,
-            name=document.name or _identifier(file.stem),
+            name=name_from(file.stem) if document.name is None else checked(document.name),
             adc=adc,
             search=search,
             formats=formats,
@@ -217,11 +173,16 @@ def _architecture(file: Path, section: ArchitectureSection, sensor: SensorArray,
 
 
 def _contacts(file: Path, document: Document) -> Iterator[Contact]:
+    count = 0
     for number, section in enumerate(document.contact, 1):
         with _blame(file, f"contact#{number}"):
+            directions = section.directions()
+            count += len(directions)
+            if count > MOST_CONTACTS:
+                raise ValueError(f"phi_deg: at most {MOST_CONTACTS} directions of all contacts are supported")
             center_x = _center("x", section, document.sensor.columns, document.sensor.pitch_x_mm)
             center_y = _center("y", section, document.sensor.rows, document.sensor.pitch_y_mm)
-            for degrees in section.directions():
+            for degrees in directions:
                 yield Contact(
                     shape=section.shape,  # type: ignore[arg-type]  # names are converted and checked there
                     center_x=_metres(center_x),
@@ -253,9 +214,3 @@ def _span(low: Fraction, high: Fraction) -> str:
 
 def _metres(millimetres: Fraction) -> float:
     return float(millimetres / 1000)
-
-
-def _identifier(stem: str) -> str:
-    """Make ``stem`` a name that Verilog accepts."""
-    name = re.sub(r"[^A-Za-z0-9_]", "_", stem)[:60]
-    return name if name[:1].isalpha() else f"s_{name}"

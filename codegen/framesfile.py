@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
-from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.errors import InputError
+from tfra.codegen.arrays import Array, Shape, archive, read_npy
+from tfra.codegen.csvfile import read_csv
+from tfra.codegen.inputfile import no_memory
+from tfra.model.errors import InputError, shortened
 from tfra.model.sensor import Floats, SensorArray
-from tfra.model.tfra import check_frames
 
-Array = npt.NDArray[np.generic]
+FRAMES = "frames"
+"""The key of the stresses."""
 
 REFERENCES = {"resultant_ref": (3,), "mu_ref": (), "phi_ref_deg": ()}
-"""True values of a frame, by key: their shapes; in N, 1 and degrees."""
+"""True values of a frame, by key: their shapes; in N, 1 and degrees, nan where unknown."""
 
-_DAMAGE = (ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What NumPy and zipfile raise for pickles, truncated, encrypted and damaged files."""
+MOST = 1e12
+"""No stress, force or angle is beyond this, in its SI unit or degrees: diamond breaks at 1e11 Pa.
+
+The models square sums over taxels at most, so with 4096 taxels nothing overflows below 1e150.
+"""
 
 
 def read_frames(path: str | Path, sensor: SensorArray) -> Floats:
-    """Return the frames at ``path``: float64 of shape ``(n, rows, columns)``, n >= 1, all finite.
+    """Return the frames at ``path``: float64 of shape ``(n, rows, columns)``, n >= 1, all finite and within ``MOST``.
 
     A .npz file holds them under the key ``frames``, a .npy file as its only array, and a .csv file one frame
     a line, row by row, separated by commas, with an optional line of headings.  Raises ``InputError`` naming
@@ -32,107 +36,81 @@ def read_frames(path: str | Path, sensor: SensorArray) -> Floats:
     """
     file = Path(path)
     try:
-        array = _read(file, sensor)
-    except OSError as error:
-        raise InputError(file, "", f"cannot be read: {error.strerror or error}") from None
-    if array.dtype.kind not in "iuf":
-        raise InputError(file, "frames", f"real numbers are needed, got {array.dtype}")
-    try:
-        frames = check_frames(sensor, array)
-    except ValueError as error:
-        key, _, reason = str(error).partition(": ")
-        raise InputError(file, key, reason) from None
+        frames = _doubles(_read(file, sensor))
+        _require_stress(file, frames)
+    except MemoryError as error:
+        raise no_memory(file, error) from None
     if not len(frames):
-        raise InputError(file, "frames", "at least one frame is needed, got none")
+        raise InputError(file, FRAMES, "at least one frame is needed, got none")
     return frames
 
 
 def read_references(path: str | Path, count: int) -> dict[str, Floats]:
     """Return what a .npz file of ``count`` frames tells of their contacts: those of ``REFERENCES`` that it has.
 
-    Raises ``InputError`` for a key of another shape or without numbers.  Other formats have no references.
+    Unknown values are nan.  Raises ``InputError`` for a key of another shape, without real numbers, or with one that is
+    infinite or beyond ``MOST``.  Other formats have no references.
     """
     file = Path(path)
     if file.suffix != ".npz":
         return {}
-    with np.load(file, allow_pickle=False) as archive:
-        return {key: _reference(file, archive, key, count) for key in REFERENCES if key in archive.files}
+    with archive(file) as found:
+        keys = [key for key in REFERENCES if key in found.keys]
+        references = {
+            key: _doubles(found.read(key, partial(_wrong_shape, (count, *REFERENCES[key])))) for key in keys
+        }
+    for key, values in references.items():
+        if len(bad := np.argwhere(np.abs(values) > MOST)):
+            raise InputError(file, key, f"frame {bad[0][0]}: {values[tuple(bad[0])]:g} is no true value")
+    return references
 
 
-def _reference(file: Path, archive: Mapping[str, Array], key: str, count: int) -> Floats:
-    shape = (count, *REFERENCES[key])
-    try:
-        array = np.asarray(archive[key], dtype=np.float64)
-    except _DAMAGE:
-        raise InputError(file, key, "is not a readable array of numbers") from None
-    if array.shape != shape:
-        raise InputError(file, key, f"shape {shape} is needed, got {array.shape}")
-    return array
-
-
-def _read(file: Path, sensor: SensorArray) -> Array:
+def _read(file: Path, sensor: SensorArray) -> Array | Floats:
     match file.suffix:
         case ".npz":
-            return _read_npz(file)
+            with archive(file) as found:
+                if FRAMES not in found.keys:
+                    have = shortened(", ".join(found.keys), 120) or "none"
+                    raise InputError(file, FRAMES, f"the key is missing, the file has: {have}")
+                return found.read(FRAMES, partial(_wrong_frames, sensor))
         case ".npy":
-            return _read_npy(file)
+            return read_npy(file, FRAMES, partial(_wrong_frames, sensor))
         case ".csv":
-            return _read_csv(file, sensor)
+            return read_csv(file, sensor)
     raise InputError(file, "", "a name that ends in .npz, .npy or .csv is needed")
 
 
-def _read_npz(file: Path) -> Array:
-    archive = _load(file)
-    if not isinstance(archive, np.lib.npyio.NpzFile):
-        raise InputError(file, "", "is not a .npz file")
-    with archive:
-        if "frames" not in archive.files:
-            raise InputError(file, "frames", f"the key is missing, the file has: {', '.join(archive.files)}")
-        try:
-            return np.asarray(archive["frames"])
-        except _DAMAGE:
-            raise InputError(file, "frames", "is not a readable array of numbers") from None
+def _wrong_shape(needed: Shape, shape: Shape) -> str | None:
+    return None if shape == needed else f"shape {needed} is needed, got {shortened(str(shape))}"
 
 
-def _read_npy(file: Path) -> Array:
-    array = _load(file)
-    if not isinstance(array, np.ndarray):
-        raise InputError(file, "", "is not a .npy file")
-    return array
+def _wrong_frames(sensor: SensorArray, shape: Shape) -> str | None:
+    """Say what is wrong with a ``shape`` that is not ``(n, rows, columns)``, and what it may be."""
+    frame = rows, columns = sensor.rows, sensor.columns
+    if len(shape) == 3 and shape[1:] == frame:
+        return None
+    hint = ""
+    if shape in (frame, (sensor.taxels,)):
+        hint = f": a single frame has the shape (1, {rows}, {columns})"
+    elif len(shape) == 2 and shape[1] == sensor.taxels:
+        hint = f": frames as rows become frames by reshape(-1, {rows}, {columns})"
+    elif len(shape) == 3 and shape[1:] == (columns, rows):
+        hint = ": is every frame transposed?"
+    elif len(shape) == 3 and shape[:2] == frame:
+        hint = ": is the number of frames last? it comes first"
+    return f"shape (n, {rows}, {columns}) is needed, got {shortened(str(shape))}{hint}"
 
 
-def _load(file: Path) -> object:
-    try:
-        return np.load(file, allow_pickle=False)
-    except _DAMAGE:
-        raise InputError(file, "", f"is not a readable {file.suffix} file of numbers") from None
+def _doubles(array: npt.NDArray[np.generic]) -> Floats:
+    with np.errstate(all="ignore"):  # a long double may be infinite as a double
+        return np.asarray(array, dtype=np.float64)
 
 
-def _read_csv(file: Path, sensor: SensorArray) -> Floats:
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise InputError(file, "", "is not UTF-8 text") from None
-    lines = [(number, line.split(",")) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    if lines and not any(map(_is_number, lines[0][1])):
-        del lines[0]  # headings
-    values = [_numbers(file, sensor, *line) for line in lines]
-    return np.array(values, dtype=np.float64).reshape(-1, sensor.rows, sensor.columns)
-
-
-def _numbers(file: Path, sensor: SensorArray, line: int, cells: list[str]) -> list[float]:
-    if len(cells) != sensor.taxels:
-        needed = f"{sensor.taxels} numbers ({sensor.rows} rows x {sensor.columns} columns) are needed"
-        raise InputError(file, f"line {line}", f"{needed}, got {len(cells)}")
-    for position, cell in enumerate(cells, 1):
-        if not _is_number(cell):
-            raise InputError(file, f"line {line}", f"{cell.strip()!r} at position {position} is not a number")
-    return [float(cell) for cell in cells]
-
-
-def _is_number(cell: str) -> bool:
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True
+def _require_stress(file: Path, frames: Floats) -> None:
+    """Raise ``InputError`` for the first value that is no stress."""
+    bad = np.argwhere(~(np.abs(frames) <= MOST))
+    if not len(bad):
+        return
+    value = frames[tuple(bad[0])]
+    reason = f"is {value:g} Pa, no stress is beyond {MOST:g} Pa" if np.isfinite(value) else "is not finite"
+    raise InputError(file, FRAMES, "frame {}, row {}, column {} {}".format(*bad[0], reason))

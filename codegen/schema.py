@@ -23,6 +23,9 @@ IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_]{0,62}$"
 Length = Annotated[float, Field(ge=1e-3, le=1e3)]
 """Millimetres; anything beyond is a slip of the unit, and its square would lose digits."""
 
+Stress = Annotated[float, Field(ge=1e-3, le=1e12)]
+"""Pascals that a converter may reach."""
+
 
 def exact(value: float) -> Fraction:
     """Return the decimal number that ``value`` is written as, so that 4.1 mm is 41/10 mm."""
@@ -49,7 +52,7 @@ class AdcSection(Section):
     """``[adc]``: the converter."""
 
     bits: int = Adc().bits
-    full_scale_pa: float = Adc().full_scale
+    full_scale_pa: Stress = Adc().full_scale
     contact_threshold_codes: int | None = None
 
 
@@ -57,7 +60,7 @@ class SearchSection(Section):
     """``[search]``: the sweep of the independent friction coefficient."""
 
     steps: int = Search().steps
-    plateau_tolerance: float = Search().tolerance
+    plateau_tolerance: Annotated[float, Field(le=1e12)] = Search().tolerance
 
 
 class FormatsSection(Section):
@@ -95,7 +98,7 @@ class LayerSection(Section):
     poisson: float = 0.48
     sampling: Sampling = "point"
     solver: Literal["series", "fem"] = "series"
-    element_mm: float = Field(default=0.5, gt=0, le=1000)
+    element_mm: float = Field(default=0.5, ge=1e-9, le=1000)
 
 
 class Directions(Section):

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
+from tfra.model.errors import quoted
 from tfra.model.sensor import Floats
 
 
@@ -78,7 +79,7 @@ class Contact:
             object.__setattr__(self, "shape", ContactShape(self.shape))
         except ValueError:
             known = ", ".join(ContactShape)
-            raise ValueError(f"shape: one of {known} is needed, got {self.shape!r}") from None
+            raise ValueError(f"shape: one of {known} is needed, got {quoted(self.shape)}") from None
         for name in ("center_x", "center_y", "phi"):
             _require(math.isfinite(getattr(self, name)), name, "a finite number", getattr(self, name))
         for name in ("half_x", "half_y"):

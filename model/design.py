@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
+from tfra.model.errors import quoted
 from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter
 
@@ -157,7 +158,8 @@ class Design:
     target: str = "portable"
 
     def __post_init__(self) -> None:
-        _require(self.target in TARGETS, "target.name", f"one of {', '.join(TARGETS)} is needed, got {self.target!r}")
+        reason = f"one of {', '.join(TARGETS)} is needed, got {quoted(self.target)}"
+        _require(self.target in TARGETS, "target.name", reason)
         mirrors = self.sparse is None or self.sparse.kind == "F2"
         _require(mirrors, "sparse", "only F2 keeps the mirror symmetry that operators are folded by")
         forms = get_args(Form)
@@ -171,7 +173,7 @@ class Design:
 
     def _check_architecture(self) -> None:
         kind, lanes, most = self.architecture.kind, self.architecture.mac_lanes, 4 * self.quads
-        _require(kind in KINDS, "architecture.kind", f"one of {', '.join(KINDS)} is needed, got {kind!r}")
+        _require(kind in KINDS, "architecture.kind", f"one of {', '.join(KINDS)} is needed, got {quoted(kind)}")
         if kind == "serial":
             for key in ("mac_lanes", "vector_words"):
                 given = getattr(self.architecture, key)

@@ -87,6 +87,19 @@ class Mesh:
         y = self._across(-sensor.pitch_y / 2, sensor.size_y, contact.center_y, contact.half_y, half_height)
         return x, y, z
 
+    def elements(self, sensor: SensorArray, contact: Contact) -> int:
+        """How many elements the mesh has, without making it."""
+        across = (
+            math.ceil(2 * half / self.size * (1 - _SLACK))
+            + self._count_beside(center - half + pitch / 2, sensor.thickness / 2)
+            + self._count_beside(size - pitch / 2 - center - half, sensor.thickness / 2)
+            for center, half, pitch, size in (
+                (contact.center_x, contact.half_x, sensor.pitch_x, sensor.size_x),
+                (contact.center_y, contact.half_y, sensor.pitch_y, sensor.size_y),
+            )
+        )
+        return math.prod(across) * self.layers
+
     def _across(self, low: float, length: float, center: float, half: float, coarsest: float) -> Floats:
         count = math.ceil(2 * half / self.size * (1 - _SLACK))
         inside = np.full(count, 2 * half / count)
@@ -100,6 +113,13 @@ class Mesh:
         while sum(widths) < gap - _SLACK * self.size:
             widths.append(min(self.size * self.growth ** (len(widths) + 1), coarsest))
         return np.array(widths) * (gap / sum(widths) if widths else 0.0)
+
+    def _count_beside(self, gap: float, coarsest: float) -> int:
+        """How many widths ``_beside`` returns."""
+        left, width, count = gap - _SLACK * self.size, self.size * self.growth, 0
+        while left > 0 and self.size < width < coarsest:
+            left, width, count = left - width, width * self.growth, count + 1
+        return count + max(0, math.ceil(left / min(width, coarsest)))
 
 
 def fem_frames(

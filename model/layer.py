@@ -84,6 +84,12 @@ class ElasticLayer:
             origin_y=-sensor.pitch_y / 2,
         )
 
+    @property
+    def modes(self) -> int:
+        """How many modes the series sums: the memory and the time of a frame are proportional to it."""
+        cutoff = _cutoff(self) / self.thickness
+        return _count(self.size_x, cutoff) * _count(self.size_y, cutoff)
+
     def transfer(self, k: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return sigma_zz at the base per unit of q_z and of t (see the module's equation) at k >= 0, rad/m.
 
@@ -203,7 +209,11 @@ def _modes(layer: ElasticLayer) -> _Modes:
 
 
 def _wavenumbers(size: float, cutoff: float) -> Floats:
-    return np.asarray(np.arange(math.floor(cutoff * size / math.pi) + 1) * (math.pi / size))
+    return np.asarray(np.arange(_count(size, cutoff)) * (math.pi / size))
+
+
+def _count(size: float, cutoff: float) -> int:
+    return math.floor(cutoff * size / math.pi) + 1
 
 
 def _weights(k: Floats) -> Floats:
@@ -213,7 +223,8 @@ def _weights(k: Floats) -> Floats:
 
 def _cutoff(layer: ElasticLayer) -> float:
     """Return k h up to which modes are kept so that the others stay below ``TRUNCATION``."""
-    cutoff = 4.0
+    spacing = math.pi * layer.thickness * math.hypot(1 / layer.size_x, 1 / layer.size_y)
+    cutoff = max(4.0, math.floor(4 * spacing) / 4)  # below, the bound is infinite
     while _tail(layer, cutoff) > TRUNCATION:
         cutoff += 0.25
     return cutoff

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from tfra.model.errors import quoted
 from tfra.synth.floorplan import Floor
 
 
@@ -199,5 +200,5 @@ def find(name: str) -> Target:
     """The target called ``name``; raises ``ValueError`` that lists all of them."""
     full = f"{name}-{_SLOWEST}" if re.fullmatch(r"ecp5-\d+", name) else name
     if full not in TARGETS:
-        raise ValueError(f"one of {', '.join(TARGETS)} is needed, got {name!r}")
+        raise ValueError(f"one of {', '.join(TARGETS)} is needed, got {quoted(name)}")
     return TARGETS[full]

@@ -1,4 +1,4 @@
-"""Output appears completely or not at all; frames are read from three formats, or refused in one line."""
+"""Output appears completely or not at all."""
 
 from __future__ import annotations
 
@@ -12,12 +12,9 @@ import numpy as np
 import pytest
 
 from tfra.codegen.files import check_archive, output_directory, write_npz
-from tfra.codegen.framesfile import read_frames, read_references
 from tfra.codegen.ownership import MANIFEST
 from tfra.model.errors import InputError
-from tfra.model.sensor import SensorArray
 
-SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
 FRAMES = np.arange(24.0).reshape(4, 2, 3) - 7.25
 
 
@@ -366,132 +363,3 @@ def test_a_failed_generation_keeps_the_old(tmp_path: Path) -> None:
         fail()
     assert (out / "core.v").read_text() == "old"
     assert names(tmp_path) == ["out"]
-
-
-# Frames
-
-
-@pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int16])
-def test_frames_round_trip(tmp_path: Path, dtype: type[np.generic]) -> None:
-    frames = FRAMES.astype(dtype)
-    np.savez(tmp_path / "f.npz", frames=frames, mu_ref=np.zeros(4))
-    np.save(tmp_path / "f.npy", frames)
-    np.savetxt(tmp_path / "f.csv", frames.reshape(4, 6), delimiter=",")
-    for suffix in ("npz", "npy", "csv"):
-        found = read_frames(tmp_path / f"f.{suffix}", SENSOR)
-        assert found.dtype == np.float64
-        np.testing.assert_array_equal(found, frames)
-
-
-def test_references(tmp_path: Path) -> None:
-    truth = {"resultant_ref": np.ones((4, 3)), "mu_ref": np.array([0, 1, 2, 3])}
-    np.savez(tmp_path / "f.npz", frames=FRAMES, other=np.zeros(1), **truth)
-    found = read_references(tmp_path / "f.npz", 4)
-    assert list(found) == ["resultant_ref", "mu_ref"]
-    assert found["mu_ref"].tolist() == [0.0, 1.0, 2.0, 3.0]
-    assert read_references(tmp_path / "f.csv", 4) == {}
-
-
-@pytest.mark.parametrize(
-    ("value", "reason"),
-    [
-        (np.zeros(3), "shape (4,) is needed, got (3,)"),
-        (np.zeros((4, 1)), "shape (4,) is needed, got (4, 1)"),
-        (np.array(list("abcd")), "is not a readable array of numbers"),
-    ],
-)
-def test_wrong_references(tmp_path: Path, value: np.ndarray, reason: str) -> None:
-    np.savez(tmp_path / "f.npz", frames=FRAMES, mu_ref=value)
-    with pytest.raises(InputError) as caught:
-        read_references(tmp_path / "f.npz", 4)
-    assert str(caught.value) == f"{tmp_path / 'f.npz'}: mu_ref: {reason}"
-
-
-def test_csv_may_have_headings_blank_lines_and_a_mark(tmp_path: Path) -> None:
-    path = tmp_path / "f.csv"
-    path.write_bytes(b"\xef\xbb\xbfa,b,c,d,e,f\r\n1, 2,3,4e2,-5,6.5\r\n\r\n")
-    assert read_frames(path, SENSOR).tolist() == [[[1, 2, 3], [400, -5, 6.5]]]
-
-
-WRONG_CSV = [
-    ("", "frames: at least one frame is needed, got none"),
-    ("a,b\n", "frames: at least one frame is needed, got none"),
-    ("1,2,3,4,5,6\n1,2,3,4,5\n", "line 2: 6 numbers (2 rows x 3 columns) are needed, got 5"),
-    ("1,2,3,4,5,6,\n", "line 1: 6 numbers (2 rows x 3 columns) are needed, got 7"),
-    ("1;2;3;4;5;6\n1;2;3;4;5;6\n", "line 2: 6 numbers (2 rows x 3 columns) are needed, got 1"),
-    ("h\n\n1,2,x,4,5,6\n", "line 3: 'x' at position 3 is not a number"),
-    ("1,2,,4,5,6\n", "line 1: '' at position 3 is not a number"),
-    ("1,2,3,4,5,6\n1,2,3,4,5,nan\n", "frames: frame 1, row 1, column 2 is not finite"),
-    ("1,-inf,3,4,5,6\n", "frames: frame 0, row 0, column 1 is not finite"),
-]
-
-
-@pytest.mark.parametrize(("text", "reason"), WRONG_CSV)
-def test_wrong_csv(tmp_path: Path, text: str, reason: str) -> None:
-    path = tmp_path / "f.csv"
-    path.write_text(text)
-    with pytest.raises(InputError) as caught:
-        read_frames(path, SENSOR)
-    assert str(caught.value) == f"{path}: {reason}"
-
-
-WRONG_ARRAYS = [
-    (FRAMES[0], "frames: shape (n, 2, 3) is needed, got (2, 3)"),
-    (FRAMES.reshape(4, 3, 2), "frames: shape (n, 2, 3) is needed, got (4, 3, 2)"),
-    (FRAMES[:0], "frames: at least one frame is needed, got none"),
-    (np.where(FRAMES == 4.75, np.nan, FRAMES), "frames: frame 2, row 0, column 0 is not finite"),
-    (FRAMES * 1j, "frames: real numbers are needed, got complex128"),
-    (FRAMES.astype(str), "frames: real numbers are needed, got <U32"),
-    (FRAMES > 0, "frames: real numbers are needed, got bool"),
-]
-
-
-@pytest.mark.parametrize("suffix", ["npz", "npy"])
-@pytest.mark.parametrize(("array", "reason"), WRONG_ARRAYS, ids=[reason for _, reason in WRONG_ARRAYS])
-def test_wrong_array(tmp_path: Path, suffix: str, array: np.ndarray, reason: str) -> None:
-    path = tmp_path / f"f.{suffix}"
-    if suffix == "npz":
-        np.savez(path, frames=array)
-    else:
-        np.save(path, array)
-    with pytest.raises(InputError) as caught:
-        read_frames(path, SENSOR)
-    assert str(caught.value) == f"{path}: {reason}"
-
-
-def test_missing_key(tmp_path: Path) -> None:
-    np.savez(tmp_path / "f.npz", stress=FRAMES, mu=FRAMES)
-    with pytest.raises(InputError, match=r"frames: the key is missing, the file has: stress, mu$"):
-        read_frames(tmp_path / "f.npz", SENSOR)
-
-
-@pytest.mark.parametrize("suffix", ["npz", "npy"])
-@pytest.mark.parametrize("damage", ["empty", "noise", "truncated", "pickle"])
-def test_damaged_file(tmp_path: Path, suffix: str, damage: str) -> None:
-    path = tmp_path / f"f.{suffix}"
-    array = np.array([{}]) if damage == "pickle" else FRAMES
-    if suffix == "npz":
-        np.savez(path, frames=array)
-    else:
-        np.save(path, array)
-    good = path.read_bytes()
-    path.write_bytes({"empty": b"", "noise": b"noise" * 50, "truncated": good[:-60], "pickle": good}[damage])
-    with pytest.raises(InputError, match=r"is not a readable (\.np[yz] file|array) of numbers$"):
-        read_frames(path, SENSOR)
-
-
-def test_mistaken_suffix(tmp_path: Path) -> None:
-    np.save(tmp_path / "array.npy", FRAMES)
-    np.savez(tmp_path / "archive.npz", frames=FRAMES)
-    (tmp_path / "array.npy").rename(tmp_path / "a.npz")
-    (tmp_path / "archive.npz").rename(tmp_path / "a.npy")
-    for name, reason in {
-        "a.npz": "is not a .npz file",
-        "a.npy": "is not a .npy file",
-        "a.txt": "a name that ends in .npz, .npy or .csv is needed",
-        "none.csv": "cannot be read: No such file or directory",
-        "none.npz": "cannot be read: No such file or directory",
-    }.items():
-        with pytest.raises(InputError) as caught:
-            read_frames(tmp_path / name, SENSOR)
-        assert str(caught.value) == f"{tmp_path / name}: {reason}"

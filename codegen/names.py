@@ -1,0 +1,37 @@
+"""The name of a core: what Verilog accepts, no word of its own, and no name of a port."""
+
+from __future__ import annotations
+
+import re
+
+from tfra.codegen.keywords import KEYWORDS
+
+PORTS = frozenset(
+    """
+    clk rst taxel_data taxel_valid taxel_ready result_data result_last result_valid result_ready load_data load_valid
+    load_ready
+    """.split()  # noqa: SIM905
+)
+"""Ports of the top module, which Verilator does not tell from a module of the same name."""
+
+_LONGEST_STEM = 60
+
+
+def name_from(stem: str) -> str:
+    """Make the ``stem`` of a CONFIG file a name; raises ``ValueError`` (``name: ...``) for a word that is taken."""
+    name = re.sub(r"[^A-Za-z0-9_]", "_", stem)[:_LONGEST_STEM]
+    name = name if name[:1].isalpha() else f"s_{name}"
+    if word := _taken(name):
+        raise ValueError(f'name: is missing, and the file\'s own, "{name}", is {word}: set another one')
+    return name
+
+
+def checked(name: str) -> str:
+    """Return ``name``; raises ``ValueError`` (``name: ...``) for a word that is taken."""
+    if word := _taken(name):
+        raise ValueError(f'name: "{name}" is {word}')
+    return name
+
+
+def _taken(name: str) -> str:
+    return "a keyword of Verilog" if name in KEYWORDS else "a port of the core" if name in PORTS else ""
