@@ -2,6 +2,6 @@
 
 import sys
 
-from tfra.cli.main import main
+from tfra.cli.entry import main
 
 sys.exit(main())

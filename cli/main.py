@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from importlib.metadata import version
 from typing import Annotated
 
@@ -19,7 +20,7 @@ from tfra.cli.size import size
 from tfra.cli.synth import synth
 from tfra.cli.verify import verify
 from tfra.codegen.processes import Stopped, stoppable
-from tfra.model.errors import InputError
+from tfra.model.errors import InputError, shortened
 
 EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     frames: ("tfra frames examples/hertz_40x20.toml --out frames.npz",),
@@ -85,7 +86,7 @@ def top(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line (``sys.argv`` by default) and return its exit code."""
-    warnings.showwarning = lambda message, *_: print(message, file=sys.stderr)
+    warnings.showwarning = lambda message, *_: _say(str(message))
     try:
         with stoppable():
             return app(arguments, prog_name="tfra", standalone_mode=False) or 0
@@ -95,10 +96,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = str(error)
     except typer.TyperException as error:
         message = str(InputError(_command_of(error), "", error.format_message().replace("Value error, ", "")))
-    except MemoryError:
-        message = "tfra: there is not enough memory for this input"
-    print(message, file=sys.stderr)
+    except MemoryError as error:  # NumPy says how much it wanted
+        line = " ".join(["tfra", *(sys.argv[1:] if arguments is None else arguments)])
+        message = str(InputError(shortened(line, 200), "not enough memory", str(error)))
+    _say(message)
     return 2
+
+
+def _say(message: str) -> None:
+    with suppress(OSError):  # nobody is left to be told
+        print(message, file=sys.stderr, flush=True)
 
 
 def _command_of(error: typer.TyperException) -> str:

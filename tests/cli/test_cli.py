@@ -118,9 +118,9 @@ def test_frames(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_frames_tells_when_they_exceed_full_scale(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    Path("soft.toml").write_text(CONFIG + "[adc]\nfull_scale_pa = 1000\n")
+    Path("weak_cover.toml").write_text(CONFIG + "[adc]\nfull_scale_pa = 1000\n")
     capsys.readouterr()
-    assert main(["frames", "soft.toml", "--out", "soft.npz"]) == 0
+    assert main(["frames", "weak_cover.toml", "--out", "weak_cover.npz"]) == 0
     assert "Pa which is beyond 1000 Pa full scale" in capsys.readouterr().out
 
 
@@ -376,8 +376,8 @@ def test_out_of_memory(
     folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def exhausted(*arguments: Any) -> None:
-        raise MemoryError
+        raise MemoryError("Unable to allocate 7.45 GiB")
 
     monkeypatch.setattr("tfra.model.tfra.Tfra.__call__", exhausted)
     line = refusal(capfd, "estimate", "skin.toml", "frames.npz", "--out", "r.npz")
-    assert line == "tfra: there is not enough memory for this input"
+    assert line == "tfra estimate skin.toml frames.npz --out r.npz: not enough memory: Unable to allocate 7.45 GiB"

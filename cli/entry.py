@@ -1,0 +1,129 @@
+"""What the command ``tfra`` starts with: whatever happens to its streams or its imports, it ends in one line.
+
+Only what Python has loaded anyway is imported here, so that Ctrl-C is taken care of from the first moment.  It kills
+the process while the command line is imported, and is a ``KeyboardInterrupt`` from then on.
+
+Exit codes beside those of :mod:`tfra.cli.main`: 1 for output that can't be written and other failures of the system,
+70 for an error of our own, 130 after Ctrl-C, 141 when the reader of standard output has gone.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import signal
+import sys
+import warnings
+from contextlib import suppress
+
+TYPE_CHECKING = False  # the one of typing takes milliseconds
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
+
+    from _typeshed import ReadableBuffer
+
+BUG = 70
+"""``EX_SOFTWARE`` of sysexits.h."""
+
+
+class _Output(io.FileIO):
+    """A standard stream that remembers why it could not be written, whoever swallows the exception."""
+
+    error: OSError | None = None
+
+    def write(self, data: ReadableBuffer, /) -> int:
+        try:
+            return super().write(data)
+        except OSError as error:
+            self.error = error
+            raise
+
+
+def main() -> int:
+    """Run the command line on the process's own streams and return its exit code."""
+    _open_closed_streams()
+    output, complaints = _Output(1, "wb", closefd=False), _Output(2, "wb", closefd=False)
+    try:
+        sys.stdout, sys.stderr = _text(output, sys.stdout), _text(complaints, sys.stderr)
+        code = _finished(_run(output, complaints), output)
+    except KeyboardInterrupt:
+        code = 130
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt
+    for descriptor, stream in ((1, output), (2, complaints)):
+        if stream.error is not None:  # what waits in its buffer goes nowhere
+            os.dup2(os.open(os.devnull, os.O_WRONLY), descriptor)
+    return code
+
+
+def _run(output: _Output, complaints: _Output) -> int:
+    try:
+        _quiet_warnings()
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # there is nothing to clean up yet
+        from tfra.cli.main import main as run
+
+        signal.signal(signal.SIGALRM, signal.default_int_handler)
+        sys.unraisablehook = _interrupt_again
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        return run()
+    except OSError as error:
+        if output.error is None and complaints.error is None:
+            _say(f"tfra: {f'{error.filename}: ' if error.filename else ''}{error.strerror or error}")
+        return 1
+    except SystemExit:  # how rich and typer answer a broken pipe
+        return 1
+    except Exception:
+        import traceback
+
+        _say(f"{traceback.format_exc()}tfra: this is an error of tfra itself; please report it with the lines above")
+        return BUG
+
+
+def _finished(code: int, output: _Output) -> int:
+    """Write what waits for standard output, and return the exit code."""
+    with suppress(OSError):
+        sys.stdout.flush()
+    if output.error is None:
+        return code
+    if output.error.errno == errno.EPIPE:
+        return 128 + signal.SIGPIPE
+    _say(f"standard output: cannot be written: {output.error.strerror}")
+    return code or 1
+
+
+def _say(message: str) -> None:
+    with suppress(OSError):
+        print(message, file=sys.stderr, flush=True)
+
+
+def _interrupt_again(ignored: UnraisableHookArgs) -> None:
+    """Python drops a Ctrl-C that comes while it calls back, for instance in an import: raise it once more, later."""
+    if ignored.exc_type is KeyboardInterrupt:
+        signal.setitimer(signal.ITIMER_REAL, 0.01)
+    else:
+        sys.__unraisablehook__(ignored)
+
+
+def _open_closed_streams() -> None:
+    """Occupy closed descriptors, or the next file to be opened would become standard output.
+
+    Standard output is opened for reading alone: writing fails, as it must.
+    """
+    for descriptor, mode in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.set_inheritable(os.open(os.devnull, mode), True)
+
+
+def _text(raw: _Output, former: object) -> io.TextIOWrapper:
+    """Return ``raw`` as text; characters that its encoding lacks are escaped."""
+    encoding = getattr(former, "encoding", None) or "utf-8"
+    return io.TextIOWrapper(io.BufferedWriter(raw), encoding, "backslashreplace", line_buffering=True)
+
+
+def _quiet_warnings() -> None:
+    """Show warnings for users alone, whatever ``PYTHONWARNINGS`` says."""
+    warnings.resetwarnings()
+    warnings.simplefilter("ignore")
+    warnings.filterwarnings("always", category=FutureWarning, module=r"tfra\.")
