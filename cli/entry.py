@@ -123,7 +123,6 @@ def _text(raw: _Output, former: object) -> io.TextIOWrapper:
 
 
 def _quiet_warnings() -> None:
-    """Show warnings for users alone, whatever ``PYTHONWARNINGS`` says."""
+    """Show none but those that the command line lets through, whatever ``PYTHONWARNINGS`` says."""
     warnings.resetwarnings()
     warnings.simplefilter("ignore")
-    warnings.filterwarnings("always", category=FutureWarning, module=r"tfra\.")

@@ -20,7 +20,7 @@ from tfra.cli.size import size
 from tfra.cli.synth import synth
 from tfra.cli.verify import verify
 from tfra.codegen.processes import Stopped, stoppable
-from tfra.model.errors import InputError, shortened
+from tfra.model.errors import InputError, Notice, shortened
 
 EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     frames: ("tfra frames examples/hertz_40x20.toml --out frames.npz",),
@@ -86,7 +86,8 @@ def top(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line (``sys.argv`` by default) and return its exit code."""
-    warnings.showwarning = lambda message, *_: _say(str(message))
+    warnings.showwarning = lambda message, *_: _say(f"warning: {message}")
+    warnings.simplefilter("always", Notice)
     try:
         with stoppable():
             return app(arguments, prog_name="tfra", standalone_mode=False) or 0

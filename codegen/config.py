@@ -31,7 +31,7 @@ from tfra.codegen.schema import (
 from tfra.codegen.tomlfile import read_toml
 from tfra.model.contact import Contact
 from tfra.model.design import FORMATS, SERIAL, Adc, Architecture, Design, Formats, Search
-from tfra.model.errors import InputError, quoted
+from tfra.model.errors import InputError, Notice, quoted
 from tfra.model.layer import ElasticLayer
 from tfra.model.sensor import SensorArray
 
@@ -166,7 +166,7 @@ def _architecture(file: Path, section: ArchitectureSection, sensor: SensorArray,
             reason = f"1 to {candidates} (steps + 1 candidates) is needed, got {sweep}"
             raise ValueError(f"architecture.sweep_lanes: {reason}")
         reason = "has no effect: the sweep takes a cycle for each taxel and each candidate without lanes"
-        warnings.warn(f"{file}: architecture.sweep_lanes: {reason}", FutureWarning, stacklevel=2)
+        warnings.warn(f"{file}: architecture.sweep_lanes: {reason}", Notice, stacklevel=2)
     default = SERIAL if section.kind == SERIAL.kind else Architecture(min(Architecture().mac_lanes, most))
     chosen = {key: value for key in ("mac_lanes", "vector_words") if (value := getattr(section, key)) is not None}
     return replace(default, kind=section.kind, **chosen)

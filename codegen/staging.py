@@ -25,6 +25,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from tfra.codegen.ownership import discard
+from tfra.model.errors import Notice
 
 _NOREPLACE, _EXCHANGE = 1, 2
 """Flags of renameat2(2)."""
@@ -138,7 +139,8 @@ def _recover(staging: Path) -> None:
         with suppress(FileNotFoundError):
             staging.rmdir()
     else:
-        warnings.warn(f"{staging}: holds files that tfra did not write, and that it found in its way", stacklevel=2)
+        found = "holds files that tfra did not write, and that it found in its way"
+        warnings.warn(f"{staging}: {found}", Notice, stacklevel=2)
 
 
 @contextmanager

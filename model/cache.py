@@ -14,7 +14,7 @@ from contextlib import ExitStack, suppress
 from functools import cache
 from pathlib import Path
 
-from tfra.model.errors import InputError
+from tfra.model.errors import InputError, Notice
 from tfra.model.scratch import discard, locked, part, scratch, sweep, temporary, writing
 
 Files = Mapping[str, bytes]
@@ -53,7 +53,7 @@ def _prepare(place: Path) -> None:
 
 @cache
 def _private(warning: str) -> Path:
-    warnings.warn(warning, stacklevel=3)
+    warnings.warn(warning, Notice, stacklevel=3)
     stack = ExitStack()
     atexit.register(stack.close)
     return stack.enter_context(scratch(temporary()))
@@ -89,7 +89,7 @@ def _write(place: Path, files: Files) -> None:
         discard(place)
         os.replace(fresh, place)
     except OSError as error:
-        warnings.warn(f"{place}: not kept for the next run: {error.strerror}", stacklevel=2)
+        warnings.warn(f"{place}: not kept for the next run: {error.strerror}", Notice, stacklevel=2)
         with suppress(OSError):
             discard(fresh)
 

@@ -1,4 +1,4 @@
-"""The one exception for everything a user can get wrong."""
+"""The one exception for everything a user can get wrong, and the one warning."""
 
 from __future__ import annotations
 
@@ -21,6 +21,10 @@ class InputError(ValueError):
     def __init__(self, file: str | Path, key: str, reason: str) -> None:
         parts = shortened(str(file), LONGEST_FILE), shortened(key, LONGEST_KEY), shortened(reason, LONGEST_REASON)
         super().__init__(": ".join(part for part in parts if part))
+
+
+class Notice(UserWarning):
+    """Something that the user should know, in one line, while the work goes on."""
 
 
 def shortened(text: str, most: int = LONGEST_VALUE) -> str:

@@ -12,7 +12,7 @@ import pytest
 from tfra.codegen.config import LayerSpec, Project, load
 from tfra.model.contact import Contact, ContactShape
 from tfra.model.design import SERIAL, Adc, Architecture, Design, Formats, Search
-from tfra.model.errors import InputError
+from tfra.model.errors import InputError, Notice
 from tfra.model.sensor import SensorArray
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -144,7 +144,7 @@ def test_the_serial_core_chooses_its_own_lanes(read: Any) -> None:
 
 def test_sweep_lanes_of_earlier_versions(read: Any, tmp_path: Path) -> None:
     said = rf"^{tmp_path / 'sensor.toml'}: architecture.sweep_lanes: has no effect"
-    with pytest.warns(FutureWarning, match=said):
+    with pytest.warns(Notice, match=said):
         assert read(SENSOR + "[architecture]\nsweep_lanes = 26").design == read(SENSOR).design
 
 
