@@ -6,6 +6,7 @@
 # make c_speed the table of docs/c_speed.md: the same algorithm as a C program
 # make calibrate, make errors
 #              the studies of docs/calibration.md and docs/errors.md: contacts of the paper, sources of error
+# make truth   what the README, the demo and tfra estimate say of it
 # make rest    the tables of docs/numerics.md: noise of a sensor at rest and faint contacts
 # make sparse, make fem_convergence, make operators
 #              the tables of docs/sparse.md, docs/fem.md and docs/memory.md
@@ -31,7 +32,7 @@ READY := $(VENV)/ready
 TYPES := build/types/tfra
 
 .PHONY: demo test bench c_speed cores formats campaign rest sparse fem_convergence operators growth large
-.PHONY: schedule timing estimates blocks baselines calibrate errors primitives gates clean icarus chromium
+.PHONY: schedule timing estimates blocks baselines calibrate errors truth primitives gates clean icarus chromium
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -50,7 +51,7 @@ test: $(READY) icarus chromium
 bench: $(READY)
 	$(VENV)/bin/python -m bench.speed
 
-c_speed cores formats campaign rest calibrate errors sparse fem_convergence operators growth large primitives gates schedule timing: $(READY) icarus
+c_speed cores formats campaign rest calibrate errors truth sparse fem_convergence operators growth large primitives gates schedule timing: $(READY) icarus
 	$(VENV)/bin/python -m bench.$@
 
 estimates blocks baselines: $(READY)

@@ -1,7 +1,8 @@
 """Where TFRA's error comes from: one influence at a time, on random contacts and on the paper's two.
 
 ``python -m bench.errors [--contacts N]`` writes ``bench/results/errors.json``, the figure beside it and the tables of
-docs/errors.md.  Errors are those of Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070.
+docs/errors.md; :mod:`bench.truth` tells the README.  Errors are those of Eqs. 33-35 of
+doi:10.1016/j.mechatronics.2023.103070.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from bench import truth
 from bench.half_space import half_space, taxel_forces
 from bench.publish import ROOT, insert, store
 from tfra.codegen.config import load
@@ -305,6 +307,7 @@ def main() -> None:
         insert(name, table(STUDIES[name].label, result), PAGE)
     for name in ("friction", "half-space"):
         insert(f"{name} found", friction_table(results[name]), PAGE)
+    truth.main()
     plot(results)
 
 

@@ -1,4 +1,4 @@
-"""Errors of an estimate and stress surfaces, Eqs. 33-37 of doi:10.1016/j.mechatronics.2023.103070."""
+"""Errors of an estimate in plain units, and by Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070; its Eqs. 36, 37."""
 
 from __future__ import annotations
 
@@ -6,6 +6,44 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.sensor import Floats, SensorArray
+from tfra.model.tfra import Result
+
+ERRORS = {
+    "phi_deg": "φ / °",
+    "mu_abs": "μ, absolute",
+    "force_n": "F / N",
+    "force_percent_of_resultant": "F / % of |F|",
+    "paper_phi_percent_of_turn": "paper's e(φ), % of a full turn, Eq. 34",
+    "paper_mu_percent_of_one": "paper's e(μ), % of μ = 1, Eq. 33",
+    "paper_force_percent_of_estimate": "paper's e(F), % of the |F| found, Eq. 35",
+}
+"""Keys of :func:`errors`, with the unit in each, and how a reader sees them."""
+
+
+def errors(resultant: npt.ArrayLike, mu: npt.ArrayLike, phi_deg: npt.ArrayLike, found: Result) -> dict[str, Floats]:
+    """Return every error of ``found`` by the keys of ``ERRORS``, each ``(n,)``.
+
+    The reference is ``resultant (n, 3)`` in N, ``mu (n,)`` and ``phi_deg (n,)``.  F is the length of the difference of
+    both resultants, |F| the length of the reference's; the paper's e(F) is its worst component.
+    """
+    reference = np.asarray(resultant, dtype=np.float64)
+    force, modulus = (np.linalg.norm(vector, axis=-1) for vector in (found.resultant - reference, reference))
+    undefined = np.where(force > 0.0, np.inf, 0.0)
+    return {
+        "phi_deg": turn_deg(phi_deg, found.phi_deg),
+        "mu_abs": np.abs(np.subtract(mu, found.mu)),
+        "force_n": force,
+        "force_percent_of_resultant": 100.0 * np.divide(force, modulus, out=undefined, where=modulus > 0.0),
+        "paper_phi_percent_of_turn": error_phi(phi_deg, found.phi_deg),
+        "paper_mu_percent_of_one": error_mu(mu, found.mu),
+        "paper_force_percent_of_estimate": error_force(reference, found.resultant).max(axis=-1),
+    }
+
+
+def turn_deg(reference_deg: npt.ArrayLike, estimate_deg: npt.ArrayLike) -> Floats:
+    """Return the angle between two directions in degrees, 0 to 180; the arguments broadcast."""
+    difference = np.subtract(reference_deg, estimate_deg, dtype=np.float64)
+    return np.asarray(np.abs(np.remainder(difference + 180.0, 360.0) - 180.0))
 
 
 def error_mu(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:
@@ -19,8 +57,7 @@ def error_phi(reference_deg: npt.ArrayLike, estimate_deg: npt.ArrayLike) -> Floa
     The difference is wrapped to [-180, 180] degrees, which Eq. 34 leaves unsaid: 359 degrees for a reference
     of 0 are 1 degree off, and the error never exceeds 50 %.
     """
-    difference = np.subtract(reference_deg, estimate_deg, dtype=np.float64)
-    return np.asarray(100.0 / 360.0 * np.abs(np.remainder(difference + 180.0, 360.0) - 180.0))
+    return np.asarray(turn_deg(reference_deg, estimate_deg) / 3.6)
 
 
 def error_force(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:
