@@ -1,0 +1,218 @@
+"""What is probably wrong with a recording: warnings about its frames and their results, a line each.
+
+TFRA answers any numbers.  Positive pascals, kilopascals or a sensor that was not tared give forces, too, so somebody
+has to look at the frames.  Nothing here changes a result; thresholds lie outside of what contacts under a cover show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from tfra.model.design import Design
+from tfra.model.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, words
+from tfra.model.sensor import Floats
+from tfra.model.tfra import Ints, Result, Status
+
+UNITS = {"kPa": 1e3, "MPa": 1e6, "bar": 1e5, "hPa (mbar)": 1e2, "psi": 6894.76}
+"""What stress is often recorded in, and how many Pa that is."""
+
+WRONG_SIGN = 0.6
+"""Share of positive stress over which the sign is doubted: contacts have at most 0.09, zero-mean noise has 0.5."""
+
+FAINT = 0.02
+"""Share of full scale under which the largest magnitude of a recording is doubted."""
+
+SATURATED = 0.01
+"""Share of frames with a taxel at an end of the range over which that is told."""
+
+ALL_OVER, MOSTLY, SOME_FRAMES = 0.05, 0.5, 0.05
+"""A frame reads an offset if all its taxels have one sign and the smallest magnitude is over the first share of the
+largest, or the median over the second; contacts show 0.03 and 0.22.  Over the third share of such frames is told."""
+
+TILTED, MOST_FRAMES = 0.03, 0.5
+"""A frame that is compressed more than stretched reads an offset, too, if its median is positive and over the first
+share of the largest magnitude: 0.001 in contacts.  Noise does that by chance: over the second share is told."""
+
+SCRAMBLED = 1.15
+"""How much rougher than its transposed reading a recording may be: 0.7 in contacts."""
+
+STUCK_FRAMES, STUCK_CHANGE, STUCK_SHARE = 8, 0.1, 0.02
+"""A taxel is stuck if it has one value in that many frames or more, while the load changes by that share of the
+largest; its value is over the third share of the recording's largest magnitude."""
+
+
+class _Recording:
+    """What the warnings ask of ``frames (n, rows, columns)``."""
+
+    def __init__(self, frames: Floats) -> None:
+        self.frames = frames
+        self.flat = frames.reshape(len(frames), -1)
+
+    @cached_property
+    def size(self) -> Floats:
+        """Magnitudes ``(n, m)``."""
+        return np.asarray(np.abs(self.flat))
+
+    @cached_property
+    def peak(self) -> Floats:
+        """Largest magnitude of each frame."""
+        return np.asarray(self.size.max(axis=1))
+
+    @property
+    def largest(self) -> float:
+        """Largest magnitude of all."""
+        return float(self.peak.max())
+
+    @cached_property
+    def whole(self) -> bool:
+        """Whether all values are whole numbers, without a common divisor."""
+        return bool((self.flat % 1 == 0).all()) and np.gcd.reduce(self.flat.astype(np.int64), axis=None) == 1
+
+    def offset(self, least: float) -> bool:
+        """Whether a constant seems to have been added to frames; those below ``least`` in magnitude tell nothing."""
+        told = self.peak >= least
+        flat, size, peak = self.flat[told], self.size[told], self.peak[told]
+        if not len(flat):
+            return False
+        median, low, high = np.median(flat, axis=1), flat.min(axis=1), flat.max(axis=1)
+        far = (size.min(axis=1) > ALL_OVER * peak) | (np.abs(median) > MOSTLY * peak)
+        same = ((low > 0) | (high < 0)) & far
+        tilted = (-low > high) & (median > TILTED * peak)
+        return bool(same.mean() > SOME_FRAMES or (same | tilted).mean() > MOST_FRAMES)
+
+    def stuck(self) -> Ints:
+        """Taxels, counted row by row, that keep their value while the load changes."""
+        load = self.size.sum(axis=1)
+        if len(self.flat) < STUCK_FRAMES or load.max() - load.min() <= STUCK_CHANGE * load.max():
+            return np.empty(0, dtype=np.int64)
+        still = np.ptp(self.flat, axis=0) == 0
+        return np.flatnonzero(still & (self.size[0] > STUCK_SHARE * self.largest))
+
+
+def warnings(design: Design, frames: Floats, found: Result) -> list[str]:
+    """Return what is probably wrong with ``frames (n, rows, columns)`` in Pa or their results: a line each."""
+    recording = _Recording(frames)
+    meaning = list(_values(design, recording, found.status)) or list(_flags(found.status))
+    taxels = *_same(recording), *_stuck(design, recording), *_layout(recording, found.status)
+    return [*meaning, *_scale(design, recording), *taxels]
+
+
+def _same(recording: _Recording) -> Iterator[str]:
+    n = len(recording.flat)
+    if n > 1 and (recording.flat == recording.flat[0]).all():
+        yield f"all {n} frames are the same: is the recording stuck?"
+
+
+def _values(design: Design, recording: _Recording, status: Ints) -> Iterator[str]:
+    """Offset before sign before a sensor at rest: each looks like the next ones, too."""
+    n = len(status)
+    if recording.offset(min(10 * design.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
+        median = float(np.median(recording.flat))
+        yield (
+            f"taxels read about {median:.4g} where nothing seems to press: a common offset; was the sensor tared, or "
+            "are its codes unipolar?"
+        )
+    elif (positive := positive_share(recording.frames)) > WRONG_SIGN:
+        yield (
+            f"{100 * positive:.0f} % of the stress is positive: is compression positive in this file? "
+            "(--compression positive)"
+        )
+    elif (silent := int(has(status, Status.NO_CONTACT).sum())) > 0.95 * n:
+        yield f"{silent} of {n} frames have no contact: was the sensor at rest?"
+    elif (without := _share(status, Status.COMPRESSION_ONLY)) > 0.9:
+        yield (
+            f"no tension in {100 * without:.0f} % of the frames with a contact, so no tangential force can be found: "
+            "does this array measure compression only (as FSR do), is it clipped at zero, or is friction too small?"
+        )
+
+
+def _scale(design: Design, recording: _Recording) -> Iterator[str]:
+    """What is wrong with the size of the values: codes, another unit, or too much for the converter."""
+    if said := _codes(design, recording) or _unit(design, recording):
+        yield said
+    top = (1 << (design.adc.bits - 1)) - 1
+    scaled = np.rint(recording.flat / design.adc.lsb)
+    ends = (scaled >= top) | (scaled <= -top - 1)
+    frames, taxels = (int(ends.any(axis=axis).sum()) for axis in (1, 0))
+    if frames > SATURATED * len(ends):
+        yield (
+            f"{frames} of {len(ends)} frames and {taxels} of {ends.shape[1]} taxels reach an end of the converter's "
+            f"range, ±{design.adc.full_scale:g} Pa: forces are too small there"
+        )
+
+
+def _share(status: Ints, flag: Status) -> float:
+    """Share of the frames with a contact of any kind that have ``flag``."""
+    touched = status[~has(status, Status.NO_CONTACT)]
+    return float(has(touched, flag).mean()) if len(touched) else 0.0
+
+
+def _codes(design: Design, recording: _Recording) -> str | None:
+    """Whole numbers within the converter's codes, where a code is more than a pascal."""
+    lsb, codes = design.adc.lsb, 1 << design.adc.bits
+    if lsb < 1.5 or not 1 < recording.largest < codes or not recording.whole:
+        return None
+    return (
+        f"all values are whole numbers up to {recording.largest:.0f}: are these codes of the {design.adc.bits}-bit "
+        f"converter instead of Pa? (1 code = {lsb:.6g} Pa)"
+    )
+
+
+def _unit(design: Design, recording: _Recording) -> str | None:
+    largest, full = recording.largest, design.adc.full_scale
+    if not 0 < largest < FAINT * full:
+        return None
+    said = f"the largest magnitude is {largest:.4g}, {100 * largest / full:.2g} % of full scale, {full:g} Pa"
+    fits = [(name, factor) for name, factor in UNITS.items() if FAINT * full <= largest * factor <= full]
+    if not fits:
+        return f"{said}: are the unit, Pa, and adc.full_scale_pa right, or was nothing pressed?"
+    name, factor = fits[0]
+    share = 100 * largest * factor / full
+    return f"{said}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?"
+
+
+def over_full_scale(design: Design, frames: Floats) -> str:
+    """Return what may be behind stress far beyond full scale: a hint that begins with ``"; "``, or nothing."""
+    recording = _Recording(frames)
+    if codes := _codes(design, recording):
+        return f"; {codes}"
+    times = recording.largest / design.adc.full_scale
+    if times < 20:
+        return ""
+    return f"; the largest is {times:.0f} times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?"
+
+
+def _stuck(design: Design, recording: _Recording) -> Iterator[str]:
+    places = [divmod(int(taxel), design.sensor.columns) for taxel in recording.stuck()]
+    if places:
+        some = ", ".join(f"({row}, {column})" for row, column in places[:5]) + (" ..." if len(places) > 5 else "")
+        who, ask = ("taxel keeps", "is it") if len(places) == 1 else ("taxels keep", "are they")
+        yield f"{len(places)} {who} one value in all frames: (row, column) {some}: {ask} stuck?"
+
+
+def _layout(recording: _Recording, status: Ints) -> Iterator[str]:
+    """Stress is smooth over the array; read along the wrong axis it is not, unless rows equal columns."""
+    touched = recording.frames[~has(status, Status.NO_CONTACT)]
+    _, rows, columns = recording.frames.shape
+    if not len(touched) or rows == columns:
+        return
+    touched = touched / np.abs(touched).max(axis=(1, 2), keepdims=True)
+    across = touched.reshape(len(touched), columns, rows)
+    given, other = (sum(np.square(np.diff(f, axis=a)).sum(axis=(1, 2)) for a in (1, 2)) for f in (touched, across))
+    ratio = float(np.median(given / np.maximum(other, np.finfo(float).tiny)))
+    if ratio > SCRAMBLED:
+        yield (
+            f"neighbours differ {ratio:.1f} times as much as if the file went column by column: are rows and columns "
+            "exchanged? (row by row is needed)"
+        )
+
+
+def _flags(status: Ints) -> Iterator[str]:
+    """Status bits that most frames with a contact have, but for those that other warnings tell of."""
+    told = (*WITHOUT_FORCE, Status.INPUT_SATURATED)
+    for flag in Status:
+        if flag not in told and (share := _share(status, flag)) > 0.5:
+            yield f"{100 * share:.0f} % of the frames with a contact: {words(flag)} ({MEANINGS[flag]})"

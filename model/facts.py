@@ -1,0 +1,151 @@
+"""What a recording and its results look like: a few numbers, the same on the terminal and in JSON."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from tfra.model.sensor import Floats
+from tfra.model.tfra import Bools, Ints, Result, Status
+
+MEANINGS = {
+    Status.NO_CONTACT: "no taxel is under compression, all results are zero",
+    Status.COMPRESSION_ONLY: "no taxel is under traction, so no tangential force can be found",
+    Status.NO_DIRECTION: "centres of compression and traction coincide, phi = 0 is assumed",
+    Status.VANISHING_DENOMINATOR: "the dependent friction has no denominator and is set to zero",
+    Status.DEPENDENT_OUT_OF_RANGE: "the dependent friction is beyond 1",
+    Status.INPUT_SATURATED: "a taxel is at an end of the converter's range",
+    Status.OUTPUT_SATURATED: "a result did not fit its word and was limited",
+}
+"""What each status bit means, for readers."""
+
+WITHOUT_FORCE = (Status.NO_CONTACT, Status.COMPRESSION_ONLY)
+"""Where there is no tangential force to find."""
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median, smallest and largest value of ``frames`` frames."""
+
+    frames: int
+    median: float
+    min: float
+    max: float
+
+    @classmethod
+    def of(cls, values: Floats) -> Spread | None:
+        """The spread of ``values (n,)``; None without any."""
+        return cls(len(values), *(float(f(values)) for f in (np.median, np.min, np.max))) if len(values) else None
+
+    @classmethod
+    def of_angles(cls, degrees: Floats) -> Spread | None:
+        """Along the smallest arc that holds all ``degrees (n,)``; each number in [0, 360)."""
+        if not len(degrees):
+            return None
+        around = np.sort(degrees % 360.0)
+        gaps = np.diff(around, append=around[0] + 360.0)
+        arc = np.roll(around, -1 - int(gaps.argmax()))
+        start = float(arc[0])
+        return cls(len(arc), float(start + np.median((arc - start) % 360.0)) % 360.0, start, float(arc[-1]))
+
+
+@dataclass(frozen=True)
+class Facts:
+    """A recording and its results in a few numbers; spreads are over the frames that have such a value."""
+
+    frames: int
+    contact: int
+    """Frames with a contact whose tangential force was looked for."""
+    no_contact: int
+    compression_only: int
+    noted: dict[str, int]
+    """Frames with another status bit, by its name; these are among the frames with a contact, or saturated."""
+    phi_deg: Spread | None
+    mu: Spread | None
+    force_n: Spread | None
+    tension_percent_of_taxels: float
+    tension_percent_of_stress: float
+    frames_without_tension: int
+
+
+def facts(frames: Floats, found: Result) -> Facts:
+    """Return what ``frames (n, rows, columns)`` in Pa and their results amount to."""
+    flags = {flag: int(has(found.status, flag).sum()) for flag in Status}
+    contact = ~has(found.status, *WITHOUT_FORCE)
+    directed = contact & ~has(found.status, Status.NO_DIRECTION)
+    force = np.linalg.norm(found.resultant, axis=1)
+    tension = frames > 0
+    return Facts(
+        frames=len(frames),
+        contact=int(contact.sum()),
+        no_contact=flags[Status.NO_CONTACT],
+        compression_only=flags[Status.COMPRESSION_ONLY],
+        noted={str(flag.name): count for flag, count in flags.items() if count and flag not in WITHOUT_FORCE},
+        phi_deg=Spread.of_angles(found.phi_deg[directed]),
+        mu=Spread.of(found.mu[contact]),
+        force_n=Spread.of(force[~has(found.status, Status.NO_CONTACT)]),
+        tension_percent_of_taxels=100.0 * float(tension.mean()),
+        tension_percent_of_stress=100.0 * positive_share(frames),
+        frames_without_tension=int((~tension.any(axis=(1, 2))).sum()),
+    )
+
+
+def lines(told: Facts) -> list[str]:
+    """``told`` for readers: a status, a range or a share a line."""
+    statuses = {Status.NO_CONTACT: told.no_contact, Status.COMPRESSION_ONLY: told.compression_only}
+    noted = {Status[name]: count for name, count in told.noted.items()}
+    return [
+        f"{told.contact} of {told.frames} frames: contact",
+        *(f"{count}: {words(flag)} ({MEANINGS[flag]})" for flag, count in statuses.items() if count),
+        *(f"{count} of all: {words(flag)} ({MEANINGS[flag]})" for flag, count in noted.items()),
+        _range("phi", told.phi_deg, ".1f", "degrees"),
+        _range("mu", told.mu, ".3f", ""),
+        _range("|F|", told.force_n, ".3g", "N"),
+        f"tension: {told.tension_percent_of_taxels:.1f} % of the taxels, {told.tension_percent_of_stress:.1f} % of the "
+        f"stress, none in {told.frames_without_tension} of the frames",
+    ]
+
+
+def positive_share(frames: Floats) -> float:
+    """Share of the positive values in the sum of magnitudes; 0 of nothing."""
+    total = float(np.abs(frames).sum())
+    return float(frames.sum(where=frames > 0)) / total if total else 0.0
+
+
+def words(flag: Status) -> str:
+    """The name of one status bit, in words."""
+    return str(flag.name).lower().replace("_", " ")
+
+
+def _range(name: str, spread: Spread | None, digits: str, unit: str) -> str:
+    if spread is None:
+        return f"{name}: in no frame"
+    numbers = "median {:{d}}, {:{d}} to {:{d}}".format(spread.median, spread.min, spread.max, d=digits)
+    return f"{name}: {numbers} {unit}".rstrip() + f" ({spread.frames} frames)"
+
+
+def has(status: Ints, *flags: Status) -> Bools:
+    """Frames ``(n,)`` that have one of the ``flags``."""
+    bits = 0
+    for flag in flags:
+        bits |= flag
+    return np.asarray(status & bits != 0)
+
+
+def as_dict(told: Facts) -> dict[str, Any]:
+    """``told`` as plain JSON types; a spread is None where no frame has such a value."""
+    spreads = {"phi_deg": told.phi_deg, "mu": told.mu, "force_n": told.force_n}
+    return {
+        "contact": told.contact,
+        "no_contact": told.no_contact,
+        "compression_only": told.compression_only,
+        "noted": told.noted,
+        "ranges": {key: spread and asdict(spread) for key, spread in spreads.items()},
+        "tension": {
+            "percent_of_taxels": told.tension_percent_of_taxels,
+            "percent_of_stress": told.tension_percent_of_stress,
+            "frames_without": told.frames_without_tension,
+        },
+    }
