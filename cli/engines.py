@@ -33,16 +33,25 @@ class Engine(StrEnum):
     TWO_VARIABLE = "two-variable"
 
 
-def run(engine: Engine, project: Project, frames: Floats, source: Path, advance: Advance) -> list[Result]:
+DOUBLE = (Engine.FLOAT, Engine.TWO_VARIABLE)
+"""Engines that can see exact stress; the others see what the converter makes of it."""
+
+
+def run(
+    engine: Engine, project: Project, frames: Floats, source: Path, advance: Advance, converted: bool = False
+) -> list[Result]:
     """Return the results of ``frames (n, rows, columns)`` in Pa, in one or more consecutive parts.
 
-    Raises ``InputError`` naming ``source`` for frames over full scale and ``typer.Exit(1)``, after telling why, for a
+    ``converted`` gives the engines of ``DOUBLE`` the converter's codes, in Pa, instead of exact stress.  Raises
+    ``InputError`` naming ``source`` for frames over full scale and ``typer.Exit(1)``, after telling why, for a
     simulation that fails.
     """
-    if engine is Engine.FLOAT:
-        return _float(project, frames, advance)
-    if engine is Engine.TWO_VARIABLE:
-        return _two_variable(project, frames, advance)
+    import numpy as np
+
+    if engine in DOUBLE:
+        if converted:
+            frames = np.multiply(codes(project, frames, source), project.design.adc.lsb, dtype=np.float64)
+        return (_float if engine is Engine.FLOAT else _two_variable)(project, frames, advance)
     measured = codes(project, frames, source)
     return _rtl(project, measured, advance) if engine is Engine.RTL else _fixed(project, measured, advance)
 
@@ -88,10 +97,11 @@ def codes(project: Project, frames: Floats, source: Path) -> Ints:
 
     Formats that can overflow are an ``InputError`` too, naming the CONFIG file.
     """
+    from tfra.model.diagnosis import over_full_scale
     from tfra.model.fixed.words import quantise
 
     check_core(project)
     try:
         return quantise(project.design, frames)
     except ValueError as error:  # over full scale
-        raise InputError(source, "", str(error)) from None
+        raise InputError(source, "", f"{error}{over_full_scale(project.design, frames)}") from None

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,13 +12,17 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tfra.cli.common import Config, Json, print_json, progress
-from tfra.cli.engines import Engine, run
+from tfra.cli.common import Compression, CompressionOption, Config, Json, frames_at, print_json, progress
+from tfra.cli.engines import DOUBLE, Engine, run
+from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
+    from tfra.codegen.config import Project
     from tfra.model.tfra import Result
 
 SHOWN = 12  # rows of the table on a terminal
+
+WIDTH = 80  # of the lines behind the table
 
 KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status")
 """Keys of RESULT.npz, each a field of ``tfra.model.tfra.Result``."""
@@ -26,48 +33,76 @@ EngineOption = Annotated[
     Engine,
     typer.Option(help="Double precision, the bit-accurate model, the simulated core, or the search in mu_x and mu_y."),
 ]
+Codes = Annotated[
+    bool, typer.Option("--codes", help="Give float and two-variable the converter's codes, which fixed and rtl see.")
+]
 
 
 def estimate(
-    config: Config, frames: Frames, out: Out, engine: EngineOption = Engine.FLOAT, json: Json = False
+    config: Config,
+    frames: Frames,
+    out: Out,
+    engine: EngineOption = Engine.FLOAT,
+    codes: Codes = False,
+    compression: CompressionOption = Compression.NEGATIVE,
+    json: Json = False,
 ) -> None:
     """Estimate the forces under every taxel, the direction and the friction coefficient of every frame."""
     from tfra.codegen.config import load
     from tfra.codegen.files import check_archive, write_npz
-    from tfra.codegen.framesfile import read_frames
+    from tfra.model.diagnosis import warnings
+    from tfra.model.facts import as_dict, facts, lines
+    from tfra.model.truth import sentence
 
+    if codes and engine not in DOUBLE:
+        raise InputError("tfra estimate", "--codes", f"the {engine.value} engine always sees the converter's codes")
     project = load(config)
-    stresses = read_frames(frames, project.design.sensor)
+    stresses = frames_at(frames, project.design.sensor, compression)
     check_archive(out, "estimate", [config, frames])
     with progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
-        arrays = _arrays(run(engine, project, stresses, frames, advance))
-    write_npz(out, arrays, "estimate")
+        found = _joined(run(engine, project, stresses, frames, advance, codes))
+    write_npz(out, {key: getattr(found, key) for key in KEYS}, "estimate")
+    told = facts(stresses, found)
+    doubts = warnings(project.design, stresses, found, compression is Compression.POSITIVE)
+    for doubt in doubts:
+        typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the name holds
+    converted = codes or engine not in DOUBLE
     if json:
-        print_json({"engine": engine.value, "out": str(out), **_summary(arrays)})
+        source = {"engine": engine.value, "stress": "codes" if converted else "exact", "out": str(out)}
+        print_json({**source, **_results(found), "summary": as_dict(told), "friction": sentence(), "warnings": doubts})
     else:
-        _show(arrays)
-        typer.echo(f"{out}: {len(stresses)} frames by the {engine.value} engine")
+        _show(found)
+        for line in (*lines(told), sentence()):
+            typer.echo(textwrap.fill(line, WIDTH, subsequent_indent="  "))
+        typer.echo(f"{out}: {len(stresses)} frames by the {engine.value} engine, from {_seen(project, converted)}")
 
 
-def _arrays(results: list[Result]) -> dict[str, Any]:
+def _joined(results: Sequence[Result]) -> Result:
+    """One result of consecutive ones."""
     import numpy as np
 
-    return {key: np.concatenate([getattr(result, key) for result in results]) for key in KEYS}
+    parts: dict[str, Any] = {key: np.concatenate([getattr(result, key) for result in results]) for key in KEYS}
+    return replace(results[0], **parts)
 
 
-def _summary(arrays: dict[str, Any]) -> dict[str, Any]:
+def _results(found: Result) -> dict[str, Any]:
     from tfra.model.tfra import Status
 
     return {
-        "frames": len(arrays["phi_deg"]),
-        "phi_deg": arrays["phi_deg"].tolist(),
-        "mu": arrays["mu"].tolist(),
-        "resultant_n": arrays["resultant"].tolist(),
-        "status": {flag.name: int((arrays["status"] & flag != 0).sum()) for flag in Status},
+        "frames": len(found.phi_deg),
+        "phi_deg": found.phi_deg.tolist(),
+        "mu": found.mu.tolist(),
+        "resultant_n": found.resultant.tolist(),
+        "status": {flag.name: int((found.status & flag != 0).sum()) for flag in Status},
     }
 
 
-def _show(arrays: dict[str, Any]) -> None:
+def _seen(project: Project, converted: bool) -> str:
+    adc = project.design.adc
+    return f"codes of the {adc.bits}-bit converter, {adc.lsb:.6g} Pa each" if converted else "the file's exact stress"
+
+
+def _show(found: Result) -> None:
     """Print the first frames as a table, on a terminal."""
     from tfra.model.tfra import Status
 
@@ -75,8 +110,8 @@ def _show(arrays: dict[str, Any]) -> None:
     if not console.is_terminal:
         return
     table = Table("frame", "phi/°", "mu", "F_x/N", "F_y/N", "F_z/N", "status")
-    rows = zip(*(arrays[key][:SHOWN] for key in ("phi_deg", "mu", "resultant", "status")), strict=True)
-    for index, (phi, mu, force, status) in enumerate(rows):
+    columns = (found.phi_deg, found.mu, found.resultant, found.status)
+    for index, (phi, mu, force, status) in enumerate(zip(*(column[:SHOWN] for column in columns), strict=True)):
         numbers = f"{phi:.1f}", f"{mu:.3f}", *(f"{f:.3f}" for f in force)
         table.add_row(str(index), *numbers, Status(int(status)).name or "")
     console.print(table)

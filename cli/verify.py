@@ -9,9 +9,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from tfra.cli.common import Config, Json, check_core, print_json, progress, simulation_failures
+from tfra.cli.common import (
+    Compression,
+    CompressionOption,
+    Config,
+    Json,
+    check_core,
+    frames_at,
+    print_json,
+    progress,
+    simulation_failures,
+)
 from tfra.cli.engines import codes
 from tfra.cli.frames import references, simulated
+from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
@@ -50,6 +61,7 @@ def verify(
     seed: Seed = 0,
     random: Random = 200,
     netlist: NetlistOption = None,
+    compression: CompressionOption = Compression.NEGATIVE,
     json: Json = False,
 ) -> None:
     """Run frames through the simulated core and compare every bit; exit 1 when something differs."""
@@ -58,7 +70,7 @@ def verify(
 
     project = load(config)
     check_core(project)
-    stresses, known = _stimuli(project, frames)
+    stresses, known = _stimuli(project, frames, compression)
     core = _gates(project, netlist) if netlist else None
     chosen = Simulator.ICARUS if core and not simulator else simulator
     with simulation_failures("verify"), progress("simulating the core") as advance:
@@ -89,12 +101,16 @@ def _gates(project: Project, family: Family) -> Netlist:
         return synthesised(project.design, family.value, cache_directory())
 
 
-def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[str, Any]]:
+def _stimuli(
+    project: Project, path: Path | None, compression: Compression
+) -> tuple[Floats | None, dict[str, Any]]:
     """Return frames and their true values: from ``path``, else of CONFIG's contacts, else none."""
-    from tfra.codegen.framesfile import read_frames, read_references
+    from tfra.codegen.framesfile import read_references
 
+    if path is None and compression is Compression.POSITIVE:
+        raise InputError("tfra verify", "--compression", "is about the frames of a file: --frames is needed")
     if path is not None:
-        frames = read_frames(path, project.design.sensor)
+        frames = frames_at(path, project.design.sensor, compression)
         known = read_references(path, len(frames))
     elif project.contacts:
         frames, known = simulated(project), references(project)

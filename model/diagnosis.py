@@ -25,6 +25,9 @@ WRONG_SIGN = 0.6
 FAINT = 0.02
 """Share of full scale under which the largest magnitude of a recording is doubted."""
 
+BEYOND = 20.0
+"""How many times full scale is more than a converter that was chosen too small."""
+
 SATURATED = 0.01
 """Share of frames with a taxel at an end of the range over which that is told."""
 
@@ -92,10 +95,13 @@ class _Recording:
         return np.flatnonzero(still & (self.size[0] > STUCK_SHARE * self.largest))
 
 
-def warnings(design: Design, frames: Floats, found: Result) -> list[str]:
-    """Return what is probably wrong with ``frames (n, rows, columns)`` in Pa or their results: a line each."""
+def warnings(design: Design, frames: Floats, found: Result, flipped: bool = False) -> list[str]:
+    """Return what is probably wrong with ``frames (n, rows, columns)`` in Pa or their results: a line each.
+
+    ``flipped``: the file has the other sign, since somebody said that compression is positive there.
+    """
     recording = _Recording(frames)
-    meaning = list(_values(design, recording, found.status)) or list(_flags(found.status))
+    meaning = list(_values(design, recording, found.status, flipped)) or list(_flags(found.status))
     taxels = *_same(recording), *_stuck(design, recording), *_layout(recording, found.status)
     return [*meaning, *_scale(design, recording), *taxels]
 
@@ -106,7 +112,7 @@ def _same(recording: _Recording) -> Iterator[str]:
         yield f"all {n} frames are the same: is the recording stuck?"
 
 
-def _values(design: Design, recording: _Recording, status: Ints) -> Iterator[str]:
+def _values(design: Design, recording: _Recording, status: Ints, flipped: bool) -> Iterator[str]:
     """Offset before sign before a sensor at rest: each looks like the next ones, too."""
     n = len(status)
     if recording.offset(min(10 * design.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
@@ -116,9 +122,10 @@ def _values(design: Design, recording: _Recording, status: Ints) -> Iterator[str
             "are its codes unipolar?"
         )
     elif (positive := positive_share(recording.frames)) > WRONG_SIGN:
+        sign, option = ("negative", "without ") if flipped else ("positive", "")
         yield (
-            f"{100 * positive:.0f} % of the stress is positive: is compression positive in this file? "
-            "(--compression positive)"
+            f"{100 * positive:.0f} % of the stress is {sign}: is compression {sign} in this file? "
+            f"({option}--compression positive)"
         )
     elif (silent := int(has(status, Status.NO_CONTACT).sum())) > 0.95 * n:
         yield f"{silent} of {n} frames have no contact: was the sensor at rest?"
@@ -131,7 +138,7 @@ def _values(design: Design, recording: _Recording, status: Ints) -> Iterator[str
 
 def _scale(design: Design, recording: _Recording) -> Iterator[str]:
     """What is wrong with the size of the values: codes, another unit, or too much for the converter."""
-    if said := _codes(design, recording) or _unit(design, recording):
+    if said := _codes(design, recording) or _unit(design, recording) or _beyond(design, recording):
         yield said
     top = (1 << (design.adc.bits - 1)) - 1
     scaled = np.rint(recording.flat / design.adc.lsb)
@@ -140,7 +147,7 @@ def _scale(design: Design, recording: _Recording) -> Iterator[str]:
     if frames > SATURATED * len(ends):
         yield (
             f"{frames} of {len(ends)} frames and {taxels} of {ends.shape[1]} taxels reach an end of the converter's "
-            f"range, ±{design.adc.full_scale:g} Pa: forces are too small there"
+            f"range, ±{design.adc.full_scale:g} Pa: was it saturated (forces would be too small there)?"
         )
 
 
@@ -166,7 +173,7 @@ def _unit(design: Design, recording: _Recording) -> str | None:
     if not 0 < largest < FAINT * full:
         return None
     said = f"the largest magnitude is {largest:.4g}, {100 * largest / full:.2g} % of full scale, {full:g} Pa"
-    fits = [(name, factor) for name, factor in UNITS.items() if FAINT * full <= largest * factor <= full]
+    fits = [(name, factor) for name, factor in UNITS.items() if FAINT * full <= largest * factor <= 2 * full]
     if not fits:
         return f"{said}: are the unit, Pa, and adc.full_scale_pa right, or was nothing pressed?"
     name, factor = fits[0]
@@ -174,15 +181,18 @@ def _unit(design: Design, recording: _Recording) -> str | None:
     return f"{said}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?"
 
 
+def _beyond(design: Design, recording: _Recording) -> str | None:
+    times = recording.largest / design.adc.full_scale
+    if times < BEYOND:
+        return None
+    return f"the largest is {times:.0f} times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?"
+
+
 def over_full_scale(design: Design, frames: Floats) -> str:
     """Return what may be behind stress far beyond full scale: a hint that begins with ``"; "``, or nothing."""
     recording = _Recording(frames)
-    if codes := _codes(design, recording):
-        return f"; {codes}"
-    times = recording.largest / design.adc.full_scale
-    if times < 20:
-        return ""
-    return f"; the largest is {times:.0f} times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?"
+    said = _codes(design, recording) or _beyond(design, recording)
+    return f"; {said}" if said else ""
 
 
 def _stuck(design: Design, recording: _Recording) -> Iterator[str]:

@@ -100,11 +100,11 @@ def lines(told: Facts) -> list[str]:
         f"{told.contact} of {told.frames} frames: contact",
         *(f"{count}: {words(flag)} ({MEANINGS[flag]})" for flag, count in statuses.items() if count),
         *(f"{count} of all: {words(flag)} ({MEANINGS[flag]})" for flag, count in noted.items()),
-        _range("phi", told.phi_deg, ".1f", "degrees"),
+        _around(told.phi_deg) or _range("phi", told.phi_deg, ".1f", "degrees"),
         _range("mu", told.mu, ".3f", ""),
         _range("|F|", told.force_n, ".3g", "N"),
         f"tension: {told.tension_percent_of_taxels:.1f} % of the taxels, {told.tension_percent_of_stress:.1f} % of the "
-        f"stress, none in {told.frames_without_tension} of the frames",
+        f"stress; {told.frames_without_tension} frames have none",
     ]
 
 
@@ -124,6 +124,13 @@ def _range(name: str, spread: Spread | None, digits: str, unit: str) -> str:
         return f"{name}: in no frame"
     numbers = "median {:{d}}, {:{d}} to {:{d}}".format(spread.median, spread.min, spread.max, d=digits)
     return f"{name}: {numbers} {unit}".rstrip() + f" ({spread.frames} frames)"
+
+
+def _around(angles: Spread | None) -> str:
+    """What is said of directions that no arc of five sixths holds, whose median would mean nothing."""
+    if angles is None or (angles.max - angles.min) % 360.0 < 300.0:
+        return ""
+    return f"phi: all around ({angles.frames} frames)"
 
 
 def has(status: Ints, *flags: Status) -> Bools:

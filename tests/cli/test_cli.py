@@ -177,7 +177,7 @@ def test_estimate_by_the_simulated_core(
         command = ["estimate", "skin.toml", "frames.npz", "--engine", engine, "--out", f"{engine}.npz"]
         assert main(command) == 0
     assert Path("rtl.npz").read_bytes() == Path("fixed.npz").read_bytes()
-    assert capsys.readouterr().out.endswith("rtl.npz: 3 frames by the rtl engine\n")
+    assert capsys.readouterr().out.endswith("rtl engine, from codes of the 14-bit converter, 24.4141 Pa each\n")
 
 
 def test_table_on_a_terminal(
@@ -225,21 +225,22 @@ def test_verify(
     def verify(design: Any, frames: Any, **options: Any) -> Report:
         del options["progress"]
         options["references"] = list(options["references"])[:3]
-        calls.append((design.name, frames.shape, options))
+        calls.append((design.name, frames.shape, bool((frames < 0).all()), options))
         return Report(passed)
 
     monkeypatch.setattr("tfra.sim.verify.verify", verify)
     capsys.readouterr()
-    np.save("one.npy", np.zeros((1, 5, 6)))
+    np.save("one.npy", np.ones((1, 5, 6)))
     assert main(["verify", "skin.toml"]) == (not passed)
     assert capsys.readouterr().out == f"passed: {passed}\n"
     options = ["--frames", "one.npy", "--simulator", "verilator", "--seed", "3", "--random", "7", "--json"]
+    options += ["--compression", "positive"]
     assert main(["verify", "skin.toml", *options]) == (not passed)
     assert json.loads(capsys.readouterr().out) == {"passed": passed}
-    references = ["resultant_ref", "mu_ref", "phi_ref_deg"]
+    known = ["resultant_ref", "mu_ref", "phi_ref_deg"]
     assert calls == [
-        ("skin", (3, 5, 6), {"simulator": None, "seed": 0, "random": 200, "references": references, "core": None}),
-        ("skin", (1, 5, 6), {"simulator": "verilator", "seed": 3, "random": 7, "references": [], "core": None}),
+        ("skin", (3, 5, 6), False, {"simulator": None, "seed": 0, "random": 200, "references": known, "core": None}),
+        ("skin", (1, 5, 6), True, {"simulator": "verilator", "seed": 3, "random": 7, "references": [], "core": None}),
     ]
 
 
@@ -272,6 +273,10 @@ USAGE = [
         ["verify", "skin.toml", "--seed", "x"],
         "tfra verify: Invalid value for '--seed': "
         "Input should be a valid integer, unable to parse string as an integer",
+    ),
+    (
+        ["verify", "skin.toml", "--compression", "positive"],
+        "tfra verify: --compression: is about the frames of a file: --frames is needed",
     ),
     (["synth", "skin.toml", "--out", "d"], "tfra synth: Missing option '--target'."),
     (["size", "skin.toml", "--target", "xc7"], "tfra size: Missing option '--frames-per-second'."),

@@ -79,6 +79,13 @@ def test_the_bit_accurate_model_is_not_doubted_either() -> None:
 # What is wrong with it
 
 
+def test_sign_that_somebody_has_flipped() -> None:
+    frames = -contacts(SQUARE)
+    assert warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), flipped=True) == [
+        "99 % of the stress is negative: is compression negative in this file? (without --compression positive)"
+    ]
+
+
 def test_sign() -> None:
     line = "99 % of the stress is positive: is compression positive in this file? (--compression positive)"
     assert told(-contacts(SQUARE)) == [line]
@@ -169,9 +176,12 @@ def test_saturated() -> None:
     hit = np.abs(frames) >= 2e5
     line = (
         f"{hit.any(axis=(1, 2)).sum()} of 40 frames and {hit.any(axis=0).sum()} of 100 taxels reach an end of the "
-        "converter's range, ±200000 Pa: forces are too small there"
+        "converter's range, ±200000 Pa: was it saturated (forces would be too small there)?"
     )
     assert told(clipped) == [line]
+    far = told(frames * 1e3)
+    assert far[0].endswith("times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?")
+    assert far[1].startswith("40 of 40 frames and ")
     rare = np.concatenate([contacts(SQUARE, 200, 3), clipped[hit.any(axis=(1, 2))][:1]])
     assert told(rare) == []  # one of 201 is below 1 %
 

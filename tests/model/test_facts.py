@@ -48,11 +48,17 @@ def test_by_hand() -> None:
         "phi: median 5.0, 350.0 to 20.0 degrees (2 frames)",
         "mu: median 0.500, 0.100 to 0.700 (3 frames)",
         "|F|: median 3, 1 to 6 N (4 frames)",
-        "tension: 25.0 % of the taxels, 37.5 % of the stress, none in 1 of the frames",
+        "tension: 25.0 % of the taxels, 37.5 % of the stress; 1 frames have none",
     ]
     plain = json.loads(json.dumps(as_dict(told), allow_nan=False))
     assert plain["ranges"]["phi_deg"] == {"frames": 2, "median": 5.0, "min": 350.0, "max": 20.0}
     assert plain["tension"] == {"percent_of_taxels": 25.0, "percent_of_stress": 37.5, "frames_without": 1}
+
+
+def test_directions_all_around_have_no_median() -> None:
+    round_the_clock = [30.0 * n for n in range(12)]
+    told = facts(np.ones((12, 2, 2)), result([0] * 12, round_the_clock, [0.5] * 12, [1] * 12))
+    assert "phi: all around (12 frames)" in lines(told)
 
 
 def test_nothing_at_all() -> None:

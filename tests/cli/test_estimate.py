@@ -1,0 +1,151 @@
+"""What ``tfra estimate`` says of a recording, and which stress its engines see."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.cli.test_cli import CONFIG, refusal
+from tfra.cli.main import main
+from tfra.codegen.config import load
+from tfra.model.facts import facts, lines
+from tfra.model.fixed.words import quantise
+from tfra.model.tfra import Status, Tfra
+from tfra.model.truth import sentence
+
+CONTACT = """
+[[contact]]
+shape = "hertz"
+half_x_mm = 5
+half_y_mm = 4
+force_n = -8
+mu = 0.6
+phi_deg = { start = 0, stop = 360, step = 30 }
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a CONFIG and its frames."""
+    monkeypatch.chdir(tmp_path)
+    Path("skin.toml").write_text(CONFIG.partition("[[contact]]")[0] + CONTACT)
+    assert main(["frames", "skin.toml", "--out", "frames.npz"]) == 0
+    return tmp_path
+
+
+def run(capsys: pytest.CaptureFixture[str], *options: str, frames: str = "frames.npz") -> tuple[str, str]:
+    capsys.readouterr()
+    assert main(["estimate", "skin.toml", frames, "--out", "r.npz", *options]) == 0
+    said = capsys.readouterr()
+    return said.out, said.err
+
+
+def as_json(capsys: pytest.CaptureFixture[str], *options: str, frames: str = "frames.npz") -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(run(capsys, *options, "--json", frames=frames)[0])
+    return content
+
+
+def stress() -> np.ndarray:
+    with np.load("frames.npz") as archive:
+        return np.array(archive["frames"])
+
+
+def test_summary(capsys: pytest.CaptureFixture[str]) -> None:
+    out, err = run(capsys)
+    assert err == ""
+    assert max(map(len, out.splitlines())) <= 80
+    flat = " ".join(out.split())
+    design = load("skin.toml").design
+    found = Tfra(design.sensor, 100, 3 * design.adc.lsb)(stress())
+    for line in (*lines(facts(stress(), found)), sentence()):
+        assert line in flat
+    assert out.startswith("12 of 12 frames: contact\n")
+    assert out.endswith("r.npz: 12 frames by the float engine, from the file's exact stress\n")
+
+
+def test_json_has_the_same_facts(capsys: pytest.CaptureFixture[str]) -> None:
+    content = as_json(capsys)
+    assert content["warnings"] == []
+    assert content["friction"] == sentence()
+    assert (content["engine"], content["stress"], content["frames"]) == ("float", "exact", 12)
+    summary = content["summary"]
+    assert (summary["contact"], summary["no_contact"], summary["compression_only"]) == (12, 0, 0)
+    assert summary["ranges"]["mu"]["max"] == max(content["mu"])
+
+
+def test_compression_positive(capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("other.npy", -stress())
+    run(capsys)
+    expected = Path("r.npz").read_bytes()
+    _, err = run(capsys, "--compression", "positive", frames="other.npy")
+    assert err == ""
+    assert Path("r.npz").read_bytes() == expected
+    _, err = run(capsys, frames="other.npy")
+    assert err.startswith("warning: other.npy: ")
+    assert err.endswith(
+        " % of the stress is positive: is compression positive in this file? (--compression positive)\n"
+    )
+    assert Path("r.npz").read_bytes() != expected
+    _, err = run(capsys, "--compression", "positive")
+    assert err.endswith("is compression negative in this file? (without --compression positive)\n")
+
+
+def test_warnings_in_json(capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("kpa.npy", stress() / 1e3)
+    capsys.readouterr()
+    assert main(["estimate", "skin.toml", "kpa.npy", "--out", "r.npz", "--json"]) == 0
+    said = capsys.readouterr()
+    (doubt,) = json.loads(said.out)["warnings"]
+    assert "is the unit kPa (times 1000" in doubt
+    assert said.err == f"warning: kpa.npy: {doubt}\n"
+
+
+def test_a_name_with_a_line_break_is_told_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("k\npa.npy", stress() / 1e3)
+    _, err = run(capsys, frames="k\npa.npy")
+    assert err.startswith("warning: k\\npa.npy: ")
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize("engine", ["float", "two-variable"])
+def test_codes(capsys: pytest.CaptureFixture[str], engine: str) -> None:
+    design = load("skin.toml").design
+    np.save("codes.npy", quantise(design, stress()) * design.adc.lsb)
+    run(capsys, "--engine", engine, frames="codes.npy")
+    on_the_grid = Path("r.npz").read_bytes()
+    out, _ = run(capsys, "--engine", engine)
+    assert Path("r.npz").read_bytes() != on_the_grid
+    out, _ = run(capsys, "--engine", engine, "--codes")
+    assert Path("r.npz").read_bytes() == on_the_grid
+    line = f"r.npz: 12 frames by the {engine} engine, from codes of the 14-bit converter, 24.4141 Pa each\n"
+    assert out.endswith(line)
+    assert as_json(capsys, "--engine", engine, "--codes")["stress"] == "codes"
+
+
+def test_fixed_always_sees_codes(capfd: pytest.CaptureFixture[str]) -> None:
+    out, _ = run(capfd, "--engine", "fixed")
+    assert out.endswith("by the fixed engine, from codes of the 14-bit converter, 24.4141 Pa each\n")
+    assert as_json(capfd, "--engine", "fixed")["stress"] == "codes"
+    for engine in ("fixed", "rtl"):
+        line = f"tfra estimate: --codes: the {engine} engine always sees the converter's codes"
+        arguments = ["estimate", "skin.toml", "frames.npz", "--engine", engine, "--codes", "--out", "new.npz"]
+        assert refusal(capfd, *arguments) == line
+
+
+def test_codes_refuse_what_the_converter_cannot_show(capfd: pytest.CaptureFixture[str]) -> None:
+    np.save("large.npy", stress() * 1e3)
+    said = refusal(capfd, "estimate", "skin.toml", "large.npy", "--codes", "--out", "new.npz")
+    assert said.startswith("large.npy: frames: frame 0, row ")
+    assert said.endswith("times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?")
+    assert main(["estimate", "skin.toml", "large.npy", "--out", "new.npz"]) == 0
+
+
+def test_frames_without_contact(capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("rest.npy", np.concatenate([np.zeros((1, 5, 6)), np.full((1, 5, 6), 1e4)]))
+    content = as_json(capsys, frames="rest.npy")
+    assert content["status"][Status.NO_CONTACT.name] == 2
+    assert content["summary"]["ranges"] == {"phi_deg": None, "mu": None, "force_n": None}
