@@ -14,6 +14,7 @@ from tfra.model.fixed.words import quantise
 from tfra.model.layer import frames as layer_frames
 from tfra.model.scenes import directed_codes, random_contacts, wild_codes
 from tfra.model.sensor import Floats
+from tfra.model.tfra import Bools
 
 CONTACTS = 60
 """Simulated contacts when no frames are given."""
@@ -48,7 +49,7 @@ class Stimuli:
         pairs = ((getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__)
         return Stimuli(*(np.concatenate(pair) for pair in pairs))
 
-    def __getitem__(self, part: slice) -> Stimuli:
+    def __getitem__(self, part: slice | Bools) -> Stimuli:
         return Stimuli(*(getattr(self, name)[part] for name in self.__dataclass_fields__))
 
 

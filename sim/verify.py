@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from rich.console import Console
-from rich.table import Table
 
 from tfra.hdl.cores import regular, timing
 from tfra.model.design import Design
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.pipeline import FixedResult, FixedTfra
 from tfra.model.fixed.words import decode, frame_words, layout, quantise
-from tfra.model.metrics import error_force, error_mu, error_phi
+from tfra.model.metrics import errors
 from tfra.model.scenes import wild_codes
-from tfra.model.sensor import Floats
-from tfra.model.tfra import Result, Status, Tfra
+from tfra.model.tfra import Bools, Result, Status, Tfra
 from tfra.sim import tools
+from tfra.sim.report import NOT_RETURNED, UNKNOWN, Account, ContactErrors, FloatErrors, Mismatch, Report, Timing
 from tfra.sim.run import Netlist, Progress, ProtocolError, Run, SimulationError, simulate
 from tfra.sim.stimuli import Stimuli, mixture
 
@@ -31,150 +30,8 @@ PATTERNS = ("none", "random", "bursts")
 LAST_STAGE = "scaling"
 """Where words go wrong that no probe saw."""
 
-
-@dataclass(frozen=True)
-class Mismatch:
-    """The first word that differs.  ``taxel`` is (row, column) for a force; ``stall`` the pattern of the run."""
-
-    frame: int
-    stall: str
-    field: str
-    taxel: tuple[int, int] | None
-    word: int
-    expected: int
-    observed: int
-    stage: str | None = None
-    """First stage, in the order of the data, whose transfers differ; None if no probes were to be had."""
-    transfer: int | None = None
-    """The stage's first transfer that differs."""
-
-    def __str__(self) -> str:
-        taxel = "" if self.taxel is None else f", taxel {self.taxel}"
-        stage = "" if self.stage is None else f", stage {self.stage}"
-        stage += "" if self.transfer is None else f" (transfer {self.transfer})"
-        return (
-            f"frame {self.frame} (stalls: {self.stall}), field {self.field}{taxel}, word {self.word}{stage}: "
-            f"{self.expected} expected, {self.observed} observed"
-        )
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Cycles, measured without stalls, and as the design states them; None where not known."""
-
-    latency: int | None
-    interval: int | None
-    design_latency: int | None
-    design_interval: int | None
-
-    @property
-    def agrees(self) -> bool:
-        """No measured number differs from a stated one."""
-        pairs = ((self.latency, self.design_latency), (self.interval, self.design_interval))
-        return all(a is None or b is None or a == b for a, b in pairs)
-
-
-@dataclass(frozen=True)
-class FloatErrors:
-    """The core against float TFRA on the same codes, in percent of Eqs. 33-35: the largest errors.
-
-    Frames without contact, with compression only, or with words that were limited, are left out.
-    """
-
-    frames: int
-    equal_index: float
-    """Share of equal sweep indices, 0 ... 1."""
-    index_distance: int
-    phi: float
-    mu: float
-    force: float
-
-
-@dataclass(frozen=True)
-class ContactErrors:
-    """Median and largest error against the contacts' true values, in percent (Eqs. 33-35).
-
-    Frames with a status are left out; they have no direction, no friction, or values beyond the words.
-    """
-
-    frames: int
-    force: tuple[float, float]
-    mu: tuple[float, float]
-    phi: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Report:
-    """What a verification found."""
-
-    name: str
-    simulator: str
-    seed: int
-    kinds: dict[str, int]
-    words: int
-    """Words that should have been compared."""
-    compared: int
-    mismatches: int
-    first: Mismatch | None
-    violations: tuple[str, ...]
-    timing: Timing
-    status: dict[str, int]
-    against_float: dict[str, FloatErrors]
-    against_contact: ContactErrors | None
-
-    @property
-    def frames(self) -> int:
-        """Frames simulated."""
-        return sum(self.kinds.values())
-
-    @property
-    def passed(self) -> bool:
-        """Every word was compared and equal, the streams kept their rules, and the timing is as stated."""
-        complete = self.compared == self.words > 0
-        return complete and not self.mismatches and not self.violations and self.timing.agrees
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return everything as plain JSON types."""
-        content = _plain(asdict(self))
-        timing = content["timing"] | {"agrees": self.timing.agrees}
-        return {"passed": self.passed, "frames": self.frames, **content, "timing": timing}
-
-    def render(self, console: Console) -> None:
-        """Print the report."""
-        for table in (self._summary(), self._float_table()):
-            if table.row_count:
-                console.print(table)
-        if self.first:
-            console.print(f"first mismatch: {self.first}", style="red", highlight=False)
-        for violation in self.violations:
-            console.print(f"stream rule broken: {violation}", style="red", highlight=False)
-        verdict = "every bit equals the model" if self.passed else "FAILED"
-        console.print(f"{self.name}: {verdict}", style="green" if self.passed else "bold red", highlight=False)
-
-    def _summary(self) -> Table:
-        table = Table(title=f"{self.name} on {self.simulator}, seed {self.seed}", show_header=False)
-        frames = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
-        table.add_row("frames", f"{self.frames} ({frames})")
-        table.add_row("words compared", f"{self.compared} of {self.words}")
-        table.add_row("mismatches", str(self.mismatches))
-        t = self.timing
-        table.add_row("latency / cycles", _against(t.latency, t.design_latency))
-        table.add_row("interval / cycles", _against(t.interval, t.design_interval))
-        table.add_row("status", ", ".join(f"{name} {count}" for name, count in self.status.items()))
-        if self.against_contact:
-            e = self.against_contact
-            pairs = {"force": e.force, "mu": e.mu, "phi": e.phi}
-            text = ", ".join(f"{name} {median:.2f} / {most:.2f} %" for name, (median, most) in pairs.items())
-            table.add_row("against the contacts", f"median / largest error of {e.frames} frames: {text}")
-        return table
-
-    def _float_table(self) -> Table:
-        columns = ("frames", "number", "equal index", "index distance", "phi / %", "mu / %", "force / %")
-        table = Table(*columns, title="Against float TFRA on the same codes, largest errors")
-        for kind, e in self.against_float.items():
-            numbers = f"{e.frames}", f"{100 * e.equal_index:.1f} %", f"{e.index_distance}"
-            table.add_row(kind, *numbers, f"{e.phi:.3f}", f"{e.mu:.3f}", f"{e.force:.3f}")
-        return table
+SPECIAL = (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.OUTPUT_SATURATED)
+"""Frames with one of these are not compared with float TFRA: nothing was looked for, or words were limited."""
 
 
 def verify(
@@ -208,7 +65,15 @@ def verify(
     thirds = [_Third(design, stimuli, number, chosen, seed, core, progress) for number in range(len(PATTERNS))]
     thirds = [third for third in thirds if third.frames]
     bad = next((third for third in thirds if third.first is not None), None)
-    result, seen = _joined(design, stimuli, thirds)
+    back = _Returned.of(design, len(stimuli.codes), thirds)
+    result, seen = decode(design, back.words), stimuli[back.whole]
+    known = np.asarray(np.isfinite(seen.resultant).all(axis=1))
+    special, unfit = _reasons(result.status, SPECIAL), _reasons(result.status, Status, known)
+    why = {
+        "model": np.where(back.compared, "", NOT_RETURNED),
+        "float": back.why(special),
+        "contact": back.why(unfit),
+    }
     return Report(
         name=design.name,
         simulator=chosen,
@@ -221,8 +86,9 @@ def verify(
         violations=tuple(f"stalls {third.pattern}: {note}" for third in thirds for note in third.violations),
         timing=_timing(design, thirds[0], core),
         status=_histogram(result),
-        against_float=_float_errors(design, seen, result),
-        against_contact=_contact_errors(seen, result),
+        against_float=_float_errors(design, seen, result, special == ""),
+        against_contact=_contact_errors(seen, result, unfit == ""),
+        accounts=_accounts(stimuli.kinds, why),
     )
 
 
@@ -372,16 +238,6 @@ def first_difference(run: Run, model: FixedResult, frame: int) -> tuple[str | No
     return LAST_STAGE, None
 
 
-def _joined(design: Design, stimuli: Stimuli, thirds: list[_Third]) -> tuple[Result, Stimuli]:
-    """Results of all frames that came back, and the frames they belong to."""
-    back = [third for third in thirds if len(third.words) == third.frames]
-    words = np.concatenate([third.words for third in back] or [np.empty((0, frame_words(design)), dtype=np.int64)])
-    seen = stimuli[:0]
-    for third in back:
-        seen = seen + stimuli[third.part]
-    return decode(design, words), seen
-
-
 def _timing(design: Design, third: _Third, core: Any) -> Timing:
     """Latency of a frame that is alone, and the interval over the frames that the design's statement is about."""
     latency = interval = None
@@ -405,48 +261,71 @@ def _histogram(result: Result) -> dict[str, int]:
     return counts | {str(flag.name): int((result.status & flag != 0).sum()) for flag in Status}
 
 
-def _float_errors(design: Design, seen: Stimuli, result: Result) -> dict[str, FloatErrors]:
+def _float_errors(design: Design, seen: Stimuli, result: Result, regular: Bools) -> dict[str, FloatErrors]:
     exact = Tfra.of(design)(seen.codes * design.adc.lsb)
-    special = Status.NO_CONTACT | Status.COMPRESSION_ONLY | Status.OUTPUT_SATURATED
-    regular = (result.status & special) == 0
+    every = errors(exact.resultant, exact.mu, exact.phi_deg, result)
     found = {}
     for kind in dict.fromkeys(seen.kinds.tolist()):
         pick = regular & (seen.kinds == kind)
         if pick.any():
             distance = np.abs(exact.sweep_index - result.sweep_index)[pick]
-            found[kind] = FloatErrors(
-                frames=int(pick.sum()),
-                equal_index=float((distance == 0).mean()),
-                index_distance=int(distance.max()),
-                phi=float(error_phi(exact.phi_deg, result.phi_deg)[pick].max()),
-                mu=float(error_mu(exact.mu, result.mu)[pick].max()),
-                force=float(error_force(exact.resultant, result.resultant)[pick].max()),
-            )
+            largest = {key: float(error[pick].max()) for key, error in every.items()}
+            found[kind] = FloatErrors(int(pick.sum()), float((distance == 0).mean()), int(distance.max()), largest)
     return found
 
 
-def _contact_errors(seen: Stimuli, result: Result) -> ContactErrors | None:
-    known = np.isfinite(seen.resultant).all(axis=1) & (result.status == 0)
+def _contact_errors(seen: Stimuli, result: Result, known: Bools) -> ContactErrors | None:
     if not known.any():
         return None
-    errors: list[Floats] = [
-        error_force(seen.resultant, result.resultant)[known].max(axis=1),
-        error_mu(seen.mu, result.mu)[known],
-        error_phi(seen.phi_deg, result.phi_deg)[known],
-    ]
-    return ContactErrors(int(known.sum()), *((float(np.median(e)), float(e.max())) for e in errors))
+    every = errors(seen.resultant, seen.mu, seen.phi_deg, result)
+    median, largest = (
+        {key: float(of(error[known])) for key, error in every.items()} for of in (np.median, np.max)
+    )
+    return ContactErrors(int(known.sum()), median, largest)
 
 
-def _against(measured: int | None, stated: int | None) -> str:
-    shown = ["not measured" if measured is None else str(measured)]
-    if stated is not None:
-        shown.append(f"design: {stated}")
-    return ", ".join(shown)
+@dataclass(frozen=True)
+class _Returned:
+    """Which frames ``(n,)`` of the stimuli came back whole, which were compared bit by bit; words of the former."""
+
+    whole: Bools
+    compared: Bools
+    words: Ints
+
+    @classmethod
+    def of(cls, design: Design, count: int, thirds: list[_Third]) -> _Returned:
+        length = frame_words(design)
+        words, (whole, compared) = np.zeros((count, length), dtype=np.int64), np.zeros((2, count), dtype=np.bool_)
+        for third in thirds:
+            if len(third.words) == third.frames:
+                whole[third.part] = True
+                words[third.part] = third.words
+            compared[np.arange(count)[third.part][: third.compared // length]] = True
+        return cls(whole, compared, words[whole])
+
+    def why(self, reasons: npt.NDArray[np.str_]) -> npt.NDArray[np.str_]:
+        """``reasons`` of the whole frames to leave them out, spread over all ``(n,)``; empty for compared ones."""
+        every = np.full(len(self.whole), NOT_RETURNED, dtype=object)
+        every[self.whole] = reasons
+        return every.astype(np.str_)
 
 
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+def _reasons(status: Ints, flags: Iterable[Status], known: Bools | None = None) -> npt.NDArray[np.str_]:
+    """The first of ``flags`` that each frame has, ``(n,)``; ``UNKNOWN`` before that, and nothing where none holds."""
+    why = np.full(len(status), "", dtype=object)
+    for flag in reversed(list(flags)):
+        why[status & flag != 0] = flag.name
+    if known is not None:
+        why[~known] = UNKNOWN
+    return why.astype(np.str_)
+
+
+def _accounts(kinds: npt.NDArray[np.str_], why: Mapping[str, npt.NDArray[np.str_]]) -> tuple[Account, ...]:
+    """Count the reasons ``why`` frames ``(n,)`` are left out of each comparison, by kind."""
+    found = []
+    for kind in dict.fromkeys(kinds.tolist()):
+        for against, reasons in why.items():
+            counts = Counter(reasons[kinds == kind].tolist())
+            compared = counts.pop("", 0)
+            found.append(Account(kind, against, compared + counts.total(), compared, dict(counts)))
+    return tuple(found)

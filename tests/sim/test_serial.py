@@ -15,8 +15,9 @@ from tfra.model.scenes import contact_codes
 from tfra.model.sensor import SensorArray
 from tfra.sim import run as run_module
 from tfra.sim.netlist import synthesised
+from tfra.sim.report import Report
 from tfra.sim.run import simulate
-from tfra.sim.verify import Report, verify
+from tfra.sim.verify import verify
 
 DESIGN = Design(
     SensorArray(4, 4, 4e-3, 2.5e-3, 3e-3),

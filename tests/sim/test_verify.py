@@ -13,13 +13,15 @@ from rich.console import Console
 from tfra.codegen.images import lane_images
 from tfra.model.design import TARGETS, Adc, Architecture, Design, Search
 from tfra.model.fixed.pipeline import FixedTfra
-from tfra.model.fixed.words import layout
+from tfra.model.fixed.words import decode, layout, quantise
+from tfra.model.metrics import ERRORS
 from tfra.model.scenes import directed_codes
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
 from tfra.sim import demo
 from tfra.sim import run as run_module
 from tfra.sim import verify as verify_module
+from tfra.sim.report import Account, Report
 from tfra.sim.run import Netlist, Run, generated
 from tfra.sim.stimuli import mixture
 from tfra.sim.verify import first_difference, verify
@@ -203,6 +205,75 @@ def test_directed_frames_reach_the_special_cases() -> None:
     status = FixedTfra(DESIGN)(directed_codes(DESIGN)).words[:, -1]
     for flag in (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION, Status.INPUT_SATURATED):
         assert (status & flag != 0).any(), flag
+
+
+# Accounts
+
+
+def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
+    """Raise ``AssertionError`` unless every frame of every kind is compared or left out, in each comparison."""
+    found = {(account.kind, account.against): account for account in report.accounts}
+    assert list(found) == [(kind, against) for kind in report.kinds for against in ("model", "float", "contact")]
+    for (kind, _), account in found.items():
+        assert account.compared + sum(account.left_out.values()) == account.frames == report.kinds[kind]
+        assert 0 not in account.left_out.values()
+    for against in ("model", "float", "contact"):
+        assert sum(a.frames for a in report.accounts if a.against == against) == report.frames
+    for kind, errors in report.against_float.items():
+        assert found[kind, "float"].compared == errors.frames
+    truth = sum(a.compared for a in report.accounts if a.against == "contact")
+    assert truth == (report.against_contact.frames if report.against_contact else 0)
+    return found
+
+
+@pytest.mark.usefixtures("few")
+def test_every_frame_is_accounted_for() -> None:
+    report = verify(DESIGN, simulator="icarus", random=20)
+    found = check_accounts(report)
+    assert all(found[kind, "model"].left_out == {} for kind in report.kinds)
+    assert found["random", "contact"].left_out == {"no_true_values": 20}
+    result = decode(DESIGN, FixedTfra(DESIGN)(directed_codes(DESIGN)).words)
+    left = found["directed", "float"].left_out
+    assert left["NO_CONTACT"] == (result.status & Status.NO_CONTACT != 0).sum()
+    assert left["COMPRESSION_ONLY"] == (result.status & Status.COMPRESSION_ONLY != 0).sum()
+    with pytest.raises(AssertionError):
+        check_accounts(replace(report, accounts=(replace(report.accounts[0], compared=0), *report.accounts[1:])))
+    console = Console(record=True, width=80)
+    report.render(console)
+    shown = console.export_text()
+    assert "│ random   │ 20     │ true values      │ 0        │ 20 no true values" in shown
+    assert max(map(len, shown.splitlines())) <= 80
+    assert "…" not in shown
+    assert all(f"│ {name} " in shown for name in ERRORS.values())
+
+
+@pytest.mark.usefixtures("few")
+def test_frames_that_never_came_back_are_accounted_for(cache: Path, tmp_path: Path) -> None:
+    wrong = tampered(cache, tmp_path / "core", "assign result_last = ", "assign result_last = 0 & ")
+    report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
+    found = check_accounts(report)
+    for kind, count in report.kinds.items():
+        assert found[kind, "float"].left_out == found[kind, "contact"].left_out == {"not_returned": count}
+
+
+def test_plain_units_in_json() -> None:
+    """True values that are off by a known amount: every error is in the unit of its key."""
+    frames = np.random.default_rng(3).normal(0.0, 2e4, (6, 3, 2))
+    found = decode(DESIGN, FixedTfra(DESIGN)(quantise(DESIGN, frames)).words)
+    good = found.status == 0
+    assert good.sum() > 2
+    known = {"resultant_ref": np.add(found.resultant, (0.0, 0.0, 1.0)), "mu_ref": found.mu + 0.25}
+    report = verify(DESIGN, frames, "icarus", random=0, references=known | {"phi_ref_deg": found.phi_deg - 36.0})
+    content = report.as_dict()["against_contact"]
+    assert content["frames"] == good.sum()
+    for part in ("median", "largest"):
+        assert content[part]["phi_deg"] == pytest.approx(36)
+        assert content[part]["mu_abs"] == pytest.approx(0.25)
+        assert content[part]["force_n"] == pytest.approx(1)
+        assert content[part]["paper_phi_percent_of_turn"] == pytest.approx(10)
+        assert content[part]["paper_mu_percent_of_one"] == pytest.approx(25)
+    modulus = np.linalg.norm(known["resultant_ref"][good], axis=1)
+    assert content["largest"]["force_percent_of_resultant"] == pytest.approx(100 / modulus.min())
 
 
 EXAMPLE = """

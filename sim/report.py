@@ -1,0 +1,213 @@
+"""What a verification found, for readers and as JSON."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from tfra.model.facts import words
+from tfra.model.metrics import ERRORS
+from tfra.model.tfra import Status
+
+AGAINST = {"model": "model, every bit", "float": "float TFRA", "contact": "true values"}
+"""What frames are compared with, and how a reader sees it."""
+
+NOT_RETURNED, UNKNOWN = "not_returned", "no_true_values"
+"""Why a frame can be left out, beside a status bit: the core's words did not all come, or nobody knows the truth."""
+
+
+@dataclass(frozen=True)
+class Mismatch:
+    """The first word that differs.  ``taxel`` is (row, column) for a force; ``stall`` the pattern of the run."""
+
+    frame: int
+    stall: str
+    field: str
+    taxel: tuple[int, int] | None
+    word: int
+    expected: int
+    observed: int
+    stage: str | None = None
+    """First stage, in the order of the data, whose transfers differ; None if no probes were to be had."""
+    transfer: int | None = None
+    """The stage's first transfer that differs."""
+
+    def __str__(self) -> str:
+        taxel = "" if self.taxel is None else f", taxel {self.taxel}"
+        stage = "" if self.stage is None else f", stage {self.stage}"
+        stage += "" if self.transfer is None else f" (transfer {self.transfer})"
+        return (
+            f"frame {self.frame} (stalls: {self.stall}), field {self.field}{taxel}, word {self.word}{stage}: "
+            f"{self.expected} expected, {self.observed} observed"
+        )
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Cycles, measured without stalls, and as the design states them; None where not known."""
+
+    latency: int | None
+    interval: int | None
+    design_latency: int | None
+    design_interval: int | None
+
+    @property
+    def agrees(self) -> bool:
+        """No measured number differs from a stated one."""
+        pairs = ((self.latency, self.design_latency), (self.interval, self.design_interval))
+        return all(a is None or b is None or a == b for a, b in pairs)
+
+
+Largest = dict[str, float]
+"""An error by each key of ``tfra.model.metrics.ERRORS``."""
+
+
+@dataclass(frozen=True)
+class FloatErrors:
+    """The core against float TFRA on the same codes: the largest errors of ``frames`` frames."""
+
+    frames: int
+    equal_index: float
+    """Share of equal sweep indices, 0 ... 1."""
+    index_distance: int
+    largest: Largest
+
+
+@dataclass(frozen=True)
+class ContactErrors:
+    """Median and largest errors of the core against the contacts' true values."""
+
+    frames: int
+    median: Largest
+    largest: Largest
+
+
+@dataclass(frozen=True)
+class Account:
+    """Where the frames of one kind went in one comparison: ``frames`` is ``compared`` and all that was left out."""
+
+    kind: str
+    against: str
+    """``"model"`` (every bit), ``"float"`` or ``"contact"`` (its true values)."""
+    frames: int
+    compared: int
+    left_out: dict[str, int]
+    """Frames by the first reason that holds: the name of a status bit, or one of this module's."""
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a verification found."""
+
+    name: str
+    simulator: str
+    seed: int
+    kinds: dict[str, int]
+    words: int
+    """Words that should have been compared."""
+    compared: int
+    mismatches: int
+    first: Mismatch | None
+    violations: tuple[str, ...]
+    timing: Timing
+    status: dict[str, int]
+    against_float: dict[str, FloatErrors]
+    against_contact: ContactErrors | None
+    accounts: tuple[Account, ...]
+
+    @property
+    def frames(self) -> int:
+        """Frames simulated."""
+        return sum(self.kinds.values())
+
+    @property
+    def passed(self) -> bool:
+        """Every word was compared and equal, the streams kept their rules, and the timing is as stated."""
+        complete = self.compared == self.words > 0
+        return complete and not self.mismatches and not self.violations and self.timing.agrees
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return everything as plain JSON types."""
+        content = _plain(asdict(self))
+        timing = content["timing"] | {"agrees": self.timing.agrees}
+        return {"passed": self.passed, "frames": self.frames, **content, "timing": timing}
+
+    def render(self, console: Console) -> None:
+        """Print the report."""
+        for table in (self._summary(), self._account_table(), self._float_table(), self._contact_table()):
+            if table.row_count:
+                console.print(table)
+        if self.first:
+            console.print(f"first mismatch: {self.first}", style="red", highlight=False)
+        for violation in self.violations:
+            console.print(f"stream rule broken: {violation}", style="red", highlight=False)
+        verdict = "every bit equals the model" if self.passed else "FAILED"
+        console.print(f"{self.name}: {verdict}", style="green" if self.passed else "bold red", highlight=False)
+
+    def _summary(self) -> Table:
+        table = Table(title=f"{self.name} on {self.simulator}, seed {self.seed}", show_header=False)
+        frames = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
+        table.add_row("frames", f"{self.frames} ({frames})")
+        table.add_row("words compared", f"{self.compared} of {self.words}")
+        table.add_row("mismatches", str(self.mismatches))
+        t = self.timing
+        table.add_row("latency / cycles", _against(t.latency, t.design_latency))
+        table.add_row("interval / cycles", _against(t.interval, t.design_interval))
+        table.add_row("status", ", ".join(f"{count} {_reason(name)}" for name, count in self.status.items() if count))
+        return table
+
+    def _account_table(self) -> Table:
+        columns = ("frames", "number", "compared with", "compared", "left out")
+        table = Table(*columns, title="Every frame")
+        for account in self.accounts:
+            left = ", ".join(f"{count} {_reason(name)}" for name, count in account.left_out.items())
+            numbers = str(account.frames), AGAINST[account.against], str(account.compared)
+            table.add_row(account.kind, *numbers, left, end_section=account.against == "contact")
+        return table
+
+    def _float_table(self) -> Table:
+        table = Table("largest error", title="The core against float TFRA on the same codes")
+        found = self.against_float.values()
+        for kind in self.against_float:
+            table.add_column(f"{kind} frames", justify="right")
+        if found:
+            table.add_row("equal sweep index", *(f"{100 * e.equal_index:.1f} %" for e in found))
+            table.add_row("sweep index, steps apart", *(str(e.index_distance) for e in found))
+            for key, name in ERRORS.items():
+                table.add_row(name, *(f"{e.largest[key]:.3g}" for e in found))
+        return table
+
+    def _contact_table(self) -> Table:
+        table = Table("error", title="The core against the contacts' true values")
+        if e := self.against_contact:
+            for name in ("median", "largest"):
+                table.add_column(f"{name} of {e.frames}", justify="right")
+            for key, name in ERRORS.items():
+                table.add_row(name, f"{e.median[key]:.3g}", f"{e.largest[key]:.3g}")
+        return table
+
+
+def _reason(name: str) -> str:
+    """Status bits, their absence and other reasons in words."""
+    if name in Status.__members__:
+        return words(Status[name])
+    return "without status" if name == "none" else name.replace("_", " ")
+
+
+def _against(measured: int | None, stated: int | None) -> str:
+    shown = ["not measured" if measured is None else str(measured)]
+    if stated is not None:
+        shown.append(f"design: {stated}")
+    return ", ".join(shown)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
