@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
 import numpy as np
 import numpy.typing as npt
 
 from tfra.model.sensor import Floats, SensorArray
-from tfra.model.tfra import Result
 
 ERRORS = {
     "phi_deg": "φ / °",
@@ -20,23 +21,40 @@ ERRORS = {
 """Keys of :func:`errors`, with the unit in each, and how a reader sees them."""
 
 
-def errors(resultant: npt.ArrayLike, mu: npt.ArrayLike, phi_deg: npt.ArrayLike, found: Result) -> dict[str, Floats]:
+class Contact(Protocol):
+    """What a contact is or is found to be: a ``tfra.model.tfra.Result``, or a reference."""
+
+    @property
+    def resultant(self) -> Floats:
+        """``(n, 3)`` N."""
+
+    @property
+    def mu(self) -> Floats:
+        """``(n,)``."""
+
+    @property
+    def phi_deg(self) -> Floats:
+        """``(n,)`` degrees."""
+
+
+def errors(reference: Contact, found: Contact) -> dict[str, Floats]:
     """Return every error of ``found`` by the keys of ``ERRORS``, each ``(n,)``.
 
-    The reference is ``resultant (n, 3)`` in N, ``mu (n,)`` and ``phi_deg (n,)``.  F is the length of the difference of
-    both resultants, |F| the length of the reference's; the paper's e(F) is its worst component.
+    F is the length of the difference of both resultants, |F| the length of the reference's; the paper's e(F) is its
+    worst component.
     """
-    reference = np.asarray(resultant, dtype=np.float64)
-    force, modulus = (np.linalg.norm(vector, axis=-1) for vector in (found.resultant - reference, reference))
+    force, modulus = (
+        np.linalg.norm(vector, axis=-1) for vector in (found.resultant - reference.resultant, reference.resultant)
+    )
     undefined = np.where(force > 0.0, np.inf, 0.0)
     return {
-        "phi_deg": turn_deg(phi_deg, found.phi_deg),
-        "mu_abs": np.abs(np.subtract(mu, found.mu)),
+        "phi_deg": turn_deg(reference.phi_deg, found.phi_deg),
+        "mu_abs": np.abs(reference.mu - found.mu),
         "force_n": force,
         "force_percent_of_resultant": 100.0 * np.divide(force, modulus, out=undefined, where=modulus > 0.0),
-        "paper_phi_percent_of_turn": error_phi(phi_deg, found.phi_deg),
-        "paper_mu_percent_of_one": error_mu(mu, found.mu),
-        "paper_force_percent_of_estimate": error_force(reference, found.resultant).max(axis=-1),
+        "paper_phi_percent_of_turn": error_phi(reference.phi_deg, found.phi_deg),
+        "paper_mu_percent_of_one": error_mu(reference.mu, found.mu),
+        "paper_force_percent_of_estimate": error_force(reference.resultant, found.resultant).max(axis=-1),
     }
 
 

@@ -263,7 +263,7 @@ def _histogram(result: Result) -> dict[str, int]:
 
 def _float_errors(design: Design, seen: Stimuli, result: Result, regular: Bools) -> dict[str, FloatErrors]:
     exact = Tfra.of(design)(seen.codes * design.adc.lsb)
-    every = errors(exact.resultant, exact.mu, exact.phi_deg, result)
+    every = errors(exact, result)
     found = {}
     for kind in dict.fromkeys(seen.kinds.tolist()):
         pick = regular & (seen.kinds == kind)
@@ -277,7 +277,7 @@ def _float_errors(design: Design, seen: Stimuli, result: Result, regular: Bools)
 def _contact_errors(seen: Stimuli, result: Result, known: Bools) -> ContactErrors | None:
     if not known.any():
         return None
-    every = errors(seen.resultant, seen.mu, seen.phi_deg, result)
+    every = errors(seen, result)
     median, largest = (
         {key: float(of(error[known])) for key, error in every.items()} for of in (np.median, np.max)
     )

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +14,6 @@ from hypothesis import strategies as st
 
 from tfra.model import metrics
 from tfra.model.sensor import SensorArray
-from tfra.model.tfra import Result
 
 # One row per printed column: Fx Fy Fz mu phi of the reference | of the estimate | printed errors in percent.
 TABLE_1 = """
@@ -125,18 +126,14 @@ def test_stress_times_area_is_force() -> None:
     assert metrics.stress_from_force(sensor, 0.008) == pytest.approx(1000.0)
 
 
-def estimate(resultant: list[list[float]], mu: list[float], phi_deg: list[float]) -> Result:
-    """A result that knows nothing else."""
-    n, nothing = len(mu), np.zeros(len(mu))
-    force, angle, friction = (np.array(value, dtype=np.float64) for value in (resultant, phi_deg, mu))
-    whole = np.zeros(n, dtype=np.int64)
-    return Result(np.zeros((n, 3, 2, 2)), force, angle, friction, nothing, nothing, whole, whole)
+def contact(resultant: list[list[float]], mu: list[float], phi_deg: list[float]) -> Any:
+    return SimpleNamespace(resultant=np.array(resultant), mu=np.array(mu), phi_deg=np.array(phi_deg))
 
 
 def test_every_error_by_hand() -> None:
     # |(3, 0, -4)| = 5, |(0, 0, -10)| = 10; the first is off by (1, 0, 0), the second by (3, 4, 0)
-    found = estimate([[4, 0, -4], [3, 4, -10]], [1.0, 0.5], [358, 100])
-    seen = metrics.errors([[3, 0, -4], [0, 0, -10]], [0.75, 0.3], [2, 64], found)
+    truth = contact([[3, 0, -4], [0, 0, -10]], [0.75, 0.3], [2, 64])
+    seen = metrics.errors(truth, contact([[4, 0, -4], [3, 4, -10]], [1.0, 0.5], [358, 100]))
     assert list(seen) == list(metrics.ERRORS)
     np.testing.assert_allclose(seen["phi_deg"], [4, 36])
     np.testing.assert_allclose(seen["mu_abs"], [0.25, 0.2])
@@ -148,6 +145,6 @@ def test_every_error_by_hand() -> None:
 
 
 def test_percent_of_no_force() -> None:
-    found = estimate([[0, 0, 0], [0, 0, -1]], [0, 0], [0, 0])
-    seen = metrics.errors(np.zeros((2, 3)), [0, 0], [0, 0], found)
+    nothing = contact([[0, 0, 0], [0, 0, 0]], [0, 0], [0, 0])
+    seen = metrics.errors(nothing, contact([[0, 0, 0], [0, 0, -1]], [0, 0], [0, 0]))
     np.testing.assert_array_equal(seen["force_percent_of_resultant"], [0, np.inf])

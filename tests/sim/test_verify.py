@@ -18,7 +18,6 @@ from tfra.model.metrics import ERRORS
 from tfra.model.scenes import directed_codes
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
-from tfra.sim import demo
 from tfra.sim import run as run_module
 from tfra.sim import verify as verify_module
 from tfra.sim.report import Account, Report
@@ -274,39 +273,3 @@ def test_plain_units_in_json() -> None:
         assert content[part]["paper_mu_percent_of_one"] == pytest.approx(25)
     modulus = np.linalg.norm(known["resultant_ref"][good], axis=1)
     assert content["largest"]["force_percent_of_resultant"] == pytest.approx(100 / modulus.min())
-
-
-EXAMPLE = """
-[sensor]
-rows = 4
-columns = 4
-pitch_x_mm = 4.0
-pitch_y_mm = 4.0
-thickness_mm = 3.0
-[search]
-steps = 10
-[architecture]
-mac_lanes = 4
-[[contact]]
-shape = "uniform"
-half_x_mm = 3.0
-half_y_mm = 2.0
-force_n = -5.0
-mu = 0.5
-phi_deg = [0, 50]
-"""
-
-
-def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    for name in demo.PAPER:
-        (tmp_path / f"{name}.toml").write_text(EXAMPLE)
-    arguments = ["--simulator", "icarus", "--examples", str(tmp_path)]
-    monkeypatch.setattr(demo, "PAPER", dict.fromkeys(demo.PAPER, demo.Errors(99.0, 99.0, 50.0)))
-    assert demo.main(arguments) == 0
-    printed = capsys.readouterr().out
-    assert "every RTL bit equals the model: yes" in " ".join(printed.split())
-    assert "PASSED" in printed
-    monkeypatch.setattr(demo, "PAPER", dict.fromkeys(demo.PAPER, demo.Errors(0.01, 99.0, 50.0)))
-    assert demo.main(arguments) == 1
-    assert "FAILED" in capsys.readouterr().out
-    assert demo.main(["--examples", str(tmp_path / "nowhere")]) == 2
