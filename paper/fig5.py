@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from tfra.model.sensor import Floats
 from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text, rounded
-from tfra.paper.published import errors, largest, table
+from tfra.paper.published import errors, largest, largest_plain, table
 from tfra.paper.setups import DIRECTIONS, Setup, near
 
 STYLES: dict[str, dict[str, Any]] = {
@@ -55,12 +55,16 @@ def _columns(setup: Setup) -> Columns:
 def _measured(setup: Setup) -> str:
     contacts = setup.contacts(DIRECTIONS)
     stress, forces, mu = setup.stress(contacts), [c.force for c in contacts], contacts[0].mu
-    worst = {}
+    parts = []
     for name in ("TFRA, float", "TFRA, bit-accurate"):
         found = setup.engines[name](stress)
-        worst[name] = largest(errors(forces, found.resultant, mu, found.mu, DIRECTIONS, found.phi_deg))
-    listed = "; ".join(f"{name}: forces {e.force:.2f}, μ {e.mu:.2f}, φ {e.phi:.2f} %" for name, e in worst.items())
-    return f"Largest errors of the {setup.title} in all {len(DIRECTIONS)} directions: {listed}."
+        every = errors(forces, found.resultant, mu, found.mu, DIRECTIONS, found.phi_deg)
+        paper, plain = largest(every), largest_plain(every)
+        parts.append(
+            f"{name}: φ {plain['phi_deg']:.2f}°, μ {plain['mu_abs']:.3f}, F {plain['force_n']:.2f} N (by the paper's "
+            f"measures e(F) {paper.force:.2f}, e(μ) {paper.mu:.2f}, e(φ) {paper.phi:.2f} %)"
+        )
+    return f"Largest errors of the {setup.title} in all {len(DIRECTIONS)} directions: {'; '.join(parts)}."
 
 
 def _draw(setups: Sequence[Setup], parts: dict[str, Columns]) -> Figure:

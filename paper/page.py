@@ -28,10 +28,13 @@ dd { margin: 0 0 .4rem 7rem; }
 
 SHORT = {
     "phi_ref_deg": "φ_ref / °", "method": "",
-    "Fx_ref_N": "F_x ref / N", "Fx_N": "F_x / N", "e_Fx_percent": "e(F_x) / %",
-    "Fy_ref_N": "F_y ref / N", "Fy_N": "F_y / N", "e_Fy_percent": "e(F_y) / %", "Fz_ref_N": "F_z ref / N",
-    "Fz_N": "F_z / N", "e_Fz_percent": "e(F_z) / %", "mu_ref": "μ ref", "mu": "μ", "e_mu_percent": "e(μ) / %",
-    "phi_deg": "φ / °", "e_phi_percent": "e(φ) / %", "e_F_percent": "e(F) / %",
+    "Fx_ref_N": "F_x ref / N", "Fx_N": "F_x / N", "e_Fx_percent": "paper’s e(F_x) / %",
+    "Fy_ref_N": "F_y ref / N", "Fy_N": "F_y / N", "e_Fy_percent": "paper’s e(F_y) / %",
+    "Fz_ref_N": "F_z ref / N", "Fz_N": "F_z / N", "e_Fz_percent": "paper’s e(F_z) / %",
+    "mu_ref": "μ ref", "mu": "μ", "e_mu_percent": "paper’s e(μ) / %",
+    "phi_deg": "φ / °", "e_phi_percent": "paper’s e(φ) / %", "e_F_percent": "paper’s e(F) / %",
+    "error_phi_deg": "error of φ / °", "error_mu_abs": "error of μ", "error_force_n": "error of F / N",
+    "error_force_percent_of_resultant": "error of F / % of |F|",
 }  # fmt: skip
 """Headings of the CSV files as a reader likes them."""
 
@@ -40,7 +43,10 @@ INTRODUCTION = """
 arrays</em>, Mechatronics 2023, <a href="https://doi.org/10.1016/j.mechatronics.2023.103070">doi
 10.1016/j.mechatronics.2023.103070</a>, computed again. The paper's frames came from finite elements and are not public,
 nor are the sizes of its contacts: here frames are an exact solution of an elastic layer under the contacts of
-<code>examples/*.toml</code>. Published numbers are copied from Tables 1 and 2; every error is recomputed by Eqs. 33–35.
+<code>examples/*.toml</code>. Published numbers are copied from Tables 1 and 2; every error is recomputed.
+The paper’s own measures are percentages: e(F) of each component, of the |F| found (Eq. 35); e(μ), of μ = 1 (Eq. 33);
+e(φ), of a full turn (Eq. 34). Beside them are errors in plain units: degrees, the absolute error of μ, and the length of
+the error of F in newtons and in percent of the reference’s |F|.
 Figures 1 and 3 show no data. Each figure has a CSV, a PNG and an SVG file beside this page, each table a CSV file.</p>
 """
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.metrics import error_force, error_mu, error_phi
+from tfra.model import metrics
 from tfra.model.sensor import Floats
 
 DATA = Path(__file__).parent / "data"
@@ -18,9 +18,13 @@ METHODS = {"tfra": "published TFRA", "ref7": "published two-variable [7]"}
 """Column ``method`` of the data, and how a reader sees it."""
 
 
+PLAIN = ("phi_deg", "mu_abs", "force_n", "force_percent_of_resultant")
+"""Errors in plain units, keys of ``metrics.ERRORS``: degrees, absolute, length of F's error in N and in % of |F|."""
+
+
 @dataclass(frozen=True)
 class Errors:
-    """Largest errors in percent: forces (all three components), friction coefficient, direction."""
+    """Largest errors in percent as the paper measures: forces (all components), friction coefficient, direction."""
 
     force: float
     mu: float
@@ -38,25 +42,41 @@ def triple(row: dict[str, str], kind: str) -> list[float]:
     return [float(row[f"F{axis}_{kind}"]) for axis in "xyz"]
 
 
+@dataclass(frozen=True)
+class _Contact:
+    resultant: Floats
+    mu: Floats
+    phi_deg: Floats
+
+
 def errors(
     force_ref: npt.ArrayLike, force: npt.ArrayLike, mu_ref: npt.ArrayLike, mu: npt.ArrayLike,
     phi_ref_deg: npt.ArrayLike, phi_deg: npt.ArrayLike,
 ) -> Floats:  # fmt: skip
-    """e(F_x), e(F_y), e(F_z), e(mu), e(phi) in percent (Eqs. 33-35), ``(n, 5)``.
+    """e(F_x), e(F_y), e(F_z), e(mu), e(phi) in percent (Eqs. 33-35), then the errors of ``PLAIN``: ``(n, 9)``.
 
     Forces are ``(n, 3)`` in N, the rest is ``(n,)``.
     """
-    force = error_force(force_ref, force)
-    single = np.stack(np.broadcast_arrays(error_mu(mu_ref, mu), error_phi(phi_ref_deg, phi_deg)), axis=-1)
-    return np.concatenate([force, single], axis=-1)
+    reference, found = (
+        _Contact(*(np.asarray(value, dtype=np.float64) for value in values))
+        for values in ((force_ref, mu_ref, phi_ref_deg), (force, mu, phi_deg))
+    )
+    every = metrics.errors(reference, found)
+    single = np.stack([every[key] for key in ("paper_mu_percent_of_one", "paper_phi_percent_of_turn", *PLAIN)], axis=-1)
+    return np.concatenate([metrics.error_force(force_ref, force), single], axis=-1)
 
 
 def largest(percent: Floats) -> Errors:
-    """The largest of ``errors`` ``(n, 5)``."""
+    """The largest of ``errors`` ``(n, 9)`` by the paper's measures."""
     return Errors(*(float(percent[:, part].max()) for part in (slice(3), 3, 4)))
 
 
+def largest_plain(percent: Floats) -> dict[str, float]:
+    """The largest of ``errors`` ``(n, 9)`` in plain units, by the keys of ``PLAIN``."""
+    return dict(zip(PLAIN, percent[:, 5:].max(axis=0).tolist(), strict=True))
+
+
 def errors_of(rows: list[dict[str, str]]) -> Floats:
-    """``errors`` of published rows, ``(n, 5)``, from the printed, rounded numbers."""
+    """``errors`` of published rows, ``(n, 9)``, from the printed, rounded numbers."""
     single = {key: [float(row[key]) for row in rows] for key in ("mu_fea", "mu_alg", "phi_ref", "phi_alg")}
     return errors([triple(row, "fea") for row in rows], [triple(row, "alg") for row in rows], *single.values())

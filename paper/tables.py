@@ -1,4 +1,4 @@
-"""Tables 1 and 2: published numbers beside this project's, errors by Eqs. 33-35 for all of them, and the largest."""
+"""Tables 1 and 2: published numbers beside this project's; errors by Eqs. 33-35 and in plain units, and the largest."""
 
 from __future__ import annotations
 
@@ -11,15 +11,18 @@ from tfra.model.contact import ContactShape
 from tfra.model.sensor import Floats
 from tfra.model.tfra import Result
 from tfra.paper.picture import Text
-from tfra.paper.published import METHODS, Errors, errors, errors_of, largest, table
+from tfra.paper.published import METHODS, PLAIN, Errors, errors, errors_of, largest, largest_plain, table
 from tfra.paper.setups import TABLE_DIRECTIONS, Setup, near
 
 HEADER = (
     "phi_ref_deg", "method",
     "Fx_ref_N", "Fx_N", "e_Fx_percent", "Fy_ref_N", "Fy_N", "e_Fy_percent", "Fz_ref_N", "Fz_N", "e_Fz_percent",
     "mu_ref", "mu", "e_mu_percent", "phi_deg", "e_phi_percent",
+    "error_phi_deg", "error_mu_abs", "error_force_n", "error_force_percent_of_resultant",
 )  # fmt: skip
-MAXIMA_HEADER = ("method", "e_F_percent", "e_mu_percent", "e_phi_percent")
+"""Columns of a table; ``e_`` are the paper's measures (Eqs. 33-35), ``error_`` are in plain units (``PLAIN``)."""
+
+MAXIMA_HEADER = ("method", "e_F_percent", "e_mu_percent", "e_phi_percent", *HEADER[-4:])
 PUBLISHED = (
     "phi_ref", "Fx_fea", "Fx_alg", "Fy_fea", "Fy_alg", "Fz_fea", "Fz_alg", "mu_fea", "mu_alg", "phi_alg",
 )  # fmt: skip
@@ -42,7 +45,9 @@ class Table:
     rows: Cells
     maxima: Cells
     largest: dict[str, Errors]
-    """The numbers behind ``maxima``, not rounded."""
+    """The numbers behind ``maxima``, not rounded, as the paper measures."""
+    plain: dict[str, dict[str, float]]
+    """The same in plain units, by the keys of ``PLAIN``, of all that have a table of their own."""
     text: Text
 
 
@@ -51,17 +56,17 @@ def make(name: str, setup: Setup) -> Table:
     contacts = setup.contacts(TABLE_DIRECTIONS)
     stress = setup.stress(contacts)
     forces, mu = np.array([c.force for c in contacts]), np.array([c.mu for c in contacts])
-    parts, worst = _published(setup)
+    parts, worst, plain = _published(setup)
     for engine, run in setup.engines.items():
         found = run(stress)
         phi = near(found.phi_deg, np.array(TABLE_DIRECTIONS, dtype=float))
         percent = errors(forces, found.resultant, mu, found.mu, TABLE_DIRECTIONS, phi)
-        worst[engine] = largest(percent)
+        worst[engine], plain[engine] = largest(percent), largest_plain(percent)
         parts += _rows(engine, forces, mu, found, phi, percent)
     order = {str(phi): place for place, phi in enumerate(TABLE_DIRECTIONS)}
     rows = sorted(parts, key=lambda row: order[row[0]])
-    maxima = [(method, *(number(value, 2) for value in vars(e).values())) for method, e in worst.items()]
-    return Table(name, f"Forces, {setup.title}", rows, maxima, worst, _text(setup, worst))
+    maxima = [(method, *_percent(e), *_plain(plain.get(method))) for method, e in worst.items()]
+    return Table(name, f"Forces, {setup.title}", rows, maxima, worst, plain, _text(setup, worst, plain))
 
 
 def number(value: float, digits: int) -> str:
@@ -69,14 +74,25 @@ def number(value: float, digits: int) -> str:
     return f"{round(float(value), digits) + 0.0:.{digits}f}"
 
 
-def _published(setup: Setup) -> tuple[list[tuple[str, ...]], dict[str, Errors]]:
-    rows, worst = [], {"printed in the paper's text": setup.printed}
+def _percent(worst: Errors) -> list[str]:
+    return [number(value, 2) for value in vars(worst).values()]
+
+
+def _plain(values: dict[str, float] | None) -> list[str]:
+    """Cells in the order of ``PLAIN``; without values, empty ones."""
+    if values is None:
+        return [""] * len(PLAIN)
+    return [number(values[key], 3 if key == "mu_abs" else 2) for key in PLAIN]
+
+
+def _published(setup: Setup) -> tuple[list[tuple[str, ...]], dict[str, Errors], dict[str, dict[str, float]]]:
+    rows, worst, plain = [], {"printed in the paper's text": setup.printed}, {}
     for method, name in METHODS.items():
         mine = [row for row in table(setup.data) if row["method"] == method]
         percent = errors_of(mine)
-        worst[f"{name}, recomputed"] = largest(percent)
+        worst[f"{name}, recomputed"], plain[f"{name}, recomputed"] = largest(percent), largest_plain(percent)
         rows += [_row(name, [row[key] for key in PUBLISHED], e) for row, e in zip(mine, percent, strict=True)]
-    return rows, worst
+    return rows, worst, plain
 
 
 def _rows(
@@ -93,23 +109,30 @@ def _rows(
 def _row(method: str, values: Sequence[str], percent: Floats) -> tuple[str, ...]:
     """Cells in the order of ``HEADER``; ``values`` in that of ``PUBLISHED``."""
     phi_ref, *pairs, phi = values
-    e = [number(value, 2) for value in percent]
+    e = [number(value, 2) for value in percent[:5]]
     quantities = [cell for n in range(4) for cell in (pairs[2 * n], pairs[2 * n + 1], e[n])]
-    return phi_ref, method, *quantities, phi, e[4]
+    return phi_ref, method, *quantities, phi, e[4], *_plain(dict(zip(PLAIN, percent[5:], strict=True)))
 
 
-def _text(setup: Setup, worst: dict[str, Errors]) -> Text:
+def _text(setup: Setup, worst: dict[str, Errors], plain: dict[str, dict[str, float]]) -> Text:
     def said(method: str) -> str:
         e = worst[method]
-        return f"{method}: forces {e.force:.2f} %, μ {e.mu:.2f} %, φ {e.phi:.2f} %."
+        return f"{method}: e(F) {e.force:.2f} %, e(μ) {e.mu:.2f} %, e(φ) {e.phi:.2f} %."
+
+    def plainly(method: str) -> str:
+        phi, mu, newtons, percent = _plain(plain[method])
+        return f"{method}: φ {phi}°, μ {mu}, F {newtons} N or {percent} % of |F|."
 
     contact, sensor = setup.project.contacts[0], setup.project.design.sensor
     size = f"{2e3 * contact.half_x:g} mm × {2e3 * contact.half_y:g} mm"
     return Text(
         f"The text states largest errors of {setup.printed.force:.2f} % (forces), {setup.printed.mu:.2f} % (μ) and "
-        f"{setup.printed.phi:.2f} % (φ). Recomputed from the printed, rounded numbers, the columns give "
+        f"{setup.printed.phi:.2f} % (φ), by its Eqs. 33–35. Recomputed from the printed, rounded numbers, they are "
         f"{said('published TFRA, recomputed').partition(': ')[2]} {_note(setup, worst)}",
-        " ".join(said(method) for method in setup.engines),
+        "Largest errors by the paper's measures, "
+        + " ".join(said(method) for method in setup.engines)
+        + " In plain units, the largest are: "
+        + " ".join(plainly(method) for method in setup.engines),
         f"The contact itself is not published beyond its kind. Here it is {_PRESSURE[contact.shape]} {size} with "
         f"F_z = {contact.normal_force:g} N and μ = {contact.mu:g}, on {sensor.rows} × {sensor.columns} taxels of "
         f"{1e3 * sensor.pitch_x:g} mm × {1e3 * sensor.pitch_y:g} mm; stress is an exact solution of the elastic layer "

@@ -103,13 +103,22 @@ def test_errors_follow_from_the_cells(folder: Path, table: str) -> None:
         errors = [float(row[n]) for n in (4, 7, 10)]
         np.testing.assert_allclose(errors, 100 * abs(reference - found) / (found @ found) ** 0.5, atol=0.2)
         assert float(row[13]) == pytest.approx(100 * abs(float(row[11]) - float(row[12])), abs=0.06)
-        assert float(row[15]) == pytest.approx(abs(float(row[0]) - float(row[14])) / 3.6, abs=0.006)
+        turn = abs(float(row[0]) - float(row[14]))
+        assert float(row[15]) == pytest.approx(turn / 3.6, abs=0.006)
+        phi, mu, newtons, percent = (float(cell) for cell in row[16:])
+        length = float(np.linalg.norm(found - reference))
+        assert phi == pytest.approx(turn, abs=0.011)
+        assert mu == pytest.approx(abs(float(row[11]) - float(row[12])), abs=6e-4)
+        assert newtons == pytest.approx(length, abs=0.02)
+        assert percent == pytest.approx(100 * length / np.linalg.norm(reference), abs=0.3)
 
 
 @pytest.mark.parametrize(("table", "example"), [("table1", "hertz_40x20"), ("table2", "rectangle_40x40")])
 def test_maxima(folder: Path, table: str, example: str) -> None:
     """They are the largest of the table, and TFRA's are not above the published ones."""
-    maxima = {row[0]: [float(cell) for cell in row[1:]] for row in rows(folder / f"{table}_maxima.csv")[1:]}
+    maxima = {row[0]: [float(cell) for cell in row[1:4]] for row in rows(folder / f"{table}_maxima.csv")[1:]}
+    plain = {row[0]: [float(cell) for cell in row[4:] if cell] for row in rows(folder / f"{table}_maxima.csv")[1:]}
+    assert plain["printed in the paper's text"] == []
     limits = list(vars(PAPER[example]).values())
     assert maxima["printed in the paper's text"] == limits
     for method in (*ENGINES, "published TFRA"):
@@ -117,14 +126,28 @@ def test_maxima(folder: Path, table: str, example: str) -> None:
         assert len(mine) == 8
         columns = [max(float(row[n]) for row in mine) for n in (4, 7, 10, 13, 15)]
         name = method if method in maxima else f"{method}, recomputed"
+        assert plain[name] == [max(float(row[n]) for row in mine) for n in range(16, 20)]
         assert maxima[name] == [max(columns[:3]), *columns[3:]]
     for method in ENGINES[:2]:
         assert all(np.less_equal(maxima[method], limits))
     assert not all(np.less_equal(maxima[ENGINES[2]], limits))  # the comparison can fail
 
 
+def test_the_page_names_whose_measure_is_whose(folder: Path) -> None:
+    text = (folder / "index.html").read_text()
+    for heading in ("paper’s e(φ) /&nbsp;%", "error of φ /&nbsp;°", "error of μ", "error of F /&nbsp;% of |F|"):
+        assert text.count(f"<th>{heading}</th>") >= 2
+    content = json.loads((folder / "paper.json").read_text())
+    for table in SOURCES:
+        worst = content["largest_errors"][table]["TFRA, float"]
+        assert list(worst) == ["phi_deg", "mu_abs", "force_n", "force_percent_of_resultant"]
+        theirs = content["largest_errors_by_the_papers_measures_percent"][table]["TFRA, float"]
+        assert worst["phi_deg"] == pytest.approx(3.6 * theirs["phi"], abs=1e-3)
+        assert worst["mu_abs"] == pytest.approx(theirs["mu"] / 100, abs=1e-4)
+
+
 def test_readme_shows_the_maxima(folder: Path) -> None:
-    both = [{r[0]: r[1:] for r in rows(folder / f"{table}_maxima.csv")} for table in SOURCES]
+    both = [{r[0]: r[1:4] for r in rows(folder / f"{table}_maxima.csv")} for table in SOURCES]
     names = {
         "stated in the paper": "printed in the paper's text",
         "recomputed from its tables": "published TFRA, recomputed",
