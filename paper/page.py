@@ -45,8 +45,8 @@ arrays</em>, Mechatronics 2023, <a href="https://doi.org/10.1016/j.mechatronics.
 nor are the sizes of its contacts: here frames are an exact solution of an elastic layer under the contacts of
 <code>examples/*.toml</code>. Published numbers are copied from Tables 1 and 2; every error is recomputed.
 The paper’s own measures are percentages: e(F) of each component, of the |F| found (Eq. 35); e(μ), of μ = 1 (Eq. 33);
-e(φ), of a full turn (Eq. 34). Beside them are errors in plain units: degrees, the absolute error of μ, and the length of
-the error of F in newtons and in percent of the reference’s |F|.
+e(φ), of a full turn (Eq. 34). Beside them are errors in plain units: degrees, the absolute error of μ, the length of
+the error of F in newtons, and in percent of the reference’s |F|.
 Figures 1 and 3 show no data. Each figure has a CSV, a PNG and an SVG file beside this page, each table a CSV file.</p>
 """
 

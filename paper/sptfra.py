@@ -57,7 +57,7 @@ def _measured(setup: Setup, rows: list[dict[str, Any]]) -> str:
     """Products and error with every entry kept, of the float and of the bit-accurate model."""
     whole = [row for row in rows if row["contact"] == setup.key and not row["strength_percent"]]
     listed = "; ".join(f"{r['series']}: {r['products']:,} products, {r['force_error_percent']:.2f} %" for r in whole)
-    return f"{setup.title}, nothing filtered: {listed}."
+    return f"{setup.title}, nothing filtered, products of a zero not counted: {listed}."
 
 
 def _rows(setup: Setup) -> list[dict[str, Any]]:

@@ -1,0 +1,114 @@
+"""Cycles, products and lanes that are told in prose are those of the design object."""
+
+import json
+import re
+from functools import cache
+
+import pytest
+
+from bench import cores
+from bench.publish import ROOT
+from tfra.codegen.config import load
+from tfra.codegen.sidecar import sidecar
+from tfra.hdl.cores import timing
+from tfra.model.fixed.coefficients import nonzero_products
+
+
+@cache
+def core(lanes):
+    return timing(cores.design(lanes))
+
+
+@cache
+def preset(name):
+    return timing(load(ROOT / "examples" / f"{name}.toml").design)
+
+
+@cache
+def products():
+    return core(16).multiplications
+
+
+TOLD = [
+    ("README.md", r"A 10×10 frame takes ([\d,]+) real products", products),
+    ("CHANGELOG.md", r"10×10 on 64 lanes takes a\s+frame every ([\d,]+) cycles", lambda: core(64).initiation_interval),
+    ("docs/architecture.md", r"For 10×10 that is ([\d,]+) real products", products),
+    (
+        "docs/architecture.md", r"(\d+) of them have a coefficient that is zero",
+        lambda: products() - nonzero_products(cores.design(16)),
+    ),
+    ("docs/architecture.md", r"an interval of ([\d,]+) cycles, where", lambda: core(16).initiation_interval),
+    ("docs/architecture.md", r"where ([\d,]+) / 16 would be", products),
+    ("docs/architecture.md", r"22,900 / 16 would be ([\d,]+)\.", lambda: -(-products() // 16)),
+    ("docs/serial.md", r"\| \*\*frame\*\* \| \*\*([\d,]+)\*\*", lambda: preset("small").initiation_interval),
+    ("docs/serial.md", r"to the first word, is ([\d,]+) cycles", lambda: preset("small").latency),
+    ("docs/serial.md", r"to the last word ([\d,]+)\.", lambda: preset("small").frame_latency),
+    ("docs/schedule.md", r"\| `matvec` \| ([\d,]+) \| 100% \|", lambda: preset("fast").initiation_interval),
+    ("examples/small.toml", r"a frame every ([\d,]+) cycles", lambda: preset("small").initiation_interval),
+]
+"""Where a number is told, the one group that finds it, and what it has to be."""
+
+AT_MOST = [
+    ("examples/balanced.toml", r"within ([\d,]+) cycles", lambda: preset("balanced").latency),
+    ("examples/fast.toml", r"within ([\d,]+) cycles", lambda: preset("fast").latency),
+    ("examples/fast.toml", r"a frame every ([\d,]+)\.", lambda: preset("fast").initiation_interval),
+]
+"""Bounds that are told, and what has to be within them."""
+
+
+
+
+def number(text, pattern):
+    """The only number that ``pattern`` finds in ``text``."""
+    found = re.findall(pattern, text)
+    assert len(found) == 1, f"{pattern}: found {len(found)} times"
+    return int(found[0].replace(",", ""))
+
+
+@pytest.mark.parametrize(("file", "pattern", "value"), TOLD)
+def test_prose(file, pattern, value):
+    assert number((ROOT / file).read_text(), pattern) == value()
+
+
+@pytest.mark.parametrize(("file", "pattern", "value"), AT_MOST)
+def test_bounds(file, pattern, value):
+    assert value() <= number((ROOT / file).read_text(), pattern)
+
+
+def test_a_wrong_or_missing_number_is_found():
+    text = (ROOT / "README.md").read_text()
+    wrong = text.replace("takes 22,900 real", "takes 25,000 real")
+    assert number(wrong, TOLD[0][1]) != products()
+    with pytest.raises(AssertionError, match="found 0 times"):
+        number(text.replace("real products", "products"), TOLD[0][1])
+
+
+def test_table_of_cores():
+    record, lines = cores.rows()
+    assert "\n".join(lines) in (ROOT / "README.md").read_text()
+    stored = json.loads((ROOT / "bench" / "results" / "cores.json").read_text())
+    assert stored["rows"] == record
+    assert stored["multiplications"] == products()
+
+
+@pytest.mark.parametrize("lanes", [16, 64])
+def test_growth(lanes):
+    found = core(lanes)
+    row = f"| 10×10 | {lanes} | {products():,} | {found.frame_latency:,} | {found.initiation_interval:,} | "
+    assert row in (ROOT / "docs" / "growth.md").read_text()
+
+
+@pytest.mark.parametrize("name", ["fast", "balanced", "small"])
+def test_presets(name):
+    cycles = preset(name)
+    rows = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith(f"| `{name}` | ")]
+    assert rows
+    for row in rows:
+        cells = row.split(" | ")
+        assert cells[8:10] == [f"{cycles.latency:,}", f"{cycles.initiation_interval:,}"]
+
+
+def test_sidecar():
+    found = sidecar(cores.design(16))
+    assert found["multiplications_per_frame"] == products()
+    assert found["interval_cycles"] == core(16).initiation_interval
