@@ -11,7 +11,7 @@ from tfra.model.sensor import Floats
 from tfra.model.tfra import Bools, Ints, Result, Status
 
 MEANINGS = {
-    Status.NO_CONTACT: "no taxel is under compression, all results are zero",
+    Status.NO_CONTACT: "nothing presses, all results are zero",
     Status.COMPRESSION_ONLY: "no taxel is under traction, so no tangential force can be found",
     Status.NO_DIRECTION: "centres of compression and traction coincide, phi = 0 is assumed",
     Status.VANISHING_DENOMINATOR: "the dependent friction has no denominator and is set to zero",

@@ -56,8 +56,6 @@ AT_MOST = [
 """Bounds that are told, and what has to be within them."""
 
 
-
-
 def number(text, pattern):
     """The only number that ``pattern`` finds in ``text``."""
     found = re.findall(pattern, text)

@@ -41,7 +41,7 @@ def test_by_hand() -> None:
     assert told.frames_without_tension == 1
     assert lines(told) == [
         "3 of 5 frames: contact",
-        "1: no contact (no taxel is under compression, all results are zero)",
+        "1: no contact (nothing presses, all results are zero)",
         "1: compression only (no taxel is under traction, so no tangential force can be found)",
         "1 of all: no direction (centres of compression and traction coincide, phi = 0 is assumed)",
         "1 of all: output saturated (a result did not fit its word and was limited)",
