@@ -30,11 +30,13 @@ def medians(friction: dict[str, Any]) -> dict[str, Any]:
 
 
 def table(friction: dict[str, Any]) -> str:
-    """Markdown in three lines: true friction, found friction with 5th and 95th percentile, and frames without any."""
+    """Markdown with a column for each true friction: what is found, how far it is off, and frames without any."""
     flagged = (f"{row['flagged'] / row['frames']:.0%}" for row in friction.values())
     lines = {
         "true μ": friction,
         "μ found, median (5–95 %)": map(_found, friction.values()),
+        "φ off, median, in degrees": map(_phi, friction.values()),
+        "force found over true modulus, median": (f"{row['modulus']:.2f}" for row in friction.values()),
         "flagged frames, nearly all without traction": flagged,
     }
     head, *rest = (f"| {name} | {' | '.join(cells)} |" for name, cells in lines.items())
@@ -44,6 +46,11 @@ def table(friction: dict[str, Any]) -> str:
 def _found(row: dict[str, Any]) -> str:
     percentiles = row["mu_found"]
     return "–" if percentiles is None else "{1:.2f} ({0:.2f}–{2:.2f})".format(*percentiles)
+
+
+def _phi(row: dict[str, Any]) -> str:
+    """Degrees of a percentage of a full turn; flagged frames, where they are most, have no direction."""
+    return "–" if 2 * row["flagged"] > row["frames"] else f"{3.6 * row['phi']['median']:.0f}"
 
 
 def main() -> None:

@@ -34,15 +34,17 @@ def test_readme_says_it():
     assert block("right") == truth.table(truth.rows())
 
 
-def test_the_table_has_three_lines_and_a_column_for_each_friction():
+def test_the_table_has_a_column_for_each_friction():
     rows = {
-        "0.1": {"mu_found": None, "flagged": 8, "frames": 8},
-        "0.5": {"mu_found": [0.31, 0.44, 0.58], "flagged": 2, "frames": 8},
+        "0.1": {"mu_found": None, "flagged": 8, "frames": 8, "phi": {"median": 25.0}, "modulus": 0.8},
+        "0.5": {"mu_found": [0.31, 0.44, 0.58], "flagged": 2, "frames": 8, "phi": {"median": 1.5}, "modulus": 0.907},
     }
     assert truth.table(rows).splitlines() == [
         "| true μ | 0.1 | 0.5 |",
         "|---|---:|---:|",
         "| μ found, median (5–95 %) | – | 0.44 (0.31–0.58) |",
+        "| φ off, median, in degrees | – | 5 |",
+        "| force found over true modulus, median | 0.80 | 0.91 |",
         "| flagged frames, nearly all without traction | 100% | 25% |",
     ]
 
