@@ -11,9 +11,12 @@ from tfra.cli.common import Config, Json, check_core, print_json, progress
 from tfra.cli.synth import TargetName, find_target
 from tfra.model.errors import InputError
 
-Frames = Annotated[float, typer.Option(metavar="F", min=1e-3, help="Frames that must be done in a second.")]
+Frames = Annotated[float, typer.Option(metavar="F", min=1e-3, max=1e12, help="Frames that must be done in a second.")]
 Latency = Annotated[
-    float, typer.Option(metavar="T", min=1e-3, help="Most microseconds from a frame's last taxel to its last word.")
+    float,
+    typer.Option(
+        metavar="T", min=1e-3, max=1e12, help="Most microseconds from a frame's last taxel to its last word."
+    ),
 ]
 Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help="The core's clock.")]
 

@@ -50,8 +50,8 @@ FramesOption = Annotated[
 ]
 SimulatorOption = Annotated[Simulator | None, typer.Option(help="Who runs the core; by default the fastest here.")]
 NetlistOption = Annotated[Family | None, typer.Option(help="Verify the gates that yosys makes of the core.")]
-Seed = Annotated[int, typer.Option(min=0, help="Seed of the random frames and of the stalls.")]
-Random = Annotated[int, typer.Option(min=0, help="Random frames to add.")]
+Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the random frames and of the stalls.")]
+Random = Annotated[int, typer.Option(min=0, max=100_000, help="Random frames to add.")]
 
 
 def verify(

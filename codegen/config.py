@@ -72,9 +72,11 @@ def load(path: str | Path) -> Project:
     document = _document(file)
     sensor = _sensor(file, document.sensor)
     with _blame(file, "layer"):
-        require_few_modes(ElasticLayer.under(sensor, document.layer.poisson))
+        cover = ElasticLayer.under(sensor, document.layer.poisson)
         if document.layer.solver == "fem":
             _require_fem(document.layer)
+    with _blame(file, "sensor"):
+        require_few_modes(cover)
     return Project(
         design=_design(file, document, sensor),
         layer=LayerSpec(

@@ -56,9 +56,7 @@ def read_references(path: str | Path, count: int) -> dict[str, Floats]:
         return {}
     with archive(file) as found:
         keys = [key for key in REFERENCES if key in found.keys]
-        references = {
-            key: _doubles(found.read(key, partial(_wrong_shape, (count, *REFERENCES[key])))) for key in keys
-        }
+        references = {key: _doubles(found.read(key, partial(_wrong_shape, (count, *REFERENCES[key])))) for key in keys}
     for key, values in references.items():
         if len(bad := np.argwhere(np.abs(values) > MOST)):
             raise InputError(file, key, f"frame {bad[0][0]}: {values[tuple(bad[0])]:g} is no true value")

@@ -1,0 +1,270 @@
+"""Cases of misuse: what a user may do wrong, and what the command answers.
+
+``CASES`` is a table to be read, run by ``test_misuse.py`` and published: add a row to it.  Every command runs in a
+folder with ``skin.toml``, a sensor of 5 x 6 taxels with contacts, and ``frames.npz``, its three frames.  A case makes
+its own files there.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import zipfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+ROWS, COLUMNS = 5, 6
+
+CONFIG = """\
+[sensor]
+rows = 5
+columns = 6
+pitch_x_mm = 4
+pitch_y_mm = 4
+thickness_mm = 3
+[[contact]]
+shape = "hertz"
+half_x_mm = 5
+half_y_mm = 4
+force_n = -5
+mu = 0.4
+phi_deg = [0, 45, 120]
+"""
+
+Make = Callable[[], object]
+"""Makes files in the current folder."""
+
+
+@dataclass(frozen=True)
+class Misuse:
+    """One case.
+
+    ``arguments`` follow ``tfra``, split at blanks; ``fragment`` is in the one line on stderr.
+    """
+
+    name: str
+    make: Make
+    arguments: str
+    fragment: str
+    code: int = 2
+
+
+def nothing() -> None:
+    """Make no file."""
+
+
+def config(old: str, new: str, file: str = "wrong.toml") -> Make:
+    """Make ``file``, CONFIG with ``old`` replaced."""
+    assert old in CONFIG
+    return lambda: Path(file).write_text(CONFIG.replace(old, new))
+
+
+def extra(text: str) -> Make:
+    """Make ``wrong.toml``, CONFIG with ``text`` behind it."""
+    return lambda: Path("wrong.toml").write_text(CONFIG + text)
+
+
+def raw(file: str, data: bytes) -> Make:
+    """Make ``file`` of ``data``."""
+    return lambda: Path(file).write_bytes(data)
+
+
+def array(value: object) -> Make:
+    """Make ``wrong.npy``."""
+    return lambda: np.save("wrong.npy", np.asarray(value))
+
+
+def header(shape: str, kind: str = "'<f8'", version: int = 1) -> Make:
+    """Make ``wrong.npy`` of 240 bytes with a header that says something else."""
+    text = f"{{'descr': {kind}, 'fortran_order': False, 'shape': {shape}}}\n".encode()
+    return raw("wrong.npy", b"\x93NUMPY" + bytes([version, 0]) + struct.pack("<H", len(text)) + text + bytes(240))
+
+
+def member(change: Callable[[bytearray], object], method: int = zipfile.ZIP_STORED) -> Make:
+    """Make ``wrong.npz``, an archive of good frames with something changed in its bytes."""
+
+    def make() -> None:
+        np.save(data := io.BytesIO(), np.arange(90.0).reshape(3, ROWS, COLUMNS))
+        with zipfile.ZipFile(packed := io.BytesIO(), "w", method) as archive:
+            archive.writestr("frames.npy", data.getvalue())
+        change(found := bytearray(packed.getvalue()))
+        Path("wrong.npz").write_bytes(found)
+
+    return make
+
+
+def put(offset: int, value: int) -> Callable[[bytearray], object]:
+    """Change a field in the local header and in the central directory."""
+
+    def change(data: bytearray) -> None:
+        data[offset] = data[data.index(b"PK\x01\x02") + offset + 2] = value
+
+    return change
+
+
+def lines(separator: str = ",", first: str = "", point: str = ".", before: str = "", n: int = 3) -> Make:
+    """Make ``wrong.csv`` of ``n`` frames; ``before`` stands at the head of each line, {} in it is its number."""
+    frames = [separator.join(f"{value}{point}5" for value in range(30)) for _ in range(n)]
+    text = first + "".join(f"{before.format(number)}{frame}\n" for number, frame in enumerate(frames))
+    return raw("wrong.csv", text.encode())
+
+
+def references(**values: object) -> Make:
+    """Make ``wrong.npz``, good frames with references."""
+    return lambda: np.savez("wrong.npz", frames=np.load("frames.npz")["frames"], **values)
+
+
+ESTIMATE = "estimate skin.toml wrong.{} --out r.npz"
+NPY, NPZ, CSV = (ESTIMATE.format(suffix) for suffix in ("npy", "npz", "csv"))
+WRONG = "estimate wrong.toml frames.npz --out r.npz"
+
+
+def garble(data: bytearray) -> None:
+    """Damage what is packed."""
+    data[60:66] = b"\xff" * 6
+
+
+LAYOUT = [
+    Misuse("rows and columns exchanged", array(np.zeros((3, COLUMNS, ROWS))), NPY, "is every frame transposed?"),
+    Misuse("a single frame", array(np.zeros((ROWS, COLUMNS))), NPY, "a single frame has the shape (1, 5, 6)"),
+    Misuse("a frame in each row", array(np.zeros((3, 30))), NPY, "become frames by reshape(-1, 5, 6)"),
+    Misuse("frames along the last axis", array(np.zeros((ROWS, COLUMNS, 3))), NPY, "is the number of frames last?"),
+    Misuse("no frame", array(np.zeros((0, ROWS, COLUMNS))), NPY, "at least one frame is needed, got none"),
+    Misuse("another sensor's frames", array(np.zeros((3, 4, 4))), NPY, "shape (n, 5, 6) is needed, got (3, 4, 4)"),
+]
+
+VALUES = [
+    Misuse("NaN", array(np.full((1, ROWS, COLUMNS), np.nan)), NPY, "frame 0, row 0, column 0 is not finite"),
+    Misuse("beyond any stress", array(np.full((1, ROWS, COLUMNS), 1e160)), NPY, "is 1e+160 Pa, no stress is beyond"),
+    Misuse("unsigned wrap", array(np.full((1, 5, 6), 2**64 - 1, np.uint64)), NPY, "is 1.84467e+19 Pa, no stress"),
+    Misuse("complex stress", array(np.zeros((1, ROWS, COLUMNS)) * 1j), NPY, "real numbers are needed, got complex128"),
+    Misuse(
+        "complex reference",
+        references(mu_ref=np.ones(3) * 1j),
+        "verify skin.toml --frames wrong.npz",
+        "mu_ref: real numbers are needed, got complex128",
+    ),
+    Misuse(
+        "infinite reference",
+        references(mu_ref=[0, 1, np.inf]),
+        "verify skin.toml --frames wrong.npz",
+        "mu_ref: frame 2: inf is no true value",
+    ),
+    Misuse(
+        "reference of text",
+        references(phi_ref_deg=list("abc")),
+        "verify skin.toml --frames wrong.npz",
+        "phi_ref_deg: real numbers are needed, got <U1",
+    ),
+]
+
+HEADERS = [
+    Misuse("a shape of booleans", header("(True, 5, 6)"), NPY, "the header is damaged"),
+    Misuse("a shape beyond 2^64", header(f"({2**64}, 5, 6)"), NPY, "the impossible shape (18446744073709551616, 5, 6)"),
+    Misuse(
+        "a shape beyond the file",
+        header("(1000000000000, 5, 6)"),
+        NPY,
+        "promises 240,000,000,000,000 bytes of numbers, the file has 240",
+    ),
+    Misuse("Python objects", header("(1, 5, 6)", "'|O'"), NPY, "real numbers are needed, got object"),
+    Misuse("an unknown version", header("(1, 5, 6)", version=9), NPY, "version 1, 2 or 3 of the .npy format is needed"),
+    Misuse("a damaged LZMA member", member(garble, zipfile.ZIP_LZMA), NPZ, "frames: is damaged"),
+    Misuse("a damaged deflate member", member(garble, zipfile.ZIP_DEFLATED), NPZ, "frames: is damaged"),
+    Misuse("a wrong checksum", member(put(14, 7)), NPZ, "frames: is damaged: Bad CRC-32"),
+    Misuse("an encrypted member", member(put(6, 1)), NPZ, "frames: is encrypted"),
+    Misuse("an unknown compression", member(put(8, 99)), NPZ, "frames: cannot be unpacked"),
+    Misuse("no key frames", lambda: np.savez("wrong.npz", stress=1), NPZ, "the key is missing, the file has: stress"),
+    Misuse("a mistaken suffix", raw("wrong.npy", b"PK\3\4" + bytes(99)), NPY, "is not a .npy array: it is a .npz file"),
+]
+
+TEXT = [
+    Misuse("semicolons", lines(";"), CSV, "the columns are separated by semicolons; commas are needed"),
+    Misuse("tabs", lines("\t"), CSV, "the columns are separated by tabs; commas are needed"),
+    Misuse("decimal commas", lines(",", point=","), CSV, "are there commas in numbers? points are needed"),
+    Misuse("a column of times", lines(before="0.{},"), CSV, "is the first column a time stamp or an index?"),
+    Misuse("numbered headings", lines(first=",".join(map(str, range(30))) + "\n"), CSV, "from 0 to 29 are headings"),
+    Misuse("a typo in the first line", lines(first="1.x" + ",1" * 29 + "\n"), CSV, "line 1: '1.x' at position 1"),
+    Misuse("a digit of another script", lines(first="\u0661" + ",1" * 29 + "\n"), CSV, "at position 1 is not a number"),
+    Misuse("an underscore", lines(first="1_000" + ",1" * 29 + "\n"), CSV, "'1_000' at position 1 is not a number"),
+    Misuse("UTF-16", raw("wrong.csv", "1,2\n".encode("utf-16")), CSV, "is UTF-16 text, UTF-8 is needed"),
+    Misuse("a megabyte in a cell", lines(first="y" * 1_000_000 + ",1" * 29 + "\n"), CSV, "(1,000,002 characters)"),
+    Misuse("an empty file", raw("wrong.csv", b""), CSV, "at least one frame is needed, got none"),
+]
+
+FILES = [
+    Misuse("a pipe as CONFIG", lambda: os.mkfifo("wrong.toml"), WRONG, "is not a regular file but a pipe"),
+    Misuse("a pipe as frames", lambda: os.mkfifo("wrong.npy"), NPY, "is not a regular file but a pipe"),
+    Misuse(
+        "a device as CONFIG", nothing, "generate /dev/zero --out core", "/dev/zero: is not a regular file but a device"
+    ),
+    Misuse("a folder as frames", lambda: os.mkdir("wrong.npz"), NPZ, "cannot be read: Is a directory"),
+    Misuse("links in a circle", lambda: os.symlink("wrong.npz", "wrong.npz"), NPZ, "Too many levels of symbolic links"),
+    Misuse("no such file", nothing, NPY, "wrong.npy: cannot be read: No such file or directory"),
+]
+
+DESCRIPTION = [
+    Misuse("a keyword as name", config("[sensor]", 'name = "module"\n[sensor]'), WRONG, 'name: "module" is a keyword'),
+    Misuse(
+        "a file called like a keyword",
+        config("", "", "always.toml"),
+        "generate always.toml --out core",
+        'name: is missing, and the file\'s own, "always", is a keyword of Verilog: set another one',
+    ),
+    Misuse("a port as name", config("[sensor]", 'name = "clk"\n[sensor]'), WRONG, 'name: "clk" is a port of the core'),
+    Misuse(
+        "a mesh of 1e-6 mm",
+        extra('[layer]\nsolver = "fem"\nelement_mm = 1e-6\n'),
+        "frames wrong.toml --out f.npz",
+        "layer.element_mm: 1e-06 mm would take",
+    ),
+    Misuse(
+        "a cover of a micrometre",
+        config("thickness_mm = 3", "thickness_mm = 0.001"),
+        WRONG,
+        "sensor.thickness_mm: a cover this thin takes",
+    ),
+    Misuse(
+        "a slip of the unit", config("pitch_x_mm = 4", "pitch_x_mm = 4e-6"), WRONG, "sensor.pitch_x_mm: 0.001 or more"
+    ),
+    Misuse(
+        "a full scale of 1e200 Pa", extra("[adc]\nfull_scale_pa = 1e200\n"), WRONG, "adc.full_scale_pa: 1e+12 or less"
+    ),
+    Misuse(
+        "a misspelt key", config("rows", "rwos"), WRONG, 'sensor.rwos: unknown key, the nearest valid key is "rows"'
+    ),
+    Misuse(
+        "thousands of hexadecimal digits",
+        config("rows = 5", "rows = 0x" + "f" * 99_999),
+        WRONG,
+        "sensor.rows: a whole number of at most 64 bits is needed",
+    ),
+    Misuse("a key of a megabyte", extra("k" * 1_000_000 + " = 1\n"), WRONG, "contact#1.kkkk"),
+    Misuse("a million dots", extra("a" + ".a" * 900_000 + " = 1\n"), WRONG, "a key has more than 20 dots"),
+    Misuse(
+        "too many directions",
+        config("[0, 45, 120]", "{start = 0, stop = 360, step = 1e-6}"),
+        WRONG,
+        "at most 100000 directions are supported",
+    ),
+    Misuse("a huge description", raw("wrong.toml", b"#" * 3_000_000), WRONG, "at most 2,000,000 bytes of TOML"),
+    Misuse("UTF-16 TOML", lambda: Path("wrong.toml").write_text(CONFIG, "utf-16"), WRONG, "line 1: is not UTF-8 text"),
+]
+
+OPTIONS = [
+    Misuse("a billion random frames", nothing, "verify skin.toml --random 1000000000", "less than or equal to 100000"),
+    Misuse(
+        "nan frames a second",
+        nothing,
+        "size skin.toml --target xc7 --frames-per-second nan --latency-us 1",
+        "Invalid value for '--frames-per-second'",
+    ),
+    Misuse("an unknown target", nothing, "synth skin.toml --target x --out d", "--target: one of "),
+    Misuse("an output with another suffix", nothing, "frames skin.toml --out f.csv", "must end in .npz"),
+]
+
+CASES = LAYOUT + VALUES + HEADERS + TEXT + FILES + DESCRIPTION + OPTIONS

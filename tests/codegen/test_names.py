@@ -1,0 +1,49 @@
+"""Names of cores: keywords and ports are refused, and the list of ports is complete."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tfra.codegen.keywords import KEYWORDS
+from tfra.codegen.names import PORTS, checked, name_from
+from tfra.codegen.verilog import Top
+from tfra.model.design import Architecture, Design
+from tfra.model.sensor import SensorArray
+
+
+def test_keywords_of_ieee_1800_2017() -> None:
+    """Annex B has 248 words; these are first, last, and those that are names of sensors."""
+    assert len(KEYWORDS) == 248
+    assert {"accept_on", "xor", "small", "medium", "large", "soft", "strong", "config", "always", "module"} <= KEYWORDS
+
+
+def test_ports() -> None:
+    design = Design(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(1), images="load")
+    assert set(Top(design).signature.members) | {"clk", "rst"} == PORTS
+
+
+@pytest.mark.parametrize("word", ["module", "small", "clk"])
+def test_words_that_are_taken(word: str) -> None:
+    kind = "a port of the core" if word == "clk" else "a keyword of Verilog"
+    with pytest.raises(ValueError, match=rf'^name: "{word}" is {kind}$'):
+        checked(word)
+    with pytest.raises(ValueError, match=rf'^name: is missing, and the file\'s own, "{word}", is {kind}: set another'):
+        name_from(word)
+
+
+def test_names_that_are_free() -> None:
+    assert [checked(name) for name in ("Module", "skin", "dut", "core")] == ["Module", "skin", "dut", "core"]
+
+
+def test_icarus_agrees(tmp_path: Path) -> None:
+    """A module of a free name compiles, one of a keyword does not."""
+    assert shutil.which("iverilog"), "apt-get install iverilog"
+    for name, compiles in (("small", False), ("module", False), ("logic", False), ("skin", True), ("dut", True)):
+        source = tmp_path / f"{name}.v"
+        source.write_text(f"module {name}; endmodule\nmodule {name}_tb; {name} dut(); endmodule\n")
+        command = ["iverilog", "-g2012", "-o", str(tmp_path / "out"), str(source)]
+        assert (subprocess.run(command, capture_output=True, check=False).returncode == 0) == compiles
