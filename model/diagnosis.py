@@ -35,7 +35,7 @@ ALL_OVER, MOSTLY, SOME_FRAMES = 0.05, 0.5, 0.05
 """A frame reads an offset if all its taxels have one sign and the smallest magnitude is over the first share of the
 largest, or the median over the second; contacts show 0.03 and 0.22.  Over the third share of such frames is told."""
 
-TILTED, MOST_FRAMES = 0.03, 0.5
+TILTED, MOST_FRAMES = 0.01, 0.5
 """A frame that is compressed more than stretched reads an offset, too, if its median is positive and over the first
 share of the largest magnitude: 0.001 in contacts.  Noise does that by chance: over the second share is told."""
 

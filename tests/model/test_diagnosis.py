@@ -142,7 +142,7 @@ def test_unipolar_codes() -> None:
     assert units.startswith("all values are whole numbers up to ")
 
 
-@pytest.mark.parametrize("share", [-0.3, -0.1, 0.06, 0.1, 0.3])
+@pytest.mark.parametrize("share", [-0.3, -0.1, 0.03, 0.1, 0.3])
 @pytest.mark.parametrize("sensor", SENSORS.values(), ids=SENSORS)
 def test_offset(sensor: SensorArray, share: float) -> None:
     frames = contacts(sensor, 40, 5)
