@@ -76,6 +76,22 @@ def test_loaded_coefficients_pass_and_a_wrong_one_fails(monkeypatch: pytest.Monk
     assert not verify(design, simulator="icarus", random=20).passed
 
 
+def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
+    """Raise ``AssertionError`` unless every frame of every kind is compared or left out, in each comparison."""
+    found = {(account.kind, account.against): account for account in report.accounts}
+    assert list(found) == [(kind, against) for kind in report.kinds for against in ("model", "float", "contact")]
+    for (kind, _), account in found.items():
+        assert account.compared + sum(account.left_out.values()) == account.frames == report.kinds[kind]
+        assert 0 not in account.left_out.values()
+    for against in ("model", "float", "contact"):
+        assert sum(a.frames for a in report.accounts if a.against == against) == report.frames
+    for kind, errors in report.against_float.items():
+        assert found[kind, "float"].compared == errors.frames
+    truth = sum(a.compared for a in report.accounts if a.against == "contact")
+    assert truth == (report.against_contact.frames if report.against_contact else 0)
+    return found
+
+
 @pytest.mark.usefixtures("few")
 def test_a_good_core_passes() -> None:
     told: list[int] = []
@@ -94,9 +110,23 @@ def test_a_good_core_passes() -> None:
     back = json.loads(json.dumps(report.as_dict(), allow_nan=False))
     assert back["passed"]
     assert back["frames"] == report.frames
-    console = Console(record=True, width=120)
+    accounts = check_accounts(report)
+    assert all(accounts[kind, "model"].left_out == {} for kind in report.kinds)
+    assert accounts["random", "contact"].left_out == {"no_true_values": 62}
+    result = decode(DESIGN, FixedTfra(DESIGN)(directed_codes(DESIGN)).words)
+    left = accounts["directed", "float"].left_out
+    assert left["NO_CONTACT"] == (result.status & Status.NO_CONTACT != 0).sum()
+    assert left["COMPRESSION_ONLY"] == (result.status & Status.COMPRESSION_ONLY != 0).sum()
+    with pytest.raises(AssertionError):
+        check_accounts(replace(report, accounts=(replace(report.accounts[0], compared=0), *report.accounts[1:])))
+    console = Console(record=True, width=80)
     report.render(console)
-    assert "every bit equals the model" in console.export_text()
+    shown = console.export_text()
+    assert "every bit equals the model" in shown
+    assert "│ random   │ 62     │ true values      │ 0        │ 62 no true values" in shown
+    assert max(map(len, shown.splitlines())) <= 80
+    assert "…" not in shown
+    assert all(f"│ {name} " in shown for name in ERRORS.values())
 
 
 def test_given_frames_and_references() -> None:
@@ -146,6 +176,9 @@ def test_a_broken_stream_fails(cache: Path) -> None:
     report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
     assert not report.passed
     assert any("last is missing" in note for note in report.violations)
+    accounts = check_accounts(report)
+    for kind, count in report.kinds.items():
+        assert accounts[kind, "float"].left_out == accounts[kind, "contact"].left_out == {"not_returned": count}
     json.dumps(report.as_dict(), allow_nan=False)
 
 
@@ -204,55 +237,6 @@ def test_directed_frames_reach_the_special_cases() -> None:
     status = FixedTfra(DESIGN)(directed_codes(DESIGN)).words[:, -1]
     for flag in (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION, Status.INPUT_SATURATED):
         assert (status & flag != 0).any(), flag
-
-
-# Accounts
-
-
-def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
-    """Raise ``AssertionError`` unless every frame of every kind is compared or left out, in each comparison."""
-    found = {(account.kind, account.against): account for account in report.accounts}
-    assert list(found) == [(kind, against) for kind in report.kinds for against in ("model", "float", "contact")]
-    for (kind, _), account in found.items():
-        assert account.compared + sum(account.left_out.values()) == account.frames == report.kinds[kind]
-        assert 0 not in account.left_out.values()
-    for against in ("model", "float", "contact"):
-        assert sum(a.frames for a in report.accounts if a.against == against) == report.frames
-    for kind, errors in report.against_float.items():
-        assert found[kind, "float"].compared == errors.frames
-    truth = sum(a.compared for a in report.accounts if a.against == "contact")
-    assert truth == (report.against_contact.frames if report.against_contact else 0)
-    return found
-
-
-@pytest.mark.usefixtures("few")
-def test_every_frame_is_accounted_for() -> None:
-    report = verify(DESIGN, simulator="icarus", random=20)
-    found = check_accounts(report)
-    assert all(found[kind, "model"].left_out == {} for kind in report.kinds)
-    assert found["random", "contact"].left_out == {"no_true_values": 20}
-    result = decode(DESIGN, FixedTfra(DESIGN)(directed_codes(DESIGN)).words)
-    left = found["directed", "float"].left_out
-    assert left["NO_CONTACT"] == (result.status & Status.NO_CONTACT != 0).sum()
-    assert left["COMPRESSION_ONLY"] == (result.status & Status.COMPRESSION_ONLY != 0).sum()
-    with pytest.raises(AssertionError):
-        check_accounts(replace(report, accounts=(replace(report.accounts[0], compared=0), *report.accounts[1:])))
-    console = Console(record=True, width=80)
-    report.render(console)
-    shown = console.export_text()
-    assert "│ random   │ 20     │ true values      │ 0        │ 20 no true values" in shown
-    assert max(map(len, shown.splitlines())) <= 80
-    assert "…" not in shown
-    assert all(f"│ {name} " in shown for name in ERRORS.values())
-
-
-@pytest.mark.usefixtures("few")
-def test_frames_that_never_came_back_are_accounted_for(cache: Path, tmp_path: Path) -> None:
-    wrong = tampered(cache, tmp_path / "core", "assign result_last = ", "assign result_last = 0 & ")
-    report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
-    found = check_accounts(report)
-    for kind, count in report.kinds.items():
-        assert found[kind, "float"].left_out == found[kind, "contact"].left_out == {"not_returned": count}
 
 
 def test_plain_units_in_json() -> None:
