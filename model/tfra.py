@@ -112,6 +112,15 @@ def in_contact(b: Floats, threshold: float) -> Bools:
     return np.asarray((b < 0).any(axis=1) & ((b < -threshold) | (b >= threshold)).any(axis=1))
 
 
+def unit_scaled(vectors: Floats) -> tuple[Floats, Ints]:
+    """Return ``vectors (n, m)`` divided by powers of two ``(n,)``, the largest entry of each in [0.5, 1), and exponents.
+
+    Nothing is rounded, and products neither vanish nor overflow, however small or large the stress is.
+    """
+    exponents = np.frexp(np.abs(vectors).max(axis=1))[1].astype(np.int64)
+    return np.ldexp(vectors, -exponents[:, None]), exponents
+
+
 class Products(Protocol):
     """The products of a frame with the operators, by whatever means; every vector is ``(n, m)``, SI."""
 
@@ -228,6 +237,7 @@ class Tfra:
 
     def _direction(self, b: Floats, regular: Bools) -> tuple[Direction, Bools]:
         """Unit vector along c - t (Eqs. 11, 19-22), cleared of its denominators, and where it vanishes."""
+        b, _ = unit_scaled(b)
         compression, traction = np.minimum(b, 0.0), np.maximum(b, 0.0)  # Eqs. 19, 20
         sum_c, sum_t = compression.sum(axis=1), traction.sum(axis=1)
         # (c - t) * |sum_c| * sum_t; the origin is the array's centre, which shortens the terms
@@ -299,7 +309,8 @@ class Tfra:
         """Scaled forces ``(n, 3, m)`` of the chosen candidate (Eqs. 10 and 28-31)."""
         f_x, f_y, f_z = self._products.forces(d)
         forces = np.stack([f_x + mu_x[:, None] * n, f_y + mu_y[:, None] * n, f_z - n], axis=1)
-        f_star = np.linalg.norm(forces.sum(axis=2), axis=1)  # Eq. 30
+        total, exponent = unit_scaled(forces.sum(axis=2))
+        f_star = np.ldexp(np.linalg.norm(total, axis=1), exponent)  # Eq. 30
         f_sens = np.abs(b).sum(axis=1) * self.sensor.taxel_area  # Eq. 29
         gain = np.divide(f_sens, f_star, out=np.zeros(len(b)), where=f_star > 0)  # Eq. 31
         gain = np.where(contact, np.where(regular, gain, 1.0), 0.0)

@@ -16,7 +16,7 @@ from scipy import optimize
 from tfra.model.boussinesq import operators
 from tfra.model.design import Design
 from tfra.model.sensor import Floats, SensorArray
-from tfra.model.tfra import Bools, Result, Status, check_frames, in_contact
+from tfra.model.tfra import Bools, Result, Status, check_frames, in_contact, unit_scaled
 
 GRID = 21
 """Points along each axis of the first look; its best peaks are refined."""
@@ -126,10 +126,12 @@ class TwoVariable:
         contact, traction = in_contact(b, self.contact_threshold), np.asarray((b > 0).any(axis=1))
         regular = contact & traction
         mu, forces = np.zeros((len(b), 2)), np.zeros((len(b), 3, self.sensor.taxels))
+        unit, exponents = unit_scaled(b)
         for i in np.flatnonzero(regular):
-            a, n = self.coefficients(b[i])
+            a, n = self.coefficients(unit[i])
             mu[i] = Conditions.of(self.sensor, a, n).best()
-            forces[i] = self._scaled(a[:, 0] + mu[i, 0] * a[:, 1] + mu[i, 1] * a[:, 2], b[i])  # Eq. 10
+            found = self._scaled(a[:, 0] + mu[i, 0] * a[:, 1] + mu[i, 1] * a[:, 2], unit[i])  # Eq. 10
+            forces[i] = np.ldexp(found, exponents[i])
         pressed = contact & ~traction
         forces[pressed, 2] = b[pressed] @ self._ops.c33_inv.T
         return self._result(forces, mu, contact, regular)

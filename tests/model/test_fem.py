@@ -267,3 +267,16 @@ def test_mesh_is_checked(field: str, value: float) -> None:
 
 def test_no_contacts_no_frames() -> None:
     assert fem_frames(SENSOR, []).shape == (0, 5, 6)
+
+
+def test_elements_are_counted_without_a_mesh() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        sensor = SensorArray(*rng.integers(2, 12, 2).tolist(), *rng.uniform(0.5e-3, 6e-3, 3))
+        half_x, half_y = rng.uniform(0.05, 0.5, 2) * (sensor.size_x, sensor.size_y)
+        x = rng.uniform(half_x, sensor.size_x - half_x) - sensor.pitch_x / 2
+        contact = Contact("hertz", x, half_y - sensor.pitch_y / 2, half_x, half_y, -1.0, 0.0, 0.0)
+        size = min(half_x, half_y, sensor.thickness) / 2 * rng.uniform(0.1, 1)
+        mesh = Mesh(size, int(rng.integers(2, 6)), float(rng.choice([1, 1.2, 1.5])))
+        made = [len(planes) - 1 for planes in mesh.planes(sensor, contact)]
+        assert mesh.elements(sensor, contact) == np.prod(made)

@@ -208,3 +208,15 @@ def test_bad_frames(value, reason):
     with pytest.raises(ValueError, match="frames: ") as caught:
         check_frames(SENSORS["4×6, 5×3 mm, h 2 mm"], value)
     assert str(caught.value) == f"frames: {reason}"
+
+
+@pytest.mark.parametrize("exponent", [-960, -700, -300, 40, 500])
+def test_any_scale_gives_the_same_bits(exponent: int) -> None:
+    """Stress times a power of two: forces times it, all else unchanged, nothing vanishes or overflows."""
+    sensor = SensorArray(5, 6, 4e-3, 4e-3, 3e-3)
+    b = frames(sensor, random_contacts(sensor, 5, np.random.default_rng(0)))
+    with np.errstate(all="raise", under="ignore"):
+        plain, scaled = Tfra(sensor)(b), Tfra(sensor)(np.ldexp(b, exponent))
+    np.testing.assert_array_equal(np.ldexp(scaled.resultant, -exponent), plain.resultant)
+    for key in ("phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status"):
+        np.testing.assert_array_equal(getattr(scaled, key), getattr(plain, key))

@@ -274,3 +274,14 @@ def test_the_direction_that_the_paper_compares(name: str, phi: float, mu: float)
     result = TwoVariable(SENSORS[name])(frames(SENSORS[name], paper_contacts(name, np.array([65.0]))))
     assert result.phi_deg[0] == pytest.approx(phi, abs=0.051)
     assert result.mu[0] == pytest.approx(mu, abs=0.0051)
+
+
+@pytest.mark.parametrize("exponent", [-900, 500])
+def test_any_scale_gives_the_same_bits(exponent: int) -> None:
+    sensor = SensorArray(4, 5, 4e-3, 4e-3, 3e-3)
+    b = np.random.default_rng(0).normal(size=(2, 4, 5))
+    with np.errstate(all="raise", under="ignore"):
+        plain, scaled = TwoVariable(sensor)(b), TwoVariable(sensor)(np.ldexp(b, exponent))
+    np.testing.assert_array_equal(np.ldexp(scaled.resultant, -exponent), plain.resultant)
+    for key in ("phi_deg", "mu", "mu_x", "mu_y", "status"):
+        np.testing.assert_array_equal(getattr(scaled, key), getattr(plain, key))
