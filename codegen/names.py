@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from tfra.codegen.keywords import KEYWORDS
+from tfra.codegen.keywords import KEYWORDS, SIMULATORS
 
 PORTS = frozenset(
     """
@@ -34,4 +34,8 @@ def checked(name: str) -> str:
 
 
 def _taken(name: str) -> str:
-    return "a keyword of Verilog" if name in KEYWORDS else "a port of the core" if name in PORTS else ""
+    if name in KEYWORDS:
+        return "a keyword of Verilog"
+    if name in SIMULATORS:
+        return "a word of Verilog's simulators"
+    return "a port of the core" if name in PORTS else ""

@@ -113,7 +113,7 @@ def in_contact(b: Floats, threshold: float) -> Bools:
 
 
 def unit_scaled(vectors: Floats) -> tuple[Floats, Ints]:
-    """Return ``vectors (n, m)`` divided by powers of two ``(n,)``, the largest entry of each in [0.5, 1), and exponents.
+    """Return ``vectors (n, m)`` divided by powers of two ``(n,)``, largest entries in [0.5, 1), and the exponents.
 
     Nothing is rounded, and products neither vanish nor overflow, however small or large the stress is.
     """

@@ -26,9 +26,9 @@ def test_ports() -> None:
     assert set(Top(design).signature.members) | {"clk", "rst"} == PORTS
 
 
-@pytest.mark.parametrize("word", ["module", "small", "clk"])
+@pytest.mark.parametrize("word", ["module", "small", "clk", "wreal"])
 def test_words_that_are_taken(word: str) -> None:
-    kind = "a port of the core" if word == "clk" else "a keyword of Verilog"
+    kind = {"clk": "a port of the core", "wreal": "a word of Verilog's simulators"}.get(word, "a keyword of Verilog")
     with pytest.raises(ValueError, match=rf'^name: "{word}" is {kind}$'):
         checked(word)
     with pytest.raises(ValueError, match=rf'^name: is missing, and the file\'s own, "{word}", is {kind}: set another'):
@@ -42,7 +42,7 @@ def test_names_that_are_free() -> None:
 def test_icarus_agrees(tmp_path: Path) -> None:
     """A module of a free name compiles, one of a keyword does not."""
     assert shutil.which("iverilog"), "apt-get install iverilog"
-    for name, compiles in (("small", False), ("module", False), ("logic", False), ("skin", True), ("dut", True)):
+    for name, compiles in (("small", False), ("module", False), ("logic", False), ("wreal", False), ("skin", True), ("dut", True)):
         source = tmp_path / f"{name}.v"
         source.write_text(f"module {name}; endmodule\nmodule {name}_tb; {name} dut(); endmodule\n")
         command = ["iverilog", "-g2012", "-o", str(tmp_path / "out"), str(source)]
