@@ -121,7 +121,8 @@ def running(
                 finally:
                     _kill(process.pid)
                     _running.discard(process.pid)
-            _await_end(process.pid)
+                    process.wait()
+                    _await_end(process.pid)
         finally:
             os.close(end)
             os.close(held)
@@ -131,7 +132,7 @@ def _yowasp() -> dict[str, str]:
     """Where YoWASP's programs are to keep what they compile, if they can't do so in their own place."""
     default = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "YoWASP")
     place = Path(os.environ.get("YOWASP_CACHE_DIR", default))
-    there = next(folder for folder in (place, *place.absolute().parents) if folder.exists())
+    there = next(folder for folder in (place.absolute(), *place.absolute().parents) if os.path.exists(folder))
     usable = there.is_dir() and os.access(there, os.W_OK | os.X_OK)
     return {} if usable else {"YOWASP_CACHE_DIR": str(cache_directory() / "YoWASP")}
 
