@@ -129,7 +129,7 @@ class OperandBuffer(wiring.Component):
         """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their amounts stand."""
         occupied, full = Signal(self._banks), Signal(self._banks)
         done = delayed(m, ended, MEASURE, "done", control=True)
-        done_bank = delayed(m, self.filling, MEASURE, "done_bank")
+        done_bank = delayed(m, self.filling, MEASURE, "done_bank", control=True)
         m.d.sync += [
             occupied.eq((occupied | (ended << self.filling)) & ~(self.free << self.head)),
             full.eq((full | (done << done_bank)) & ~(self.free << self.head)),

@@ -62,13 +62,13 @@ class Crossing(wiring.Component):
         stages, negative = quotient_bits(self._design), self.first[-1]
         size = register(m, self.i_size, "size")
         distance = register(m, (self.first ^ negative.replicate(len(self.first)))[:-1], "distance")
-        crosses = register(m, self.i_valid & (negative == self.rises), "crosses")
+        crosses = register(m, self.i_valid & (negative == self.rises), "crosses", control=True)
         falls = delayed(m, ~negative, 2 + stages, "falls")
         rest, size = register(m, distance - (size << stages), "rest"), register(m, size, "size")
-        inside: Value = register(m, crosses, "inside") & rest[-1]
+        inside: Value = register(m, crosses, "inside", control=True) & rest[-1]
         quotient: Value = Const(0, 1)
         for bit in reversed(range(stages)):
-            inside, quotient = register(m, inside, "inside"), register(m, quotient, "quotient")
+            inside, quotient = register(m, inside, "inside", control=True), register(m, quotient, "quotient")
             rest, size = register(m, self._divide(rest, size, bit), "rest"), register(m, size, "size")
             quotient = Cat(~rest[-1], quotient)[:stages]
         m.d.sync += [

@@ -7,6 +7,7 @@ from math import floor
 
 import numpy as np
 import pytest
+from amaranth import ResetInserter, Signal
 from amaranth.sim import Simulator
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -126,6 +127,32 @@ def test_sums_of_frames_back_to_back(steps, words):
     found, waits = found_sums(design, 20, frames)
     assert found == [sums(design, terms) for terms in frames]
     assert set(waits) == {first_row(design)}
+
+
+@pytest.mark.parametrize("words", [1, 4])
+@pytest.mark.parametrize("steps", [1, 3, 5, 7, 12])
+def test_a_reset_of_one_cycle_stops_crossings(steps, words):
+    """None that was on its way comes behind the reset, when the memory is, or has been, cleared."""
+    design, reset = make(steps, words), Signal()
+    dut, found = Sums(design, 20, 32), []
+    terms = [(-3 * (k % steps + 1) + 1, 3) for k in range(12)]
+
+    async def drive(ctx):
+        for cycle in range(-30, sums_wait(design) + len(terms) + first_row(design) + steps + 2):
+            ctx.set(reset, cycle == 0)
+            term = cycle - sums_wait(design) - 1
+            first, step = terms[term % len(terms)]
+            ctx.set(dut.first, first)
+            ctx.set(dut.step, step)
+            ctx.set(dut.size, step)
+            ctx.set(dut.i_valid, cycle <= 0 or 0 <= term < len(terms))
+            ctx.set(dut.ended, term == len(terms))
+            if cycle > 0:
+                found.extend(ctx.get(word) for way, word in enumerate(dut.sums) if ctx.get(dut.valid) >> way & 1)
+            await ctx.tick()
+
+    simulate(ResetInserter(reset)(dut), drive)
+    assert found == sums(design, terms)
 
 
 @pytest.mark.parametrize("words", [1, 4])
