@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from bench.damages import DAMAGES
 from tfra.model.cache import _read
@@ -39,8 +40,8 @@ def right_words(cache: Path, simulator: str) -> int:
     return int((run.words == expected).sum())
 
 
-def main(simulator: str = "icarus") -> int:
-    """Damage, run, compare."""
+def damage_all(simulator: str) -> dict[str, Any]:
+    """Damage, run, compare: how many kinds and entries, the words compared each time, and what did not heal."""
     with tempfile.TemporaryDirectory() as place:
         cache = Path(place)
         words = right_words(cache, simulator)
@@ -54,9 +55,19 @@ def main(simulator: str = "icarus") -> int:
                 damage(cache / name)
                 healed = right_words(cache, simulator) == words and _whole(cache, good)
                 wrong += [] if healed else [f"{name}: {kind}"]
-    print(f"{len(DAMAGES)} kinds of damage to {len(good)} entries, {words} words: {len(wrong)} did not heal")
-    print(*wrong, sep="\n")
-    return int(bool(wrong))
+    return {"kinds": len(DAMAGES), "entries": len(good), "words": words, "wrong": wrong}
+
+
+def main(simulator: str = "icarus") -> int:
+    """Print what did not heal."""
+    found = damage_all(simulator)
+    print(
+        "{kinds} kinds of damage to {entries} entries, {words} words".format(**found),
+        f"{len(found['wrong'])} did not heal",
+        *found["wrong"],
+        sep="\n",
+    )
+    return int(bool(found["wrong"]))
 
 
 def _restore(cache: Path, good: Mapping[str, bytes]) -> None:
