@@ -56,7 +56,7 @@ $load_transfers  end
   end
 
   always @(posedge clk) if (!rst) begin
-    quiet = result_valid && result_ready ? 0 : quiet + 1;
+    quiet = (result_valid && result_ready) === 1'b1 ? 0 : quiet + 1;  // an undefined one is none
     if (taxel_valid && taxel_ready) begin
       taxel <= #1 taxel + 1;
       taxel_valid <= #1 taxel < $last_taxel && noise[3];
