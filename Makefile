@@ -19,6 +19,7 @@
 # make gates   the gates of larger cores, simulated
 # make abuse   the table of docs/files.md: random trees, kills, looks and a damaged cache (an hour); parts of it:
 # make kills, make looks, make cache_damage
+# make misuse  the table of docs/misuse.md: what every kind of bad input gets
 # make estimates, make blocks, make baselines
 #              the prices of docs/synth.md's estimates, and its table of blocks alone on a part; what the baselines' cores
 #              take and how fast they are
@@ -35,7 +36,7 @@ TYPES := build/types/tfra
 
 .PHONY: demo test bench c_speed cores formats campaign rest sparse fem_convergence operators growth large
 .PHONY: schedule timing estimates blocks baselines calibrate errors truth primitives gates clean icarus chromium
-.PHONY: abuse kills looks cache_damage
+.PHONY: abuse misuse kills looks cache_damage
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -55,7 +56,7 @@ bench: $(READY)
 	$(VENV)/bin/python -m bench.speed
 
 c_speed cores formats campaign rest calibrate errors truth sparse fem_convergence operators growth large primitives gates schedule timing \
-abuse kills looks cache_damage: $(READY) icarus
+abuse misuse kills looks cache_damage: $(READY) icarus
 	$(VENV)/bin/python -m bench.$@
 
 estimates blocks baselines: $(READY)

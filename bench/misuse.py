@@ -1,21 +1,33 @@
 """Cases of misuse: what a user may do wrong, and what the command answers.
 
-``CASES`` is a table to be read, run by ``test_misuse.py`` and published: add a row to it.  Every command runs in a
-folder with ``skin.toml``, a sensor of 5 x 6 taxels with contacts, and ``frames.npz``, its three frames.  A case makes
-its own files there.
+``CASES`` is a table to be read and tested: add a row to it, and publish it by ``python -m bench.misuse``.  Every command
+runs in a folder with ``skin.toml``, a sensor of 5 x 6 taxels with contacts, and ``frames.npz``, its three frames.  A case
+makes its own files there.
 """
 
 from __future__ import annotations
 
 import io
+import json
 import os
 import struct
+import tempfile
 import zipfile
 from collections.abc import Callable
+from contextlib import chdir, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+
+from bench.publish import ROOT, publish
+from tfra.cli.main import main as tfra
+from tfra.codegen.files import output_directory, write_npz
+from tfra.model.design import Adc
+from tfra.model.sensor import Floats
+
+LSB = Adc().lsb
+"""Stress of a code, in Pa."""
 
 ROWS, COLUMNS = 5, 6
 
@@ -43,7 +55,8 @@ Make = Callable[[], object]
 class Misuse:
     """One case.
 
-    ``arguments`` follow ``tfra``, split at blanks; ``fragment`` is in the one line on stderr.
+    ``arguments`` follow ``tfra``, split at blanks; ``fragment`` is in the one line on stderr, or, with exit ``code`` 0,
+    in one of its warnings.
     """
 
     name: str
@@ -116,6 +129,45 @@ def lines(separator: str = ",", first: str = "", point: str = ".", before: str =
 def references(**values: object) -> Make:
     """Make ``wrong.npz``, good frames with references."""
     return lambda: np.savez("wrong.npz", frames=np.load("frames.npz")["frames"], **values)
+
+
+def recorded(change: Callable[[Floats], Floats]) -> Make:
+    """Make ``wrong.npy``, the good frames (n, rows, columns) with something done to them."""
+    return lambda: np.save("wrong.npy", change(np.load("frames.npz")["frames"]))
+
+
+def noise(frames: Floats) -> Floats:
+    """A sensor at rest: 0.05 % of full scale, rms."""
+    return np.random.default_rng(1).normal(0, 5e-4 * Adc().full_scale, (40, ROWS, COLUMNS))
+
+
+def stuck(frames: Floats) -> Floats:
+    """Ten loads of the first frame, and one taxel that does not move."""
+    loads = np.linspace(0.2, 1, 10)[:, None, None] * frames[0]
+    loads[:, 2, 3] = frames[0, 2, 3]
+    return loads
+
+
+def written(command: str, change: Callable[[Path], object]) -> Make:
+    """Make ``core``, an output of ``command`` with something done to it."""
+
+    def make() -> None:
+        with output_directory("core", command) as fresh:
+            (fresh / "core.v").write_text("module core; endmodule")
+        change(Path("core"))
+
+    return make
+
+
+def folder(name: str, **texts: str) -> Make:
+    """Make a folder of files."""
+
+    def make() -> None:
+        Path(name).mkdir()
+        for stem, text in texts.items():
+            Path(name, stem.replace("_", ".")).write_text(text)
+
+    return make
 
 
 ESTIMATE = "estimate skin.toml wrong.{} --out r.npz"
@@ -267,4 +319,132 @@ OPTIONS = [
     Misuse("an output with another suffix", nothing, "frames skin.toml --out f.csv", "must end in .npz"),
 ]
 
-CASES = LAYOUT + VALUES + HEADERS + TEXT + FILES + DESCRIPTION + OPTIONS
+DOUBTS = [
+    Misuse("the other sign", recorded(lambda frames: -frames), NPY, "is compression positive in this file?", 0),
+    Misuse(
+        "a sign that was turned in vain",
+        recorded(lambda frames: frames),
+        f"{NPY} --compression positive",
+        "is compression negative in this file?",
+        0,
+    ),
+    Misuse("kilopascals", recorded(lambda frames: frames / 1000), NPY, "is the unit kPa (times 1000", 0),
+    Misuse("codes as pascals", recorded(lambda frames: np.rint(frames / LSB)), NPY, "are these codes of the 14-bit", 0),
+    Misuse("unipolar codes", recorded(lambda frames: np.rint(frames / LSB) + 8192), NPY, "are its codes unipolar?", 0),
+    Misuse("no tare", recorded(lambda frames: frames + 5000), NPY, "a common offset; was the sensor tared", 0),
+    Misuse("a sensor at rest", recorded(noise), NPY, "40 of 40 frames have no contact: was the sensor at rest?", 0),
+    Misuse("saturation", recorded(lambda frames: np.maximum(9 * frames, -200e3)), NPY, "was it saturated", 0),
+    Misuse("compression only", recorded(lambda frames: np.minimum(frames, 0)), NPY, "does this array measure compr", 0),
+    Misuse("one frame again and again", recorded(lambda frames: frames[[0] * 20]), NPY, "is the recording stuck?", 0),
+    Misuse("a stuck taxel", recorded(stuck), NPY, "(row, column) (2, 3): is it stuck?", 0),
+    Misuse(
+        "over full scale",
+        recorded(lambda frames: 100 * frames),
+        f"{NPY} --engine fixed",
+        "over the full scale of 200000 Pa",
+    ),
+]
+
+GENERATE = "generate skin.toml --out {}"
+
+OUTPUTS = [
+    Misuse("the current directory as output", nothing, GENERATE.format("."), "it is the current directory"),
+    Misuse("a directory above", nothing, GENERATE.format(".."), "it holds the current directory"),
+    Misuse(
+        "a folder of notes as output", folder("notes", thesis_tex="years"), GENERATE.format("notes"), "holds thesis.tex"
+    ),
+    Misuse(
+        "a sidecar among notes",
+        folder("notes", core_json='{"generator": "tfra 0.1.0"}', thesis_tex="years"),
+        GENERATE.format("notes"),
+        "it holds core.json, and no tfra-manifest.json that says tfra wrote it",
+    ),
+    Misuse(
+        "notes in an earlier output",
+        written("generate", lambda core: (core / "notes.txt").write_text("mine")),
+        GENERATE.format("core"),
+        "it holds notes.txt, which tfra did not write",
+    ),
+    Misuse(
+        "an earlier output that was edited",
+        written("generate", lambda core: (core / "core.v").write_text("mine")),
+        GENERATE.format("core"),
+        "core.v in it has changed since tfra wrote it",
+    ),
+    Misuse(
+        "another command's output",
+        written("synth", lambda core: None),
+        GENERATE.format("core"),
+        "tfra synth wrote it, not tfra generate",
+    ),
+    Misuse(
+        "the folder of CONFIG as output",
+        folder("lab", skin_toml=CONFIG),
+        "generate lab/skin.toml --out lab",
+        "it holds lab/skin.toml, which this command reads",
+    ),
+    Misuse(
+        "the input as output",
+        nothing,
+        "estimate skin.toml frames.npz --out frames.npz",
+        "is not replaced: this command reads it",
+    ),
+    Misuse(
+        "a recording as output",
+        lambda: np.savez("recording.npz", frames=1),
+        "frames skin.toml --out recording.npz",
+        "is not replaced: tfra did not write it",
+    ),
+    Misuse(
+        "simulated frames as the place of results",
+        lambda: write_npz("simulated.npz", {"frames": np.zeros(1)}, "frames"),
+        "estimate skin.toml frames.npz --out simulated.npz",
+        "tfra frames wrote it, not tfra estimate",
+    ),
+]
+
+CASES = LAYOUT + VALUES + HEADERS + TEXT + FILES + DESCRIPTION + OPTIONS + DOUBTS + OUTPUTS
+
+
+def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:
+    """Run ``case`` in the current folder, which is empty: exit code, standard output and standard error."""
+    Path("skin.toml").write_text(CONFIG)
+    Path("frames.npz").write_bytes(frames)
+    case.make()
+    with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as err:
+        code = tfra(case.arguments.split())
+    return code, out.getvalue(), err.getvalue()
+
+
+def good_frames() -> bytes:
+    """The content of ``frames.npz``."""
+    with tempfile.TemporaryDirectory() as place, chdir(place), redirect_stdout(io.StringIO()):
+        Path("skin.toml").write_text(CONFIG)
+        tfra(["frames", "skin.toml", "--out", "frames.npz"])
+        return Path("frames.npz").read_bytes()
+
+
+def published() -> dict[str, str]:
+    """The answers in docs/misuse.md, by the names of their cases."""
+    found: dict[str, str] = json.loads((ROOT / "bench" / "results" / "misuse.json").read_text())
+    return found
+
+
+def main() -> None:
+    """Run every case and publish the answers."""
+    frames, answers = good_frames(), {}
+    for case in CASES:
+        with tempfile.TemporaryDirectory() as place, chdir(place):
+            answers[case.name] = answer(case, frames)[2]
+    rows = [f"| {case.name} | `{case.arguments}` | {_cell(answers[case.name])} | {case.code} |" for case in CASES]
+    lines = ["| what is wrong | `tfra` | answer | exit |", "|---|---|---|---:|", *rows]
+    publish("misuse", answers, "\n".join(lines), "docs/misuse.md")
+
+
+def _cell(text: str) -> str:
+    """Lines as code, a break between them."""
+    return "<br>".join(f"`` {line.replace('|', '¦')} ``" for line in text.splitlines())
+
+
+if __name__ == "__main__":
+    main()
