@@ -176,7 +176,8 @@ def _header(file: Path, key: str, stream: IO[bytes]) -> tuple[Header, int]:
     try:
         return _parsed(ast.literal_eval(text.decode(encoding).strip())), 8 + struct.calcsize(code) + len(text)
     except (ValueError, SyntaxError, TypeError, LookupError, MemoryError, RecursionError):
-        raise InputError(file, key, f"the header is damaged: {shortened(text.decode('latin-1').strip())}") from None
+        shown = shortened(text.decode("latin-1").strip(), 150)
+        raise InputError(file, key, f"the header is damaged: {shown}") from None
 
 
 def _parsed(entries: dict[str, object]) -> Header:

@@ -42,7 +42,14 @@ def test_names_that_are_free() -> None:
 def test_icarus_agrees(tmp_path: Path) -> None:
     """A module of a free name compiles, one of a keyword does not."""
     assert shutil.which("iverilog"), "apt-get install iverilog"
-    for name, compiles in (("small", False), ("module", False), ("logic", False), ("wreal", False), ("skin", True), ("dut", True)):
+    for name, compiles in (
+        ("small", False),
+        ("module", False),
+        ("logic", False),
+        ("wreal", False),
+        ("skin", True),
+        ("dut", True),
+    ):
         source = tmp_path / f"{name}.v"
         source.write_text(f"module {name}; endmodule\nmodule {name}_tb; {name} dut(); endmodule\n")
         command = ["iverilog", "-g2012", "-o", str(tmp_path / "out"), str(source)]
