@@ -1,8 +1,8 @@
 """Cases of misuse: what a user may do wrong, and what the command answers.
 
-``CASES`` is a table to be read and tested: add a row to it, and publish it by ``python -m bench.misuse``.  Every command
-runs in a folder with ``skin.toml``, a sensor of 5 x 6 taxels with contacts, and ``frames.npz``, its three frames.  A case
-makes its own files there.
+``CASES`` is a table to be read and tested: add a row to it, and publish it by ``python -m bench.misuse``.  Every
+command runs in a folder with ``skin.toml``, a sensor of 5 x 6 taxels with contacts, and its frames, ``frames.npz``.
+A case makes its own files there.
 """
 
 from __future__ import annotations
