@@ -40,16 +40,21 @@ class _Sizes:
 
     @property
     def shifts(self) -> list[int]:
-        """Places by which a product moves, or not, one after the other to be normalised: powers of four.
+        """Places by which a product moves, or not, one after the other to be normalised."""
+        return shift_distances(self.product - 1)
 
-        Each but the largest up to three times: three distances take half the multiplexers of the six powers of two.
-        """
-        most, left = self.product - 1, list[int]()
-        distance: int = 4 ** ((most.bit_length() - 1) // 2)
-        while distance:
-            left += [distance] * (most // distance if not left else 3)
-            distance //= 4
-        return left
+
+def shift_distances(most: int) -> list[int]:
+    """Distances that make any shift up to ``most`` places, each taken where it is not too far; none of them is idle.
+
+    Powers of four, each but the largest three times: three distances take half the multiplexers of the six powers of
+    two.
+    """
+    distance: int = 4 ** ((most.bit_length() - 1) // 2)
+    found = [distance] * (most // distance)
+    while distance := distance // 4:
+        found += [distance] * 3
+    return found
 
 
 def _sizes(design: Design) -> _Sizes:

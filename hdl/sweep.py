@@ -44,8 +44,10 @@ _FRAMES = 4
 
 _WAITING = {"stress": FRAMES + 1, "g": FRAMES, "normal": 2 * FRAMES}
 """Vectors that may wait: those of all frames in flight, so that the products never do; of stress one more, that of
-the operand which is next, and the quads behind it in the fold."""
+the operand which is next."""
 _FOLDED = 3
+"""Quads behind that operand: two in the fold, and one that the fork offers it, which is here already.  So the
+normaliser waits for the fold alone, and for the sweep never."""
 
 
 class Sweep(wiring.Component):
@@ -67,7 +69,8 @@ class Sweep(wiring.Component):
     2 K entries of the sums; with a tolerance the sums of all candidates.
 
     Members:
-        stress: Q taxel-domain quads of the normalised frame, there before its normal ones.
+        stress: Q taxel-domain quads of the normalised frame, there before its normal ones; with a place for
+            ``FRAMES + 1`` frames that have not been swept, and for three quads more.
         g: Q parity-domain quads of C33 n, there before those of e0, which follow from it.
         normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1.  Both have a place for
             ``FRAMES`` frames whose index has not been taken.

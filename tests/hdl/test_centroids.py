@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.harness import PATTERNS, flowing, run
-from tfra.hdl.centroids import Centroids
+from tfra.hdl.centroids import Centroids, shift_distances
 from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
 from tfra.model.fixed.centroids import centroids, pitch_ratio
 from tfra.model.sensor import SensorArray
@@ -140,6 +140,31 @@ def test_cycles_are_the_promised_ones(size, pitches):
     last = np.array(cycles["taxel"][m - 1 :: m])
     assert (np.array(cycles["direction"]) - last == block.latency).all()
     assert (np.diff(last) == block.interval).all()
+
+
+def left(places, distances):
+    """Places that are left of a shift."""
+    for distance in distances:
+        places -= distance * (places >= distance)
+    return places
+
+
+@pytest.mark.parametrize("most", range(1, 90))
+def test_any_shift_is_made_and_no_distance_is_idle(most):
+    distances = shift_distances(most)
+    assert not any(left(places, distances) for places in range(most + 1))
+    for idle in range(len(distances)):
+        others = distances[:idle] + distances[idle + 1 :]
+        assert any(left(places, others) for places in range(most + 1)), distances[idle]
+
+
+def test_the_shortest_products_fill_their_word():
+    """A product of -1 moves through its whole register, 32 places: twice 16, with one distance fewer 31 at most."""
+    design = make(2, 2, (2.0, 2.0), 8, Formats("odd", coefficient=18, operand=19, vector_fraction=9, force_fraction=4))
+    codes = np.stack(np.meshgrid(*[[-1, 0, 1]] * 4), axis=-1).reshape(-1, 4)
+    compare(design, list(codes[::3]))
+    sums, products, shifts, rounding, decision = 4, 11 + 2, 2 * 2 * (2 + 3 + 3), 1, 4
+    assert Centroids(design).latency == sums + products + shifts + rounding + decision
 
 
 @pytest.mark.parametrize("name", ["cos", "sin", "sweep_y", "negative", "vanishing"])

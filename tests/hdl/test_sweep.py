@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from amaranth.sim import Simulator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hdl.harness import PATTERNS, apart, bursts, flowing, run
+from tfra.hdl.butterfly import Butterfly
 from tfra.hdl.combine_store import FRAMES
 from tfra.hdl.pipeline import product_latency
 from tfra.hdl.streams import Buffer, Queue
@@ -259,6 +261,25 @@ def test_frames_that_cannot_leave_wait_in_the_unit():
         frames = small_numbers(design, 9, 13)
         assert Sweep(design).interval * len(frames.g) < 900
         check(design, frames, stall_out=late)
+
+
+@pytest.mark.parametrize("design", [make(2, 2, 3), make(3, 4, 7, words=1)])
+def test_stress_of_all_frames_has_its_place(design):
+    """Of the frames in flight, of the next operand, and of what the fold and the fork in front of it hold."""
+    dut, taken = Sweep(design), []
+
+    async def drive(ctx):
+        ctx.set(dut.stress.valid, 1)
+        for _ in range(8 * design.quads + 8):
+            taken.append(ctx.get(dut.stress.ready))
+            await ctx.tick()
+
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(drive)
+    simulator.run()
+    held = Butterfly(widths(design).stress).latency + 1
+    assert sum(taken) == (FRAMES + 1) * design.quads + held
 
 
 @pytest.mark.parametrize("design", DESIGNS)
