@@ -158,12 +158,14 @@ def test_any_shift_is_made_and_no_distance_is_idle(most):
         assert any(left(places, others) for places in range(most + 1)), distances[idle]
 
 
-def test_the_shortest_products_fill_their_word():
-    """A product of -1 moves through its whole register, 32 places: twice 16, with one distance fewer 31 at most."""
-    design = make(2, 2, (2.0, 2.0), 8, Formats("odd", coefficient=18, operand=19, vector_fraction=9, force_fraction=4))
+@pytest.mark.parametrize(("operand", "largest"), [(18, 1), (19, 2)])
+def test_the_shortest_products_fill_their_word(operand, largest):
+    """A product of -1 moves through its whole register: 31 places are 16 and three times 4 and 1, 32 are one more."""
+    formats = Formats("odd", coefficient=18, operand=operand, vector_fraction=9, force_fraction=4)
+    design = make(2, 2, (2.0, 2.0), 8, formats)
     codes = np.stack(np.meshgrid(*[[-1, 0, 1]] * 4), axis=-1).reshape(-1, 4)
     compare(design, list(codes[::3]))
-    sums, products, shifts, rounding, decision = 4, 11 + 2, 2 * 2 * (2 + 3 + 3), 1, 4
+    sums, products, shifts, rounding, decision = 4, 11 + 2, 2 * 2 * (largest + 3 + 3), 1, 4
     assert Centroids(design).latency == sums + products + shifts + rounding + decision
 
 

@@ -30,7 +30,10 @@ def half_up(value: Fraction) -> int:
 
 @pytest.mark.parametrize(
     ("value", "shift", "expected"),
-    [(5, 1, 3), (-5, 1, -2), (6, 2, 2), (-6, 2, -1), (-7, 2, -2), (-13, 2, -3), (7, 0, 7), (-3, -2, -12), (2**61 - 1, 62, 0), (2**61, 62, 1)],
+    [
+        *[(5, 1, 3), (-5, 1, -2), (6, 2, 2), (-6, 2, -1), (-7, 2, -2), (-13, 2, -3), (7, 0, 7), (-3, -2, -12)],
+        *[(1, 62, 0), (2**61 - 1, 62, 0), (2**61, 62, 1)],
+    ],
 )
 def test_round_shift_literally(value, shift, expected):
     assert round_shift(value, shift) == expected
