@@ -82,6 +82,17 @@ def test_every_kind_of_pitch_ratio_is_there():
     assert max(pitch_ratio(make(3, 4, PITCHES[5]))) > 1 << 12
 
 
+@pytest.mark.parametrize("pitches", [(1.0, np.pi), (1.0, np.sqrt(2)), (np.e, 1.3)])
+def test_pitch_ratios_are_the_nearest_of_their_length(pitches):
+    """Of all pairs whose larger number has 2^(operand - 2) at most."""
+    design = make(3, 4, pitches)
+    larger = np.arange(1, (1 << (design.formats.operand - 2)) + 1)
+    ratio = min(pitches) / max(pitches)
+    error = np.abs(np.rint(ratio * larger) / larger - ratio)
+    found = sorted(pitch_ratio(design))
+    assert found == [round(ratio * larger[error.argmin()]), larger[error.argmin()]]
+
+
 @pytest.mark.parametrize(
     ("bits", "formats"),
     [
