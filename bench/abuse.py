@@ -15,7 +15,7 @@ from typing import Any
 from bench import cache_damage, kills, looks, trees
 from bench.publish import ROOT, publish
 
-TREES, LOOKS, KILLS = 10_000, 10_000, 29
+TREES, LOOKS, KILLS = 10_000, 10_000, 34
 """Random trees; looks at a directory, and at an archive; kills of each command."""
 
 SHARE = 500
