@@ -34,6 +34,12 @@ class Compression(StrEnum):
 Config = Annotated[Path, typer.Argument(metavar="CONFIG", help="Sensor, core and contacts in TOML.")]
 Json = Annotated[bool, typer.Option("--json", help="Print a summary in JSON, and nothing else.")]
 
+OutDirectory = Annotated[
+    Path,
+    typer.Option(
+        "--out", metavar="DIR", help="A new or empty directory, or one that this command wrote and nobody has changed."
+    ),
+]
 CompressionOption = Annotated[Compression, typer.Option(help="Sign of compression in FRAMES.")]
 
 

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
-from tfra.cli.common import Config, Json, check_core, print_json, progress
-
-Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier generated directory.")]
+from tfra.cli.common import Config, Json, OutDirectory, check_core, print_json, progress
 
 
-def generate(config: Config, out: Out, json: Json = False) -> None:
+def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
     """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them."""
     from tfra.codegen.config import load
     from tfra.codegen.generate import generate as write

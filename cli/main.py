@@ -27,6 +27,7 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     estimate: (
         "tfra estimate examples/hertz_40x20.toml frames.npz --out forces.npz",
         "tfra estimate examples/hertz_40x20.toml frames.npz --engine fixed --out forces.npz --json",
+        "tfra estimate sensor.toml recording.csv --compression positive --out forces.npz",
     ),
     generate: ("tfra generate examples/hertz_40x20.toml --out core",),
     verify: (

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from importlib.util import find_spec
-from pathlib import Path
-from typing import Annotated
 
 import typer
 
-from tfra.cli.common import Json, print_json, progress
+from tfra.cli.common import Json, OutDirectory, print_json, progress
 from tfra.model.errors import InputError
 
-Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier written directory.")]
 
-
-def paper(out: Out, json: Json = False) -> None:
+def paper(out: OutDirectory, json: Json = False) -> None:
     """Recompute the paper's tables and figures: index.html with all of them, and CSV, PNG and SVG files."""
     if find_spec("matplotlib") is None:
         raise InputError("tfra paper", "", "matplotlib is missing, please run: pip install 'tfra[paper]'")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, check_core, print_json, stages
+from tfra.cli.common import Config, Json, OutDirectory, check_core, print_json, stages
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,7 +18,6 @@ TargetName = Annotated[
         "--target", metavar="NAME", help="ecp5-25, ecp5-45, ecp5-85 (-6, -7 or -8: grade), ice40up5k, gw2a-18, xc7."
     ),
 ]
-Out = Annotated[Path, typer.Option(metavar="DIR", help="A new, empty or earlier directory of this command.")]
 Seeds = Annotated[int, typer.Option(min=1, max=99, help="Runs of place and route; the median counts.")]
 _AIM = "What place and route aims at; the router takes long to give up what can't be reached."
 Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help=_AIM)]
@@ -36,7 +34,7 @@ def find_target(name: str) -> Target:
 
 
 def synth(
-    config: Config, target: TargetName, out: Out, seeds: Seeds = 3, clock_mhz: Clock = None, json: Json = False
+    config: Config, target: TargetName, out: OutDirectory, seeds: Seeds = 3, clock_mhz: Clock = None, json: Json = False
 ) -> None:
     """Synthesise, place and route the core: resources, frequency, critical path, frames per second."""
     from tfra.codegen.config import load

@@ -1,0 +1,148 @@
+"""Files that somebody may have got wrong: each function returns what makes one in the current folder."""
+
+from __future__ import annotations
+
+import io
+import struct
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from tfra.codegen.files import output_directory
+from tfra.model.design import Adc
+from tfra.model.sensor import Floats
+
+LSB = Adc().lsb
+"""Stress of a code, in Pa."""
+
+ROWS, COLUMNS = 5, 6
+
+CONFIG = """\
+[sensor]
+rows = 5
+columns = 6
+pitch_x_mm = 4
+pitch_y_mm = 4
+thickness_mm = 3
+[[contact]]
+shape = "hertz"
+half_x_mm = 5
+half_y_mm = 4
+force_n = -5
+mu = 0.4
+phi_deg = [0, 45, 120]
+"""
+
+Make = Callable[[], object]
+"""Makes files in the current folder."""
+
+
+def nothing() -> None:
+    """Make no file."""
+
+
+def config(old: str, new: str, file: str = "wrong.toml") -> Make:
+    """Make ``file``, CONFIG with ``old`` replaced."""
+    assert old in CONFIG
+    return lambda: Path(file).write_text(CONFIG.replace(old, new))
+
+
+def extra(text: str) -> Make:
+    """Make ``wrong.toml``, CONFIG with ``text`` behind it."""
+    return lambda: Path("wrong.toml").write_text(CONFIG + text)
+
+
+def raw(file: str, data: bytes) -> Make:
+    """Make ``file`` of ``data``."""
+    return lambda: Path(file).write_bytes(data)
+
+
+def array(value: object) -> Make:
+    """Make ``wrong.npy``."""
+    return lambda: np.save("wrong.npy", np.asarray(value))
+
+
+def header(shape: str, kind: str = "'<f8'", version: int = 1) -> Make:
+    """Make ``wrong.npy`` of 240 bytes with a header that says something else."""
+    text = f"{{'descr': {kind}, 'fortran_order': False, 'shape': {shape}}}\n".encode()
+    return raw("wrong.npy", b"\x93NUMPY" + bytes([version, 0]) + struct.pack("<H", len(text)) + text + bytes(240))
+
+
+def member(change: Callable[[bytearray], object], method: int = zipfile.ZIP_STORED) -> Make:
+    """Make ``wrong.npz``, an archive of good frames with something changed in its bytes."""
+
+    def make() -> None:
+        np.save(data := io.BytesIO(), np.arange(90.0).reshape(3, ROWS, COLUMNS))
+        with zipfile.ZipFile(packed := io.BytesIO(), "w", method) as archive:
+            archive.writestr("frames.npy", data.getvalue())
+        change(found := bytearray(packed.getvalue()))
+        Path("wrong.npz").write_bytes(found)
+
+    return make
+
+
+def put(offset: int, value: int) -> Callable[[bytearray], object]:
+    """Change a field in the local header and in the central directory."""
+
+    def change(data: bytearray) -> None:
+        data[offset] = data[data.index(b"PK\x01\x02") + offset + 2] = value
+
+    return change
+
+
+def lines(separator: str = ",", first: str = "", point: str = ".", before: str = "", n: int = 3) -> Make:
+    """Make ``wrong.csv`` of ``n`` frames; ``before`` stands at the head of each line, {} in it is its number."""
+    frames = [separator.join(f"{value}{point}5" for value in range(30)) for _ in range(n)]
+    text = first + "".join(f"{before.format(number)}{frame}\n" for number, frame in enumerate(frames))
+    return raw("wrong.csv", text.encode())
+
+
+def references(**values: object) -> Make:
+    """Make ``wrong.npz``, good frames with references."""
+    return lambda: np.savez("wrong.npz", frames=np.load("frames.npz")["frames"], **values)
+
+
+def recorded(change: Callable[[Floats], Floats]) -> Make:
+    """Make ``wrong.npy``, the good frames (n, rows, columns) with something done to them."""
+    return lambda: np.save("wrong.npy", change(np.load("frames.npz")["frames"]))
+
+
+def noise(frames: Floats) -> Floats:
+    """A sensor at rest: 0.05 % of full scale, rms."""
+    return np.random.default_rng(1).normal(0, 5e-4 * Adc().full_scale, (40, ROWS, COLUMNS))
+
+
+def stuck(frames: Floats) -> Floats:
+    """Ten loads of the first frame, and one taxel that does not move."""
+    loads = np.linspace(0.2, 1, 10)[:, None, None] * frames[0]
+    loads[:, 2, 3] = frames[0, 2, 3]
+    return loads
+
+
+def written(command: str, change: Callable[[Path], object]) -> Make:
+    """Make ``core``, an output of ``command`` with something done to it."""
+
+    def make() -> None:
+        with output_directory("core", command) as fresh:
+            (fresh / "core.v").write_text("module core; endmodule")
+        change(Path("core"))
+
+    return make
+
+
+def folder(name: str, **texts: str) -> Make:
+    """Make a folder of files."""
+
+    def make() -> None:
+        Path(name).mkdir()
+        for stem, text in texts.items():
+            Path(name, stem.replace("_", ".")).write_text(text)
+
+    return make
+
+
+def garble(data: bytearray) -> None:
+    """Damage what is packed."""
+    data[60:66] = b"\xff" * 6
