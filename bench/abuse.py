@@ -15,7 +15,7 @@ from typing import Any
 from bench import cache_damage, kills, looks, trees
 from bench.publish import ROOT, publish
 
-TREES, LOOKS, KILLS = 10_000, 10_000, 34
+TREES, LOOKS, KILLS = 10_000, 10_000, 45
 """Random trees; looks at a directory, and at an archive; kills of each command."""
 
 SHARE = 500
@@ -40,7 +40,8 @@ def try_looks() -> dict[str, Any]:
 def try_kills() -> dict[str, Any]:
     """Every command killed at random moments."""
     found = kills.kill_all(KILLS, seed=1)
-    return {"kills": {name: KILLS for name in found}, "wrong": {name: wrong for name, wrong in found.items() if wrong}}
+    times = {name: victim.times(KILLS) for name, victim in kills.VICTIMS.items()}
+    return {"kills": times, "wrong": {name: wrong for name, wrong in found.items() if wrong}}
 
 
 def try_damage() -> dict[str, Any]:
