@@ -22,7 +22,8 @@ from tfra.model.sensor import SensorArray
 
 def _design(rows: int, columns: int, formats: Formats, bits: int = 14, steps: int = 100) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2.5e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits), search=Search(steps), formats=formats, architecture=Architecture(1))
+    adc = Adc(bits, contact_threshold=0)
+    return Design(sensor, adc=adc, search=Search(steps), formats=formats, architecture=Architecture(1))
 
 
 DESIGNS = {

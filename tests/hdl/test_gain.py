@@ -27,7 +27,8 @@ from tfra.model.sensor import SensorArray
 
 def design(rows: int, columns: int, formats: Formats, bits: int = 14, thickness: float = 3e-3) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, thickness)
-    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(1))
+    adc = Adc(bits, contact_threshold=0)
+    return Design(sensor, adc=adc, formats=formats, architecture=Architecture(1))
 
 
 DESIGNS = {

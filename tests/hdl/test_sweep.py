@@ -31,7 +31,7 @@ from tfra.model.sensor import SensorArray
 def make(rows, columns, steps, tolerance=0.0, formats="standard", bits=14, words=4):
     return Design(
         SensorArray(rows, columns, 4e-3, 2e-3, 3e-3),
-        adc=Adc(bits=bits),
+        adc=Adc(bits, contact_threshold=0),
         search=Search(steps=steps, tolerance=tolerance),
         formats=FORMATS[formats],
         architecture=Architecture(mac_lanes=4, vector_words=words),
