@@ -113,11 +113,12 @@ def _serpentine(design: Design) -> Ints:
     return grid.ravel()
 
 
-def _quantise(design: Design, rows: Floats) -> tuple[Ints, int]:
+def quantise_rows(design: Design, rows: Floats) -> tuple[Ints, int]:
     """Coefficients ``(..., Q)`` as integers, and their fraction bits.
 
     Not each coefficient but the running sum along a row is rounded to nearest: an error is made up for by the next
-    neighbour, so errors cancel for operands that are smooth over the array, as stress is.
+    neighbour, so errors cancel for operands that are smooth over the array, as stress is.  A coefficient differs from
+    its exact value by one at most, which leaves it a place in its word.
     """
     largest = np.abs(rows).max()
     fraction = int(np.floor(np.log2(((1 << (design.formats.coefficient - 1)) - 2) / largest)))
@@ -133,7 +134,7 @@ def _matrix_operator(design: Design, name: str, matrix: Floats, flip: int) -> Op
     q = design.quads
     folded = (fold @ matrix @ unfold).reshape(q, 4, q, 4)
     parity = np.arange(4)
-    rows, fraction = _quantise(design, np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1))  # (i, parity, j)
+    rows, fraction = quantise_rows(design, np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1))  # (i, parity, j)
     bare = Operator(name, rows, flip, fraction, 0.0, _row_sum(rows) / 2.0**fraction)
     return replace(bare, gain=_row_sum(taxel_matrix(design, bare)))
 
@@ -154,7 +155,7 @@ def _sum_operator(design: Design, name: str, functionals: list[dict[int, Floats]
     for quad, by_parity in enumerate(functionals):
         for parity, functional in by_parity.items():
             exact[quad, parity] = (functional @ unfold).reshape(-1, 4)[:, parity]
-    rows, fraction = _quantise(design, exact)
+    rows, fraction = quantise_rows(design, exact)
     gain = _row_sum(rows) / 2.0**fraction
     return Operator(name, rows, 0, fraction, 4 * gain, gain)
 

@@ -13,7 +13,7 @@ from tests.model.cases import make_design
 from tfra.model.boussinesq import operators
 from tfra.model.design import Form
 from tfra.model.fixed.butterfly import EE, OO, OX, OY, butterfly, distinct, taxel_index, to_quads, to_taxels
-from tfra.model.fixed.coefficients import coefficient_bits, products, stacks, stored, taxel_matrix
+from tfra.model.fixed.coefficients import coefficient_bits, products, quantise_rows, stacks, stored, taxel_matrix
 from tfra.model.scenes import SENSORS
 
 
@@ -106,7 +106,29 @@ def test_running_sums_are_rounded_to_nearest(design):
                 continue
             constant = exact.sum(axis=1) * 2.0**op.fraction
             got = to_taxels(design, butterfly(apply(design, op, np.ones((1, design.sensor.taxels), np.int64))))
-            np.testing.assert_allclose(got[0] * 2.0**op.fraction / 4, constant, atol=4 * 0.5 + 1e-6)
+            np.testing.assert_allclose(got[0] * 2.0**op.fraction / 4, constant, atol=0.5 + 1e-6)
+
+
+def test_running_sums_go_from_neighbour_to_neighbour():
+    """Along rows of the folded array, to and fro; each is within half a unit."""
+    design = make_design(SENSORS["5×7, 3×3 mm, h 2 mm"])
+    rows = np.random.default_rng(4).normal(size=(3, 4, design.quads))
+    words, fraction = quantise_rows(design, rows)
+    error = (words - rows * 2.0**fraction).reshape(3, 4, design.quad_rows, design.quad_columns)
+    error[:, :, 1::2] = error[:, :, 1::2, ::-1].copy()
+    assert 0.4 < np.abs(np.cumsum(error.reshape(3, 4, -1), axis=-1)).max() <= 0.5 + 1e-6
+
+
+def test_a_coefficient_that_is_rounded_away_from_zero_fits_its_word():
+    """Half a unit is left to a neighbour that fills the word already."""
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+    top = 1 << (design.formats.coefficient - 1)
+    for largest, fraction in ((top - 2, 0), (top - 1, -1)):
+        rows = np.zeros((1, 4, design.quads))
+        rows[0, :, :2] = 0.5, largest
+        words, found = quantise_rows(design, rows)
+        assert found == fraction
+        assert top // 2 <= np.abs(words).max() < top
 
 
 def test_sum_rows_are_the_sums_of_the_candidates(design):

@@ -50,6 +50,8 @@ def test_sums_are_the_longest_words_of_a_coarse_array(name):
         split(design, stack, products[:, start:end])[sums]
         for stack, sums, start, end in (("contact", "sums_b", 0, contact), ("residual", "sums_n", contact, residual))
     ]
+    full, (_, sums_b) = top + 1 << design.formats.vector_fraction, stacks(design)["contact"].operators
+    assert 0.99 * sums_b.gain * full < largest(parts[0]) <= sums_b.gain * full + 2
     for words in (*parts, gather_sums(*parts)):
         assert signed_bits(largest(words)) <= vector
     assert largest(gather_sums(*parts)) == largest(products)
