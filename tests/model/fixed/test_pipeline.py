@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.model.cases import make_design
-from tfra.model.design import Form
+from tfra.model.design import Adc, Form, Formats
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.pipeline import FixedTfra
 from tfra.model.fixed.widths import widths
@@ -120,6 +120,13 @@ def test_words_fit_their_fields_and_chunks_do_not_matter():
         assert f.bits + (not f.signed) <= word_bits(design)
     tail = FixedTfra(design)(codes[2090:], first_frame=2090).words
     assert (tail == words[2090:]).all()
+
+
+def test_an_unsigned_field_that_is_the_longest_has_a_place_for_its_sign():
+    formats = Formats("short", coefficient=18, operand=18, vector_fraction=4, force_fraction=0)
+    design = replace(make_design(SENSORS["4×6, 5×3 mm, h 2 mm"]), adc=Adc(6), formats=formats)
+    assert max(f.bits for f in layout(design)) == 18
+    assert word_bits(design) == 19
 
 
 def test_no_frames_give_no_words():
