@@ -158,12 +158,17 @@ class Sandbox:
             case 1:
                 victim.unlink()
             case 2:
-                victim.rename(victim.with_name("moved"))
+                self._move(victim)
             case _:
-                data = victim.read_bytes()
-                victim.unlink()
-                victim.symlink_to(victim.name + " moved")
-                victim.with_name(victim.name + " moved").write_bytes(data)
+                moved = self._move(victim)
+                victim.symlink_to(moved.name)
+
+    def _move(self, victim: Path) -> Path:
+        """Move what the program wrote: an archive is still its own, and a link may lead a command to it."""
+        moved = victim.with_name(victim.name + " moved")
+        victim.rename(moved)
+        self.own[str(moved)] = moved.read_bytes()
+        return moved
 
     def _remember(self, place: Path, command: str) -> None:
         self.planted.append((place, command))

@@ -37,7 +37,8 @@ def cache_directory(chosen: str | Path | None = None) -> Path:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         if not named:
             return _private(f"no cache in ~/.cache/tfra, nothing is kept between runs: {reason}")
-        raise InputError("" if chosen else "TFRA_CACHE", str(named), f"cannot be used as cache: {reason}") from None
+        place_named = str(chosen or f"TFRA_CACHE: {named}")
+        raise InputError(place_named, "", f"cannot be used as cache: {reason}") from None
     return place
 
 

@@ -245,7 +245,8 @@ def test_verify(
 
 
 def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def facts(design: Any, path: Path) -> dict[str, str]:
+    def facts(design: Any, path: Path, inputs: list[Path]) -> dict[str, str]:
+        assert inputs == [Path("skin.toml")]
         return {"name": design.name, "path": str(path)}
 
     monkeypatch.setattr("tfra.codegen.generate.generate", facts)

@@ -63,7 +63,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_synth(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(SYNTH) == 0
     assert capsys.readouterr().out == Path("fpga/report.txt").read_text()
-    assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt", "skin.bit"]
+    assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt", "skin.bit", MANIFEST]
     found = json.loads(Path("fpga/report.json").read_text())
     assert found["clock"]["median_mhz"] == CLOCK - 2
     assert Path("fpga/skin.bit").read_text() == "2"
@@ -79,7 +79,7 @@ def test_synth_where_only_yosys_runs(folder: Path, capsys: pytest.CaptureFixture
     found = json.loads(capsys.readouterr().out)
     assert found["clock"] is None
     assert found["resources"]["LUT"]["used"] == 3
-    assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt"]
+    assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt", MANIFEST]
 
 
 def test_a_failing_tool(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -55,7 +55,8 @@ def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     assert "\N{HORIZONTAL ELLIPSIS}" not in printed
     monkeypatch.setattr(demo, "PAPER", dict.fromkeys(demo.PAPER, demo.Errors(0.01, 99.0, 50.0)))
     assert demo.main(arguments) == 1
-    assert "FAILED: hertz_40x20: an error is larger than the paper's largest; rect" in capsys.readouterr().out
+    said = " ".join(capsys.readouterr().out.split())
+    assert "FAILED: hertz_40x20: an error is larger than the paper's largest; rect" in said
     assert demo.main(["--examples", str(tmp_path / "nowhere")]) == 2
 
 
