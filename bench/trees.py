@@ -148,10 +148,10 @@ class Sandbox:
                 }
 
     def _tamper(self) -> None:
-        names = sorted(name for name in self.own if os.path.lexists(name))
-        if not names:
+        victims = [path for path in map(Path, sorted(self.own)) if path.is_file() and not path.is_symlink()]
+        if not victims:
             return
-        victim = Path(self.rng.choice(names))
+        victim = self.rng.choice(victims)
         match self.rng.randrange(4):
             case 0:
                 victim.write_bytes(victim.read_bytes() + b"mine")
