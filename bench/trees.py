@@ -138,7 +138,7 @@ class Sandbox:
             if self.rng.random() < 0.5:
                 shutil.copy2(source / MANIFEST, place)
             elif source not in place.parents:
-                shutil.copytree(source, place, symlinks=True, ignore=shutil.ignore_patterns("*.npz", "*line"))
+                shutil.copytree(source, place, symlinks=True, ignore=_uncopied)
                 copies = {str(path): path for path in place.rglob("*") if path.is_file() and not path.is_symlink()}
                 origin = {name: str(source / path.relative_to(place)) for name, path in copies.items()}
                 self.own |= {
@@ -174,6 +174,11 @@ class Sandbox:
         self.planted.append((place, command))
         files = [place] if place.is_file() else [path for path in place.rglob("*") if path.is_file()]
         self.own |= {str(path): path.read_bytes() for path in files}
+
+
+def _uncopied(folder: str, names: list[str]) -> list[str]:
+    """What ``copytree`` can't copy."""
+    return [name for name in names if Path(folder, name).is_fifo() and not Path(folder, name).is_symlink()]
 
 
 def snapshot(root: Path) -> Tree:
