@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import shlex
 from collections import Counter
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from typing import Any
 
 from bench import cache_damage, kills, looks, trees
@@ -37,11 +39,9 @@ def try_looks() -> dict[str, Any]:
     return {"looks": LOOKS, "writers": looks.WRITERS, "met": {kind: looks.looks(kind, LOOKS) for kind in looks.KINDS}}
 
 
-def try_kills() -> dict[str, Any]:
-    """Every command killed at random moments."""
-    found = kills.kill_all(KILLS, seed=1)
-    times = {name: victim.times(KILLS) for name, victim in kills.VICTIMS.items()}
-    return {"kills": times, "wrong": {name: wrong for name, wrong in found.items() if wrong}}
+def try_kills(name: str) -> dict[str, Any]:
+    """A command killed at random moments."""
+    return {"kills": kills.VICTIMS[name].times(KILLS), "wrong": kills.kill(name, KILLS, seed=1)}
 
 
 def try_damage() -> dict[str, Any]:
@@ -51,9 +51,9 @@ def try_damage() -> dict[str, Any]:
 
 PARTS: dict[str, Callable[[], dict[str, Any]]] = {
     "trees": try_trees,
-    "kills": try_kills,
     "looks": try_looks,
     "damage": try_damage,
+    **{f"kills of {name}": partial(try_kills, name) for name in kills.VICTIMS},
 }
 
 
@@ -65,12 +65,12 @@ def row_of_trees(found: dict[str, Any]) -> tuple[str, str, str]:
     return what, f"{found['trees']:,}", f"{written:,} outputs written, {refused:,} refused, no byte lost"
 
 
-def row_of_kills(found: dict[str, Any]) -> tuple[str, str, str]:
+def row_of_kills(name: str, found: dict[str, Any]) -> tuple[str, str, str]:
     """The same of kills."""
-    wrong = sum(len(lines) for lines in found["wrong"].values())
-    what = f"kills (KILL, TERM, INT, HUP) at random moments of {', '.join(f'`{name}`' for name in found['kills'])}"
-    said = "every output whole, no process and no temporary folder left" if not wrong else f"{wrong} wrong"
-    return what, f"{sum(found['kills'].values()):,}", said
+    wrong = len(found["wrong"])
+    what = f"{name} at random moments, by KILL, TERM, INT and HUP in turn"
+    said = "output whole, no process and no temporary folder left" if not wrong else f"{wrong} wrong"
+    return what, f"{found['kills']:,}", said
 
 
 def row_of_looks(found: dict[str, Any]) -> tuple[str, str, str]:
@@ -89,12 +89,18 @@ def row_of_damage(found: dict[str, Any]) -> tuple[str, str, str]:
     return what, f"{found['kinds'] * found['entries']:,}", said
 
 
-ROWS = {"trees": row_of_trees, "kills": row_of_kills, "looks": row_of_looks, "damage": row_of_damage}
+ROWS: dict[str, Callable[[dict[str, Any]], tuple[str, str, str]]] = {
+    "trees": row_of_trees,
+    "looks": row_of_looks,
+    "damage": row_of_damage,
+    **{part: partial(row_of_kills, part) for part in PARTS if part.startswith("kills")},
+}
 
 
 def table(record: dict[str, Any]) -> str:
     """Markdown with a row for each part that was run."""
-    rows = [(*ROWS[part](record[part]), f"`python -m bench.abuse {part}`") for part in PARTS if part in record]
+    commands = {part: f"`python -m bench.abuse {shlex.quote(part)}`" for part in PARTS if part in record}
+    rows = [(*ROWS[part](record[part]), command) for part, command in commands.items()]
     lines = ["| tried | times | found | again |", "|---|---:|---|---|", *(f"| {' | '.join(row)} |" for row in rows)]
     return "\n".join(lines)
 
