@@ -64,6 +64,7 @@ def kill_at_random(
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
+        preexec_fn=hear_signals,
     )
     try:
         process.wait(delay)
@@ -74,6 +75,12 @@ def kill_at_random(
     while (found := marked(mark)) and time.monotonic() < end:
         time.sleep(0.05)
     return found
+
+
+def hear_signals() -> None:
+    """Undo what ``nohup`` and shells do to what they start in the background: it would not hear them."""
+    for number in SIGNALS[1:]:
+        signal.signal(number, signal.SIG_DFL)
 
 
 def marked(mark: str) -> list[str]:

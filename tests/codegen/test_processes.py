@@ -54,7 +54,8 @@ def test_a_signal_to_the_starter_ends_all(tmp_path: Path, number: signal.Signals
     mark = uuid.uuid4().hex
     variables = {**os.environ, MARK: mark, "TMPDIR": str(tmp_path)}
     command = [sys.executable, "-c", STARTER]
-    with subprocess.Popen(command, env=variables, stdout=subprocess.PIPE, text=True) as process:
+    how = {"stdout": subprocess.PIPE, "text": True, "preexec_fn": kills.hear_signals}
+    with subprocess.Popen(command, env=variables, **how) as process:
         assert process.stdout is not None
         assert [process.stdout.readline() for _ in range(2)] == ["started\n"] * 2
         assert len(marked(mark)) >= 1 + 2 * 4
