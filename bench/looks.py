@@ -1,14 +1,12 @@
 """Looks at an output while three writers replace it, again and again: it must be there, and whole, every time.
 
-``python -m bench.looks [--looks N]``: prints how many looks met what; exit code 1 if one met half an output or none.
+``python -m bench.abuse looks`` runs it at full scale.
 """
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
-import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
@@ -86,19 +84,3 @@ def looks(kind: str, count: int) -> Counter[str]:
         if any(writer.exitcode for writer in writers) or os.listdir(directory) != ["out"]:
             raise RuntimeError(f"writers ended with {[w.exitcode for w in writers]} and left {os.listdir(directory)}")
     return found
-
-
-def main() -> int:
-    """Look at a directory and at an archive."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--looks", type=int, default=10_000)
-    options, bad = parser.parse_args(), 0
-    for kind in KINDS:
-        found = looks(kind, options.looks)
-        bad += sum(count for met, count in found.items() if met not in ("whole", "exchanged"))
-        print(f"{kind}: {options.looks} looks, {WRITERS} writers: {dict(found.most_common())}", flush=True)
-    return int(bad > 0)
-
-
-if __name__ == "__main__":
-    sys.exit(main())

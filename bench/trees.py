@@ -23,27 +23,10 @@ from unittest import mock
 
 import numpy as np
 
+from bench.kills import CONFIG
 from tfra.cli.main import main
 from tfra.codegen.files import output_directory, write_npz
 from tfra.codegen.ownership import MANIFEST
-
-CONFIG = """
-[sensor]
-rows = 2
-columns = 2
-pitch_x_mm = 4
-pitch_y_mm = 4
-thickness_mm = 3
-[architecture]
-mac_lanes = 4
-[[contact]]
-shape = "hertz"
-half_x_mm = 3
-half_y_mm = 3
-force_n = -1
-mu = 0.5
-phi_deg = 0
-"""
 
 NAMES = (
     *("core", "out", "fpga", "notes.txt", "thesis.tex", "core.json", "core.v", "images", "sensor.toml", "paper.json"),
@@ -224,7 +207,7 @@ def stand_ins() -> Iterator[None]:
 
     with contextlib.ExitStack() as stack:
         for name, substitute in {
-            "tfra.codegen.generate._content": lambda design: ({}, {"core.v": "module", "images/a.hex": "0"}),
+            "tfra.codegen.generate.content": lambda design: ({}, {"core.v": "module", "images/a.hex": "0"}),
             "tfra.paper.report._fill": fill,
             "tfra.synth.run._implement": implement,
             "tfra.synth.run.render": str,

@@ -68,14 +68,14 @@ def _run(output: _Output, complaints: _Output) -> int:
         return run()
     except OSError as error:
         if output.error is None and complaints.error is None:
-            _say(f"tfra: {f'{error.filename}: ' if error.filename else ''}{error.strerror or error}")
+            say(f"tfra: {f'{error.filename}: ' if error.filename else ''}{error.strerror or error}")
         return 1
     except SystemExit:  # how rich and typer answer a broken pipe
         return 1
     except Exception:
         import traceback
 
-        _say(f"{traceback.format_exc()}tfra: this is an error of tfra itself; please report it with the lines above")
+        say(f"{traceback.format_exc()}tfra: this is an error of tfra itself; please report it with the lines above")
         return BUG
 
 
@@ -87,11 +87,12 @@ def _finished(code: int, output: _Output) -> int:
         return code
     if output.error.errno == errno.EPIPE:
         return 128 + signal.SIGPIPE
-    _say(f"standard output: cannot be written: {output.error.strerror}")
+    say(f"standard output: cannot be written: {output.error.strerror}")
     return code or 1
 
 
-def _say(message: str) -> None:
+def say(message: str) -> None:
+    """Print a line on standard error, if somebody is left to be told."""
     with suppress(OSError):
         print(message, file=sys.stderr, flush=True)
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from importlib.metadata import version
 from typing import Annotated
 
 import typer
 
 from tfra.cli import later
+from tfra.cli.entry import say
 from tfra.cli.estimate import estimate
 from tfra.cli.frames import frames
 from tfra.cli.generate import generate
@@ -87,7 +87,7 @@ def top(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line (``sys.argv`` by default) and return its exit code."""
-    warnings.showwarning = lambda message, *_: _say(f"warning: {message}")
+    warnings.showwarning = lambda message, *_: say(f"warning: {message}")
     warnings.simplefilter("always", Notice)
     try:
         with stoppable():
@@ -101,13 +101,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError as error:  # NumPy says how much it wanted
         line = " ".join(["tfra", *(sys.argv[1:] if arguments is None else arguments)])
         message = str(InputError(shortened(line, 200), "not enough memory", str(error)))
-    _say(message)
+    say(message)
     return 2
-
-
-def _say(message: str) -> None:
-    with suppress(OSError):  # nobody is left to be told
-        print(message, file=sys.stderr, flush=True)
 
 
 def _command_of(error: typer.TyperException) -> str:

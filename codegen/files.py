@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +28,7 @@ def check_archive(path: str | Path, command: str, inputs: Sequence[Path] = ()) -
     """
     if Path(path).suffix != ".npz":
         raise InputError(path, "", "the name of the output must end in .npz")
-    with _told(path):
+    with _told(path), suppress(_Rehearsal):
         target = _real(path)
         if any(_is_same(target, file) for file in inputs):
             raise InputError(path, "", "is not replaced: this command reads it: choose another place")
@@ -93,8 +93,6 @@ def _told(path: str | Path) -> Iterator[None]:
     """Tell an ``OSError`` as trouble with ``path``."""
     try:
         yield
-    except _Rehearsal:
-        pass
     except OSError as error:
         raise InputError(path, "", f"cannot be written: {error.strerror or error}") from None
 

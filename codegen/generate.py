@@ -30,15 +30,15 @@ def generate(design: Design, directory: Path, inputs: Sequence[Path] = ()) -> di
     directory that can't be written; either leaves the directory as it was.
     """
     with output_directory(directory, "generate", inputs) as fresh:
-        facts, texts = _content(design)
+        facts, texts = content(design)
         for name, text in texts.items():
             (fresh / name).parent.mkdir(exist_ok=True)
             (fresh / name).write_text(text)
     return facts
 
 
-def _content(design: Design) -> tuple[dict[str, Any], dict[str, str]]:
-    """The sidecar, and the text of every file by its name."""
+def content(design: Design) -> tuple[dict[str, Any], dict[str, str]]:
+    """The sidecar, and the text of every file by its name; raises as ``generate``."""
     verilog = to_verilog(design)
     verilog, images = extract(verilog) if design.images == "readmemh" else (verilog, [])
     facts = sidecar(design) | {"images": [image.facts for image in images]}

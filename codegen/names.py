@@ -7,10 +7,10 @@ import re
 from tfra.codegen.keywords import KEYWORDS, SIMULATORS
 
 PORTS = frozenset(
-    """
-    clk rst taxel_data taxel_valid taxel_ready result_data result_last result_valid result_ready load_data load_valid
-    load_ready
-    """.split()  # noqa: SIM905
+    {
+        *("clk", "rst", "taxel_data", "taxel_valid", "taxel_ready", "load_data", "load_valid", "load_ready"),
+        *("result_data", "result_last", "result_valid", "result_ready"),
+    }
 )
 """Ports of the top module, which Verilator does not tell from a module of the same name."""
 

@@ -20,7 +20,7 @@ import secrets
 import shutil
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from hashlib import sha256
 from pathlib import Path
 
@@ -121,7 +121,7 @@ def _sweep(parent: Path) -> None:
         for name in os.listdir(parent):
             token = name.removeprefix(".tfra-")[:8]
             if name == _name(token) and not (staging := parent / name).is_symlink():
-                with suppress(OSError), _locked_if_dead(staging):
+                with suppress(OSError), _locked(staging, wait=False):
                     _recover(staging)
 
 
@@ -144,23 +144,15 @@ def _recover(staging: Path) -> None:
 
 
 @contextmanager
-def _locked(directory: Path) -> Iterator[None]:
-    """Hold the lock of ``directory``, which vanishes with the process; go without on file systems that have none."""
+def _locked(directory: Path, wait: bool = True) -> Iterator[None]:
+    """Hold the lock of ``directory``, which vanishes with the process; go without on file systems that have none.
+
+    Without ``wait``, raise ``OSError`` where another holds it, or nobody can.
+    """
     handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        with suppress(OSError):
-            fcntl.flock(handle, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(handle)
-
-
-@contextmanager
-def _locked_if_dead(directory: Path) -> Iterator[None]:
-    """The same, but raise ``OSError`` where another holds it, or nobody can."""
-    handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        with suppress(OSError) if wait else nullcontext():
+            fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         yield
     finally:
         os.close(handle)

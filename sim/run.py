@@ -21,7 +21,7 @@ from tfra.model.design import Design
 from tfra.model.errors import InputError
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.words import frame_words, word_bits
-from tfra.model.scratch import scratch, temporary, writing
+from tfra.model.scratch import scratch, writing
 from tfra.sim import tools
 from tfra.sim.protocol import Job, Outcome, Probe
 
@@ -30,6 +30,7 @@ Progress = Callable[[int], None]
 
 _LOG_TAIL = 2000  # characters of a log in an error
 _POLL = 0.05  # seconds
+_SOURCES = (".py", ".v", ".json", ".toml")
 _LAUNCHER = Path(__file__).with_name("launch.py")
 
 
@@ -148,15 +149,14 @@ def generated(design: Design, cache: Path) -> Netlist:
 
 
 def _generate(design: Design) -> Files:
-    from tfra.codegen.generate import generate
+    from tfra.codegen.generate import content
 
-    with scratch(temporary()) as place:
-        try:
-            sidecar = generate(design, place / "core")
-        except ToolError as error:
-            raise SimulationError(str(error)) from None
-        names = [f"{design.name}.v", f"{design.name}.json", *(image["file"] for image in sidecar["images"])]
-        return {name: (place / "core" / name).read_bytes() for name in names}
+    try:
+        facts, made = content(design)
+    except ToolError as error:
+        raise SimulationError(str(error)) from None
+    names = [f"{design.name}.v", f"{design.name}.json", *(image["file"] for image in facts["images"])]
+    return {name: made[name].encode() for name in names}
 
 
 def _build(netlist: Netlist, simulator: str, cache: Path) -> bytes:
@@ -302,9 +302,12 @@ def digest(*parts: str) -> str:
 
 
 def sources(*packages: ModuleType) -> list[Path]:
-    """Return every file of ``packages`` that what they make depends on, Verilog and tables included."""
+    """Return every file of ``packages`` that what they make depends on, Verilog and tables included.
+
+    An editor's own files may lie beside them, and need not be text.
+    """
     files = (file for package in packages for file in Path(package.__path__[0]).rglob("*"))
-    return sorted(file for file in files if file.is_file() and "__pycache__" not in file.parts)
+    return sorted(file for file in files if file.suffix in _SOURCES)
 
 
 def texts(files: Iterable[Path]) -> list[str]:

@@ -34,7 +34,7 @@ def run(
     Writes ``report.json``, ``report.txt``, a log of every tool and the bitstream of the median seed into
     ``directory``, all or nothing; ``say`` is told what goes on, and ``inputs`` are files that the design comes from.
     Raises ``InputError`` for a missing tool or a directory that can't be written, ``ValueError`` for a design that does
-    not fit or is made of another family's cells, :class:`tools.ToolError`.
+    not fit or is made of another family's cells, :class:`ToolError`.
     """
     if design.target not in ("portable", target.family.name):
         raise ValueError(f"target.name: {target.name} has no cells of {design.target}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shutil
 import signal
 import sys
 import traceback
@@ -104,7 +105,7 @@ def test_death_at_every_step_leaves_old_or_new(tmp_path: Path, make: Make, earli
         make(out, "last")  # whoever comes next cleans up
         assert [name for name in os.listdir(tmp_path) if name.startswith(".")] == [], step
         assert (tmp_path / "notes.txt").read_text() == "mine"
-        (_remove_directory if out.is_dir() else os.unlink)(out)
+        (shutil.rmtree if out.is_dir() else os.unlink)(out)
         if not died:
             break
         step += 1
@@ -229,12 +230,3 @@ def reason_against(out: Path, objection: Callable[[Path], str | None]) -> str | 
         return objection(out)
     except OSError as error:
         return str(error)
-
-
-def _remove_directory(directory: Path) -> None:
-    for root, folders, files in os.walk(directory, topdown=False):
-        for name in files:
-            os.unlink(Path(root, name))
-        for name in folders:
-            os.rmdir(Path(root, name))
-    os.rmdir(directory)

@@ -66,10 +66,10 @@ def sensor(phi_deg: float = 359.99, force: float = -123.45) -> demo.Sensor:
     many = np.full(n, 0.5), np.linspace(0, 345, n)
     resultant = np.full((n, 3), force)
     zero = np.zeros(n)
-    found = Result(np.zeros((n, 3, 2, 2)), -resultant, np.full(n, phi_deg), zero + 3.999, zero, zero, zero, zero)  # type: ignore[arg-type]
+    found = Result(np.zeros((n, 3, 2, 2)), -resultant, np.full(n, phi_deg), zero + 3.999, zero, zero, zero, zero)
     words = np.zeros((n, 5), dtype=np.int64)
     run = SimpleNamespace(words=words, compared=words.size, interval=np.full(n - 1, 1500), simulator="verilator")
-    return demo.Sensor("rectangle_40x40", resultant, *many, found, found, found, run, 0, 1500)  # type: ignore[arg-type]
+    return demo.Sensor("rectangle_40x40", resultant, *many, found, found, found, run, 0, 1500)
 
 
 def test_no_number_is_too_wide() -> None:
@@ -99,7 +99,7 @@ def test_what_fails() -> None:
     assert good.measured_interval == 1500
     assert replace(good, differing=2).failures == ["rectangle_40x40: 2 words of 120 differ, 120 were compared"]
     assert replace(good, interval=1456).failures == ["rectangle_40x40: frames come every 1500 cycles, not 1456"]
-    good.run.compared = 119  # type: ignore[misc]
+    good.run.compared = 119
     assert good.failures == ["rectangle_40x40: 0 words of 120 differ, 119 were compared"]
     assert sensor().failures == ["rectangle_40x40: an error is larger than the paper's largest"]
 
@@ -107,6 +107,6 @@ def test_what_fails() -> None:
 def test_the_interval_is_that_of_a_full_pipeline() -> None:
     """Frames come in pairs here: a mean over an odd number of times is no interval."""
     one = sensor()
-    one.run.interval[:] = [475, 2525] * 11 + [475]  # type: ignore[index]
+    one.run.interval[:] = [475, 2525] * 11 + [475]
     assert one.measured_interval == 1500
     assert "a frame every 1,500 cycles with the pipeline full (design: 1,500)" in demo.speed(one)
