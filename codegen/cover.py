@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
-from tfra.model.contact import Contact
-from tfra.model.layer import ElasticLayer, Sampling
-from tfra.model.layer import frames as layer_frames
+from tfra.model.cover.contact import Contact
+from tfra.model.cover.layer import ElasticLayer, Sampling
+from tfra.model.cover.layer import frames as layer_frames
 from tfra.model.sensor import Floats, SensorArray
 
 MOST_MODES = 50_000_000
@@ -41,7 +41,7 @@ class LayerSpec:
             return layer_frames(sensor, contacts, self.sampling, self.poisson)
         if find_spec("skfem") is None:
             raise ValueError("solver: scikit-fem is not installed: pip install 'tfra[fem]'")
-        from tfra.model.fem import Mesh, fem_frames
+        from tfra.model.cover.fem import Mesh, fem_frames
 
         for footprint in dict.fromkeys(replace(each, normal_force=-1.0, mu=0.0, phi=0.0) for each in contacts):
             _require_few_elements(sensor, footprint, self.element)
@@ -57,7 +57,7 @@ def require_few_modes(layer: ElasticLayer) -> None:
 
 def _require_few_elements(sensor: SensorArray, footprint: Contact, element: float) -> None:
     """Raise ``ValueError`` (``layer.element_mm: ...``) for a mesh too large, with a length that would do."""
-    from tfra.model.fem import Mesh
+    from tfra.model.cover.fem import Mesh
 
     count = Mesh(element).elements(sensor, footprint)
     if count <= MOST_ELEMENTS:

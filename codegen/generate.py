@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from tfra.codegen.files import output_directory
-from tfra.codegen.images import LOAD, lane_images
 from tfra.codegen.memories import extract
 from tfra.codegen.sidecar import sidecar
 from tfra.codegen.testbench import hex_words, testbench
 from tfra.codegen.verilog import to_verilog
 from tfra.hdl.cores import loaded
+from tfra.hdl.parallel.matvec.images import LOAD, lane_images
 from tfra.model.design import Design
 
 

@@ -1,11 +1,11 @@
-"""How much memory a core's coefficients take, and which form of the operators takes less (docs/memory.md)."""
+"""How much memory a core's coefficients take, and which form of the operators takes less (docs/studies/memory.md)."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import get_args
 
-from tfra.codegen.images import depth
+from tfra.hdl.parallel.matvec.images import depth
 from tfra.model.design import Design, Form
 
 BLOCK = 1024

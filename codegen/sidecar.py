@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from fxpmath import Fxp
 
-from tfra.codegen.images import LOAD, depth, lane_images
 from tfra.hdl.cores import is_serial, lanes, loaded, probes, timing
-from tfra.hdl.serial.memory import store_image
+from tfra.hdl.parallel.matvec.images import LOAD, depth, lane_images
+from tfra.hdl.serial.program.memory import store_image
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import stacks
 from tfra.model.fixed.widths import widths

@@ -7,12 +7,12 @@ from string import Template
 
 import numpy as np
 
-from tfra.codegen.images import LOAD
 from tfra.hdl.cores import core_models, loaded
+from tfra.hdl.parallel.matvec.images import LOAD
+from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.design import Design
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import frame_words, word_bits
-from tfra.model.scenes import contact_codes, directed_codes
 
 CONTACTS = 4
 """Simulated contacts; every directed frame comes behind them."""

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tfra.codegen.images import lane_images
-from tfra.hdl import timing as parallel_timing
-from tfra.hdl.core import Core, Probe
-from tfra.hdl.core import probes as parallel_probes
+from tfra.hdl.parallel.matvec.images import lane_images
+from tfra.hdl.parallel.tfra import timing as parallel_timing
+from tfra.hdl.parallel.tfra.core import Core, Probe
+from tfra.hdl.parallel.tfra.core import probes as parallel_probes
 from tfra.hdl.primitives import cell_models, models
 from tfra.hdl.serial import timing as serial_timing
 from tfra.hdl.serial.core import SerialCore
-from tfra.hdl.serial.memory import store_image
-from tfra.hdl.serial.program import program
+from tfra.hdl.serial.program.frame import program
+from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.sizes import sizes
 from tfra.hdl.serial.store import cells
 from tfra.model.design import Design

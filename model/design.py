@@ -138,7 +138,7 @@ SERIAL = Architecture(mac_lanes=0, vector_words=0, kind="serial")
 class Design:
     """One core: sensor, converter, search, formats and architecture; ``sparse`` drops small coefficients.
 
-    ``operators`` trades memory for time; docs/memory.md has the numbers.
+    ``operators`` trades memory for time; docs/studies/memory.md has the numbers.
     ``images`` says where the Verilog has what memories start with, or that coefficients are loaded after a reset.
     ``target``, one of ``TARGETS``, chooses cells, never a result or a cycle.
 

@@ -9,7 +9,7 @@ from importlib.resources import files
 
 @cache
 def found() -> dict[str, float]:
-    """Median friction that TFRA finds on random contacts, by the true one (``bench.truth`` writes the file)."""
+    """Median friction that TFRA finds on random contacts, by the true one; ``bench.contacts.truth`` writes it."""
     medians: dict[str, float] = json.loads(files("tfra.model").joinpath("truth.json").read_text())["mu_found"]
     return medians
 
@@ -19,5 +19,6 @@ def sentence() -> str:
     low, high = found()["0.3"], found()["0.7"]
     return (
         "Under an elastic cover TFRA's friction coefficient is right near 0.5 only: it finds "
-        f"{low:.2f} where 0.3 is true and {high:.2f} where 0.7 is true (medians of random contacts, docs/errors.md)."
+        f"{low:.2f} where 0.3 is true and {high:.2f} where 0.7 is true "
+        "(medians of random contacts, docs/studies/errors.md)."
     )

@@ -1,8 +1,8 @@
 """The two-variable search that the paper compares TFRA with (its reference [7]), in this project's reading.
 
 doi:10.1016/j.mechatronics.2023.103070, Section 2: mu_x and mu_y of Eq. 10 maximise Pi = Pi1 Pi2 Pi3 over [-1, 1]^2.
-The paper tells what each functional demands and depends on, not its formula; docs/two_variable.md gives the formulas
-used here and why.  Each is Pi = 1 / (1 + |r|^2) with a residual r that is affine in u = (1, mu_x, mu_y).
+The paper tells what each functional demands and depends on, not its formula; docs/studies/two_variable.md gives the
+formulas used here and why.  Each is Pi = 1 / (1 + |r|^2) with a residual r that is affine in u = (1, mu_x, mu_y).
 """
 
 from __future__ import annotations

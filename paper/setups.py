@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from tfra.codegen.config import Project, load
-from tfra.model.contact import Contact
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.cover.contact import Contact
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
 from tfra.model.sensor import Floats
 from tfra.model.tfra import Result, Tfra

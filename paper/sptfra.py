@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from tfra.model.boussinesq import operators
 from tfra.model.design import Adc
 from tfra.model.fixed.coefficients import nonzero_products
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
 from tfra.model.metrics import error_force
 from tfra.model.sparse import Filter, Kind, filtered, multiplications

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.contact import ContactShape
+from tfra.model.cover.contact import ContactShape
 from tfra.model.sensor import Floats
 from tfra.model.tfra import Result
 from tfra.paper.picture import Text

@@ -75,8 +75,8 @@ class Netlist:
 class Run:
     """What came out of a simulation of n frames.
 
-    ``words (n, frame_words)`` equal those of :class:`tfra.model.fixed.pipeline.FixedTfra`.  ``latency (n,)`` counts
-    cycles from a frame's last taxel to its first result word, ``interval (n - 1,)`` those between last words.
+    ``words (n, frame_words)`` equal those of :class:`tfra.model.fixed.tfra.pipeline.FixedTfra`.  ``latency (n,)``
+    counts cycles from a frame's last taxel to its first result word, ``interval (n - 1,)`` those between last words.
     """
 
     words: Ints

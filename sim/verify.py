@@ -12,12 +12,12 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.hdl.cores import regular, timing
+from tfra.model.cover.scenes import wild_codes
 from tfra.model.design import Design
 from tfra.model.fixed.numbers import Ints
-from tfra.model.fixed.pipeline import FixedResult, FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedResult, FixedTfra
 from tfra.model.fixed.words import decode, frame_words, layout, quantise
 from tfra.model.metrics import errors
-from tfra.model.scenes import wild_codes
 from tfra.model.tfra import Bools, Result, Status, Tfra
 from tfra.sim import tools
 from tfra.sim.report import NOT_RETURNED, UNKNOWN, Account, ContactErrors, FloatErrors, Mismatch, Report, Timing

@@ -1,6 +1,6 @@
 """What a design asks of an FPGA before any synthesis: its operators, registers and memories, counted in its RTLIL.
 
-Every module of the core's RTLIL is read as text: one :class:`Census` for each block of ``hdl/core.py``.
+Every module of the core's RTLIL is read as text: one :class:`Census` for each block of ``hdl/parallel/tfra/core.py``.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Census:
 
 @lru_cache(maxsize=16)
 def census(design: Design) -> dict[str, Census]:
-    """Counts by block of ``hdl/core.py``; what lies outside all blocks is ``"top"``."""
+    """Counts by block of ``hdl/parallel/tfra/core.py``; what lies outside all blocks is ``"top"``."""
     return count(to_rtlil(Top(design), design.name))
 
 
@@ -69,7 +69,7 @@ def count(rtlil: str) -> dict[str, Census]:
 
 
 def block_of(path: str) -> str:
-    """Block of ``hdl/core.py`` that a hierarchical name below the top module lies in: what follows ``core``."""
+    """Block of ``hdl/parallel/tfra/core.py`` that a hierarchical name lies in: what follows ``core``."""
     parts = re.split(r"[./]", path.lstrip("\\"))
     place = parts.index("core") + 1 if "core" in parts else len(parts)
     return parts[place] if place < len(parts) else "top"

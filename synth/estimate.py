@@ -2,8 +2,8 @@
 
 Multipliers and memories follow by the rules that yosys maps them by; lookup tables and flip-flops are sums of the
 operators in the design's :mod:`census <tfra.synth.census>`, each kind at the price fitted to syntheses: of parallel
-cores for ECP5 (``python -m bench.estimates``), of serial cores for iCE40 (``python -m bench.serial``).  Other families
-have other rules for memories and carry chains: for them the estimate is a guide, not a proof.
+cores for ECP5 (``python -m bench.parts.estimates``), of serial cores for iCE40 (``python -m bench.parts.serial``).
+Other families have other rules for memories and carry chains: for them the estimate is a guide, not a proof.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def price(found: Mapping[str, float], rates: Prices) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Resources of a core by block of ``hdl/core.py`` and name, those that its family has."""
+    """Resources of a core by block of ``hdl/parallel/tfra/core.py`` and name, those that its family has."""
 
     blocks: Mapping[str, Mapping[str, float]]
 

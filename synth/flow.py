@@ -13,11 +13,11 @@ from typing import Any
 from tfra.codegen.processes import ToolError
 from tfra.codegen.verilog import STRICT
 from tfra.synth.census import block_of
-from tfra.synth.copies import spread
+from tfra.synth.ecp5.copies import spread
+from tfra.synth.ecp5.floorplan import pin
+from tfra.synth.ecp5.placement import is_constant, place
+from tfra.synth.ecp5.registers import absorb
 from tfra.synth.estimate import tally
-from tfra.synth.floorplan import pin
-from tfra.synth.placement import is_constant, place
-from tfra.synth.registers import absorb
 from tfra.synth.targets import Family, Target
 from tfra.synth.tools import YOSYS, StoppedError, has, run
 
@@ -42,7 +42,7 @@ class Synthesis:
 
 @dataclass(frozen=True)
 class CriticalPath:
-    """The longest path between two registers, in ns; ``begin`` and ``end`` are blocks of ``hdl/core.py``."""
+    """The longest path between two registers, in ns; ``begin`` and ``end`` are blocks of the core."""
 
     begin: str
     end: str

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from tfra.hdl.cores import is_serial
-from tfra.hdl.timing import Timing
+from tfra.hdl.parallel.tfra.timing import Timing
 from tfra.model.design import VECTOR_WORDS, Architecture, Design
 from tfra.synth.estimate import estimate, misfits
 from tfra.synth.targets import Target

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from tfra.model.errors import quoted
-from tfra.synth.floorplan import Floor
+from tfra.synth.ecp5.floorplan import Floor
 
 
 @dataclass(frozen=True)

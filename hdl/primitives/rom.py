@@ -11,7 +11,7 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.arithmetic import count
+from tfra.hdl.lib.arithmetic import count
 from tfra.hdl.primitives.ecp5 import MEMORY_WORDS, Words
 from tfra.model.fixed.numbers import Ints
 

@@ -1,4 +1,4 @@
-"""Arithmetic of one instruction; all combinational, bit-exact to :mod:`tfra.hdl.serial.interpreter`."""
+"""Arithmetic of one instruction; all combinational, bit-exact to :mod:`tfra.hdl.serial.program.interpreter`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Any
 
 from amaranth import Cat, Const, Elaboratable, Module, Mux, Signal, signed
 
-from tfra.hdl.arithmetic import saturate
+from tfra.hdl.lib.arithmetic import saturate
 from tfra.hdl.serial.isa import Op
 from tfra.hdl.serial.sizes import Sizes
 

@@ -1,4 +1,4 @@
-"""The serial core: one instruction a cycle, for FPGAs too small for :mod:`tfra.hdl.core`."""
+"""The serial core: one instruction a cycle, for FPGAs too small for :mod:`tfra.hdl.parallel.tfra.core`."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tfra.hdl import payloads
-from tfra.hdl.arithmetic import count
+from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.streams import Buffer, Spare
+from tfra.hdl.parallel import payloads
 from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import Dest, Op, Src
 from tfra.hdl.serial.lanes import Lanes
-from tfra.hdl.serial.memory import store_image
 from tfra.hdl.serial.product import Product
-from tfra.hdl.serial.program import program
+from tfra.hdl.serial.program.frame import program
+from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.sequencer import Sequencer
 from tfra.hdl.serial.sizes import sizes
-from tfra.hdl.streams import Buffer, Spare
 from tfra.model.design import Design
 
 
@@ -27,9 +27,9 @@ class SerialCore(wiring.Component):
     """Triaxial contact forces of a stream of tactile frames, one instruction of a fixed program a cycle.
 
     Members:
-        load: coefficients after reset, in the order of :func:`tfra.hdl.serial.memory.store_image`, lane by lane.
-        taxel: converter codes, row-major, ``m`` transfers a frame.
-        result: words of :func:`tfra.model.fixed.words.layout`, ``last`` on a frame's final word.
+        load: coefficients after reset, in the order of :func:`tfra.hdl.serial.program.memory.store_image`, lane by
+        lane. taxel: converter codes, row-major, ``m`` transfers a frame. result: words of
+        :func:`tfra.model.fixed.words.layout`, ``last`` on a frame's final word.
 
     Both streams of frames may stall at any time; then the program waits.  Latency and interval are stated by
     :class:`tfra.hdl.serial.timing.Timing`.  Raises ``ValueError`` when the design does not fit.

@@ -8,7 +8,7 @@ from typing import Any
 from amaranth import Cat, Elaboratable, Module, Mux, Signal, signed
 from amaranth.lib.memory import Memory
 
-from tfra.hdl.arithmetic import count
+from tfra.hdl.lib.arithmetic import count
 from tfra.hdl.serial import product
 from tfra.hdl.serial.isa import MAC_DELAY
 from tfra.hdl.serial.product import Product

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from tfra.hdl.serial.program import Program, program
+from tfra.hdl.serial.program.frame import Program, program
 from tfra.model.design import Design
 from tfra.model.fixed.coefficients import multiplications
 
@@ -16,7 +16,7 @@ _REFILL = 2
 
 
 class Timing:
-    """What :class:`tfra.hdl.timing.Timing` states, of a serial core: cycles, if neither stream of frames stalls."""
+    """Latency and initiation interval of a serial core, in cycles, if neither stream of frames stalls."""
 
     def __init__(self, design: Design) -> None:
         self.design = design

@@ -11,8 +11,8 @@ from tfra.model.design import Design
 from tfra.model.fixed.cordic import cordic, cordic_gain
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.numbers import Ints, bit_length, divide
-from tfra.model.fixed.resultant import Resultant
 from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.tfra.resultant import Resultant
 from tfra.model.fixed.widths import MU_LIMIT, force_drop, widths
 from tfra.model.tfra import Bools
 

@@ -10,7 +10,7 @@ from tfra.model.design import Design
 from tfra.model.fixed.gain import Gain
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.numbers import Ints, round_shift, saturate
-from tfra.model.fixed.resultant import Resultant
+from tfra.model.fixed.tfra.resultant import Resultant
 from tfra.model.fixed.widths import widths
 from tfra.model.tfra import Bools
 

@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from bench import cores
+from bench.cycles import cores
 from bench.publish import ROOT
 from tfra.codegen.config import load
 from tfra.codegen.sidecar import sidecar
@@ -43,7 +43,7 @@ TOLD = [
     ("docs/serial.md", r"\| \*\*frame\*\* \| \*\*([\d,]+)\*\*", lambda: preset("small").initiation_interval),
     ("docs/serial.md", r"to the first word, is ([\d,]+) cycles", lambda: preset("small").latency),
     ("docs/serial.md", r"to the last word ([\d,]+)\.", lambda: preset("small").frame_latency),
-    ("docs/schedule.md", r"\| `matvec` \| ([\d,]+) \| 100% \|", lambda: preset("fast").initiation_interval),
+    ("docs/studies/schedule.md", r"\| `matvec` \| ([\d,]+) \| 100% \|", lambda: preset("fast").initiation_interval),
     ("examples/small.toml", r"a frame every ([\d,]+) cycles", lambda: preset("small").initiation_interval),
 ]
 """Where a number is told, the one group that finds it, and what it has to be."""
@@ -93,7 +93,7 @@ def test_table_of_cores():
 def test_growth(lanes):
     found = core(lanes)
     row = f"| 10×10 | {lanes} | {products():,} | {found.frame_latency:,} | {found.initiation_interval:,} | "
-    assert row in (ROOT / "docs" / "growth.md").read_text()
+    assert row in (ROOT / "docs" / "studies" / "growth.md").read_text()
 
 
 @pytest.mark.parametrize("name", ["fast", "balanced", "small"])

@@ -170,7 +170,7 @@ def test_estimate_from_all_formats_is_byte_identical(folder: Path) -> None:
 def test_estimate_by_the_simulated_core(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from tfra.model.fixed.pipeline import FixedTfra
+    from tfra.model.fixed.tfra.pipeline import FixedTfra
 
     monkeypatch.setattr("tfra.sim.run.simulate", lambda design, codes, progress: FixedTfra(design)(codes))
     for engine in ("fixed", "rtl"):

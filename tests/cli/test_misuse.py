@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.misuse import CASES, Misuse, answer, good_frames, published
+from bench.abuse.misuse import CASES, Misuse, answer, good_frames, published
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tfra.codegen.config import LayerSpec, Project, load
-from tfra.model.contact import Contact, ContactShape
+from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.design import SERIAL, Adc, Architecture, Design, Formats, Search
 from tfra.model.errors import InputError, Notice
 from tfra.model.sensor import SensorArray

@@ -7,9 +7,9 @@ import re
 import pytest
 
 from tfra.codegen.cover import MOST_ELEMENTS, LayerSpec, require_few_modes
-from tfra.model.contact import Contact
-from tfra.model.fem import Mesh
-from tfra.model.layer import ElasticLayer, _modes
+from tfra.model.cover.contact import Contact
+from tfra.model.cover.fem import Mesh
+from tfra.model.cover.layer import ElasticLayer, _modes
 from tfra.model.sensor import SensorArray
 
 SENSOR = SensorArray(10, 10, 4e-3, 2e-3, 3e-3)

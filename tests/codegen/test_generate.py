@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from tfra.codegen.generate import generate
-from tfra.codegen.images import lane_images
 from tfra.codegen.verilog import run_yosys
 from tfra.hdl.cores import loaded, timing
+from tfra.hdl.parallel.matvec.images import lane_images
 from tfra.model.design import FORMATS, SERIAL, Architecture, Design, Search
 from tfra.model.fixed.words import frame_words, word_bits
 from tfra.model.sensor import SensorArray

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfra.codegen.images import lane_images
 from tfra.codegen.memories import Image, extract
 from tfra.codegen.verilog import to_verilog
+from tfra.hdl.parallel.matvec.images import lane_images
 from tfra.model.design import Architecture, Design, Search
 from tfra.model.sensor import SensorArray
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 import pytest
 
 from tests.model.cases import make_design
-from tfra.codegen.images import depth, lane_images
 from tfra.codegen.memory import BLOCK, blocks, economical
+from tfra.hdl.parallel.matvec.images import depth, lane_images
+from tfra.model.cover.scenes import SENSORS
 from tfra.model.design import Architecture, Design
-from tfra.model.scenes import SENSORS
 from tfra.model.sparse import Filter
 
 PAPER = SENSORS["10×10, 4×2 mm, h 3 mm"]

@@ -17,8 +17,8 @@ from tfra.codegen import testbench
 from tfra.codegen.generate import coefficient_files
 from tfra.codegen.verilog import to_verilog
 from tfra.hdl.cores import core_models
+from tfra.model.cover.scenes import directed_codes
 from tfra.model.design import SERIAL, Adc, Architecture, Design, Search
-from tfra.model.scenes import directed_codes
 from tfra.model.sensor import SensorArray
 from tfra.sim.tools import choose
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from bench import kills
-from bench.kills import MARK, kill_at_random, marked
+from bench.abuse import kills
+from bench.abuse.kills import MARK, kill_at_random, marked
 from tfra.cli.main import main
 from tfra.codegen import verilog
 from tfra.codegen.processes import Stopped, complaint, running, stoppable

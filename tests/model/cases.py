@@ -1,4 +1,4 @@
-"""Designs that tests share; sensors are those of :mod:`tfra.model.scenes`."""
+"""Designs that tests share; sensors are those of :mod:`tfra.model.cover.scenes`."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.damages import DAMAGES
+from bench.abuse.damages import DAMAGES
 from tfra.model import cache as module
 from tfra.model.cache import Files, cache_directory, kept
 from tfra.model.errors import InputError

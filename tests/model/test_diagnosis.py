@@ -7,11 +7,11 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from tfra.model.cover.scenes import SENSORS, contact_codes
 from tfra.model.design import Adc, Architecture, Design
 from tfra.model.diagnosis import over_full_scale, warnings
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
-from tfra.model.scenes import SENSORS, contact_codes
 from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import Status, Tfra
 

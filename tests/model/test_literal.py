@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tfra.model.layer import frames
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import SENSORS, random_contacts
 from tfra.model.literal import LiteralTfra
-from tfra.model.scenes import SENSORS, random_contacts
 from tfra.model.tfra import Result, Status, Tfra
 
 

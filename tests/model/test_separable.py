@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from tfra.model.boussinesq import gram_inverse, operators
-from tfra.model.layer import frames
-from tfra.model.scenes import SENSORS, local_contacts, random_contacts
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import SENSORS, local_contacts, random_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.separable import KERNELS, MOST, Separable, SeparableProducts, block, half_squares, separate, separated
 from tfra.model.tfra import Dense, Tfra

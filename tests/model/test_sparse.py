@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from tfra.model.boussinesq import Operators, operators
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import SENSORS, contact_codes, random_contacts
 from tfra.model.design import Architecture, Design
 from tfra.model.fixed.coefficients import nonzero_products
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
-from tfra.model.layer import frames
-from tfra.model.scenes import SENSORS, contact_codes, random_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter, error, filtered, kept, multiplications
 from tfra.model.tfra import Tfra

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tfra.model.boussinesq import operators
-from tfra.model.contact import Contact
-from tfra.model.layer import frames
-from tfra.model.scenes import SENSORS, random_contacts
+from tfra.model.cover.contact import Contact
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import SENSORS, random_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra, check_frames
 

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from tfra.model.boussinesq import boussinesq, operators
-from tfra.model.layer import frames
-from tfra.model.scenes import SENSORS, random_contacts
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import SENSORS, random_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Dense, Tfra
 from tfra.model.toeplitz import Convolution, IterativeProducts, conjugate_gradients, kernels

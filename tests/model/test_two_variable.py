@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from tfra.model.boussinesq import operators
-from tfra.model.contact import Contact
+from tfra.model.cover.contact import Contact
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import SENSORS, directed_codes, random_contacts
 from tfra.model.design import Adc, Architecture, Design
-from tfra.model.layer import frames
 from tfra.model.metrics import error_force
-from tfra.model.scenes import SENSORS, directed_codes, random_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra, check_frames
 from tfra.model.two_variable import Conditions, TwoVariable
@@ -39,7 +39,7 @@ def dense(sensor: SensorArray, frame: np.ndarray, mu_x: float, mu_y: float) -> t
 
 
 def printed(sensor: SensorArray, forces: np.ndarray, n: np.ndarray, mu_x: float, mu_y: float) -> list[float]:
-    """The three functionals as docs/two_variable.md prints them, taxel by taxel."""
+    """The three functionals as docs/studies/two_variable.md prints them, taxel by taxel."""
     total = sum(n)
     place = [(j * sensor.pitch_x, i * sensor.pitch_y) for i in range(sensor.rows) for j in range(sensor.columns)]
     x_c = sum(k * x for k, (x, _) in zip(n, place, strict=True)) / total
@@ -245,7 +245,7 @@ TABLE = {
     ("10×10, 4×4 mm, h 3 mm", TwoVariable): (21.6, 36.0, 0.179, 0.382, 8.9, 33.8),
     ("10×10, 4×4 mm, h 3 mm", Tfra): (1.0, 2.7, 0.028, 0.044, 1.4, 3.4),
 }
-"""Of docs/two_variable.md: mean and worst error of phi in degrees, of mu, and of the forces in percent."""
+"""Of docs/studies/two_variable.md: mean and worst error of phi in degrees, of mu, and of the forces in percent."""
 
 
 def paper_contacts(name: str, phi_deg: np.ndarray) -> list[Contact]:

@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tfra.cli.demo import PAPER
 from tfra.cli.main import main
 from tfra.codegen.ownership import MANIFEST
-from tfra.model.contact import Contact
+from tfra.model.cover.contact import Contact
 from tfra.model.sensor import SensorArray
 from tfra.paper.picture import rounded, to_csv
 from tfra.paper.report import report
 from tfra.paper.setups import DIRECTIONS, setups
 from tfra.paper.surfaces import cell_means
-from tfra.sim.demo import PAPER
 
 ROOT = Path(__file__).parents[2]
 SOURCES = {"table1": "table1_hertzian.csv", "table2": "table2_nonhertzian.csv"}

@@ -12,7 +12,7 @@ import pytest
 from tfra.codegen.sidecar import sidecar
 from tfra.codegen.verilog import PASSES, Top, run_yosys, to_rtlil, with_free_collisions
 from tfra.model.design import Architecture, Design, Search
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.run import Netlist, Run, SimulationError, simulate
 

@@ -12,12 +12,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bench.damages import DAMAGES
+from bench.abuse.damages import DAMAGES
 from tfra.model.cache import kept
 from tfra.model.design import Architecture, Design, Search
 from tfra.model.errors import InputError
 from tfra.model.fixed.numbers import Ints
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import frame_words, word_bits
 from tfra.model.sensor import SensorArray
 from tfra.sim import run as run_module
@@ -277,7 +277,7 @@ def test_amaranth_sees_a_hang(codes: Ints, monkeypatch: pytest.MonkeyPatch) -> N
     from amaranth.lib import stream, wiring
     from amaranth.lib.wiring import In, Out
 
-    from tfra.hdl import payloads
+    from tfra.hdl.parallel import payloads
 
     class Silent(wiring.Component):
         def __init__(self) -> None:

@@ -8,16 +8,16 @@ from pathlib import Path
 import pytest
 
 from tfra.hdl.cores import loaded, timing
+from tfra.model.cover.scenes import contact_codes
 from tfra.model.design import SERIAL, Adc, Design, Formats, Search
 from tfra.model.errors import InputError
-from tfra.model.fixed.pipeline import FixedTfra
-from tfra.model.scenes import contact_codes
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim import run as run_module
-from tfra.sim.netlist import synthesised
 from tfra.sim.report import Report
 from tfra.sim.run import simulate
 from tfra.sim.verify import verify
+from tfra.synth.gates import synthesised
 
 DESIGN = Design(
     SensorArray(4, 4, 4e-3, 2.5e-3, 3e-3),

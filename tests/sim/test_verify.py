@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from tfra.codegen.images import lane_images
+from tfra.hdl.parallel.matvec.images import lane_images
+from tfra.model.cover.scenes import directed_codes
 from tfra.model.design import TARGETS, Adc, Architecture, Design, Search
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, layout, quantise
 from tfra.model.metrics import ERRORS
-from tfra.model.scenes import directed_codes
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
 from tfra.sim import run as run_module

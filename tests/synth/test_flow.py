@@ -174,7 +174,7 @@ cp sample.json $report
 
 def test_one_block_through_all_tools() -> None:
     """The CORDIC against its baseline, and against a corrupted one."""
-    from bench.baselines import FOLDER, SUBJECTS, measure
+    from bench.parts.baselines import FOLDER, SUBJECTS, measure
 
     baselines = json.loads((FOLDER / "cordic.json").read_text())
     found = measure(SUBJECTS["cordic"])

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
+from tfra.hdl.parallel.tfra.timing import Timing
 from tfra.hdl.serial import timing as serial_timing
-from tfra.hdl.timing import Timing
 from tfra.model.design import SERIAL, Architecture, Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.flow import CriticalPath, Route, Synthesis

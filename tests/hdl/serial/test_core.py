@@ -11,11 +11,11 @@ from amaranth.sim import Simulator
 from tests.hdl.harness import bursts, flowing, random_stalls, run
 from tests.hdl.serial.designs import DESIGNS
 from tfra.hdl.serial.core import SerialCore
-from tfra.hdl.serial.memory import store_image
 from tfra.hdl.serial.product import DELAY, Product
+from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.timing import Timing
-from tfra.model.fixed.pipeline import FixedTfra
-from tfra.model.scenes import contact_codes, directed_codes
+from tfra.model.cover.scenes import contact_codes, directed_codes
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.tfra import Status
 
 

@@ -12,10 +12,10 @@ from amaranth.back import rtlil
 from tests.hdl.serial.designs import DESIGNS
 from tfra.codegen.verilog import PASSES, run_yosys
 from tfra.hdl.serial.core import SerialCore
-from tfra.hdl.serial.memory import store_image
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.hdl.serial.program.memory import store_image
+from tfra.model.cover.scenes import contact_codes
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import word_bits
-from tfra.model.scenes import contact_codes
 from tfra.sim.tools import choose
 
 DESIGN = DESIGNS["short"]

@@ -11,10 +11,10 @@ import pytest
 
 from tests.model.cases import make_design
 from tfra.model.boussinesq import operators
+from tfra.model.cover.scenes import SENSORS
 from tfra.model.design import Form
 from tfra.model.fixed.butterfly import EE, OO, OX, OY, butterfly, distinct, taxel_index, to_quads, to_taxels
 from tfra.model.fixed.coefficients import coefficient_bits, products, quantise_rows, stacks, stored, taxel_matrix
-from tfra.model.scenes import SENSORS
 
 
 @pytest.fixture(params=product(SENSORS, get_args(Form)), ids="-".join, name="design")

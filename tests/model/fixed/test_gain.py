@@ -7,8 +7,8 @@ from fractions import Fraction
 import pytest
 
 from tests.model.cases import make_design
+from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.gain import normal_gain
-from tfra.model.scenes import SENSORS
 
 
 @pytest.mark.parametrize("formats", ["standard", "wide"])

@@ -9,11 +9,11 @@ from math import floor
 import numpy as np
 import pytest
 
+from tfra.model.cover.scenes import SENSORS
 from tfra.model.design import FORMATS, Architecture, Design, Formats
 from tfra.model.fixed.coefficients import STACKS, stacks
 from tfra.model.fixed.matvec import matvec, operand
 from tfra.model.fixed.widths import widths
-from tfra.model.scenes import SENSORS
 
 LONGEST = Formats("longest", coefficient=27, operand=27, vector_fraction=16, force_fraction=4)
 TOP = 1 << (LONGEST.operand - 1)

@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tfra.model.cover.scenes import directed_codes, wild_codes
 from tfra.model.design import Adc, Architecture, Design, Formats, Search
 from tfra.model.fixed.normaliser import normaliser
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import field, layout
-from tfra.model.scenes import directed_codes, wild_codes
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
 from tfra.model.two_variable import TwoVariable

@@ -8,9 +8,9 @@ from math import floor
 import pytest
 
 from tests.model.cases import make_design
+from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
 from tfra.model.fixed.widths import MU_LIMIT
-from tfra.model.scenes import SENSORS
 
 
 @pytest.mark.parametrize("steps", [1, 7, 100])

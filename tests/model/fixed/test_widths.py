@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tests.model.cases import make_design
+from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.coefficients import split, stacks, taxel_matrix
-from tfra.model.fixed.dependent import gather_sums
 from tfra.model.fixed.numbers import signed_bits
-from tfra.model.fixed.pipeline import FixedTfra
+from tfra.model.fixed.tfra.dependent import gather_sums
+from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.widths import widths
-from tfra.model.scenes import SENSORS
 from tfra.model.sensor import SensorArray
 
 COARSE = {

@@ -1,0 +1,336 @@
+"""Cases of misuse: what a user may do wrong, and what the command answers.
+
+``CASES`` is a table to be read and tested: add a row to it, and publish it by ``python -m bench.abuse.misuse``.  Every
+command runs in a folder with ``skin.toml``, a sensor of 5 x 6 taxels with contacts, and its frames, ``frames.npz``.
+A case makes its own files there.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import tempfile
+import zipfile
+from contextlib import chdir, redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bench.abuse.mistakes import (
+    COLUMNS,
+    CONFIG,
+    LSB,
+    ROWS,
+    Make,
+    array,
+    config,
+    extra,
+    folder,
+    garble,
+    header,
+    lines,
+    member,
+    noise,
+    nothing,
+    put,
+    raw,
+    recorded,
+    references,
+    stuck,
+    written,
+)
+from bench.publish import ROOT, publish
+from tfra.cli.main import main as tfra
+from tfra.codegen.files import write_npz
+
+
+@dataclass(frozen=True)
+class Misuse:
+    """One case.
+
+    ``arguments`` follow ``tfra``, split at blanks; ``fragment`` is in the one line on stderr, or, with exit ``code`` 0,
+    in one of its warnings.
+    """
+
+    name: str
+    make: Make
+    arguments: str
+    fragment: str
+    code: int = 2
+
+
+ESTIMATE = "estimate skin.toml wrong.{} --out r.npz"
+NPY, NPZ, CSV = (ESTIMATE.format(suffix) for suffix in ("npy", "npz", "csv"))
+WRONG = "estimate wrong.toml frames.npz --out r.npz"
+
+
+LAYOUT = [
+    Misuse("rows and columns exchanged", array(np.zeros((3, COLUMNS, ROWS))), NPY, "is every frame transposed?"),
+    Misuse("a single frame", array(np.zeros((ROWS, COLUMNS))), NPY, "a single frame has the shape (1, 5, 6)"),
+    Misuse("a frame in each row", array(np.zeros((3, 30))), NPY, "become frames by reshape(-1, 5, 6)"),
+    Misuse("frames along the last axis", array(np.zeros((ROWS, COLUMNS, 3))), NPY, "is the number of frames last?"),
+    Misuse("no frame", array(np.zeros((0, ROWS, COLUMNS))), NPY, "at least one frame is needed, got none"),
+    Misuse("another sensor's frames", array(np.zeros((3, 4, 4))), NPY, "shape (n, 5, 6) is needed, got (3, 4, 4)"),
+]
+
+VALUES = [
+    Misuse("NaN", array(np.full((1, ROWS, COLUMNS), np.nan)), NPY, "frame 0, row 0, column 0 is not finite"),
+    Misuse("beyond any stress", array(np.full((1, ROWS, COLUMNS), 1e160)), NPY, "is 1e+160 Pa, no stress is beyond"),
+    Misuse("unsigned wrap", array(np.full((1, 5, 6), 2**64 - 1, np.uint64)), NPY, "is 1.84467e+19 Pa, no stress"),
+    Misuse("complex stress", array(np.zeros((1, ROWS, COLUMNS)) * 1j), NPY, "real numbers are needed, got complex128"),
+    Misuse(
+        "complex reference",
+        references(mu_ref=np.ones(3) * 1j),
+        "verify skin.toml --frames wrong.npz",
+        "mu_ref: real numbers are needed, got complex128",
+    ),
+    Misuse(
+        "infinite reference",
+        references(mu_ref=[0, 1, np.inf]),
+        "verify skin.toml --frames wrong.npz",
+        "mu_ref: frame 2: inf is no true value",
+    ),
+    Misuse(
+        "reference of text",
+        references(phi_ref_deg=list("abc")),
+        "verify skin.toml --frames wrong.npz",
+        "phi_ref_deg: real numbers are needed, got <U1",
+    ),
+]
+
+HEADERS = [
+    Misuse("a shape of booleans", header("(True, 5, 6)"), NPY, "the header is damaged"),
+    Misuse("a shape beyond 2^64", header(f"({2**64}, 5, 6)"), NPY, "the impossible shape (18446744073709551616, 5, 6)"),
+    Misuse(
+        "a shape beyond the file",
+        header("(1000000000000, 5, 6)"),
+        NPY,
+        "promises 240,000,000,000,000 bytes of numbers, the file has 240",
+    ),
+    Misuse("Python objects", header("(1, 5, 6)", "'|O'"), NPY, "real numbers are needed, got object"),
+    Misuse("an unknown version", header("(1, 5, 6)", version=9), NPY, "version 1, 2 or 3 of the .npy format is needed"),
+    Misuse("a damaged LZMA member", member(garble, zipfile.ZIP_LZMA), NPZ, "frames: is damaged"),
+    Misuse("a damaged deflate member", member(garble, zipfile.ZIP_DEFLATED), NPZ, "frames: is damaged"),
+    Misuse("a wrong checksum", member(put(14, 7)), NPZ, "frames: is damaged: Bad CRC-32"),
+    Misuse("an encrypted member", member(put(6, 1)), NPZ, "frames: is encrypted"),
+    Misuse("an unknown compression", member(put(8, 99)), NPZ, "frames: cannot be unpacked"),
+    Misuse("no key frames", lambda: np.savez("wrong.npz", stress=1), NPZ, "the key is missing, the file has: stress"),
+    Misuse("a mistaken suffix", raw("wrong.npy", b"PK\3\4" + bytes(99)), NPY, "is not a .npy array: it is a .npz file"),
+]
+
+TEXT = [
+    Misuse("semicolons", lines(";"), CSV, "the columns are separated by semicolons; commas are needed"),
+    Misuse("tabs", lines("\t"), CSV, "the columns are separated by tabs; commas are needed"),
+    Misuse("decimal commas", lines(",", point=","), CSV, "are there commas in numbers? points are needed"),
+    Misuse("a column of times", lines(before="0.{},"), CSV, "is the first column a time stamp or an index?"),
+    Misuse("numbered headings", lines(first=",".join(map(str, range(30))) + "\n"), CSV, "from 0 to 29 are headings"),
+    Misuse("a typo in the first line", lines(first="1.x" + ",1" * 29 + "\n"), CSV, "line 1: '1.x' at position 1"),
+    Misuse("a digit of another script", lines(first="\u0661" + ",1" * 29 + "\n"), CSV, "at position 1 is not a number"),
+    Misuse("an underscore", lines(first="1_000" + ",1" * 29 + "\n"), CSV, "'1_000' at position 1 is not a number"),
+    Misuse("UTF-16", raw("wrong.csv", "1,2\n".encode("utf-16")), CSV, "is UTF-16 text, UTF-8 is needed"),
+    Misuse("a megabyte in a cell", lines(first="y" * 1_000_000 + ",1" * 29 + "\n"), CSV, "(1,000,002 characters)"),
+    Misuse("an empty file", raw("wrong.csv", b""), CSV, "at least one frame is needed, got none"),
+]
+
+FILES = [
+    Misuse("a pipe as CONFIG", lambda: os.mkfifo("wrong.toml"), WRONG, "is not a regular file but a pipe"),
+    Misuse("a pipe as frames", lambda: os.mkfifo("wrong.npy"), NPY, "is not a regular file but a pipe"),
+    Misuse(
+        "a device as CONFIG", nothing, "generate /dev/zero --out core", "/dev/zero: is not a regular file but a device"
+    ),
+    Misuse("a folder as frames", lambda: os.mkdir("wrong.npz"), NPZ, "cannot be read: Is a directory"),
+    Misuse("links in a circle", lambda: os.symlink("wrong.npz", "wrong.npz"), NPZ, "Too many levels of symbolic links"),
+    Misuse("no such file", nothing, NPY, "wrong.npy: cannot be read: No such file or directory"),
+]
+
+DESCRIPTION = [
+    Misuse("a keyword as name", config("[sensor]", 'name = "module"\n[sensor]'), WRONG, 'name: "module" is a keyword'),
+    Misuse(
+        "a file called like a keyword",
+        config("", "", "always.toml"),
+        "generate always.toml --out core",
+        'name: is missing, and the file\'s own, "always", is a keyword of Verilog: set another one',
+    ),
+    Misuse("a port as name", config("[sensor]", 'name = "clk"\n[sensor]'), WRONG, 'name: "clk" is a port of the core'),
+    Misuse(
+        "a mesh of 1e-6 mm",
+        extra('[layer]\nsolver = "fem"\nelement_mm = 1e-6\n'),
+        "frames wrong.toml --out f.npz",
+        "layer.element_mm: 1e-06 mm would take",
+    ),
+    Misuse(
+        "a cover of a micrometre",
+        config("thickness_mm = 3", "thickness_mm = 0.001"),
+        WRONG,
+        "sensor.thickness_mm: a cover this thin takes",
+    ),
+    Misuse(
+        "a slip of the unit", config("pitch_x_mm = 4", "pitch_x_mm = 4e-6"), WRONG, "sensor.pitch_x_mm: 0.001 or more"
+    ),
+    Misuse(
+        "a full scale of 1e200 Pa", extra("[adc]\nfull_scale_pa = 1e200\n"), WRONG, "adc.full_scale_pa: 1e+12 or less"
+    ),
+    Misuse(
+        "a misspelt key", config("rows", "rwos"), WRONG, 'sensor.rwos: unknown key, the nearest valid key is "rows"'
+    ),
+    Misuse(
+        "thousands of hexadecimal digits",
+        config("rows = 5", "rows = 0x" + "f" * 99_999),
+        WRONG,
+        "sensor.rows: a whole number of at most 64 bits is needed",
+    ),
+    Misuse("a key of a megabyte", extra("k" * 1_000_000 + " = 1\n"), WRONG, "contact#1.kkkk"),
+    Misuse("a million dots", extra("a" + ".a" * 900_000 + " = 1\n"), WRONG, "a key has more than 20 dots"),
+    Misuse(
+        "too many directions",
+        config("[0, 45, 120]", "{start = 0, stop = 360, step = 1e-6}"),
+        WRONG,
+        "at most 100000 directions are supported",
+    ),
+    Misuse("a huge description", raw("wrong.toml", b"#" * 3_000_000), WRONG, "at most 2,000,000 bytes of TOML"),
+    Misuse("UTF-16 TOML", lambda: Path("wrong.toml").write_text(CONFIG, "utf-16"), WRONG, "line 1: is not UTF-8 text"),
+]
+
+OPTIONS = [
+    Misuse("a billion random frames", nothing, "verify skin.toml --random 1000000000", "less than or equal to 100000"),
+    Misuse(
+        "nan frames a second",
+        nothing,
+        "size skin.toml --target xc7 --frames-per-second nan --latency-us 1",
+        "Invalid value for '--frames-per-second'",
+    ),
+    Misuse("an unknown target", nothing, "synth skin.toml --target x --out d", "--target: one of "),
+    Misuse("an output with another suffix", nothing, "frames skin.toml --out f.csv", "must end in .npz"),
+]
+
+DOUBTS = [
+    Misuse("the other sign", recorded(lambda frames: -frames), NPY, "is compression positive in this file?", 0),
+    Misuse(
+        "a sign that was turned in vain",
+        recorded(lambda frames: frames),
+        f"{NPY} --compression positive",
+        "is compression negative in this file?",
+        0,
+    ),
+    Misuse("kilopascals", recorded(lambda frames: frames / 1000), NPY, "is the unit kPa (times 1000", 0),
+    Misuse("codes as pascals", recorded(lambda frames: np.rint(frames / LSB)), NPY, "are these codes of the 14-bit", 0),
+    Misuse("unipolar codes", recorded(lambda frames: np.rint(frames / LSB) + 8192), NPY, "are its codes unipolar?", 0),
+    Misuse("no tare", recorded(lambda frames: frames + 5000), NPY, "a common offset; was the sensor tared", 0),
+    Misuse("a sensor at rest", recorded(noise), NPY, "40 of 40 frames have no contact: was the sensor at rest?", 0),
+    Misuse("saturation", recorded(lambda frames: np.maximum(9 * frames, -200e3)), NPY, "was it saturated", 0),
+    Misuse("compression only", recorded(lambda frames: np.minimum(frames, 0)), NPY, "does this array measure compr", 0),
+    Misuse("one frame again and again", recorded(lambda frames: frames[[0] * 20]), NPY, "is the recording stuck?", 0),
+    Misuse("a stuck taxel", recorded(stuck), NPY, "(row, column) (2, 3): is it stuck?", 0),
+    Misuse(
+        "over full scale",
+        recorded(lambda frames: 100 * frames),
+        f"{NPY} --engine fixed",
+        "over the full scale of 200000 Pa",
+    ),
+]
+
+GENERATE = "generate skin.toml --out {}"
+
+OUTPUTS = [
+    Misuse("the current directory as output", nothing, GENERATE.format("."), "it is the current directory"),
+    Misuse("a directory above", nothing, GENERATE.format(".."), "it holds the current directory"),
+    Misuse(
+        "a folder of notes as output", folder("notes", thesis_tex="years"), GENERATE.format("notes"), "holds thesis.tex"
+    ),
+    Misuse(
+        "a sidecar among notes",
+        folder("notes", core_json='{"generator": "tfra 0.1.0"}', thesis_tex="years"),
+        GENERATE.format("notes"),
+        "it holds core.json, and no tfra-manifest.json that says tfra wrote it",
+    ),
+    Misuse(
+        "notes in an earlier output",
+        written("generate", lambda core: (core / "notes.txt").write_text("mine")),
+        GENERATE.format("core"),
+        "it holds notes.txt, which tfra did not write",
+    ),
+    Misuse(
+        "an earlier output that was edited",
+        written("generate", lambda core: (core / "core.v").write_text("mine")),
+        GENERATE.format("core"),
+        "core.v in it has changed since tfra wrote it",
+    ),
+    Misuse(
+        "another command's output",
+        written("synth", lambda core: None),
+        GENERATE.format("core"),
+        "tfra synth wrote it, not tfra generate",
+    ),
+    Misuse(
+        "the folder of CONFIG as output",
+        folder("lab", skin_toml=CONFIG),
+        "generate lab/skin.toml --out lab",
+        "it holds lab/skin.toml, which this command reads",
+    ),
+    Misuse(
+        "the input as output",
+        nothing,
+        "estimate skin.toml frames.npz --out frames.npz",
+        "is not replaced: this command reads it",
+    ),
+    Misuse(
+        "a recording as output",
+        lambda: np.savez("recording.npz", frames=1),
+        "frames skin.toml --out recording.npz",
+        "is not replaced: tfra did not write it",
+    ),
+    Misuse(
+        "simulated frames as the place of results",
+        lambda: write_npz("simulated.npz", {"frames": np.zeros(1)}, "frames"),
+        "estimate skin.toml frames.npz --out simulated.npz",
+        "tfra frames wrote it, not tfra estimate",
+    ),
+]
+
+CASES = LAYOUT + VALUES + HEADERS + TEXT + FILES + DESCRIPTION + OPTIONS + DOUBTS + OUTPUTS
+
+
+def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:
+    """Run ``case`` in the current folder, which is empty: exit code, standard output and standard error."""
+    Path("skin.toml").write_text(CONFIG)
+    Path("frames.npz").write_bytes(frames)
+    case.make()
+    with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as err:
+        code = tfra(case.arguments.split())
+    return code, out.getvalue(), err.getvalue()
+
+
+def good_frames() -> bytes:
+    """The content of ``frames.npz``."""
+    with tempfile.TemporaryDirectory() as place, chdir(place), redirect_stdout(io.StringIO()):
+        Path("skin.toml").write_text(CONFIG)
+        tfra(["frames", "skin.toml", "--out", "frames.npz"])
+        return Path("frames.npz").read_bytes()
+
+
+def published() -> dict[str, str]:
+    """The answers in docs/misuse.md, by the names of their cases."""
+    found: dict[str, str] = json.loads((ROOT / "bench" / "results" / "misuse.json").read_text())
+    return found
+
+
+def main() -> None:
+    """Run every case and publish the answers."""
+    frames, answers = good_frames(), {}
+    for case in CASES:
+        with tempfile.TemporaryDirectory() as place, chdir(place):
+            answers[case.name] = answer(case, frames)[2]
+    rows = [f"| {case.name} | `{case.arguments}` | {_cell(answers[case.name])} | {case.code} |" for case in CASES]
+    lines = ["| what is wrong | `tfra` | answer | exit |", "|---|---|---|---:|", *rows]
+    publish("misuse", answers, "\n".join(lines), "docs/misuse.md")
+
+
+def _cell(text: str) -> str:
+    """Lines as code, a break between them."""
+    return "<br>".join(f"`` {line.replace('|', '¦')} ``" for line in text.splitlines())
+
+
+if __name__ == "__main__":
+    main()

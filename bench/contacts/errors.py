@@ -1,0 +1,315 @@
+"""Where TFRA's error comes from: one influence at a time, on random contacts and on the paper's two.
+
+``python -m bench.contacts.errors [--contacts N]`` writes ``bench/results/errors.json``, the figure beside it and the
+tables of docs/studies/errors.md; :mod:`bench.contacts.truth` tells the README.  Errors are those of Eqs. 33-35 of
+doi:10.1016/j.mechatronics.2023.103070.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from bench.contacts import truth
+from bench.contacts.half_space import half_space, taxel_forces
+from bench.publish import ROOT, insert, store
+from tfra.codegen.config import load
+from tfra.model.boussinesq import operators
+from tfra.model.cover.contact import Contact
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import random_contacts
+from tfra.model.metrics import error_force, error_mu, error_phi
+from tfra.model.sensor import Floats, SensorArray
+from tfra.model.tfra import Result, Tfra
+
+PAGE = "docs/studies/errors.md"
+SEED = 2024
+EXAMPLES = {"ellipse": "hertz_40x20", "rectangle": "rectangle_40x40"}
+MEASURES = {"force": "#D55E00", "mu": "#0072B2", "phi": "#009E73"}  # colours of Okabe and Ito
+NAMES = {"force": "F", "mu": "μ", "phi": "φ"}
+
+
+@dataclass(frozen=True)
+class Group:
+    """Contacts on one sensor."""
+
+    sensor: SensorArray
+    contacts: list[Contact]
+
+    @property
+    def forces(self) -> Floats:
+        """Their resultants ``(n, 3)``, N."""
+        return np.array([contact.force for contact in self.contacts])
+
+    @property
+    def pitch(self) -> Floats:
+        """Both pitches ``(2,)``, m."""
+        return np.array([self.sensor.pitch_x, self.sensor.pitch_y])
+
+    @property
+    def middle(self) -> Floats:
+        """Middle of the array ``(2,)``, m."""
+        return self.pitch * (self.sensor.columns - 1, self.sensor.rows - 1) / 2
+
+    def moved(self, halves: Floats, centres: Floats) -> Group:
+        """The same loads with half sizes and centres ``(n, 2)`` or ``(2,)``, m."""
+        sizes, places = (np.broadcast_to(value, (len(self.contacts), 2)) for value in (halves, centres))
+        rows = zip(self.contacts, sizes, places, strict=True)
+        return Group(
+            self.sensor, [replace(c, half_x=a, half_y=b, center_x=x, center_y=y) for c, (a, b), (x, y) in rows]
+        )
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Frames ``(n, rows, columns)`` in Pa, the true resultants ``(n, 3)`` in N, and the steps of the search."""
+
+    sensor: SensorArray
+    stress: Floats
+    forces: Floats
+    steps: int = 100
+
+
+Scenes = Iterator[tuple[str, Scene]]
+
+
+def groups(count: int) -> dict[str, Group]:
+    """Random contacts on the 40 x 40 mm sensor, and the examples' contacts in 24 directions.
+
+    Of ``count`` drawn ones those are left out that TFRA flags, nearly always because no taxel is under traction.
+    """
+    projects = {name: load(ROOT / "examples" / f"{example}.toml") for name, example in EXAMPLES.items()}
+    paper = {name: Group(project.design.sensor, list(project.contacts)) for name, project in projects.items()}
+    sensor = paper["rectangle"].sensor
+    drawn = random_contacts(sensor, count, np.random.default_rng(SEED))
+    swept = Tfra(sensor)(frames(sensor, drawn)).status == 0
+    return {"random": Group(sensor, [c for c, good in zip(drawn, swept, strict=True) if good])} | paper
+
+
+def scene(group: Group, steps: int = 100) -> Scene:
+    """The group on an elastic layer, stress at the taxels' centres."""
+    return Scene(group.sensor, frames(group.sensor, group.contacts), group.forces, steps)
+
+
+def kernels(group: Group) -> Scenes:
+    """From what TFRA assumes to what a sensor sees."""
+    sensor, contacts, forces = group.sensor, group.contacts, group.forces
+    ideal = taxel_forces(sensor, contacts) @ operators(sensor).a.T  # Eq. 3
+    yield "forces at taxels", Scene(sensor, ideal.reshape(-1, sensor.rows, sensor.columns), forces)
+    yield "half-space", Scene(sensor, half_space(sensor, contacts), forces)
+    yield "layer", scene(group)
+    yield "layer, areas", Scene(sensor, frames(sensor, contacts, "area"), forces)
+
+
+def resolutions(group: Group) -> Scenes:
+    """Arrays of 5 x 5 to 20 x 20 taxels over the same surface."""
+    sensor = group.sensor
+    for side in (5, 7, 10, 14, 20):
+        finer = SensorArray(side, side, sensor.size_x / side, sensor.size_y / side, sensor.thickness)
+        x, y = (sensor.pitch_x - finer.pitch_x) / 2, (sensor.pitch_y - finer.pitch_y) / 2
+        contacts = [replace(c, center_x=c.center_x + x, center_y=c.center_y + y) for c in group.contacts]
+        yield f"{side}×{side}", scene(Group(finer, contacts))
+
+
+def noises(group: Group) -> Scenes:
+    """Normal noise on every taxel, its standard deviation in percent of the frame's peak."""
+    exact, rng = scene(group), np.random.default_rng(SEED)
+    peak = np.abs(exact.stress).max(axis=(1, 2), keepdims=True)
+    for percent in (0, 0.1, 0.3, 1, 3):
+        noise = percent / 100 * peak * rng.normal(size=exact.stress.shape)
+        yield f"{percent:g} %", replace(exact, stress=exact.stress + noise)
+
+
+def converters(group: Group) -> Scenes:
+    """Rounded to signed codes; full scale is 105 % of the group's largest stress."""
+    exact = scene(group)
+    full = 1.05 * np.abs(exact.stress).max()
+    for bits in (8, 10, 12, 14, 16):
+        lsb = full / 2 ** (bits - 1)
+        yield f"{bits}", replace(exact, stress=np.rint(exact.stress / lsb) * lsb)
+
+
+def frictions(group: Group, layer: bool) -> Scenes:
+    """Every contact with one friction coefficient, on the layer or on a half-space."""
+    for mu in (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9):
+        same = Group(group.sensor, [replace(c, mu=mu) for c in group.contacts])
+        stress = (frames if layer else half_space)(same.sensor, same.contacts)
+        yield f"{mu:g}", Scene(same.sensor, stress, same.forces)
+
+
+def sizes(group: Group) -> Scenes:
+    """Half sides from a quarter to four pitches, centres within half a pitch of the middle; the paper's stay."""
+    rng, count = np.random.default_rng(SEED), len(group.contacts)
+    spread = 0.0 if steady(group) else 0.5
+    centres = group.middle + rng.uniform(-spread, spread, (count, 2)) * group.pitch
+    for size in (0.25, 0.5, 0.75, 1, 1.5, 2, 3, 3.5):
+        yield f"{size:g}", scene(group.moved(size * group.pitch, centres))
+
+
+def centres(group: Group) -> Scenes:
+    """Moved off the middle by up to three pitches in a random direction; half sizes at most two pitches."""
+    rng = np.random.default_rng(SEED)
+    angle = rng.uniform(0, 2 * np.pi, len(group.contacts))
+    way = np.stack([np.cos(angle), np.sin(angle)], axis=1) * group.pitch
+    halves = np.minimum([(c.half_x, c.half_y) for c in group.contacts], 2 * group.pitch)
+    for distance in (0, 0.25, 0.5, 1, 2, 3):
+        yield f"{distance:g}", scene(group.moved(halves, group.middle + distance * way))
+
+
+def pairs(group: Group, turned: bool) -> Scenes:
+    """Two contacts at once, apart along x, half sizes at most a pitch; they share the force by 20 to 80 %.
+
+    ``turned`` gives the second one's tangential force a direction of its own.
+    """
+    rng, count = np.random.default_rng(SEED), len(group.contacts)
+    share = rng.uniform(0.2, 0.8, count)
+    turn = rng.uniform(0, 2 * np.pi, count) * turned
+    halves = np.minimum([(c.half_x, c.half_y) for c in group.contacts], group.pitch)
+    for distance in (0, 2, 3, 4, 5, 6):
+        apart = np.array([distance / 2, 0]) * group.pitch
+        first, second = (group.moved(halves, group.middle + side * apart).contacts for side in (-1, 1))
+        ones = [replace(c, normal_force=c.normal_force * w) for c, w in zip(first, share, strict=True)]
+        twos = [
+            replace(c, normal_force=c.normal_force * (1 - w), phi=c.phi + t)
+            for c, w, t in zip(second, share, turn, strict=True)
+        ]
+        one, two = scene(Group(group.sensor, ones)), scene(Group(group.sensor, twos))
+        yield f"{distance}", replace(one, stress=one.stress + two.stress, forces=one.forces + two.forces)
+
+
+def searches(group: Group) -> Scenes:
+    """Steps of the search for the friction coefficient."""
+    exact = scene(group)
+    for steps in (10, 20, 50, 100, 200, 500, 1000):
+        yield f"{1 / steps:g}", replace(exact, steps=steps)
+
+
+def steady(group: Group) -> bool:
+    """Whether all contacts have one place, as the paper's have."""
+    return len({(c.center_x, c.center_y) for c in group.contacts}) == 1
+
+
+@dataclass(frozen=True)
+class Study:
+    """One influence: what its settings are, and their scenes."""
+
+    label: str
+    scenes: Callable[[Group], Scenes]
+
+
+STUDIES = {
+    "kernel": Study("stress from", kernels),
+    "resolution": Study("taxels over the same surface", resolutions),
+    "noise": Study("noise, share of the peak", noises),
+    "converter": Study("bits of the converter", converters),
+    "friction": Study("μ of the contact", lambda group: frictions(group, True)),
+    "half-space": Study("μ of the contact, half-space", lambda group: frictions(group, False)),
+    "size": Study("half size / pitch", sizes),
+    "centre": Study("centre off the middle / pitch", centres),
+    "same": Study("two contacts, same direction: distance / pitch", lambda group: pairs(group, False)),
+    "turned": Study("two contacts, random directions: distance / pitch", lambda group: pairs(group, True)),
+    "search": Study("step Δ of the search", searches),
+}
+
+
+def errors(forces: Floats, found: Result) -> dict[str, Floats]:
+    """Eqs. 33-35 in percent, ``(n,)`` each: the worst component of the force, mu, phi."""
+    tangential = np.hypot(forces[:, 0], forces[:, 1])
+    phi = np.degrees(np.arctan2(forces[:, 1], forces[:, 0]))
+    return {
+        "force": error_force(forces, found.resultant).max(axis=1),
+        "mu": error_mu(tangential / np.abs(forces[:, 2]), found.mu),
+        "phi": error_phi(phi, found.phi_deg),
+    }
+
+
+def measure(case: Scene) -> dict[str, Any]:
+    """Median and 95th percentile of the errors in percent, the median of found over true modulus of the resultant,
+    how many frames are flagged, and 5th, 50th and 95th percentile of mu in the others."""
+    found = Tfra(case.sensor, case.steps)(case.stress)
+    spread = {key: np.percentile(values, (50, 95)).round(3) for key, values in errors(case.forces, found).items()}
+    moduli = [np.linalg.norm(forces, axis=1) for forces in (found.resultant, case.forces)]
+    swept = found.mu[found.status == 0]
+    return {key: {"median": float(a), "p95": float(b)} for key, (a, b) in spread.items()} | {
+        "modulus": round(float(np.median(moduli[0] / moduli[1])), 3),
+        "flagged": int((found.status != 0).sum()),
+        "frames": len(found.mu),
+        "mu_found": np.percentile(swept, (5, 50, 95)).round(3).tolist() if len(swept) else None,
+    }
+
+
+def table(label: str, results: dict[str, dict[str, Any]]) -> str:
+    """Markdown: a row each setting, median and 95th percentile for each group and measure."""
+    heads = [f"{group}: {name}" if key == "force" else name for group in results for key, name in NAMES.items()]
+    lines = [f"| {label} | {' | '.join(heads)} |", "|---|" + "---:|" * len(heads)]
+    for setting in next(iter(results.values())):
+        spreads = [rows[setting][key] for rows in results.values() for key in MEASURES]
+        cells = [f"{spread['median']:.1f} ({spread['p95']:.1f})" for spread in spreads]
+        lines.append(f"| {setting} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def friction_table(results: dict[str, dict[str, Any]]) -> str:
+    """Markdown: the friction coefficient that is found in frames without a flag, and the share of the others."""
+    lines = ["| true μ |" + "".join(f" {who}: μ found | flagged |" for who in results)]
+    lines.append("|---:|" + "---:|---:|" * len(results))
+    for setting in next(iter(results.values())):
+        cells = []
+        for row in (rows[setting] for rows in results.values()):
+            found = row["mu_found"]
+            cells.append("–" if found is None else "{1:.2f} ({0:.2f} to {2:.2f})".format(*found))
+            cells.append(f"{row['flagged'] / row['frames']:.0%}")
+        lines.append(f"| {setting} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def plot(results: dict[str, dict[str, Any]]) -> None:
+    """Write ``bench/results/errors.svg`` and ``.png``: a panel each study, of the random contacts."""
+    mpl.rcParams.update({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "tfra"})
+    figure = Figure(figsize=(15, 10), layout="constrained")
+    *panels, corner = figure.subplots(3, 4, sharey=True).flat
+    for axes, (name, result) in zip(panels, results.items(), strict=True):
+        rows = result["random"]
+        for (key, color), marker in zip(MEASURES.items(), "os^", strict=True):
+            for part, line, text in (("median", "-", ", median"), ("p95", ":", ", 95th percentile")):
+                values = [row[key][part] for row in rows.values()]
+                axes.plot(list(rows), values, line + marker, color=color, ms=4, label=NAMES[key] + text)
+        axes.set(xlabel=STUDIES[name].label, yscale="log", ylim=(0.3, 100))
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.tick_params(labelleft=True)
+        if name == "kernel":
+            axes.set_xticks(range(len(rows)), [text.replace(" ", "\n") for text in rows], fontsize=8)
+    figure.supylabel("error of random contacts (Eqs. 33–35) / %", fontsize=10)
+    corner.set_axis_off()
+    corner.legend(*axes.get_legend_handles_labels(), loc="center", fontsize=10)
+    for ending, keep in (("svg", {"Date": None}), ("png", {"Software": None})):
+        figure.savefig(ROOT / "bench" / "results" / f"errors.{ending}", dpi=110, metadata=keep)
+
+
+def main() -> None:
+    """Measure, write the JSON, the figure and the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--contacts", type=int, default=1000, help="random contacts to draw")
+    count = parser.parse_args().contacts
+    everyone = groups(count)
+    results = {
+        name: {who: {label: measure(case) for label, case in study.scenes(group)} for who, group in everyone.items()}
+        for name, study in STUDIES.items()
+    }
+    store("errors", {"drawn": count, "contacts": len(everyone["random"].contacts), "seed": SEED, "results": results})
+    for name, result in results.items():
+        insert(name, table(STUDIES[name].label, result), PAGE)
+    for name in ("friction", "half-space"):
+        insert(f"{name} found", friction_table(results[name]), PAGE)
+    truth.main()
+    plot(results)
+
+
+if __name__ == "__main__":
+    main()

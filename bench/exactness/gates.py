@@ -1,0 +1,42 @@
+"""``make gates``: the gates of larger cores on both families against the model, a few frames each.
+
+Synthesis of a 10 x 10 core takes minutes, and its gates run at some tens of cycles a second in Icarus.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+from tfra.model.cache import cache_directory
+from tfra.model.cover.scenes import contact_codes
+from tfra.model.design import Architecture, Design, Search
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.sensor import SensorArray
+from tfra.sim.run import simulate
+from tfra.synth.gates import FAMILIES, synthesised
+
+FRAMES = 3
+DESIGNS = (
+    Design(SensorArray(4, 4, 4e-3, 4e-3, 3e-3), "gates4", search=Search(8), architecture=Architecture(4)),
+    Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), "gates10", architecture=Architecture(16)),
+)
+
+
+def main() -> int:
+    """Print a line for each core and family; 1 when a word differs or is missing."""
+    wrong = 0
+    for design in DESIGNS:
+        codes = contact_codes(design, FRAMES, 1)
+        words = FixedTfra(design)(codes).words
+        for family in FAMILIES:
+            core = synthesised(replace(design, target=family), family, cache_directory())
+            run = simulate(design, codes, "icarus", 1, "random", "random", expected=words, core=core)
+            bad = run.mismatches + words.size - run.compared
+            wrong += bad
+            print(f"{design.name} on {family}: {run.compared} of {words.size} words compared, {run.mismatches} differ")
+    return int(wrong > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,84 @@
+"""Baselines of resources and frequency: ``python -m bench.parts.baselines [NAME ...]`` measures and writes them.
+
+A baseline is a file in ``bench/baselines``; versions of tools it does not know are added to it.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bench.parts.flat import Flat
+from bench.publish import ROOT
+from tfra.codegen.verilog import to_rtlil
+from tfra.hdl.parallel.cordic import Cordic
+from tfra.model.design import Architecture, Design
+from tfra.model.sensor import SensorArray
+from tfra.synth.baseline import entry, key
+from tfra.synth.flow import route, synthesise
+from tfra.synth.report import clock_facts, median_route, resource_facts
+from tfra.synth.run import netlist
+from tfra.synth.targets import find
+from tfra.synth.tools import versions
+
+FOLDER = ROOT / "bench" / "baselines"
+
+
+def core(rows: int, columns: int, mac: int) -> Design:
+    """A core on a grid of 4 mm x 2 mm."""
+    return Design(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), name="core", architecture=Architecture(mac))
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is measured: RTLIL and its top module, on a target, with seeds 1 to ``seeds``; none: yosys alone."""
+
+    text: Callable[[], str]
+    top: str
+    target: str
+    seeds: int
+
+
+SMALL, LARGE = core(4, 4, 4), core(10, 10, 16)
+
+SUBJECTS = {
+    "cordic": Subject(lambda: to_rtlil(Flat(Cordic(SMALL)), "cordic"), "cordic", "ecp5-25", 1),
+    "small_cells": Subject(lambda: netlist(SMALL, find("ecp5-25")), SMALL.name, "ecp5-25", 0),
+    "small": Subject(lambda: netlist(SMALL, find("ecp5-45")), SMALL.name, "ecp5-45", 3),
+    "large_cells": Subject(lambda: netlist(LARGE, find("ecp5-85")), LARGE.name, "ecp5-85", 0),
+}
+"""By name; the first is small enough for a test, the second takes a minute, the others are for ``make baselines``."""
+
+
+def measure(subject: Subject) -> dict[str, Any]:
+    """The parts of a report that :func:`tfra.synth.baseline.compare` looks at."""
+    target = find(subject.target)
+    with tempfile.TemporaryDirectory() as folder:
+        synthesis = synthesise(subject.text(), subject.top, target, Path(folder))
+        routes = [route(target, Path(folder), seed, target.clock_mhz) for seed in range(1, subject.seeds + 1)]
+    used = median_route(routes).resources if routes else synthesis.resources
+    return {
+        "resources": resource_facts(target, used),
+        "clock": clock_facts(routes) if routes else None,
+        "tools": versions(target.family),
+    }
+
+
+def main(names: list[str]) -> None:
+    """Measure the subjects ``names``, or all, and store what they took."""
+    FOLDER.mkdir(exist_ok=True)
+    for name in names or SUBJECTS:
+        found = measure(SUBJECTS[name])
+        path = FOLDER / f"{name}.json"
+        known = json.loads(path.read_text()) if path.exists() else {}
+        path.write_text(json.dumps({**known, key(found["tools"]): entry(found)}, indent=1) + "\n")
+        print(name, entry(found), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,121 @@
+"""Fit the prices of ``tfra.synth.estimate`` to syntheses: ``python -m bench.parts.estimates`` writes its data file.
+
+Every design of the grid is synthesised for ECP5; those of ``UNSEEN`` are not fitted but compared with the fit.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.optimize import nnls
+
+from bench.publish import ROOT
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.sensor import SensorArray
+from tfra.synth.census import Census, census
+from tfra.synth.estimate import KINDS, Prices, features, price
+from tfra.synth.flow import synthesise
+from tfra.synth.run import netlist
+from tfra.synth.targets import Family, find
+from tfra.synth.tools import versions
+
+DATA = ROOT / "synth" / "estimate_data.json"
+TARGET = find("ecp5-85")
+
+
+def design(rows: int, columns: int, mac: int, **others: Any) -> Design:
+    """A core on a grid of 4 mm x 2 mm."""
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    return Design(sensor, name=f"a{rows}x{columns}_l{mac}", architecture=Architecture(mac), **others)
+
+
+FITTED = (
+    design(4, 4, 4),
+    design(2, 2, 1),
+    design(3, 5, 2, adc=Adc(10)),
+    design(3, 3, 4, formats=replace(FORMATS["wide"], name="custom")),
+    design(4, 6, 8, search=Search(100, 3.0)),
+)
+UNSEEN = (
+    design(5, 5, 12),
+    design(6, 4, 24, search=Search(30)),
+    design(7, 9, 32),
+    design(10, 10, 16),
+)
+
+
+def measure(subject: Design) -> dict[str, Any]:
+    """Features and resources of one design."""
+    with tempfile.TemporaryDirectory() as folder:
+        found = synthesise(netlist(subject, TARGET), subject.name, TARGET, Path(folder))
+    return {"name": subject.name, "features": asked(subject), "measured": dict(found.resources)}
+
+
+def asked(subject: Design, family: Family = TARGET.family) -> dict[str, float]:
+    """Features of one design on ``family``, all blocks together."""
+    total = Census()
+    for block in census(subject).values():
+        total += block
+    return features(total, family)
+
+
+def refit(record: dict[str, Any]) -> None:
+    """Count the designs of stored measurements again."""
+    designs = {subject.name: subject for subject in (*FITTED, *UNSEEN)}
+    for row in (*record["fitted"], *record["unseen"]):
+        row["features"] = asked(designs[row["name"]])
+
+
+def fit(rows: list[dict[str, Any]]) -> Prices:
+    """Prices that minimise the squares of relative errors, none of them negative."""
+    lut = np.array([[row["features"][kind] for kind in KINDS] for row in rows])
+    wanted = np.array([row["measured"]["LUT"] for row in rows], dtype=float)
+    certain = np.array([row["features"]["table"] for row in rows])
+    rates, _ = nnls(lut / wanted[:, None], (wanted - certain) / wanted)
+    ff = float(np.mean([row["measured"]["FF"] / row["features"]["ff"] for row in rows]))
+    return Prices(dict(zip(KINDS, rates.round(4).tolist(), strict=True)), round(ff, 4), {})
+
+
+def errors(rows: list[dict[str, Any]], rates: Prices) -> dict[str, Any]:
+    """Relative errors of every resource, one for each row."""
+    return {
+        name: np.array([price(r["features"], rates)[name] / used - 1 for r in rows if (used := r["measured"][name])])
+        for name in ("LUT", "FF", "DSP", "BRAM")
+    }
+
+
+def main(arguments: list[str]) -> None:
+    """Measure, fit, write and print; with ``--refit`` the designs are counted anew, but not synthesised."""
+    if arguments == ["--refit"]:
+        record = json.loads(DATA.read_text())
+        refit(record)
+    else:
+        record = {"tools": versions(TARGET.family)}
+        for key, designs in (("fitted", FITTED), ("unseen", UNSEEN)):
+            record[key] = []
+            for subject in designs:
+                record[key].append(measure(subject))
+                print(record[key][-1], flush=True)
+    conclude(record, DATA, ("LUT", "FF"))
+
+
+def conclude(record: dict[str, Any], path: Path, uncertain: tuple[str, ...]) -> None:
+    """Fit, write the data file ``path`` with the largest errors of the ``uncertain`` resources, and print."""
+    rates = fit(record["fitted"])
+    worst = errors([*record["fitted"], *record["unseen"]], rates)
+    error = {name: round(float(max(abs(worst[name]))), 3) for name in uncertain}
+    path.write_text(json.dumps(record | {"lut": rates.lut, "ff": rates.ff, "error": error}, indent=1) + "\n")
+    print(rates, error)
+    for key in ("fitted", "unseen"):
+        for name, found in errors(record[key], rates).items():
+            print(f"{key} {name}: " + ", ".join(f"{e:+.1%}" for e in found))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

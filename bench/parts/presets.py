@@ -1,0 +1,63 @@
+"""The presets on their parts: a table of what ``tfra synth`` has reported.
+
+``python -m bench.parts.presets DIRECTORY ...`` reads the ``report.json`` of every directory that ``tfra synth PRESET
+--out`` wrote, stores what the table needs in ``bench/results/presets.json`` beside what was there of other presets and
+parts, and writes the table in README.md.  It measures nothing itself: place and route takes minutes to hours.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from bench.publish import ROOT, publish
+from bench.speed.c_speed import PUBLISHED
+from tfra.synth.run import SIDECAR
+
+KEYS = ("name", "target", "architecture", "mac_lanes", "resources", "clock", "timing", "tools", "options")
+
+
+def row(found: dict[str, Any]) -> str:
+    """Markdown of one preset on one part."""
+    used = " | ".join(f"{found['resources'][key]['used']:,}" for key in ("LUT", "FF", "DSP", "BRAM"))
+    clock, times = found["clock"], found["timing"]
+    spread = f"{clock['median_mhz']:.1f} ({clock['lowest_mhz']:.1f}–{clock['highest_mhz']:.1f}, {len(clock['seeds'])})"
+    ratios = " | ".join(f"1/{us / times['frame_latency_us']:,.0f}" for us, _ in PUBLISHED.values())
+    cells = [
+        f"`{found['name']}`",
+        found["target"],
+        str(found["mac_lanes"]),
+        used,
+        spread,
+        f"{times['latency_cycles']:,}",
+        f"{times['interval_cycles']:,}",
+        f"{times['latency_us']:,.1f} µs",
+        f"{times['frame_latency_us']:,.1f} µs",
+        f"{times['frames_per_second']:,.0f}",
+        ratios,
+    ]
+    return f"| {' | '.join(cells)} |"
+
+
+def main(directories: list[str]) -> None:
+    """Read, store, publish."""
+    path = ROOT / "bench" / "results" / "presets.json"
+    record = json.loads(path.read_text()) if path.exists() else {}
+    for directory in directories:
+        report = json.loads((Path(directory) / SIDECAR).read_text())
+        record["{name} {target}".format(**report)] = {key: report[key] for key in KEYS}
+    lines = [
+        "| preset | part | MAC lanes | LUT | FF | DSP | BRAM | MHz (lowest–highest, seeds) | first word, cycles "
+        "| interval, cycles | first word | last word | frames/s | "
+        + " | ".join(f"of {us / 1e3:g} ms" for us, _ in PUBLISHED.values())
+        + " |",
+        "|---|---|" + "---:|" * 13,
+        *(row(record[key]) for key in sorted(record)),
+    ]
+    publish("presets", record, "\n".join(lines))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

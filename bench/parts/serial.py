@@ -1,0 +1,66 @@
+"""Fit the prices of serial cores to syntheses for the iCE40UP5K: ``python -m bench.parts.serial`` writes them.
+
+A lookup table of the estimate is a logic cell here, as nextpnr packs them: there are a quarter more of them than lookup
+tables, since flip-flops behind block memories, multipliers and carries take cells of their own.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from bench.parts.estimates import asked, conclude
+from bench.publish import ROOT
+from tfra.model.design import FORMATS, SERIAL, Adc, Design, Formats, Search
+from tfra.model.sensor import SensorArray
+from tfra.synth.flow import NETLIST, synthesise
+from tfra.synth.run import netlist
+from tfra.synth.targets import find
+from tfra.synth.tools import run, versions
+
+DATA = ROOT / "synth" / "estimate_serial.json"
+TARGET = find("ice40up5k")
+
+
+def design(rows: int, columns: int, **others: Any) -> Design:
+    """A serial core on a grid of 4 mm x 2 mm."""
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    return Design(sensor, name=f"s{rows}x{columns}", architecture=SERIAL, target="ice40", **others)
+
+
+FITTED = (
+    design(4, 4, search=Search(20)),
+    design(2, 2, adc=Adc(10)),
+    design(6, 8, formats=FORMATS["wide"]),
+    design(8, 8, adc=Adc(12), formats=Formats("custom", 14, 14, 5, 3)),
+    design(3, 5, adc=Adc(8), formats=Formats("custom", 10, 10, 2, 2)),
+)
+UNSEEN = (
+    design(10, 10),
+    design(5, 7, search=Search(16, 2.5)),
+    design(9, 7, adc=Adc(16), formats=Formats("custom", 16, 20, 10, 4)),
+)
+
+
+def measure(subject: Design) -> dict[str, Any]:
+    """Features and resources of one design."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        found = dict(synthesise(netlist(subject, TARGET), subject.name, TARGET, folder).resources)
+        run(TARGET.family.program, [*TARGET.arguments, "--json", NETLIST, "--pack-only"], folder, "pack.log")
+        (cells,) = re.findall(rf"{TARGET.family.bels['LUT']}: +(\d+)/", (folder / "pack.log").read_text())
+    return {"name": subject.name, "features": asked(subject, TARGET.family), "measured": found | {"LUT": int(cells)}}
+
+
+def main() -> None:
+    """Measure, fit, write and print."""
+    record: dict[str, Any] = {"tools": versions(TARGET.family)}
+    for key, designs in (("fitted", FITTED), ("unseen", UNSEEN)):
+        record[key] = [measure(subject) for subject in designs]
+    conclude(record, DATA, ("LUT", "FF", "BRAM"))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,236 @@
+"""``python -m tfra.cli.demo``: the paper's two tables, by float TFRA and by the simulated core.
+
+Both example sensors see 24 directions of a contact.  Every result word of the core is compared with the bit-accurate
+model, and the errors of Eqs. 33-35 with the largest ones of the paper (doi:10.1016/j.mechatronics.2023.103070).
+Exit code 1 when a word differs, an error exceeds the paper's, or frames come at another interval than the design's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import textwrap
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+
+from tfra.codegen.processes import Stopped, stoppable
+from tfra.hdl.cores import timing
+from tfra.model.errors import InputError
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.words import decode, quantise
+from tfra.model.metrics import errors
+from tfra.model.sensor import Floats
+from tfra.model.tfra import Result, Tfra
+from tfra.model.truth import sentence
+from tfra.sim.run import ProtocolError, Run, SimulationError, simulate
+
+WIDTH = 80
+"""Columns that every line fits in."""
+
+FULL = slice(8, 20)
+"""Which times between frames are averaged: twelve with the pipeline full, as the design states the interval; the first
+frames meet an empty core, the last ones no others."""
+
+EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Largest errors over all directions, in percent as the paper measures (Eqs. 35, 33, 34)."""
+
+    force: float
+    mu: float
+    phi: float
+
+    def within(self, other: Errors) -> bool:
+        """True if none is larger than the other's."""
+        return self.force <= other.force and self.mu <= other.mu and self.phi <= other.phi
+
+
+PAPER = {"hertz_40x20": Errors(10.93, 9.41, 1.64), "rectangle_40x40": Errors(5.44, 4.46, 3.16)}
+"""Largest errors of the paper's Tables 1 and 2, by example."""
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """One sensor's frames through every engine."""
+
+    name: str
+    resultant: Floats
+    """True ones, ``(n, 3)`` N."""
+    mu: Floats
+    phi_deg: Floats
+    exact: Result
+    """Float TFRA on the exact stress."""
+    same: Result
+    """Float TFRA on the converter's codes."""
+    core: Result
+    run: Run
+    differing: int
+    interval: int
+    """Cycles between frames, as the design states them."""
+
+    def errors(self, result: Result) -> dict[str, Floats]:
+        """Return the errors of ``result``, ``(n,)`` each, by the keys of ``tfra.model.metrics.ERRORS``."""
+        return errors(self, result)
+
+    def largest(self, result: Result) -> Errors:
+        """Return the largest errors of ``result`` as the paper measures them."""
+        found = self.errors(result)
+        keys = "paper_force_percent_of_estimate", "paper_mu_percent_of_one", "paper_phi_percent_of_turn"
+        return Errors(*(float(found[key].max()) for key in keys))
+
+    @property
+    def measured_interval(self) -> int | None:
+        """Cycles between frames with the pipeline full; None if there were too few."""
+        settled = self.run.interval[FULL]
+        return math.ceil(settled.mean()) if len(settled) == FULL.stop - FULL.start else None
+
+    @property
+    def failures(self) -> list[str]:
+        """What is wrong: nothing, if every word was compared and equal and no error exceeds the paper's."""
+        found = []
+        if self.differing or not self.run.compared == self.run.words.size > 0:
+            found.append(f"{self.differing} words of {self.run.words.size} differ, {self.run.compared} were compared")
+        if not self.largest(self.core).within(PAPER[self.name]):
+            found.append("an error is larger than the paper's largest")
+        if self.measured_interval not in (None, self.interval):
+            found.append(f"frames come every {self.measured_interval} cycles, not {self.interval}")
+        return [f"{self.name}: {failure}" for failure in found]
+
+
+def measure(path: Path, simulator: str | None = None) -> Sensor:
+    """Run the contacts of the CONFIG file at ``path`` through float TFRA, the bit-accurate model and the core."""
+    from tfra.codegen.config import load
+
+    project = load(path)
+    design, contacts, layer = project.design, project.contacts, project.layer
+    stress = layer.frames(design.sensor, contacts)
+    codes = quantise(design, stress)
+    expected = FixedTfra(design)(codes).words
+    run = simulate(design, codes, simulator, expected=expected)
+    tfra = Tfra.of(design)
+    return Sensor(
+        path.stem,
+        np.array([contact.force for contact in contacts]),
+        np.array([contact.mu for contact in contacts]),
+        np.degrees([contact.phi for contact in contacts]),
+        tfra(stress),
+        tfra(codes * design.adc.lsb),
+        decode(design, run.words),
+        run,
+        int((run.words != expected).sum()),
+        timing(design).initiation_interval,
+    )
+
+
+def directions(sensor: Sensor) -> list[str]:
+    """Return the table of the paper: reference, float TFRA and core for every direction, with errors."""
+    row = "{:>5} {:<9} {:>6} {:>6} {:>6} {:>6} {:>7} {:>6} {:>6} {:>6} {:>6}".format
+    lines = [
+        f"{sensor.name}: 24 directions of one contact" if len(sensor.mu) == 24 else sensor.name,
+        "F in N, phi in degrees; errors against the reference: phi in degrees, mu, the",
+        "length of the error of F in N and in percent of the reference's |F|.",
+        "float: double precision on the exact stress; core: the simulated Verilog.",
+        "",
+        row("phi", "", "F_x", "F_y", "F_z", "mu", "phi", "err:", "mu", "F/N", "F/%"),
+    ]
+    found = {"float": (sensor.exact, sensor.errors(sensor.exact)), "core": (sensor.core, sensor.errors(sensor.core))}
+    for n, angle in enumerate(sensor.phi_deg):
+        reference = _result(sensor.resultant[n], sensor.mu[n], angle)
+        lines.append(row(f"{angle:.0f}", "reference", *reference, *[""] * 4).rstrip())
+        for name, (result, error) in found.items():
+            values = _result(result.resultant[n], result.mu[n], result.phi_deg[n])
+            percent = f"{error['force_percent_of_resultant'][n]:.2f}"
+            off = f"{error['phi_deg'][n]:.2f}", f"{error['mu_abs'][n]:.3f}", f"{error['force_n'][n]:.2f}", percent
+            lines.append(row("", name, *values, *off))
+    return lines
+
+
+def _result(resultant: Floats, mu: float, phi: float) -> list[str]:
+    forces = (f"{round(force, 2) + 0.0:.2f}" for force in resultant.tolist())  # never minus zero
+    return [*forces, f"{mu:.3f}", f"{round(phi, 2) % 360:.2f}"]
+
+
+def maxima(sensors: Sequence[Sensor]) -> list[str]:
+    """Return the largest errors, in plain units and as the paper measures them, beside the paper's."""
+    row = "{:<26} {:>7} {:>5} {:>6} {:>6} {:>8} {:>7} {:>8}".format
+    lines = [
+        "Largest errors over all directions. The paper's own: e(F), worst component in",
+        "percent of the |F| found (Eq. 35); e(mu), percent of mu = 1 (Eq. 33); e(phi),",
+        "percent of a full turn (Eq. 34).",
+        "",
+        row("", "phi/deg", "mu", "F/N", "F/%", "e(F)/%", "e(mu)/%", "e(phi)/%"),
+    ]
+    for sensor in sensors:
+        paper = PAPER[sensor.name]
+        stated = f"{3.6 * paper.phi:.2f}", f"{paper.mu / 100:.3f}", "", "", *_percent(paper)
+        lines += [sensor.name, row("  paper, Tables 1 and 2", *stated)]
+        results = {"float, exact stress": sensor.exact, "float, converter's codes": sensor.same, "core": sensor.core}
+        for name, result in results.items():
+            worst = {key: float(error.max()) for key, error in sensor.errors(result).items()}
+            plain = f"{worst['phi_deg']:.2f}", f"{worst['mu_abs']:.3f}", f"{worst['force_n']:.2f}"
+            percent = f"{worst['force_percent_of_resultant']:.2f}"
+            lines.append(row(f"  {name}", *plain, percent, *_percent(sensor.largest(result))))
+    return lines
+
+
+def _percent(worst: Errors) -> list[str]:
+    return [f"{value:.2f}" for value in (worst.force, worst.mu, worst.phi)]
+
+
+def speed(sensor: Sensor) -> str:
+    """Return what was compared, and how often frames come."""
+    run, measured = sensor.run, sensor.measured_interval
+    often = "too few frames to measure the interval" if measured is None else f"a frame every {measured:,} cycles"
+    return (
+        f"{sensor.name}: {run.compared:,} of {run.words.size:,} words compared on {run.simulator}, {sensor.differing} "
+        f"differ; {often} with the pipeline full (design: {sensor.interval:,})."
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the demonstration and return its exit code."""
+    try:
+        with stoppable():
+            return _show(arguments)
+    except Stopped as stopped:
+        return stopped.exit_code
+
+
+def _show(arguments: Sequence[str] | None) -> int:
+    parser = argparse.ArgumentParser(prog="python -m tfra.cli.demo", description=__doc__)
+    parser.add_argument("--simulator", help="verilator, icarus or amaranth; default: the fastest installed")
+    parser.add_argument("--examples", type=Path, default=EXAMPLES, help="directory of the example CONFIG files")
+    options = parser.parse_args(arguments)
+    start, status = time.monotonic(), Console(stderr=True)
+    sensors = []
+    try:
+        for name in PAPER:
+            with status.status(f"{name}: building and simulating the core"):
+                sensors.append(measure(options.examples / f"{name}.toml", options.simulator))
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    except (ProtocolError, SimulationError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    for lines in (*map(directions, sensors), maxima(sensors)):
+        print(*lines, "", sep="\n")
+    failures = [failure for sensor in sensors for failure in sensor.failures]
+    verdict = "PASSED: every bit of the core equals the model; no error is larger than the paper's largest"
+    if failures:
+        verdict = f"FAILED: {'; '.join(failures)}"
+    for text in (*map(speed, sensors), f"{verdict} ({time.monotonic() - start:.0f} s).", sentence()):
+        print(textwrap.fill(text, WIDTH, subsequent_indent="  "))
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,151 @@
+"""Registers in a row: words that come later or are counted, words aligned together, products without a multiplier."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import reduce
+from operator import or_
+from typing import Any
+
+from amaranth import Cat, Module, Mux, Shape, Signal, Value, signed
+
+from tfra.hdl.lib.arithmetic import count, during, leading_zeros, magnitude_bits, two_steps
+
+READ = 2
+"""Cycles from an address to the word of a memory: the memory, and a register, since memories are slow."""
+
+
+def register(m: Module, value: Value, name: str = "register", *, control: bool = False) -> Signal:
+    """``value`` a cycle later, or a step where ``m`` is in a condition; ``control`` bits are cleared by a reset."""
+    word = Signal(value.shape(), name=name, reset_less=not control)
+    m.d.sync += word.eq(value)
+    return word
+
+
+def driver(m: Module, port: Any) -> Any:
+    """A register of data that drives ``port``, an output of a component: ports themselves are cleared by a reset."""
+    word = Signal.like(port, name="word", reset_less=True)
+    m.d.comb += port.eq(word)
+    return word
+
+
+def delayed(m: Module, value: Value, cycles: int, name: str = "word", *, control: bool = False) -> Value:
+    """``value`` so many cycles later."""
+    for _ in range(cycles):
+        value = register(m, value, name, control=control)
+    return value
+
+
+def ahead(m: Module, counter: Value, window: range) -> Signal:
+    """``during(counter, window)`` from a register, for a counter that only waits two steps before it, or earlier."""
+    return register(m, during(counter, range(window.start - 1, window.stop - 1)), "ahead", control=True)
+
+
+def walk(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:
+    """Number of what ``step`` takes, from 0 to ``length - 1`` and again; whether it is the last, a register too."""
+    number, last = Signal(count(length - 1), name=name), Signal(init=length == 1, name=f"{name}_last")
+    with m.If(step):
+        m.d.sync += number.eq(Mux(last, 0, number + 1))
+        if length > 1:
+            m.d.sync += last.eq(number == length - 2)
+    return number, last
+
+
+def fill(m: Module, places: int, enter: Value, leave: Value, *, full: bool = False) -> Signal:
+    """How many of ``places`` are taken, a bit each from the first: both ends are registers that others may look at.
+
+    ``enter`` counts only while there is a place.
+    """
+    taken = Signal(places, init=-int(full) & ((1 << places) - 1), name="taken")
+    with m.If(enter & ~leave):
+        m.d.sync += taken.eq(Cat(1, taken))
+    with m.Elif(leave & ~enter):
+        m.d.sync += taken.eq(taken[1:])
+    return taken
+
+
+def level(m: Module, places: int, enter: Value, leave: Value) -> tuple[Signal, Signal]:
+    """Whether some of ``places`` are taken, and whether all are: registers, as of :func:`fill`, for many places.
+
+    ``enter`` counts only while there is a place, ``leave`` only while one is taken.
+    """
+    taken, some, full = Signal(count(places)), Signal(), Signal()
+    with m.If(enter & ~leave):
+        m.d.sync += taken.eq(taken + 1)
+    with m.Elif(leave & ~enter):
+        m.d.sync += taken.eq(taken - 1)
+    # Without conditions, which would become an enable: one level of logic behind what comes late.
+    m.d.sync += [
+        some.eq(enter | (some & ~(leave & (taken == 1)))),
+        full.eq(~leave & (full | (enter & (taken == places - 1)))),
+    ]
+    return some, full
+
+
+ALIGN = 2
+"""Cycles in which :func:`align` moves a word."""
+_FINE = 2
+"""Bits of a shift by which its second step moves."""
+
+
+def zeros_later(m: Module, value: Value) -> Value:
+    """``leading_zeros(value)`` of a cycle ago."""
+    return leading_zeros(value, lambda word: register(m, word, "zeros"))
+
+
+def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:
+    """``word`` ``ALIGN`` cycles later, moved left by the zeros that all ``words`` have behind their signs; these zeros.
+
+    ``measure`` is high two cycles after ``words`` stand, when the OR of their magnitudes and a part of its zeros do;
+    the zeros then stay, so that the words may go past ``word`` one by one.  ``round_top`` finishes the normalisation.
+    """
+    width = len(word)
+    seen = Signal(width - 1, reset_less=True)
+    zeros = Signal(count(width - 1), reset_less=True)
+    aligned = Signal(signed(width), reset_less=True)
+    coarse, fine = two_steps(zeros, _FINE)
+    m.d.sync += [
+        seen.eq(reduce(or_, map(magnitude_bits, words))),
+        aligned.eq(register(m, (word << coarse)[:width].as_signed(), "coarse") << fine),
+    ]
+    found = zeros_later(m, seen)
+    with m.If(measure):
+        m.d.sync += zeros.eq(found)
+    return aligned, zeros
+
+
+def signed_digits(factor: int) -> list[tuple[int, int]]:
+    """Canonical signed digits ``(place, +-1)`` of a positive ``factor``, from the highest, which is positive."""
+    digits, place = [], 0
+    while factor:
+        if factor & 1:
+            digit = 2 - (factor & 3)
+            digits.append((place, digit))
+            factor -= digit
+        factor >>= 1
+        place += 1
+    return digits[::-1]
+
+
+def product_latency(factor: int) -> int:
+    """Cycles that :func:`registered_product` takes: the levels of its tree of additions."""
+    return (len(signed_digits(factor)) - 1).bit_length()
+
+
+def registered_product(m: Module, value: Value, factor: int) -> Value:
+    """``value * factor`` from a tree of shifted copies with a register behind every addition."""
+    most = len(value) + factor.bit_length()
+    terms: list[tuple[Value, int]] = [(value << place, sign) for place, sign in signed_digits(factor)]
+    while len(terms) > 1:
+        level = []
+        for (a, sign_a), right in zip(terms[::2], [*terms[1::2], None], strict=False):
+            total, sign = a, sign_a
+            if right is not None:
+                b, sign_b = right
+                total = a + b if sign_a == sign_b else a - b if sign_a > 0 else b - a
+                sign = sign_a if sign_a == sign_b else 1
+            word = Signal(Shape(min(len(total), most), True), reset_less=True)
+            m.d.sync += word.eq(total)
+            level.append((word, sign))
+        terms = level
+    return terms[0][0]

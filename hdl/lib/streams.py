@@ -1,0 +1,258 @@
+"""Plumbing between blocks: streams of ``amaranth.lib.stream`` are split and routed here.
+
+Behind the products nothing waits: see :func:`flow`.
+
+Per-frame facts travel as streams with one transfer a frame.  A block may look at such a transfer for as long as
+it needs it and takes it (``ready``) in the last cycle of use, so the sender holds it and no block keeps a copy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from amaranth import Cat, Const, Module, Mux, Signal, Value, unsigned
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.pipeline import fill, level, register, walk
+from tfra.hdl.parallel.parts import nth_part
+
+TOKEN = unsigned(1)
+"""Payload of a token, which means nothing; words without bits would not be portable Verilog."""
+
+
+def flow(shape: Any) -> stream.Signature:
+    """A stream that never waits: whoever sends it holds a token for its place, and asks before it begins.
+
+    No pipeline on its way needs an enable, which would have all its registers to drive.  Where words are handled in
+    parts, transfers are as many cycles apart, and payloads stand until then: see
+    :func:`tfra.hdl.parallel.parts.in_parts`.
+    """
+    return stream.Signature(shape, always_ready=True)
+
+
+class Fork(wiring.Component):
+    """Hand every transfer to all of ``ways`` sinks, each at its own time.
+
+    Members: ``i``: stream in; ``o``: ``ways`` streams out.  Combinational from valid to valid; a transfer ends
+    when the last sink has taken it.
+    """
+
+    def __init__(self, shape: Any, ways: int) -> None:
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)).array(ways)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        taken, done = (Signal(len(self.o), name=name) for name in ("taken", "done"))
+        for way, o in enumerate(self.o):
+            m.d.comb += [
+                o.payload.eq(self.i.payload),
+                o.valid.eq(self.i.valid & ~taken[way]),
+                done[way].eq(taken[way] | o.ready),
+            ]
+        m.d.comb += self.i.ready.eq(done.all())
+        with m.If(self.i.valid):
+            m.d.sync += taken.eq(Mux(done.all(), 0, done))
+        return m
+
+
+class Router(wiring.Component):
+    """Hand the ``words`` of every transfer to the sinks that its ``kind`` has in a static table; nobody waits.
+
+    ``latency`` is one cycle: each sink has a register of its own for ``valid``, since they are far from each other.
+
+    Arguments:
+        shape: a structure of ``words`` and ``kind``, which has one bit set, since much waits for its decoding.
+        table: by that bit's number, the numbers of its sinks.
+        ways: number of sinks.
+
+    Members: ``i``: stream in; ``o``: streams of ``words`` out; all of them are a :func:`flow`.
+    """
+
+    latency = 1
+
+    def __init__(self, shape: data.StructLayout, table: Sequence[Sequence[int]], ways: int) -> None:
+        self._kinds = [[kind for kind, sinks in enumerate(table) if way in sinks] for way in range(ways)]
+        super().__init__({"i": In(flow(shape)), "o": Out(flow(shape.members["words"])).array(ways)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        words = register(m, self.i.payload.words, "words")
+        for o, kinds in zip(self.o, self._kinds, strict=True):
+            mine = Cat(self.i.payload.kind[kind] for kind in kinds).any()
+            m.d.comb += [o.payload.eq(words), o.valid.eq(register(m, self.i.valid & mine, control=True))]
+        return m
+
+
+class Buffer(wiring.Component):
+    """Hold one transfer, so that its sender is free while the sink still needs it.
+
+    Members: ``i``: stream in; ``o``: stream out, registered.  A new transfer enters when the last one has left:
+    meant for per-frame facts, not for full throughput.  ``latency`` is one cycle.
+    """
+
+    latency = 1
+
+    def __init__(self, shape: Any) -> None:
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        payload = Signal(self.i.payload.shape(), reset_less=True)
+        full = Signal()
+        m.d.comb += [self.i.ready.eq(~full), self.o.valid.eq(full), self.o.payload.eq(payload)]
+        with m.If(~full):
+            m.d.sync += [full.eq(self.i.valid), payload.eq(self.i.payload)]
+        with m.Elif(self.o.ready):
+            m.d.sync += full.eq(0)
+        return m
+
+
+class Queue(wiring.Component):
+    """First in, first out, ``depth`` transfers long, in block memory.
+
+    A transfer may pass in ``parts`` cycles, through a memory of that much less width.
+
+    Members: ``i``: stream in; ``o``: stream out, registered.  ``latency``: cycles through an empty queue, from the
+    transfer, which is the end of the last part; a transfer in ``parts`` cycles.  Neither ``i.ready`` nor ``o.valid``
+    depends on an input.
+    """
+
+    latency = 2
+
+    def __init__(self, shape: Any, depth: int, parts: int = 1) -> None:
+        self._depth, self._parts = depth, parts
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        into, out = self._kept(self.i.payload), self._kept(self.o.payload)
+        size, depth = len(into) // self._parts, self._depth * self._parts
+        m.submodules.places = places = Memory(shape=unsigned(size), depth=depth, init=[])
+        write, read = places.write_port(), places.read_port()
+        found, leave, move = Signal(), Signal(), Signal()
+        head, _ = walk(m, write.en, depth, "head")
+        tail, _ = walk(m, read.en, depth, "tail")
+        some, full = level(m, depth - 1, write.en, read.en)  # the output is the last place
+        number, ends = self._part(m, write.en, "put")
+        _, complete = self._part(m, leave, "got")
+        before = self._before(m, leave, read.data, len(into) - size)
+        m.d.comb += [
+            self.i.ready.eq(~full & ends),
+            *(
+                write.addr.eq(head),
+                write.data.eq(nth_part(into, number, self._parts)),
+                write.en.eq(self.i.valid & ~full),
+            ),
+            leave.eq(found & (self.o.ready | ~complete)),
+            move.eq(~found | leave),
+            *(read.addr.eq(tail), out.eq(Cat(before, read.data)), read.en.eq(move & some)),
+            self.o.valid.eq(found & complete),
+        ]
+        with m.If(move):
+            m.d.sync += found.eq(some)
+        return m
+
+    @staticmethod
+    def _before(m: Module, leave: Value, latest: Value, bits: int) -> Value:
+        """The parts of a transfer that have left the memory."""
+        if not bits:
+            return Const(0, 0)
+        before = Signal(bits, reset_less=True)
+        with m.If(leave):
+            m.d.sync += before.eq(Cat(before, latest)[len(latest) :])
+        return before
+
+    def _part(self, m: Module, step: Value, name: str) -> tuple[Value, Value]:
+        """Number of a transfer's part, and whether it is the last; no counter for a single one."""
+        return walk(m, step, self._parts, name) if self._parts > 1 else (Const(0, 0), Const(1))
+
+    def _kept(self, payload: Any) -> Value:
+        """What is stored of a payload."""
+        return Value.cast(payload)
+
+
+class Facts(Queue):
+    """Per-frame facts on their way to one block: a queue for as many frames as the core holds, in LUTs.
+
+    Only ``fields`` of the payload are kept, the ones the block looks at; the others are zero.  Without any, all is.
+    """
+
+    def __init__(self, shape: Any, fields: Sequence[str], depth: int) -> None:
+        self._fields = tuple(fields)
+        super().__init__(shape, depth)
+
+    def _kept(self, payload: Any) -> Value:
+        return Cat(payload[name] for name in self._fields) if self._fields else super()._kept(payload)
+
+
+class Tokens(wiring.Component):
+    """Permissions: a place downstream that is free now, or was given back.
+
+    Arguments:
+        number: tokens there are at first, and at most.
+        every: pulses of ``give`` that make a token.
+
+    Members: ``give``: a place, or a part of it, is free again; ``o``: stream of tokens, registered.
+    """
+
+    def __init__(self, number: int, every: int = 1) -> None:
+        self._number, self._every = number, every
+        super().__init__({"give": In(1), "o": Out(stream.Signature(TOKEN))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        _, completes = walk(m, self.give, self._every, "parts")
+        left = fill(m, self._number, self.give & completes, self.o.valid & self.o.ready, full=True)
+        m.d.comb += self.o.valid.eq(left[0])
+        return m
+
+
+class Spare(wiring.Component):
+    """Stream register with a spare place: neither ``i.ready`` nor ``o.valid`` depends on an input.
+
+    Members: ``i``: stream in; ``o``: stream out, a cycle later; ``used``: ``i.ready`` is low, in a register of its own
+    for decisions, since what enables the registers of a pipeline has many to drive.
+    """
+
+    latency = 1
+
+    def __init__(self, shape: Any) -> None:
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)), "used": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        ready, (out, kept) = Signal(init=1), (Signal.like(self.i.p, name=n, reset_less=True) for n in ("out", "kept"))
+        m.d.comb += [self.i.ready.eq(ready), self.o.p.eq(out)]
+        with m.If(ready):
+            m.d.sync += kept.eq(self.i.p)
+        with m.If(~self.o.valid | self.o.ready):
+            m.d.sync += [self.o.valid.eq(self.i.valid | self.used), out.eq(Mux(self.used, kept, self.i.p))]
+            m.d.sync += [self.used.eq(0), ready.eq(1)]
+        with m.Elif(ready):
+            m.d.sync += [self.used.eq(self.i.valid), ready.eq(~self.i.valid)]
+        return m
+
+
+def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last: int) -> tuple[Signal, Signal]:
+    """Cycle of a block that works on one transfer at a time, and whether it has one.
+
+    ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; behind
+    cycle ``last`` stream ``leave`` is valid until it is taken.
+    """
+    busy, valid, cycle = Signal(), Signal(), Signal(count(last))
+    m.d.comb += [enter.ready.eq(~busy), leave.valid.eq(valid)]
+    with m.If(~busy):
+        m.d.sync += busy.eq(enter.valid)
+    with m.Elif(cycle == last):
+        m.d.sync += [cycle.eq(0), valid.eq(1)]
+    with m.Elif(cycle != 0):
+        m.d.sync += cycle.eq(cycle + 1)
+    with m.Elif(~valid):
+        m.d.sync += cycle.eq(Cat(fact.valid for fact in facts).all())
+    with m.Elif(leave.ready):
+        m.d.sync += [busy.eq(0), valid.eq(0)]
+    return cycle, busy

@@ -1,0 +1,110 @@
+"""CORDIC in vectoring mode: bit-exact hardware of :mod:`tfra.model.fixed.cordic`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Const, Module, Shape, Signal, Value, signed, unsigned
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import add_or_subtract
+from tfra.hdl.lib.pipeline import delayed
+from tfra.hdl.lib.streams import flow
+from tfra.model.design import Design
+from tfra.model.fixed.cordic import iterations
+from tfra.model.fixed.widths import widths
+
+ENTRY_GUARD = 2
+"""Bits beyond a word of a division: for |word| times the gain of an earlier run and sqrt(2), which is below 4."""
+
+GROWTH = 2
+"""Bits that a run adds: sqrt(2) times the CORDIC gain is 2.33, and roundings add less than a unit each."""
+
+
+def cordic_word(design: Design) -> Shape:
+    """A coordinate at the entry: a word of a division, its negation, or the modulus of two of them."""
+    return signed(widths(design).division + ENTRY_GUARD)
+
+
+def cordic_modulus(design: Design) -> Shape:
+    """The modulus at the exit; it is never negative."""
+    return unsigned(cordic_word(design).width + GROWTH - 1)
+
+
+def cordic_vector(design: Design) -> data.StructLayout:
+    """What is turned."""
+    return data.StructLayout({"x": cordic_word(design), "y": cordic_word(design)})
+
+
+def cordic_latency(design: Design) -> int:
+    """Cycles from the transfer of a vector to that of its modulus: one to enter, one for each rotation."""
+    return iterations(design) + 1
+
+
+class Cordic(wiring.Component):
+    """Turn vectors onto the x axis: modulus times the CORDIC gain, and the senses of the rotations.
+
+    ::
+
+        left half plane: (x, y) <- (-x, -y)
+        i = 0, 1, ...:   (x, y) <- (x + s (y >> i), y - s (x >> i)),  s = sign of y
+
+    A pipeline with a register behind the entry and behind each rotation: a vector a cycle, nothing waits.
+
+    y gets a bit shorter with each rotation.  Rotation 0 makes |y| <= x, and x never falls.  If |y| <= x 2^(1-i) + e
+    before rotation i, then |y| <= x 2^-i + e + 1 behind it, since the shift of x rounds by less than a unit.  So |y| is
+    below 2^(bits-i) + i before rotation i, where ``bits`` is the length of x.
+    Resources: two adders for each rotation, no multiplier.
+
+    Members:
+        vector: stream in of ``x``, ``y``.
+        turned: stream out, the modulus, ``latency`` cycles after the vector.
+        negative: out, bit i: the vector that came i + 1 cycles ago is turned upwards by rotation i.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "vector": In(flow(cordic_vector(design))),
+                "turned": Out(flow(cordic_modulus(design))),
+                "negative": Out(iterations(design)),
+            }
+        )
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the transfer of a vector to that of its modulus."""
+        return cordic_latency(self._design)
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        bits, vector = cordic_word(self._design).width + GROWTH, self.vector.p
+        left = vector.x[-1]
+        x, y = (self._word(m, add_or_subtract(Const(0), vector[n], left), bits, f"{n}0") for n in "xy")
+        for number in range(iterations(self._design)):
+            up = y[-1]
+            m.d.comb += self.negative[number].eq(up)
+            x, y = (
+                self._word(m, add_or_subtract(x, y >> number, up), bits, f"x{number + 1}"),
+                self._word(m, add_or_subtract(y, x >> number, ~up), self._y_bits(number + 1), f"y{number + 1}"),
+            )
+        m.d.comb += [
+            self.turned.payload.eq(x),
+            self.turned.valid.eq(delayed(m, self.vector.valid, self.latency, "valid", control=True)),
+        ]
+        return m
+
+    def _y_bits(self, number: int) -> int:
+        """Length of y before rotation ``number``."""
+        bits: int = cordic_word(self._design).width + GROWTH
+        assert number <= 1 << (bits - number)
+        return min(bits, bits - number + 2)
+
+    @staticmethod
+    def _word(m: Module, value: Value, bits: int, name: str) -> Signal:
+        """``value``, which fits, in a register of ``bits``."""
+        word = Signal(signed(bits), name=name, reset_less=True)
+        m.d.sync += word.eq(value)
+        return word

@@ -1,0 +1,55 @@
+"""Coefficients from a stream, after a reset, into the memories of the lanes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Module, Signal, signed
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.pipeline import walk
+from tfra.hdl.parallel.matvec.images import depth
+from tfra.model.design import Design
+
+
+class Loader(wiring.Component):
+    """Where each coefficient goes: all of a lane, in the order in which it reads them, lane by lane.
+
+    Members:
+        load: stream in, L times ``depth`` coefficients after a reset, and never more.
+        loading: high until they are all there; a register.
+        write, address, data: registers; ``write`` has a bit for each lane.
+        writing: high until the last of them has been written.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design, self._depth = design, depth(design)
+        coefficient = signed(design.formats.coefficient)
+        super().__init__(
+            {
+                "load": In(stream.Signature(coefficient)),
+                "loading": Out(1, init=1),
+                "writing": Out(1, init=1),
+                "write": Out(design.architecture.mac_lanes),
+                "address": Out(count(self._depth - 1)),
+                "data": Out(coefficient),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        taken = Signal()
+        m.d.comb += [self.load.ready.eq(self.loading), taken.eq(self.load.valid & self.load.ready)]
+        address, last = walk(m, taken, self._depth, "address")
+        lane = Signal(len(self.write), init=1)  # one bit, of the lane whose turn it is
+        m.d.sync += [
+            self.writing.eq(self.loading),
+            self.write.eq(lane & taken.replicate(len(lane))),
+            self.address.eq(address),
+            self.data.eq(self.load.payload),
+        ]
+        with m.If(taken & last):
+            m.d.sync += [lane.eq(lane << 1), self.loading.eq(~lane[-1])]
+        return m

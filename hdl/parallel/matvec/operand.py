@@ -1,0 +1,194 @@
+"""Operands of the matrix-vector unit: banks of quads, aligned and rounded on their way to the lanes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Array, Cat, Const, Module, Mux, Shape, Signal, Value, signed, unsigned
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import count, magnitude_bits, round_top, two_steps
+from tfra.hdl.lib.pipeline import READ, delayed, driver, register, walk, zeros_later
+from tfra.hdl.parallel.payloads import vector_quad
+from tfra.model.design import Design
+from tfra.model.fixed.widths import widths
+
+
+def amount_quad(design: Design) -> data.ArrayLayout:
+    """Left shifts that align the four parities of an operand."""
+    return data.ArrayLayout(unsigned((widths(design).vector - 1).bit_length()), 4)
+
+
+def operand_parts(design: Design) -> int:
+    """Passes that it takes to complete a result quad: four words over the lanes, or one."""
+    return 4 // min(4, design.architecture.mac_lanes)
+
+
+def pick_word(words: Any, part: Value, word: int, size: int) -> Value:
+    """Word ``part * size + word`` of a quad."""
+    choices = [words[number] for number in range(word, 4, size)]
+    return choices[0] if size == 4 else Array(choices)[part]
+
+
+def codes_fit(design: Design) -> bool:
+    """Whether a folded converter code is no longer than a multiplier operand.
+
+    Then no bit of b is rounded off, however far its words are shifted, and a product by b need not know its largest.
+    """
+    return design.adc.bits + 2 <= design.formats.operand
+
+
+MEASURE = 2
+"""Cycles from an operand's last quad to its amounts in their register, less one: magnitudes, half of the zeros."""
+_FINE = 2
+"""Bits of an amount by which the second step of a shift moves."""
+
+
+class OperandBuffer(wiring.Component):
+    """Banks of operand quads, and how far each parity must be shifted to fill its word; banks are used in turn.
+
+    Arguments:
+        word: shape of a word; it has ``fraction`` bits less than a vector's.
+        banks: one or two.
+        flowing: quads of a bank, which is the only one, come in every cycle from the first to the last, and a word
+            fits an operand: the bank is read while they come, and nothing is measured.
+
+    Members:
+        operand: stream in, Q quads for a bank.
+        filling, head: the bank that transfers go to; the bank to be read next.
+        full: the head may be read; rises ``MEASURE + 1`` cycles after the transfer of its last quad, or, where they
+            are ``flowing``, a cycle after that of its first.
+        amounts: those of the head, valid while ``full``.
+        read, quad: quad and bank, and ``READ`` cycles later its content.
+        free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
+    """
+
+    def __init__(
+        self, design: Design, word: Shape, fraction: int = 0, banks: int = 2, *, flowing: bool = False
+    ) -> None:
+        self._design, self._fraction, self._banks, self._flowing = design, fraction, banks, flowing
+        shape = data.ArrayLayout(word, 4)
+        super().__init__(
+            {
+                "operand": In(stream.Signature(shape)),
+                "filling": Out(1),
+                "head": Out(1),
+                "full": Out(1),
+                "amounts": Out(amount_quad(design)),
+                "read": In(count(design.quads - 1).width + 1),
+                "quad": Out(vector_quad(design)),
+                "free": In(1),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        depth = 1 << len(self.read) if self._banks == 2 else self._design.quads
+        m.submodules.memory = memory = Memory(shape=self.operand.p.shape(), depth=depth, init=[])
+        write, read = memory.write_port(), memory.read_port()
+        found = data.View(self.operand.p.shape(), delayed(m, read.data.as_value(), READ - 1, "found"))
+        ended = Signal()
+        number, last = walk(m, write.en, self._design.quads)
+        m.d.comb += [
+            write.en.eq(self.operand.valid & self.operand.ready),
+            write.addr.eq(Cat(number, self.filling)),
+            write.data.eq(self.operand.p),
+            read.addr.eq(self.read),
+            ended.eq(write.en & last),
+            *(word.eq(short << self._fraction) for word, short in zip(self.quad, found, strict=True)),
+        ]
+        if self._banks == 2:
+            m.d.sync += [self.filling.eq(self.filling ^ ended), self.head.eq(self.head ^ self.free)]
+        if self._flowing:
+            self._flow(m, write.en, last)
+        else:
+            self._states(m, write.en, ended, number == 0)
+        return m
+
+    def _flow(self, m: Module, transfer: Value, last: Value) -> None:
+        """The next frame's first quad waits for the bank, the others follow it and the reads."""
+        first, waits = Signal(init=1), Signal()
+        with m.If(transfer):
+            m.d.sync += first.eq(last)
+        with m.If(self.free):
+            m.d.sync += [self.full.eq(0), waits.eq(0)]
+        with m.Elif(transfer):
+            m.d.sync += [self.full.eq(self.full | first), waits.eq(last & (self.full | first))]
+        m.d.comb += self.operand.ready.eq(~waits)
+        for parity in range(4):
+            m.d.comb += self.amounts[parity].eq(self._room)
+
+    @property
+    def _room(self) -> int:
+        """Bits of a vector word above one that has fewer."""
+        return widths(self._design).vector - self._fraction - len(self.operand.p[0])
+
+    def _states(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
+        """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their amounts stand."""
+        occupied, full = Signal(self._banks), Signal(self._banks)
+        done = delayed(m, ended, MEASURE, "done", control=True)
+        done_bank = delayed(m, self.filling, MEASURE, "done_bank", control=True)
+        m.d.sync += [
+            occupied.eq((occupied | (ended << self.filling)) & ~(self.free << self.head)),
+            full.eq((full | (done << done_bank)) & ~(self.free << self.head)),
+        ]
+        m.d.comb += [
+            self.operand.ready.eq(~occupied.bit_select(self.filling, 1)),
+            self.full.eq(full.bit_select(self.head, 1)),
+            self.amounts.eq(Array(self._measure(m, transfer, first, done, done_bank))[self.head]),
+        ]
+
+    def _measure(self, m: Module, transfer: Value, first: Value, done: Value, bank: Value) -> list[Value]:
+        """OR of magnitudes while a bank fills; leading zeros when it is full."""
+        shape = amount_quad(self._design)
+        amounts = [Signal(shape, name=f"amounts{number}", reset_less=True) for number in range(self._banks)]
+        for parity in range(4):
+            seen = Signal(len(self.operand.p[parity]) - 1, name=f"seen{parity}", reset_less=True)
+            with m.If(transfer):
+                m.d.sync += seen.eq(Mux(first, 0, seen) | magnitude_bits(self.operand.p[parity]))
+            zeros = zeros_later(m, Cat(seen, Const(0, self._room)))
+            for number, stored in enumerate(amounts):
+                with m.If(done & (bank == number)):
+                    m.d.sync += stored[parity].eq(zeros)
+        return [a.as_value() for a in amounts]
+
+
+PREPARE = 4
+"""Cycles from a quad of a buffer to its operand words."""
+
+
+class Prepare(wiring.Component):
+    """Operand words from a quad of a buffer: aligned in two steps, then rounded; ``PREPARE`` registers.
+
+    Fewer than four lanes need fewer words: ``part`` tells which.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design, self._words = design, min(4, design.architecture.mac_lanes)
+        super().__init__(
+            {
+                "quad": In(vector_quad(design)),
+                "amounts": In(amount_quad(design)),
+                "part": In(count(operand_parts(design) - 1)),
+                "words": Out(data.ArrayLayout(signed(design.formats.operand), self._words)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        vector, words = widths(self._design).vector, driver(m, self.words)
+        for word in range(self._words):
+            raw = Signal(signed(vector), name=f"raw{word}", reset_less=True)
+            amount = Signal(self.amounts.shape().elem_shape, name=f"amount{word}", reset_less=True)
+            aligned = Signal(signed(vector), name=f"aligned{word}", reset_less=True)
+            (coarse, _), (_, fine) = two_steps(amount, _FINE), two_steps(register(m, amount, "later"), _FINE)
+            moved = register(m, (raw << coarse)[:vector].as_signed(), "coarse")
+            m.d.sync += [
+                raw.eq(pick_word(self.quad, self.part, word, self._words)),
+                amount.eq(pick_word(self.amounts, self.part, word, self._words)),
+                aligned.eq(moved << fine),
+                words[word].eq(round_top(aligned, self._design.formats.operand)),
+            ]
+        return m

@@ -1,0 +1,141 @@
+"""Passes of the matrix-vector unit: which product is next, when a pass begins, and what it reads."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Array, Module, Mux, Signal, Value
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.parallel.matvec.drain import drain_steps
+from tfra.hdl.parallel.matvec.images import bases, depth, passes
+from tfra.hdl.parallel.matvec.operand import operand_parts
+from tfra.model.design import Design
+from tfra.model.fixed.coefficients import STACKS
+
+SOURCES = ("vector", "n", "b")
+"""Operand buffers, the one that helps the oldest frame first."""
+
+
+def spacing(design: Design) -> int:
+    """Cycles from the launch of a pass to that of the next: those of its reads, or those of its words behind.
+
+    At least two: the drain looks up the words of the pass before in the cycle before it needs them.
+    """
+    return max(design.quads, drain_steps(design), 2)
+
+
+class Schedule(wiring.Component):
+    """Chooses products, launches their passes and walks through buffer and coefficients.
+
+    A product is chosen when the one before has launched its last pass, among the operands that are there and have
+    leave to go: frames interleave, and the older one goes first.
+
+    Members:
+        wanted: by source of :data:`SOURCES`, an operand that may be multiplied is there.
+        force: that of the vector is d.
+        drained: the last words of a pass leave the drain register.
+        launch, new, stack, parity: a pass begins with the next cycle; whether it is its product's first; its stack
+            in :data:`tfra.model.fixed.coefficients.STACKS`; passes count modulo two.
+        source: where its operand is.
+        oldest: the pass whose words leave the drain register next, modulo two.
+        free: by source, the last pass has begun.
+        reading, last, quad, read_source, read_parity, read_part, address: the read of this cycle.  Its pass's
+            slots begin at ``read_part * L``.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "wanted": In(len(SOURCES)),
+                "force": In(1),
+                "drained": In(1),
+                "launch": Out(1),
+                "new": Out(1),
+                "stack": Out(2),
+                "parity": Out(1),
+                "source": Out(2),
+                "oldest": Out(1),
+                "free": Out(len(SOURCES)),
+                "reading": Out(1),
+                "last": Out(1),
+                "quad": Out(count(design.quads - 1)),
+                "read_source": Out(2),
+                "read_parity": Out(1),
+                "read_part": Out(count(operand_parts(design) - 1)),
+                "address": Out(count(depth(design) - 1)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        chosen, ends = self._choose(m)
+        self._credit(m, chosen)
+        ending, quads = Signal(init=self._design.quads == 1), self._design.quads  # a register: much hangs on it
+        m.d.comb += self.last.eq(self.reading & ending)
+        m.d.sync += self.free.eq((self.launch & ends) << self.source)
+        with m.If(self.launch):
+            m.d.sync += [
+                self.reading.eq(1),
+                self.quad.eq(0),
+                ending.eq(quads == 1),
+                self.read_source.eq(self.source),
+                self.read_parity.eq(self.parity),
+            ]
+        with m.Elif(self.last):
+            m.d.sync += self.reading.eq(0)
+        with m.Else():
+            m.d.sync += [self.quad.eq(self.quad + 1), ending.eq(self.quad == quads - 2)]
+        self._walk(m)
+        return m
+
+    def _choose(self, m: Module) -> tuple[Value, Value]:
+        """A product is chosen; its next pass is its last one.
+
+        The buffers' states follow ``free`` by a cycle, so nothing is chosen while it is high.
+        """
+        chosen, turn = Signal(), Signal(count(max(self._passes) - 1))
+        ends, names = Signal(), {name: number for number, name in enumerate(STACKS)}
+        m.d.comb += [self.new.eq(turn == 0), ends.eq(turn == Array(p - 1 for p in self._passes)[self.stack])]
+        with m.If(~chosen & ~self.free.any()):
+            m.d.sync += chosen.eq(self.wanted.any())
+            with m.If(self.wanted[0]):
+                m.d.sync += [self.source.eq(0), self.stack.eq(Mux(self.force, names["force"], names["normal"]))]
+            with m.Elif(self.wanted[1]):
+                m.d.sync += [self.source.eq(1), self.stack.eq(names["residual"])]
+            with m.Else():
+                m.d.sync += [self.source.eq(2), self.stack.eq(names["contact"])]
+        with m.If(self.launch):
+            m.d.sync += [turn.eq(Mux(ends, 0, turn + 1)), chosen.eq(~ends)]
+        return chosen, ends
+
+    @property
+    def _passes(self) -> list[int]:
+        return [passes(self._design, name) for name in STACKS]
+
+    def _credit(self, m: Module, chosen: Value) -> None:
+        """Two passes at most are on their way between launch and drain; they end in order."""
+        busy, parts = Signal(2), operand_parts(self._design)
+        wait = spacing(self._design) - 1  # the first pass has one before it, too: the drain's, with what sums begin
+        left, due = Signal(count(wait), init=wait), Signal()
+        with m.If(self.launch):
+            m.d.sync += [left.eq(wait), due.eq(0)]
+        with m.Elif(~due):
+            m.d.sync += [left.eq(left - 1), due.eq(left == 1)]
+        m.d.comb += self.launch.eq(due & chosen & ~busy.bit_select(self.parity, 1))
+        m.d.sync += busy.eq((busy | (self.launch << self.parity)) & ~(self.drained << self.oldest))
+        m.d.sync += [self.parity.eq(self.parity ^ self.launch), self.oldest.eq(self.oldest ^ self.drained)]
+        if parts > 1:
+            part = Signal.like(self.read_part)
+            with m.If(self.launch):
+                m.d.sync += [self.read_part.eq(part), part.eq(part + 1)]
+
+    def _walk(self, m: Module) -> None:
+        """Coefficients are read in their order; only a product's first pass jumps, to its stack."""
+        with m.If(self.launch & self.new):
+            m.d.sync += self.address.eq(Array(bases(self._design)[name] for name in STACKS)[self.stack])
+        with m.Elif(self.launch | (self.reading & ~self.last)):
+            m.d.sync += self.address.eq(self.address + 1)

@@ -1,0 +1,302 @@
+"""Matrix-vector products on L lanes: block-normalised operands times folded coefficients.
+
+A frame is the five products of :data:`tfra.model.fixed.coefficients.PRODUCTS`, and for each of them
+
+    result[i, p] = round(2^-shift * sum_j rows[i, p, j] * operand[j, s]),    s = p ^ flip,
+    shift = fraction + operand - 1 - significant[s]
+
+as :mod:`tfra.model.fixed.matvec` has it.  Row (i, p) is known by its slot ``s``, so that lane ``l`` always works on
+word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing but finished results.
+
+    b      -> bank      -.
+    n      -> two banks -+-> align -> round to operand bits -> W = min(4, L) words, broadcast
+    vector -> two banks -'                                        |
+        |  significant bits                                       v
+        v                                  coefficient memory -> multiply -> accumulate    (L times)
+      amounts by pass                                                            |
+        |                                              capture in the drain register, W words a cycle
+        +------------------------------------------------> shift -> round, permute -> result
+
+A *pass* reads the Q quads of a bank once and adds L exact sums to what the lanes have; rows ``t L ... t L + L - 1``
+are pass ``t``.
+Lanes never freeze.  A pass is launched as many cycles behind the one before as it takes to read the operand, or to
+empty the drain register, and only when the pass before the last has left that.
+
+Products of several frames interleave, as :class:`tfra.hdl.parallel.matvec.schedule.Schedule` chooses them, so that
+lanes work on one frame while another one's operand is being made.  The results of a product always have a place to go
+before it begins, so that nothing behind the lanes waits: contact and force products take a token each, of a frame's
+place in all that follows and of planes of forces, and contact one of a bank that its n will need.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Array, Cat, Elaboratable, Module, Mux, Signal, Value, signed
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import quad
+from tfra.hdl.lib.pipeline import READ, delayed, register
+from tfra.hdl.lib.streams import TOKEN, Tokens, flow
+from tfra.hdl.parallel.matvec.drain import Drain, drain_latency, drain_steps, drain_words
+from tfra.hdl.parallel.matvec.images import depth, lane_images, passes
+from tfra.hdl.parallel.matvec.loader import Loader
+from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Prepare, amount_quad, codes_fit
+from tfra.hdl.parallel.matvec.schedule import SOURCES, Schedule, spacing
+from tfra.hdl.parallel.payloads import operand, product, vector_quad
+from tfra.hdl.primitives import Multiplier, Rom
+from tfra.model.design import Design
+from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, stacks
+from tfra.model.fixed.widths import widths
+
+
+def full(design: Design, stack: str) -> int:
+    """Cycles from the last operand quad's transfer to the choice that finds it; b may be found by its first."""
+    return 2 - design.quads if stack == "contact" and codes_fit(design) else FULL
+
+
+BANKS = {"b": 1, "n": 2, "vector": 2}
+FULL = MEASURE + 1
+"""Cycles from the last operand quad's transfer to the choice that finds it."""
+CHOICE = 1
+"""Cycles from there to the launch."""
+_ADDRESS = PREPARE + 2
+"""Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
+CAPTURE = PREPARE + 7
+"""Cycles from a quad's read to sums that hold its products."""
+
+
+class MatVec(wiring.Component):
+    """All matrix-vector products of a frame.
+
+    Latency: see :meth:`latency` and :meth:`duration`; throughput: :attr:`busy_cycles`.
+
+    Resources: L multipliers (coefficient x operand) with registers on both sides, a read-only memory of L words by
+    ``depth`` with output registers, a memory of 2 Q quads, 2 W barrel shifters.
+
+    Members:
+        b, n, vector: streams in, Q quads of parities for each operand: folded stress in converter codes, weights,
+            and residuals, d among them.  Quads of b come in every cycle once a frame's first was taken, if codes fit
+            an operand.
+        result: stream out, the result quads of a product's stack, operator by operator.
+        frame, planes: tokens taken at the launch of a contact product and of a force product.
+        room: tokens out, one for each vector that a bank is free for.
+        load, loading: coefficients in after a reset, until which no frame may come, if ``design.images`` is "load".
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        self._lanes = design.architecture.mac_lanes
+        self._words = min(4, self._lanes)
+        self._drain_steps = drain_steps(design)
+        super().__init__(
+            {
+                "b": In(stream.Signature(quad(design.adc.bits + 2))),
+                "n": In(flow(vector_quad(design))),
+                "vector": In(flow(operand(design))),
+                "result": Out(flow(product(design))),
+                "frame": In(stream.Signature(TOKEN)),
+                "planes": In(stream.Signature(TOKEN)),
+                "room": Out(stream.Signature(TOKEN)),
+                **(self._load_ports() if design.images == "load" else {}),
+            }
+        )
+
+    def _load_ports(self) -> dict[str, Any]:
+        coefficient = signed(self._design.formats.coefficient)
+        return {"load": In(stream.Signature(coefficient)), "loading": Out(1)}
+
+    @property
+    def depth(self) -> int:
+        """Coefficients of one lane."""
+        return depth(self._design)
+
+    @property
+    def multiplications(self) -> int:
+        """Products of a frame that count; lanes that have no row left in a last pass multiply by zero besides."""
+        return multiplications(self._design)
+
+    @property
+    def pair_interval(self) -> int:
+        """Cycles from the launch of a pass to that of the pass after the next.
+
+        The first of the two follows after :func:`tfra.hdl.parallel.matvec.schedule.spacing`.
+        """
+        return max(2 * spacing(self._design), self._design.quads + CAPTURE + self._drain_steps + 1)
+
+    @property
+    def busy_cycles(self) -> int:
+        """Cycles of a frame in which the lanes multiply: no frame can take less of the unit's time."""
+        return sum(passes(self._design, name) for name in PRODUCTS) * self._design.quads
+
+    def passes(self, stack: str) -> int:
+        """Times the operand of ``stack`` runs past the lanes."""
+        return passes(self._design, stack)
+
+    def latency(self, stack: str) -> int:
+        """Cycles from the transfer of the last operand quad to the first result of an otherwise idle unit."""
+        return self._result_cycle(stack, 0)
+
+    def duration(self, stack: str) -> int:
+        """Cycles from the transfer of the last operand quad to the last result of an otherwise idle unit."""
+        return self._result_cycle(stack, stacks(self._design)[stack].quads - 1)
+
+    def _result_cycle(self, stack: str, number: int) -> int:
+        """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
+        turn, row = divmod(4 * number + 3, self._lanes)
+        launch = turn // 2 * self.pair_interval + turn % 2 * spacing(self._design)
+        leave = row // drain_words(self._design) + drain_latency(self._design)
+        found = full(self._design, stack) + CHOICE + 1  # to the first read
+        return found + launch + self._design.quads - 1 + CAPTURE + leave
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        design = self._design
+        buffers = self._buffers(m)
+        m.submodules.schedule = schedule = Schedule(design)
+        m.submodules.prepare = prepare = Prepare(design)
+        m.submodules.drain = drain = Drain(design)
+        wiring.connect(m, wiring.flipped(self.result), drain.result)
+        self._leave_to_go(m, buffers, schedule)
+        self._read(m, buffers, schedule, prepare, drain)
+        valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
+        m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
+        rom = self._coefficients(m, schedule)
+        # Two more registers, since the way to the lanes is long.
+        words = [delayed(m, word, 2, "word") for word in prepare.words]
+        for number, coefficient in enumerate(rom.words):
+            m.submodules[f"lane{number}"] = lane = _Lane(design)
+            m.d.comb += [
+                lane.coefficient.eq(coefficient),
+                lane.word.eq(words[number % self._words]),
+                lane.valid.eq(valid),
+                drain.sums[number].eq(lane.sum),
+            ]
+        return m
+
+    def _coefficients(self, m: Module, schedule: Schedule) -> Rom:
+        """The lanes' memories, whose address comes from a register, and what fills them after a reset."""
+        design, loaded = self._design, self._design.images == "load"
+        coefficient = design.formats.coefficient
+        m.submodules.rom = rom = Rom(lane_images(design), coefficient, design.target, loaded=loaded)
+        address = delayed(m, schedule.address, _ADDRESS - 1, "address")
+        if loaded:
+            m.submodules.loader = loader = Loader(design)
+            wiring.connect(m, wiring.flipped(self.load), loader.load)
+            address = Mux(loader.writing, loader.address, address)
+            m.d.comb += [
+                self.loading.eq(loader.loading),
+                rom.write.eq(register(m, loader.write, control=True)),
+                rom.data.eq(register(m, loader.data)),
+            ]
+        m.d.comb += rom.address.eq(register(m, address, "address"))
+        return rom
+
+    def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
+        """One for each source, so that no operand waits for another one's transfers."""
+        design, vector = self._design, signed(widths(self._design).vector)
+        code, fraction = signed(design.adc.bits + 2), design.formats.vector_fraction
+        buffers = {
+            "vector": OperandBuffer(design, vector, banks=BANKS["vector"]),
+            "n": OperandBuffer(design, vector, banks=BANKS["n"]),
+            "b": OperandBuffer(design, code, fraction, banks=BANKS["b"], flowing=codes_fit(design)),
+        }
+        for name, buffer in buffers.items():
+            m.submodules[name] = buffer
+        wiring.connect(m, wiring.flipped(self.b), buffers["b"].operand)
+        for name, flows, words in (("n", self.n, self.n.payload), ("vector", self.vector, self.vector.payload.words)):
+            m.d.comb += [buffers[name].operand.valid.eq(flows.valid), buffers[name].operand.payload.eq(words)]
+        return buffers
+
+    def _leave_to_go(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
+        """Operands that may be multiplied: their results have a place."""
+        m.submodules.room = room = Tokens(BANKS["vector"])
+        m.submodules.weights = weights = Tokens(BANKS["n"])
+        wiring.connect(m, room.o, wiring.flipped(self.room))
+        is_force = self._is_force(m, buffers["vector"])
+        # Tokens are taken a cycle behind the launch, from registers, in time for the next choice.
+        start = schedule.launch & schedule.new
+        starts = {name: register(m, start & (schedule.stack == n), control=True) for n, name in enumerate(STACKS)}
+        wanted = {
+            "vector": buffers["vector"].full & (~is_force | self.planes.valid),
+            "n": buffers["n"].full,
+            "b": buffers["b"].full & self.frame.valid & weights.o.valid,
+        }
+        m.d.comb += [
+            schedule.force.eq(is_force),
+            schedule.wanted.eq(sum(wanted[name] << place for place, name in enumerate(SOURCES))),
+            self.planes.ready.eq(starts["force"]),
+            self.frame.ready.eq(starts["contact"]),
+            weights.o.ready.eq(starts["contact"]),
+            weights.give.eq(buffers["n"].free),
+            room.give.eq(buffers["vector"].free),
+            *(buffers[name].free.eq(schedule.free[place]) for place, name in enumerate(SOURCES)),
+        ]
+
+    def _is_force(self, m: Module, buffer: OperandBuffer) -> Value:
+        """Whether the vector at the head is d."""
+        force = Signal(BANKS["vector"])
+        with m.If(self.vector.valid):
+            m.d.sync += force.bit_select(buffer.filling, 1).eq(self.vector.payload.force)
+        return force.bit_select(buffer.head, 1)
+
+    def _read(
+        self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule, prepare: Prepare, drain: Drain
+    ) -> None:
+        """Amounts, and what the drain must know, travel by the parity of the pass, from launch until drained."""
+        passing = Signal(
+            data.ArrayLayout(data.StructLayout({"amounts": amount_quad(self._design), "new": 1, "stack": 2}), 2),
+            reset_less=True,
+        )
+        sources = [buffers[name] for name in SOURCES]
+        amounts = Array(b.amounts.as_value() for b in sources)[schedule.source]
+        for parity in range(2):
+            with m.If(schedule.launch & (schedule.parity == parity)):
+                m.d.sync += [
+                    passing[parity].amounts.eq(amounts),
+                    passing[parity].new.eq(schedule.new),
+                    passing[parity].stack.eq(schedule.stack),
+                ]
+        held = [p.amounts.as_value() for p in passing]
+        bank, captured = Signal(), Signal()  # captured: passes, modulo two
+        m.d.sync += captured.eq(captured ^ drain.complete)
+        with m.If(schedule.launch):
+            m.d.sync += bank.eq(Array(b.head for b in sources)[schedule.source])
+        reads = (schedule.read_source, schedule.read_parity, schedule.read_part)
+        source, parity, part = (delayed(m, word, READ) for word in reads)
+        m.d.comb += [
+            *(b.read.eq(Cat(schedule.quad, bank)) for b in sources),
+            schedule.drained.eq(drain.drained),
+            prepare.quad.eq(Array(b.quad.as_value() for b in sources)[source]),
+            prepare.amounts.eq(Array(held)[parity]),
+            prepare.part.eq(part),
+            drain.amounts.eq(Array(held)[schedule.oldest]),
+            drain.new.eq(Array(p.new for p in passing)[captured]),
+            drain.stack.eq(Array(p.stack for p in passing)[captured]),
+        ]
+
+
+class _Lane(Elaboratable):
+    """Multiplier and accumulator.
+
+        coefficient, word -> multiply -> product -> + -> sum
+
+    ``valid`` comes two cycles after the factors; ``sum`` a cycle later.  The sum runs on from pass to pass, modulo
+    its word, which saves a multiplexer a bit and a reset: the drain takes the sum of the pass before away.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        self.coefficient = Signal(signed(design.formats.coefficient))
+        self.word = Signal(signed(design.formats.operand))
+        self.valid = Signal()
+        self.sum = Signal(signed(widths(design).accumulator), reset_less=True)
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.multiplier = multiplier = Multiplier(len(self.coefficient), len(self.word), self._design.target)
+        m.d.comb += [multiplier.a.eq(self.coefficient), multiplier.b.eq(self.word)]
+        with m.If(self.valid):
+            m.d.sync += self.sum.eq(multiplier.product + self.sum)
+        return m

@@ -1,0 +1,260 @@
+"""Block-floating input of a frame, and its mirror taxels side by side."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Cat, Elaboratable, Module, Mux, Signal, Value, signed
+from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import add_carry, count, leading_zeros, magnitude_bits, two_steps
+from tfra.hdl.lib.pipeline import register
+from tfra.hdl.lib.streams import Spare
+from tfra.hdl.parallel.payloads import frame_facts, stress_quad
+from tfra.model.design import Design
+from tfra.model.fixed.widths import widths
+
+_FINE = 2
+"""Bits of the exponent by which the second step of a shift moves."""
+
+
+class Raster(Elaboratable):
+    """Place of the next taxel of a row-major frame; ``transfer`` steps on, and frames follow each other.
+
+    All outputs are registers.  ``row``, ``column``: where; ``row_start``, ``row_end``: the ends of a row;
+    ``last``: the end of the frame; ``quad``: number of the quad that the taxel is in.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._stride = design.quad_columns
+        self._rows, self._columns = design.sensor.rows, design.sensor.columns
+        self.transfer = Signal()
+        self.row = Signal(count(self._rows - 1))
+        self.column = Signal(count(self._columns - 1))
+        self.row_start = Signal(init=1)
+        self.row_end = Signal()
+        self.last = Signal()
+        self.quad = Signal(count(design.quads - 1))
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        # With two columns or more, the taxel before the end of a row is in the same row.
+        before_end = self.column == self._columns - 2
+        with m.If(self.transfer):
+            m.d.sync += [
+                self.column.eq(Mux(self.row_end, 0, self.column + 1)),
+                self.row_start.eq(self.row_end),
+                self.row_end.eq(before_end),
+                self.last.eq(before_end & (self.row == self._rows - 1)),
+            ]
+            with m.If(self.row_end):
+                m.d.sync += self.row.eq(Mux(self.last, 0, self.row + 1))
+            with m.If(~self.last):  # the last taxel and the first one share their quad
+                m.d.sync += self.quad.eq(self.quad + self._step())
+        return m
+
+    def _step(self) -> Value:
+        """From a taxel's quad to the next one's: to the middle of a row and back, to the middle row and back."""
+        across = _towards_middle(self.column, self._columns, 1)
+        down = _towards_middle(self.row, self._rows, self._stride)
+        return Mux(self.row_end, down, across)
+
+
+class Normaliser(wiring.Component):
+    """Shift a frame so that its largest code fills the word, and hand it on as quads of mirror taxels.
+
+    b = code << exponent, where the exponent counts the leading zeros of the OR of ``code ^ sign``; equal to
+    :func:`tfra.model.fixed.normaliser.normaliser`::
+
+        taxel -> register -+-> four banks, one per mirror place, two pages -> register -> shift -> spare -> quads
+                           +-> sum of |code|, OR of code ^ sign -> leading zeros -> shift -> frame
+                           +-> code ^ sign >= contact threshold, OR of it ------------------> frame
+
+    A frame loads into one page while the one before leaves the other.  Its last taxel waits until the quads and the
+    facts of the frame before have all been taken: there is one exponent, and the facts of two frames never meet.
+
+    A taxel a cycle, a quad a cycle, a frame every ``interval`` cycles.  Resources: four memories of ``2 Q`` codes,
+    barrel shifters for four codes and the sum, no multiplier; 10 x 10 taxels of 14 bits take 820 LUT4, 350 flip-flops
+    and 64 16 x 4 memories of an ECP5.
+
+    Members:
+        taxel: stream in, codes of a frame row by row.
+        quads: stream out, Q quads of the normalised frame in the order of ``to_quads``.
+        frame: stream out, one transfer a frame; does not wait for the quads.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "taxel": In(stream.Signature(signed(design.adc.bits))),
+                "quads": Out(stream.Signature(stress_quad(design))),
+                "frame": Out(stream.Signature(frame_facts(design))),
+            }
+        )
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the transfer of a frame's last taxel to the transfer of its first quad."""
+        return 5
+
+    @property
+    def facts_latency(self) -> int:
+        """Cycles from the transfer of a frame's last taxel to the transfer of its facts."""
+        return 5
+
+    @property
+    def interval(self) -> int:
+        """Cycles from a frame to the next when nothing stalls."""
+        return max(self._design.sensor.taxels, self.latency + self._design.quads)
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.raster = raster = Raster(self._design)
+        m.submodules.facts = facts = _Facts(self._design)
+        m.submodules.pages = pages = _Pages(self._design, raster)
+        quads_left, facts_left, waiting, end = (Signal(name=n) for n in ("quads_left", "facts_left", "waiting", "end"))
+        steps = Signal(4)  # bit k: the last taxel came k + 1 cycles ago
+        code = Signal(signed(self._design.adc.bits), reset_less=True)
+        m.d.comb += [
+            self.taxel.ready.eq(~(raster.last & (quads_left | facts_left))),
+            raster.transfer.eq(self.taxel.valid & self.taxel.ready),
+            end.eq(raster.transfer & raster.last),
+            facts.code.eq(code),
+            facts.steps.eq(steps),
+            pages.code.eq(code),
+            self.frame.valid.eq(waiting),
+            self.frame.payload.eq(facts.result),
+        ]
+        m.d.sync += [
+            code.eq(self.taxel.payload),
+            steps.eq(Cat(end, steps)),
+            facts.valid.eq(raster.transfer),
+            facts.first.eq(raster.row_start & (raster.row == 0)),
+        ]
+        with m.If(waiting & self.frame.ready):
+            m.d.sync += [waiting.eq(0), facts_left.eq(0)]
+        with m.If(steps[3]):
+            m.d.sync += waiting.eq(1)
+        with m.If(self._leave(m, pages, steps[0], facts.result.exponent)):
+            m.d.sync += quads_left.eq(0)
+        with m.If(end):
+            m.d.sync += [facts_left.eq(1), quads_left.eq(1)]
+        return m
+
+    def _leave(self, m: Module, pages: _Pages, start: Value, exponent: Value) -> Value:
+        """Read the quads of a frame and shift them in two steps; true when the last one is taken."""
+        quad = stress_quad(self._design)
+        m.submodules.spare = spare = Spare(data.StructLayout({"quad": quad, "end": 1}))  # a register lets all go
+        flow, running, final = Signal(), Signal(), Signal()
+        read, (coarse, fine) = Signal(quad, reset_less=True), two_steps(exponent, _FINE)
+        valid, end = Signal(2), Signal(2)  # behind the memory and the register
+        m.d.comb += [
+            flow.eq(spare.i.ready),
+            final.eq(pages.quad == self._design.quads - 1),
+            pages.read.eq(flow),
+            spare.i.valid.eq(valid[1]),
+            *(spare.i.p.quad[place].eq(read[place] << fine) for place in range(4)),
+            spare.i.p.end.eq(end[1]),
+            self.quads.valid.eq(spare.o.valid),
+            self.quads.payload.eq(spare.o.p.quad),
+            spare.o.ready.eq(self.quads.ready),
+        ]
+        with m.If(flow):
+            m.d.sync += [valid.eq(Cat(running, valid)), end.eq(Cat(final, end))]
+            m.d.sync += [read[place].eq(pages.stored[place] << coarse) for place in range(4)]
+        with m.If(flow & running):
+            m.d.sync += [running.eq(~final), pages.quad.eq(Mux(final, 0, pages.quad + 1))]
+        with m.If(start):
+            m.d.sync += running.eq(1)
+        return self.quads.valid & self.quads.ready & spare.o.p.end
+
+
+class _Facts(Elaboratable):
+    """Sum of magnitudes and ORs over the codes of a frame, scaled at its end.
+
+    ``code`` counts while ``valid``; ``first`` starts anew.  ``steps`` as in :class:`Normaliser`; ``result`` is
+    complete four cycles after the last taxel, its exponent two.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._bits, self._magnitude = design.adc.bits, widths(design).magnitude
+        self._threshold = design.adc.threshold
+        self.code = Signal(signed(self._bits))
+        self.valid = Signal()
+        self.first = Signal(reset_less=True)
+        self.steps = Signal(4)
+        self.result = Signal(frame_facts(design), reset_less=True)
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        negative, seen = self.code[-1], magnitude_bits(self.code)
+        # All bits set beside the sign: both ends of the range, and nothing else.
+        fresh = Cat(seen, negative, ~negative & self.code.any(), seen.all(), seen >= self._threshold)
+        kept = Signal(len(fresh), reset_less=True)
+        compressed, stretched, saturated, reached = kept[len(seen) :]
+        magnitude, whole = (Signal(self._magnitude, name=name, reset_less=True) for name in ("magnitude", "whole"))
+        with m.If(self.valid):
+            # |code| = (code ^ sign) + sign, so that the adder's carry input does the negation.
+            m.d.sync += [
+                kept.eq(Mux(self.first, 0, kept) | fresh),
+                magnitude.eq(add_carry(Mux(self.first, 0, magnitude), seen, negative)),
+            ]
+        result = self.result
+        with m.If(self.steps[1]):
+            m.d.sync += [
+                result.exponent.eq(leading_zeros(kept[: len(seen)])),
+                result.contact.eq(compressed & reached if self._threshold else compressed),
+                result.traction.eq(stretched),
+                result.saturated.eq(saturated),
+                whole.eq(magnitude),
+            ]
+        coarse, fine = two_steps(result.exponent, _FINE)
+        moved = register(m, (whole << coarse)[: self._magnitude], "moved")
+        with m.If(self.steps[3]):
+            m.d.sync += result.magnitude.eq(moved << fine)
+        return m
+
+
+class _Pages(Elaboratable):
+    """The folded frame in four banks, one for each place in a quad, and two pages.
+
+    ``code``: the taxel that moved the raster one cycle ago.  ``stored``: the quad number ``quad`` of the page that is
+    not loading, one cycle after ``read``.
+    """
+
+    def __init__(self, design: Design, raster: Raster) -> None:
+        self._design, self._raster = design, raster
+        self.code = Signal(signed(design.adc.bits))
+        self.quad = Signal(count(design.quads - 1))
+        self.read = Signal()
+        self.stored = Signal(stress_quad(design))
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        design, raster = self._design, self._raster
+        page = Signal()
+        with m.If(raster.transfer & raster.last):
+            m.d.sync += page.eq(~page)
+        place = Signal(len(raster.quad) + 1, reset_less=True)
+        m.d.sync += place.eq(Cat(raster.quad, page))
+        # On the middle line of an odd count a taxel is its own mirror image and belongs to both sides.
+        rows, columns = design.sensor.rows, design.sensor.columns
+        side_y = (raster.row < design.quad_rows, raster.row >= rows // 2)
+        side_x = (raster.column < design.quad_columns, raster.column >= columns // 2)
+        for number in range(4):
+            bank = memory.Memory(shape=self.code.shape(), depth=(1 << len(raster.quad)) + design.quads, init=[])
+            m.submodules[f"bank{number}"] = bank
+            write, read, enable = bank.write_port(), bank.read_port(), Signal(name=f"enable{number}")
+            m.d.sync += enable.eq(raster.transfer & side_y[number >> 1] & side_x[number & 1])
+            m.d.comb += [
+                *(write.en.eq(enable), write.addr.eq(place), write.data.eq(self.code)),
+                *(read.en.eq(self.read), read.addr.eq(Cat(self.quad, ~page)), self.stored[number].eq(read.data)),
+            ]
+        return m
+
+
+def _towards_middle(position: Value, length: int, stride: int) -> Value:
+    """``stride`` before the middle of ``length``, its negative behind; zero across the middle of an even length."""
+    return Mux(position < (length + 1) // 2 - 1, stride, Mux(position >= length // 2, -stride, 0))

@@ -1,0 +1,113 @@
+"""Payloads of the streams between blocks, all from the design's widths."""
+
+from __future__ import annotations
+
+from amaranth import Shape, signed, unsigned
+from amaranth.lib import data
+
+from tfra.hdl.lib.arithmetic import count, quad
+from tfra.model.design import Design
+from tfra.model.fixed.coefficients import kinds
+from tfra.model.fixed.widths import widths
+from tfra.model.fixed.words import word_bits
+
+
+def stress(design: Design) -> Shape:
+    """A converter code."""
+    return signed(widths(design).stress)
+
+
+def stress_quad(design: Design) -> data.ArrayLayout:
+    """Four mirror taxels of the normalised frame."""
+    return quad(widths(design).stress)
+
+
+def vector_quad(design: Design) -> data.ArrayLayout:
+    """Four words on the vector grid."""
+    return quad(widths(design).vector)
+
+
+def vector_part(design: Design) -> data.ArrayLayout:
+    """The words of a quad that are handled in a cycle, one of ``design.parts``."""
+    return data.ArrayLayout(signed(widths(design).vector), design.architecture.vector_words)
+
+
+def operand(design: Design) -> data.StructLayout:
+    """A quad of a candidate's or of the winner's residual; ``force`` marks the latter, d, which gives forces."""
+    return data.StructLayout({"words": vector_quad(design), "force": 1})
+
+
+def product(design: Design) -> data.StructLayout:
+    """A quad of results; the one bit set in ``kind`` has its operator's number in ``coefficients.kinds``."""
+    return data.StructLayout({"words": vector_quad(design), "kind": len(kinds(design))})
+
+
+def frame_facts(design: Design) -> data.StructLayout:
+    """What :class:`tfra.model.fixed.normaliser.Normalised` says of a frame beside its stress."""
+    return data.StructLayout(
+        {
+            "exponent": count(design.adc.bits - 1),
+            "magnitude": unsigned(widths(design).magnitude),
+            "contact": 1,
+            "traction": 1,
+            "saturated": 1,
+        }
+    )
+
+
+def direction(design: Design) -> data.StructLayout:
+    """:class:`tfra.model.fixed.tfra.centroids.Direction`."""
+    word = signed(design.formats.operand)
+    return data.StructLayout({"cos": word, "sin": word, "sweep_y": 1, "negative": 1, "vanishing": 1})
+
+
+def affine(design: Design) -> data.StructLayout:
+    """:class:`tfra.model.fixed.tfra.dependent.Dependent`; ``sums`` holds the nine A_pq row by row."""
+    word = signed(design.formats.operand)
+    return data.StructLayout(
+        {
+            "alpha": word,
+            "beta": word,
+            "vanishing": 1,
+            "sums": data.ArrayLayout(word, 9),
+            "significant": count(widths(design).vector - 1),
+        }
+    )
+
+
+def chosen(design: Design) -> data.StructLayout:
+    """:class:`tfra.model.fixed.tfra.friction.Friction`."""
+    word = signed(design.formats.operand)
+    return data.StructLayout(
+        {"index": sweep_index(design), "mu_ind": word, "mu_x": word, "mu_y": word, "out_of_range": 1}
+    )
+
+
+def sweep_index(design: Design) -> Shape:
+    """A candidate's number, 0 ... K."""
+    return count(design.search.steps)
+
+
+def total(design: Design) -> data.StructLayout:
+    """:class:`tfra.model.fixed.tfra.resultant.Resultant`."""
+    w = widths(design)
+    return data.StructLayout({"words": data.ArrayLayout(signed(w.division), 3), "exponent": signed(9)})
+
+
+def gain(design: Design) -> data.StructLayout:
+    """:class:`tfra.model.fixed.gain.Gain`."""
+    operand = design.formats.operand
+    return data.StructLayout(
+        {
+            "mantissa": unsigned(operand),
+            "force_shift": unsigned(7),
+            "resultant_shift": unsigned(7),
+            "mu": signed(operand),
+            "overflow": 1,
+        }
+    )
+
+
+def result(design: Design) -> data.StructLayout:
+    """One word of a result frame; ``last`` marks its end."""
+    return data.StructLayout({"data": signed(word_bits(design)), "last": 1})

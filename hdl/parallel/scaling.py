@@ -1,0 +1,268 @@
+"""The result stream: forces and resultants scaled to result words, bit-exact to :mod:`tfra.model.fixed.scaling`.
+
+The layout of a frame is that of :mod:`tfra.model.fixed.words`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+from operator import add, or_
+from typing import Any
+
+from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import count, round_half, shift_right, two_steps
+from tfra.hdl.lib.pipeline import delayed, register
+from tfra.hdl.lib.streams import Spare
+from tfra.hdl.parallel import payloads
+from tfra.model.design import Design
+from tfra.model.fixed.widths import widths
+from tfra.model.fixed.words import COUNTER_BITS, layout
+from tfra.model.tfra import Status
+
+STAGES = 9
+"""Registers between a word's entry and the result: operands, products, sum, product, two shifts, rounding, what lies
+beyond the result word, result."""
+
+FINE = 3
+"""Bits of a shift that its second step looks at."""
+
+CHUNK = 17
+"""Bits of a word for each partial product: unsigned, they fit the signed 18 bits of common multiplier blocks."""
+
+FACTS = ("gain", "total", "chosen", "affine", "direction", "frame", "phi")
+"""Streams of one transfer a frame."""
+
+
+@dataclass(frozen=True)
+class _Entry:
+    """A step of a frame: ``word * factor / 2^shift``, only the ``plain`` ones unlimited; or the taxels of a plane."""
+
+    word: Value | int
+    factor: Value | int = 1
+    shift: Value | int = 0
+    plain: bool = True
+    taxel: bool = False
+    last: bool = False
+
+
+class Scaling(wiring.Component):
+    """Send header, forces and status of every frame (Eq. 31).
+
+    ::
+
+        step --> word ---\\                                          plain? ---\\
+        gain --> factor --> partial products -> sum -> >> shift -> round -> saturate -> result
+                                                                           overflow? --> status
+
+    Every word goes the same way: header and status have factor one, what a frame does not keep has factor zero,
+    and the status, which is last, picks up the overflows before it.  The mantissa enters the multiplier as a
+    signed word, to keep to its operand's width; the weight of its top bit follows with the second sum.
+
+    A frame starts when all its facts are there, forces follow as they come, one word per cycle without gaps; the
+    facts are taken a cycle behind the entry of the status.  Resources: one multiplier of a word by an operand.
+
+    Members:
+        taxel: stream in, unscaled forces plane by plane, ``3 * taxels`` a frame.
+        gain, total, chosen, affine, direction, frame, phi: streams in, one transfer a frame.
+        result: stream out, ``last`` with the status.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        shapes = {
+            "taxel": signed(widths(design).force),
+            "gain": payloads.gain(design),
+            "total": payloads.total(design),
+            "chosen": payloads.chosen(design),
+            "affine": payloads.affine(design),
+            "direction": payloads.direction(design),
+            "frame": payloads.frame_facts(design),
+            "phi": unsigned(design.formats.operand),
+        }
+        ports: dict[str, Any] = {name: In(stream.Signature(shape)) for name, shape in shapes.items()}
+        super().__init__(ports | {"result": Out(stream.Signature(payloads.result(design)))})
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the one in which ``gain`` is valid, the other facts before it, to the transfer of the first word.
+
+        Between two frames whose facts are all there, two cycles stay empty.
+        """
+        return STAGES + Spare.latency
+
+    @property
+    def force_latency(self) -> int:
+        """Cycles from the transfer of a taxel to that of its word."""
+        return self.latency
+
+    @property
+    def tail(self) -> int:
+        """Cycles from the transfer of a frame's last taxel to that of its status."""
+        return self.latency + 1
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        advance, valid = Signal(), Signal(STAGES)
+        into = Signal(self._operands(), reset_less=True)
+        result = Signal(payloads.result(self._design), reset_less=True)
+        m.submodules.spare = spare = Spare(payloads.result(self._design))  # so that a register lets all advance
+        go = self._enter(m, advance, into)
+        m.d.comb += [
+            spare.i.valid.eq(valid[-1]),
+            spare.i.payload.eq(result),
+            advance.eq(spare.i.ready),
+        ]
+        wiring.connect(m, spare.o, wiring.flipped(self.result))
+        with m.If(advance):
+            m.d.sync += valid.eq(Cat(go, valid))
+            self._finish(m, result, *self._multiply(m, into), valid[-2])
+        return m
+
+    def _operands(self) -> data.StructLayout:
+        """One word at the entry of the multiplier."""
+        design, facts = self._design, payloads.gain(self._design).members
+        header = max(f.bits + (not f.signed) for f in layout(design) if f.name not in ("resultant", "forces"))
+        word = max(widths(design).force, widths(design).division, header)
+        return data.StructLayout(
+            {
+                "word": signed(word),
+                "factor": facts["mantissa"],
+                "shift": facts["force_shift"],
+                "plain": 1,
+                "last": 1,
+            }
+        )
+
+    def _entries(self, m: Module, counter: Value) -> list[_Entry]:
+        """The steps of a frame in the order of :func:`tfra.model.fixed.words.layout`.
+
+        Facts stand long before their words; what is made of them is in registers by then.
+        """
+        gain, chosen, contact = self.gain.p, self.chosen.p, self.frame.p.contact
+        regular = contact & self.frame.p.traction
+        tangential, normal = (register(m, Mux(kept, gain.mantissa, 0)) for kept in (regular, contact))
+        status = register(m, self._status(), "status")
+        factors = (tangential, tangential, normal)
+        fields = {
+            "frame": [_Entry(counter)],
+            "exponent": [_Entry(self.frame.p.exponent)],
+            "sweep_index": [_Entry(chosen.index)],
+            "phi": [_Entry(self.phi.p, regular)],
+            "mu": [_Entry(gain.mu)],
+            "mu_x": [_Entry(chosen.mu_x)],
+            "mu_y": [_Entry(chosen.mu_y)],
+            "resultant": [
+                _Entry(self.total.p.words[axis], factor, gain.resultant_shift, plain=False)
+                for axis, factor in enumerate(factors)
+            ],
+            "forces": [_Entry(0, factor, gain.force_shift, plain=False, taxel=True) for factor in factors],
+            "status": [_Entry(status, last=True)],
+        }
+        return [entry for field in layout(self._design) for entry in fields[field.name]]
+
+    def _status(self) -> Value:
+        """Status of a frame, as far as it is known without its words."""
+        frame = self.frame.p
+        regular = frame.contact & frame.traction
+        flags = {
+            Status.NO_CONTACT: ~frame.contact,
+            Status.COMPRESSION_ONLY: frame.contact & ~frame.traction,
+            Status.NO_DIRECTION: regular & self.direction.p.vanishing,
+            Status.VANISHING_DENOMINATOR: regular & self.affine.p.vanishing,
+            Status.DEPENDENT_OUT_OF_RANGE: regular & self.chosen.p.out_of_range,
+            Status.INPUT_SATURATED: frame.saturated,
+            Status.OUTPUT_SATURATED: frame.contact & self.gain.p.overflow,
+        }
+        return Cat(flags[Status(1 << place)] for place in range(len(flags)))
+
+    def _enter(self, m: Module, advance: Value, into: data.View) -> Value:
+        """Load the next word with its factor and shift; true when there is one.
+
+        The facts of a step are chosen while the step before it enters, since they stand: this takes no time later.
+        """
+        counter = Signal(COUNTER_BITS)
+        entries = self._entries(m, counter)
+        step = Signal(len(entries), init=1)  # a bit each, since much is chosen by it
+        taxels, closing = Signal(), Signal()
+        held = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
+        first, go, move = Signal(init=1), Signal(), Signal()
+        facts = [getattr(self, name) for name in FACTS]
+        # Facts stay until they are taken, so only the first word has to look for them.  The gain comes last: the
+        # others, from a register, which tells nothing of the next frame while those of this one are taken: a cycle
+        # late, since the way to their queues is long.
+        closed = advance & closing
+        taken = register(m, closed, "taken", control=True)
+        known = Cat(fact.valid for fact in facts[1:]).all() & ~closed & ~taken
+        there = ~first | (register(m, known, "known", control=True) & self.gain.valid)
+        m.d.comb += [
+            go.eq(Mux(taxels, self.taxel.valid, there)),
+            self.taxel.ready.eq(advance & taxels),
+            move.eq(advance & go & (~taxels | self._last_taxel(m))),
+            *(fact.ready.eq(taken) for fact in facts),
+        ]
+        with m.If(advance):
+            m.d.sync += [into.eq(held), into.word.eq(Mux(taxels, self.taxel.p, held.word))]
+        with m.If(move):
+            following = list(zip(step, [*entries[1:], entries[0]], strict=True))
+            m.d.sync += [step.eq(step.rotate_left(1)), first.eq(closing)]
+            m.d.sync += [taxels.eq(_chosen(following, "taxel")), closing.eq(_chosen(following, "last"))]
+            m.d.sync += [getattr(held, name).eq(_chosen(following, name)) for name in into.shape().members]
+        with m.If(move & first):
+            m.d.sync += counter.eq(counter + 1)
+        return go
+
+    def _last_taxel(self, m: Module) -> Value:
+        """Whether the next taxel is a plane's last one."""
+        number, last = Signal(count(self._design.sensor.taxels - 1)), Signal()
+        with m.If(self.taxel.valid & self.taxel.ready):
+            m.d.sync += [number.eq(Mux(last, 0, number + 1)), last.eq(number == self._design.sensor.taxels - 2)]
+        return last
+
+    def _multiply(self, m: Module, into: data.View) -> tuple[Value, Value, Value]:
+        """``word * factor / 2^shift`` rounded half up, with the word's flags beside it."""
+        word, bits = into.word, len(into.factor)
+        partials = [register(m, part * into.factor.as_signed(), "partial") for part in _chunks(word)]
+        # An unsigned factor is its signed word plus 2^bits where its top bit is set.
+        top = register(m, Mux(into.factor[-1], word, 0).as_signed(), "top")
+        width = len(word) + bits
+        total = register(m, reduce(add, (p << (CHUNK * k) for k, p in enumerate(partials)))[:width].as_signed(), "sum")
+        product = register(m, (total + (register(m, top, "top") << bits))[:width].as_signed(), "product")
+        shift, flags = into.shift, Cat(into.plain, into.last)
+        flags = delayed(m, flags, 3, "flags")
+        reach = width.bit_length()  # a longer shift leaves the sign alone
+        limited = Mux(shift[reach:].any(), (1 << reach) - 1, shift[:reach])
+        shift = delayed(m, register(m, limited, "shift"), 2, "shift")
+        coarse, fine = two_steps(shift, FINE)
+        moved, flags = register(m, shift_right(product, coarse), "moved"), register(m, flags, "flags")
+        shifted, flags = register(m, moved >> register(m, fine, "fine"), "shifted"), register(m, flags, "flags")
+        rounded, flags = register(m, round_half(shifted), "rounded"), register(m, flags, "flags")
+        return rounded, flags[0], flags[1]
+
+    def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:
+        """Limit the word, remember that it was limited, and tell so in the status."""
+        output, place = widths(self._design).output, Status.OUTPUT_SATURATED.bit_length() - 1
+        limited, above = Signal(), rounded[output - 1 :]
+        beyond = register(m, ~plain & above.any() & ~above.all(), "beyond")
+        rounded, last = register(m, rounded, "found"), register(m, last, "ends")
+        top = Cat((~rounded[-1]).replicate(output - 1), rounded[-1]).as_signed()
+        m.d.sync += [result.data.eq(Mux(beyond, top, rounded)), result.last.eq(last)]
+        with m.If(last):
+            m.d.sync += result.data[place].eq(rounded[place] | limited)
+        with m.If(valid):
+            m.d.sync += limited.eq(~last & (limited | beyond))
+
+
+def _chosen(following: list[tuple[Value, _Entry]], name: str) -> Value:
+    """``name`` of the entry whose bit is set: what is zero everywhere else."""
+    return reduce(or_, (Mux(bit, getattr(entry, name), 0) for bit, entry in following))
+
+
+def _chunks(word: Value) -> list[Value]:
+    """``word`` in pieces of ``CHUNK`` bits, the lower ones unsigned; the last one has the sign and up to a bit more."""
+    if len(word) <= CHUNK + 1:
+        return [word]
+    return [word[:CHUNK], *_chunks(word[CHUNK:].as_signed())]

@@ -1,0 +1,346 @@
+"""Direction of the tangential force from the centroids of compression and traction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import reduce
+from itertools import pairwise
+from operator import or_
+from typing import Any
+
+from amaranth import Cat, Elaboratable, Module, Mux, Shape, Signal, Value, signed, unsigned
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import add_carry, add_or_subtract, count, magnitude_bits, round_top
+from tfra.hdl.lib.pipeline import register
+from tfra.hdl.parallel.normaliser import Raster
+from tfra.hdl.parallel.payloads import direction
+from tfra.model.design import Design
+from tfra.model.fixed.tfra.centroids import pitch_ratio
+from tfra.model.fixed.widths import widths
+
+
+@dataclass(frozen=True)
+class _Sizes:
+    """Word lengths of the serial part, in bits.
+
+    A product of ``word`` and ``multiplier`` bits leaves its register to the right, lowest bit first; the sum that is
+    left is no longer than the word, so that ``product`` holds both without an exception.
+    """
+
+    word: int
+    multiplier: int
+    ratio: int
+
+    @property
+    def product(self) -> int:
+        """Bits of the register."""
+        return self.word + self.multiplier
+
+    @property
+    def shifts(self) -> list[int]:
+        """Places by which a product moves, or not, one after the other to be normalised."""
+        return shift_distances(self.product - 1)
+
+
+def shift_distances(most: int) -> list[int]:
+    """Distances that make any shift up to ``most`` places, each taken where it is not too far; none of them is idle.
+
+    Powers of four, each but the largest three times: three distances take half the multiplexers of the six powers of
+    two.
+    """
+    distance: int = 4 ** ((most.bit_length() - 1) // 2)
+    found = [distance] * (most // distance)
+    while distance := distance // 4:
+        found += [distance] * 3
+    return found
+
+
+def _sizes(design: Design) -> _Sizes:
+    w, ratio = widths(design), max(pitch_ratio(design)).bit_length()
+    return _Sizes(max(w.moment + 1, w.division), max(w.magnitude, ratio), ratio)
+
+
+class Centroids(wiring.Component):
+    """cos and sin of the direction from the centroid of traction to that of compression, times a common factor.
+
+    Eqs. 11, 19-22 with u = columns - j, v = rows - i; equal to :func:`tfra.model.fixed.tfra.centroids.centroids`::
+
+        taxel -> sums of a row -> sum S and moment U of the frame -> moment V     for compression and for traction
+        (U_t S_c - U_c S_t, V_t S_c - V_c S_t) -> normalise -> times the pitches -> normalise -> direction
+
+    Prefix sums weigh the taxels, so the moments take no multiplier: U adds the running sum of the row at every
+    taxel, V the running sum of the frame at every end of a row.  The second line is serial: x and y each have one
+    adder that multiplies a bit of S (or of the pitch ratio) a cycle, and one register that normalises in steps of
+    ..., 16, 4, 1 places.  It works on copies while the next frame adds up, whose last taxel waits until the
+    direction has been taken.
+
+    A taxel a cycle, a frame every ``interval`` cycles.  Resources: about 20 registers of a
+    moment's length, no multiplier; 10 x 10 taxels of 14 bits take 810 LUT4 and 560 flip-flops of an ECP5.
+
+    Members:
+        taxel: stream in, codes of a frame row by row.
+        direction: stream out, one transfer a frame.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "taxel": In(stream.Signature(signed(design.adc.bits))),
+                "direction": Out(stream.Signature(direction(design))),
+            }
+        )
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the transfer of a frame's last taxel to the transfer of its direction."""
+        sizes = _sizes(self._design)
+        sums, products = 4, (widths(self._design).magnitude + 1) + (sizes.ratio + 1)
+        normalisations, rounding, decision = 2 * 2 * len(sizes.shifts), 1, 4
+        return sums + products + normalisations + rounding + decision
+
+    @property
+    def interval(self) -> int:
+        """Cycles from a frame to the next when nothing stalls."""
+        return max(self._design.sensor.taxels, self.latency + 1)
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.raster = raster = Raster(self._design)
+        m.submodules.solver = solver = _Solver(self._design)
+        m.d.comb += [
+            self.taxel.ready.eq(~(raster.last & solver.busy)),
+            raster.transfer.eq(self.taxel.valid & self.taxel.ready),
+            self.direction.valid.eq(solver.valid),
+            self.direction.payload.eq(solver.result),
+            solver.taken.eq(self.direction.ready),
+        ]
+        flags = self._flags(m, raster)
+        code = Signal(signed(self._design.adc.bits), reset_less=True)
+        m.d.sync += code.eq(self.taxel.payload)
+        negative, seen = code[-1], magnitude_bits(code)
+        for name, chosen, carry in (("compression", negative, negative), ("traction", ~negative, 0)):
+            # |code| = (code ^ sign) + sign, so that the adder's carry input does the negation.
+            zone = _Zone(self._design, flags)
+            m.submodules[name] = zone
+            m.d.comb += [zone.bits.eq(Mux(chosen, seen, 0)), zone.carry.eq(carry)]
+            m.d.comb += getattr(solver, name).eq(zone.sums)
+        m.d.comb += [
+            solver.claim.eq(register(m, raster.transfer & raster.last, "claim", control=True)),
+            solver.load_u.eq(flags[2].last),
+            solver.load_v.eq(flags[3].last),
+        ]
+        return m
+
+    def _flags(self, m: Module, raster: Raster) -> list[data.View[Any]]:
+        """Where the taxel in each stage of the sums is; a stage is empty when nothing is set."""
+        flags = [Signal(_FLAGS, name=f"flags{stage}") for stage in range(4)]
+        m.d.sync += [
+            flags[0].taxel.eq(raster.transfer),
+            flags[0].row_end.eq(raster.transfer & raster.row_end),
+            flags[0].last.eq(raster.transfer & raster.last),
+            flags[0].row_start.eq(raster.row_start),
+            flags[0].first_row.eq(raster.row == 0),
+            *(after.eq(before) for before, after in pairwise(flags)),
+        ]
+        return flags
+
+
+_FLAGS = data.StructLayout({"taxel": 1, "row_end": 1, "last": 1, "row_start": 1, "first_row": 1})
+
+
+def _sums(design: Design) -> data.StructLayout:
+    """Sum of a zone's magnitudes, and its moments about the column after the last and the row after the last."""
+    w = widths(design)
+    moment = unsigned(w.moment)
+    return data.StructLayout({"s": unsigned(w.magnitude), "u": moment, "v": moment})
+
+
+class _Zone(Elaboratable):
+    """Sum and moments of compression or traction; the taxel is ``bits + carry``.
+
+    A stage each: row (flags 0), s and u (flags 1), v (flags 2).
+    """
+
+    def __init__(self, design: Design, flags: list[data.View[Any]]) -> None:
+        self._design, self._flags = design, flags
+        self.bits = Signal(design.adc.bits - 1)
+        self.carry = Signal()
+        self.sums = Signal(_sums(design), reset_less=True)
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        at_row, at_sum, at_v, _ = self._flags
+        sums = self.sums
+        longest = self._design.sensor.columns << (self._design.adc.bits - 1)
+        row = Signal(longest.bit_length(), reset_less=True)
+        with m.If(at_row.taxel):
+            m.d.sync += row.eq(add_carry(Mux(at_row.row_start, 0, row), self.bits, self.carry))
+        with m.If(at_sum.taxel):
+            m.d.sync += sums.u.eq(Mux(at_sum.row_start & at_sum.first_row, 0, sums.u) + row)
+        with m.If(at_sum.row_end):
+            m.d.sync += sums.s.eq(Mux(at_sum.first_row, 0, sums.s) + row)
+        with m.If(at_v.row_end):
+            m.d.sync += sums.v.eq(Mux(at_v.first_row, 0, sums.v) + sums.s)
+        return m
+
+
+class _Solver(Elaboratable):
+    """The serial part, from copies of the sums to the direction.
+
+    ``claim`` comes with the last taxel and sets ``busy`` until ``result`` is ``taken``; ``load_u`` when s and u are
+    complete, ``load_v`` a cycle later.  Every state but those that wait takes a fixed number of cycles.
+
+    A product is ``plus * factor0 - minus * factor1`` at first; then ``plus`` times the axis' own factor, its pitch.
+    It enters ``value`` from above and so ends up times a power of two, which normalisation does not mind.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design, self._sizes = design, _sizes(design)
+        self.compression, self.traction = Signal(_sums(design)), Signal(_sums(design))
+        self.claim, self.load_u, self.load_v = Signal(), Signal(), Signal()
+        self.busy, self.valid, self.taken = Signal(), Signal(), Signal()
+        self.result = Signal(direction(design), reset_less=True)
+
+        sizes = self._sizes
+        self._plus = _pair("plus", signed(sizes.word))
+        self._minus = _pair("minus", unsigned(widths(design).moment))
+        self._factor = _pair("factor", unsigned(sizes.multiplier))
+        self._term = _pair("term", signed(sizes.word))
+        self._value = _pair("value", signed(sizes.product))
+        self._by_pitch = Signal()
+        self._left = Signal(count(sizes.multiplier))
+        self._step = Signal(len(sizes.shifts))
+        self._distances = sorted(set(sizes.shifts))
+        self._adding, self._shift = Signal(), Signal(len(self._distances))
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        pitch, decide = Signal(), Signal()
+        difference = Signal(signed(len(self._top(0)) + 1), reset_less=True)
+        positive = register(m, ~difference[-1] & difference.any(), "positive")
+        m.d.sync += [self._shift.eq(0), pitch.eq(0), decide.eq(0)]
+        with m.FSM():
+            with m.State("idle"), m.If(self.claim):
+                m.d.sync += self.busy.eq(1)
+                m.next = "load"
+            with m.State("load"), m.If(self.load_v):
+                m.d.sync += self._adding.eq(1)
+                m.next = "multiply"
+            with m.State("multiply"):
+                m.d.sync += [self._left.eq(self._left - 1), self._step.eq(1)]
+                with m.If(self._left == 0):
+                    m.d.sync += self._adding.eq(0)
+                    m.next = "look"
+            with m.State("look"):
+                m.d.sync += self._shift.eq(self._look())
+                m.next = "move"
+            with m.State("move"):
+                m.d.sync += self._step.eq(self._step << 1)
+                with m.If(~self._step[-1]):
+                    m.next = "look"
+                with m.Elif(self._by_pitch):
+                    m.next = "compare"
+                with m.Else():
+                    m.d.sync += pitch.eq(1)
+                    m.next = "pitch"
+            with m.State("pitch"):
+                m.d.sync += [self._by_pitch.eq(1), self._adding.eq(1)]
+                m.next = "multiply"
+            with m.State("compare"):
+                m.d.sync += self._compare(difference)
+                m.next = "test"
+            with m.State("test"):
+                m.d.sync += [self._by_pitch.eq(0), decide.eq(1)]
+                m.next = "idle"
+        with m.If(decide):
+            self._decide(m, difference, positive)
+        with m.If(self.valid & self.taken):
+            m.d.sync += [self.busy.eq(0), self.valid.eq(0)]
+        self._load(m, pitch)
+        self._work(m, self.load_v | pitch)
+        return m
+
+    def _load(self, m: Module, pitch: Value) -> None:
+        """Copy the sums while they are whole, since those of the next frame follow at once; later their pitches."""
+        (minus_x, minus_y), (plus_x, plus_y) = self._minus, self._plus
+        with m.If(self.load_u):
+            m.d.sync += [plus_x.eq(self.traction.u), minus_x.eq(self.compression.u)]
+            m.d.sync += [self._factor[0].eq(self.compression.s), self._factor[1].eq(self.traction.s)]
+        with m.If(self.load_v):
+            m.d.sync += [plus_y.eq(self.traction.v), minus_y.eq(self.compression.v)]
+            m.d.sync += self._left.eq(widths(self._design).magnitude)
+        with m.If(pitch):
+            for axis, factor in enumerate(pitch_ratio(self._design)):
+                rounded = round_top(self._value[axis], widths(self._design).division)
+                m.d.sync += [self._plus[axis].eq(rounded), self._factor[axis].eq(factor)]
+            m.d.sync += self._left.eq(self._sizes.ratio)
+
+    def _work(self, m: Module, clear: Value) -> None:
+        """Terms and values: zero before a product, then a bit of the factors a cycle, then steps of normalisation.
+
+        What happens is known from registers of its own: the state drives too much to be looked at here.
+        """
+        low = self._sizes.multiplier
+        bit0, bit1 = (factor[0] for factor in self._factor)
+        plus_on, minus_on = (bit0, Mux(self._by_pitch, bit1, bit0)), bit1 & ~self._by_pitch
+        for axis, (term, value) in enumerate(zip(self._term, self._value, strict=True)):
+            with m.If(clear):  # the first cycle of a multiplication adds the term that is not yet there
+                m.d.sync += [term.eq(0), value.eq(0)]
+            with m.Elif(self._adding):
+                m.d.sync += [
+                    term.eq(Mux(plus_on[axis], self._plus[axis], 0) - Mux(minus_on, self._minus[axis], 0)),
+                    value.eq(Cat(value[1:low], value[low:].as_signed() + term)),
+                ]
+            with m.Elif(self._shift.any()):
+                m.d.sync += value.eq(self._shifted(value))
+        with m.If(self._adding):
+            m.d.sync += [factor.eq(factor >> 1) for factor in self._factor]
+
+    def _look(self) -> Value:
+        """The distance of the present step, if both values survive it: all bits that it drops equal the sign."""
+        found = []
+        for distance in self._distances:
+            flat = ~Cat(magnitude_bits(value[-1 - distance :]) for value in self._value).any()
+            steps = [step for step, at in zip(self._step, self._sizes.shifts, strict=True) if at == distance]
+            found.append(flat & Cat(steps).any())
+        return Cat(found)
+
+    def _shifted(self, value: Value) -> Value:
+        """``value`` moved by the only distance that is on."""
+        moved = zip(self._shift, self._distances, strict=True)
+        return reduce(or_, ((value << places)[: len(value)] & on.replicate(len(value)) for on, places in moved))
+
+    def _top(self, axis: int) -> Value:
+        """All bits of a normalised length that can differ from zero."""
+        bits = widths(self._design).division + self._sizes.ratio
+        return self._value[axis][-bits:].as_signed()
+
+    def _compare(self, difference: Signal) -> list[Any]:
+        """``|y| - |x|`` with the sign of y, and the rounded words."""
+        x, y = self._top(0), self._top(1)
+        cos, sin = (round_top(value, self._design.formats.operand) for value in self._value)
+        return [
+            difference.eq(add_or_subtract(y, x, x[-1] == y[-1])),
+            self.result.vanishing.eq(~(x | y).any()),
+            *(self.result.cos.eq(cos), self.result.sin.eq(sin)),
+        ]
+
+    def _decide(self, m: Module, difference: Signal, positive: Value) -> None:
+        x_negative, y_negative = (value[-1] for value in self._value)
+        sweep_y = Signal()
+        m.d.comb += sweep_y.eq(Mux(y_negative, difference[-1], positive))
+        m.d.sync += [
+            self.result.sweep_y.eq(sweep_y),
+            self.result.negative.eq(Mux(sweep_y, y_negative, x_negative)),
+            self.valid.eq(1),
+        ]
+        with m.If(self.result.vanishing):
+            m.d.sync += self.result.cos.eq((1 << (self._design.formats.operand - 1)) - 1)
+
+
+def _pair(name: str, shape: Shape) -> tuple[Signal, Signal]:
+    """A register for x and one for y."""
+    return Signal(shape, name=f"{name}_x", reset_less=True), Signal(shape, name=f"{name}_y", reset_less=True)

@@ -1,0 +1,140 @@
+"""Unscaled forces: planes are unfolded, rounded and sent taxel by taxel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Array, Cat, Module, Signal, Value, signed
+from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import quad
+from tfra.hdl.lib.butterfly import Butterfly
+from tfra.hdl.lib.pipeline import READ, delayed, fill, register, walk
+from tfra.hdl.lib.streams import TOKEN, Queue, Tokens, flow
+from tfra.hdl.parallel.normaliser import Raster
+from tfra.hdl.parallel.parts import in_parts, in_quad, part_number, pick_part
+from tfra.hdl.parallel.payloads import vector_quad
+from tfra.model.design import Design
+from tfra.model.fixed.widths import force_drop, widths
+
+PLANES = 8
+"""Planes of the memory, a power of two."""
+
+
+class Forces(wiring.Component):
+    """Row-major force planes from folded ones; the end of :func:`tfra.model.fixed.tfra.forces.forces`.
+
+    ::
+
+        folded -> Butterfly -> round_shift(., force_drop) -> memory (8 planes x Q quads) -> place -> queue -> taxel
+
+    The four mirror taxels of a quad lie at one address, so a single walk over the quads finds every taxel: forth
+    and back over the quad columns of a row, forth and back over the quad rows of the plane.  The middle line of
+    an odd count is read once, from its first place.  The memory holds more than a frame, so that the products of a
+    frame need not wait for its words to be sent.  A word is read when the queue has a place for it, so that nothing on
+    the way waits.  One quad per cycle in, one taxel per cycle out; no multiplier.
+
+    Members:
+        folded: 3 Q quads a frame, for which a token was taken: folded f_x, f_y, f_z.
+        taxel: 3 m words a frame: f_x, f_y, f_z, each row-major.
+        room: tokens out, one for each frame that the memory has room for.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "folded": In(flow(vector_quad(design))),
+                "taxel": Out(stream.Signature(signed(widths(design).force))),
+                "room": Out(stream.Signature(TOKEN)),
+            }
+        )
+        self._unfold = Butterfly(widths(design).vector)
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the transfer of a plane's last quad to that of its first taxel, when the plane before has left.
+
+        The registers of the butterfly, of rounding, of the memory's cells, of its read port, behind that, of the word,
+        and the queue; parts of a quad.
+        """
+        return self._unfold.latency + 2 + self.read_latency + self._design.parts - 1
+
+    @property
+    def read_latency(self) -> int:
+        """Cycles from the last read of a plane to the transfer of its last taxel, when nothing stalls."""
+        return READ + 1 + Queue.latency
+
+    @property
+    def plane_cycles(self) -> int:
+        """Cycles in which a plane is sent; planes follow each other without a gap when their quads come in time."""
+        return self._design.sensor.taxels
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        words = data.ArrayLayout(self.taxel.payload.shape(), self._design.architecture.vector_words)
+        depth = PLANES << part_number(self._design).width
+        m.submodules.unfold = self._unfold
+        m.submodules.frames = self._frames = Tokens(PLANES // 3, every=3)
+        wiring.connect(m, self._frames.o, wiring.flipped(self.room))
+        m.submodules.plane = plane = memory.Memory(shape=words, depth=depth, init=[])
+        entered, left = Signal(), Signal()
+        full = fill(m, PLANES, entered, left)
+        m.d.comb += [
+            self._unfold.i.valid.eq(self.folded.valid),
+            self._unfold.i.payload.eq(self.folded.payload),
+            self._unfold.o.ready.eq(1),
+            entered.eq(self._write(m, plane.write_port())),
+            left.eq(self._read(m, plane.read_port(), full)),
+        ]
+        return m
+
+    def _write(self, m: Module, port: Any) -> Value:
+        """Round the unfolded quads and store them; high with a plane's last."""
+        design, drop, unfolded = self._design, force_drop(self._design), self._unfold.o
+        rounded = Signal(quad(widths(design).force), reset_less=True)
+        plane, ends = Signal(range(PLANES)), Signal()
+        number, last = walk(m, port.en, design.quads * design.parts)
+        ends_quad = in_quad(design, number) == design.parts - 1
+        m.d.comb += [
+            port.addr.eq(Cat(number, plane)),
+            port.data.eq(pick_part(design, rounded, number)),
+            port.en.eq(in_parts(m, register(m, unfolded.valid, control=True), ends_quad)),
+            ends.eq(port.en & last),
+        ]
+        with m.If(unfolded.valid):
+            for k in range(4):
+                m.d.sync += rounded[k].eq((unfolded.payload[k] + (1 << drop >> 1)) >> drop)
+        m.d.sync += plane.eq(plane + ends)
+        return ends
+
+    def _read(self, m: Module, port: Any, full: Value) -> Value:
+        """Walk over a full plane: address, read port, its register, the word of the place; high with the last read.
+
+        The queue has as many places as it takes cycles until one is free again while nothing stalls.
+        """
+        plane, issue, ends = Signal(range(PLANES)), Signal(), Signal()
+        m.submodules.raster = raster = Raster(self._design)
+        m.submodules.places = places = Tokens(self.read_latency + 1)
+        m.submodules.queue = queue = Queue(self.taxel.payload.shape(), self.read_latency + 2)
+        wiring.connect(m, queue.o, wiring.flipped(self.taxel))
+        place = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
+        size = self._design.architecture.vector_words
+        inside = (size - 1).bit_length()  # bits of the place that a part has words for; the others are address
+        number = Cat(place[inside:], raster.quad)[: part_number(self._design).width]
+        words = data.View(port.data.shape(), register(m, port.data.as_value(), "words"))
+        chosen = Array(words[k] for k in range(size))[delayed(m, place[:inside], READ)] if inside else words[0]
+        m.d.comb += [
+            issue.eq(places.o.valid & full[0]),
+            places.o.ready.eq(full[0]),
+            places.give.eq(self.taxel.valid & self.taxel.ready),
+            ends.eq(issue & raster.last),
+            raster.transfer.eq(issue),
+            port.addr.eq(Cat(number, plane)),
+            queue.i.valid.eq(delayed(m, issue, READ + 1, "issued", control=True)),
+            queue.i.payload.eq(register(m, chosen, "word")),
+            self._frames.give.eq(register(m, ends, control=True)),
+        ]
+        m.d.sync += plane.eq(plane + ends)
+        return ends

@@ -1,0 +1,295 @@
+"""Exact normal stress under a loaded elastic cover: the reference that makes frames.
+
+The cover is a linear elastic block, bonded to a rigid base at z = 0 (all displacements vanish), loaded by the
+contacts' tractions at z = h and held by rollers at its four sides (no normal displacement, no shear), as in
+the paper's finite-element model (Section 4).  The rollers are met by mirroring the load at each side: q_z and
+sigma_zz become cosine series, q_x a sine series in x and a cosine series in y, q_y the reverse.
+
+Every wave vector (kx, ky) with k = hypot(kx, ky), H = k h is then a problem of its own in z.  Its four
+constants of integration are fixed by two displacements at the base and two tractions at the top; the part
+with displacement across the wave vector carries no sigma_zz and drops out.  Eliminated by hand,
+
+    sigma_zz(0) = n [(n cosh H + H sinh H) q_z + (m sinh H + H cosh H) t] / D,
+    D = (3 - 4 nu) cosh^2 H + H^2 + m^2,    n = 2 (1 - nu),    m = 1 - 2 nu,    t = (kx q_x + ky q_y) / k,
+
+with q_z, q_x, q_y the amplitudes of cos cos, sin cos and cos sin.  Young's modulus drops out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from tfra.model.cover.contact import Contact, ContactShape
+from tfra.model.sensor import Floats, SensorArray
+
+Sampling = Literal["point", "area"]
+
+TRUNCATION = 1e-10
+"""Bound on what the modes left out add to b_z, relative to max(1, mu) |F_z| / (size_x size_y).
+
+F_z / (size_x size_y) is the mean of b_z over the base: for mu <= 1 the bound also holds relative to the peak.
+"""
+
+_CHUNK = 1 << 17  # entries of one (contacts, modes in x, modes in y) temporary: 1 MiB
+_SLACK = 1e-9  # share of the block's size by which rounding may push a footprint or window over the side
+
+
+@dataclass(frozen=True, slots=True)
+class ElasticLayer:
+    """A bonded elastic block with roller sides; lengths in metres.
+
+    Attributes:
+        size_x, size_y: Extents of the block, > 0.
+        thickness: Height h of the block, > 0.
+        poisson: Poisson's ratio, -1 < nu <= 0.5; 0.5 (incompressible) is fine.
+        origin_x, origin_y: Corner of the block with the smallest coordinates.
+
+    Raises ``ValueError`` naming the field for a value outside these ranges or not finite.
+    """
+
+    size_x: float
+    size_y: float
+    thickness: float
+    poisson: float
+    origin_x: float
+    origin_y: float
+
+    def __post_init__(self) -> None:
+        for name in ("size_x", "size_y", "thickness"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise ValueError(f"{name}: a positive, finite length is needed, got {value}")
+        if not -1.0 < self.poisson <= 0.5:
+            raise ValueError(f"poisson: a value in (-1, 0.5] is needed, got {self.poisson}")
+        for name in ("origin_x", "origin_y"):
+            if not math.isfinite(getattr(self, name)):
+                raise ValueError(f"{name}: a finite coordinate is needed, got {getattr(self, name)}")
+
+    @classmethod
+    def under(cls, sensor: SensorArray, poisson: float = 0.48) -> ElasticLayer:
+        """Return the cover of ``sensor``: half a pitch beyond its outer taxels, ``thickness`` high."""
+        return cls(
+            size_x=sensor.size_x,
+            size_y=sensor.size_y,
+            thickness=sensor.thickness,
+            poisson=poisson,
+            origin_x=-sensor.pitch_x / 2,
+            origin_y=-sensor.pitch_y / 2,
+        )
+
+    @property
+    def modes(self) -> int:
+        """How many modes the series sums: the memory and the time of a frame are proportional to it."""
+        cutoff = _cutoff(self) / self.thickness
+        return _count(self.size_x, cutoff) * _count(self.size_y, cutoff)
+
+    def transfer(self, k: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Return sigma_zz at the base per unit of q_z and of t (see the module's equation) at k >= 0, rad/m.
+
+        Both are dimensionless with the shape of ``k``; they tend to 1 and to k h for k -> 0 and decay like
+        k h exp(-k h).  Exponentials are scaled by exp(-k h), so nothing overflows.
+        """
+        height = np.asarray(k, dtype=np.float64) * self.thickness
+        n, m = 2.0 * (1.0 - self.poisson), 1.0 - 2.0 * self.poisson
+        square = np.exp(-2.0 * height)
+        cosh, sinh = 0.5 * (1.0 + square), -0.5 * np.expm1(-2.0 * height)  # both times exp(-H)
+        determinant = (3.0 - 4.0 * self.poisson) * cosh**2 + (height**2 + m * m) * square
+        scale = n * np.exp(-height) / determinant
+        return scale * (n * cosh + height * sinh), scale * (m * sinh + height * cosh)
+
+    def base_stress(
+        self,
+        contacts: Sequence[Contact],
+        x: npt.ArrayLike,
+        y: npt.ArrayLike,
+        window: tuple[float, float] | None = None,
+    ) -> Floats:
+        """Return the normal stress b_z at the base, Pa, compression negative.
+
+        Args:
+            contacts: The loads, each a frame of its own.
+            x, y: Coordinates of the grid's columns and rows, m; one-dimensional.
+            window: Sides of the rectangle about each grid point to average over, m; None for point values.
+
+        Returns:
+            Array of shape ``(len(contacts), len(y), len(x))``.  Modes are summed up to ``TRUNCATION``.
+
+        Raises:
+            ValueError: A footprint (named by the contact's index and the field), a grid point or a window
+                leaves the block, or ``x`` or ``y`` is not one-dimensional.
+        """
+        for index, contact in enumerate(contacts):
+            self._check_footprint(index, contact)
+        width_x, width_y = (0.0, 0.0) if window is None else window
+        modes = _modes(self)
+        waves_x = _sampled_cosines(modes.kx, x, width_x, self.origin_x, self.size_x, "x")
+        waves_y = _sampled_cosines(modes.ky, y, width_y, self.origin_y, self.size_y, "y")
+        result = np.empty((len(contacts), waves_y.shape[0], waves_x.shape[0]))
+        step = max(1, _CHUNK // modes.normal.size)
+        for shape, indices in _chunks(contacts, step):
+            loads = self._loads([contacts[i] for i in indices])
+            result[indices] = _superpose(modes, shape, loads, waves_x, waves_y)
+        return result
+
+    def _check_footprint(self, index: int, contact: Contact) -> None:
+        for axis in ("x", "y"):
+            center, half = getattr(contact, f"center_{axis}"), getattr(contact, f"half_{axis}")
+            low = getattr(self, f"origin_{axis}")
+            size = getattr(self, f"size_{axis}")
+            if center - half < low - _SLACK * size or center + half > low + size * (1 + _SLACK):
+                raise ValueError(
+                    f"contact {index}: center_{axis}: the footprint {center:g} +- {half:g} m (half_{axis}) "
+                    f"leaves the block from {low:g} to {low + size:g} m"
+                )
+
+    def _loads(self, contacts: Sequence[Contact]) -> _Loads:
+        places = np.array([(c.center_x - self.origin_x, c.center_y - self.origin_y) for c in contacts])
+        halves = np.array([(c.half_x, c.half_y) for c in contacts])
+        return _Loads(places, halves, np.array([c.force for c in contacts]))
+
+
+def frames(
+    sensor: SensorArray,
+    contacts: Sequence[Contact],
+    sampling: Sampling = "point",
+    poisson: float = 0.48,
+) -> Floats:
+    """Return the frames an ideal array reports, shape ``(n, rows, columns)``, Pa, compression negative.
+
+    ``sampling`` is ``"point"`` for b_z at the taxel centres or ``"area"`` for its mean over each taxel's
+    pitch_x x pitch_y cell.  Raises ``ValueError`` for another sampling and as ``ElasticLayer.base_stress``.
+    """
+    if sampling not in ("point", "area"):
+        raise ValueError(f'sampling: "point" or "area" is needed, got {sampling!r}')
+    window = (sensor.pitch_x, sensor.pitch_y) if sampling == "area" else None
+    x, y = np.arange(sensor.columns) * sensor.pitch_x, np.arange(sensor.rows) * sensor.pitch_y
+    return ElasticLayer.under(sensor, poisson).base_stress(contacts, x, y, window)
+
+
+class _Modes(NamedTuple):
+    """Wavenumbers of the two series and transfer functions on their grid, weights of the series included.
+
+    ``tangential`` is the transfer function of t over k, so that kx and ky stay separable factors.
+    """
+
+    kx: Floats  # (p,) rad/m
+    ky: Floats  # (q,) rad/m
+    normal: Floats  # (p, q) 1/m^2
+    tangential: Floats  # (p, q) 1/m
+
+
+class _Loads(NamedTuple):
+    """Contacts of one shape as arrays; places are relative to the block's corner."""
+
+    places: Floats  # (n, 2) m
+    halves: Floats  # (n, 2) m
+    forces: Floats  # (n, 3) N
+
+
+@lru_cache(maxsize=16)
+def _modes(layer: ElasticLayer) -> _Modes:
+    cutoff = _cutoff(layer) / layer.thickness
+    kx = _wavenumbers(layer.size_x, cutoff)
+    ky = _wavenumbers(layer.size_y, cutoff)
+    k = np.hypot(kx[:, None], ky)
+    normal, tangential = layer.transfer(k)
+    slope = np.divide(tangential, k, out=np.zeros_like(k), where=k > 0)  # at k = 0 kx, ky vanish
+    weight = np.outer(_weights(kx), _weights(ky)) / (layer.size_x * layer.size_y)
+    modes = _Modes(kx, ky, weight * normal, weight * slope)
+    for array in modes:
+        array.flags.writeable = False
+    return modes
+
+
+def _wavenumbers(size: float, cutoff: float) -> Floats:
+    return np.asarray(np.arange(_count(size, cutoff)) * (math.pi / size))
+
+
+def _count(size: float, cutoff: float) -> int:
+    return math.floor(cutoff * size / math.pi) + 1
+
+
+def _weights(k: Floats) -> Floats:
+    """Weights of a cosine series on [0, size]: 1 for the mean, 2 for the rest."""
+    return np.where(k == 0.0, 1.0, 2.0)
+
+
+def _cutoff(layer: ElasticLayer) -> float:
+    """Return k h up to which modes are kept so that the others stay below ``TRUNCATION``."""
+    spacing = math.pi * layer.thickness * math.hypot(1 / layer.size_x, 1 / layer.size_y)
+    cutoff = max(4.0, math.floor(4 * spacing) / 4)  # below, the bound is infinite
+    while _tail(layer, cutoff) > TRUNCATION:
+        cutoff += 0.25
+    return cutoff
+
+
+def _tail(layer: ElasticLayer, cutoff: float) -> float:
+    """Bound the sum over all modes with k h > cutoff of weight times |normal| + |tangential| transfer.
+
+    With H = k h both transfers together stay below g(H) = 2 n (n + m + 2 H) exp(-H) / (3 - 4 nu), which falls
+    for H > 1.  A lattice sum of a falling function is below the integral over the cells towards the origin:
+    weight 4 over a quarter plane for kx, ky > 0 and weight 2 along each axis.
+    """
+    n, m = 2.0 * (1.0 - layer.poisson), 1.0 - 2.0 * layer.poisson
+    dx, dy = math.pi * layer.thickness / layer.size_x, math.pi * layer.thickness / layer.size_y
+    start = cutoff - math.hypot(dx, dy)
+    if start <= 1.0:
+        return math.inf
+    plane = (n + m) * (start + 1.0) + 2.0 * (start * start + 2.0 * start + 2.0)
+    line = n + m + 2.0 * start + 2.0
+    scale = 2.0 * n / (3.0 - 4.0 * layer.poisson) * math.exp(-start)
+    return scale * (2.0 * math.pi / (dx * dy) * plane + 2.0 * (1.0 / dx + 1.0 / dy) * line)
+
+
+def _sampled_cosines(
+    k: Floats, at: npt.ArrayLike, width: float, low: float, size: float, name: str
+) -> Floats:
+    """cos(k (at - low)) averaged over ``width``, shape ``(len(at), len(k))``."""
+    points = np.asarray(at, dtype=np.float64)
+    if points.ndim != 1:
+        raise ValueError(f"{name}: a one-dimensional array is needed, got shape {points.shape}")
+    if not (math.isfinite(width) and width >= 0):
+        raise ValueError(f"window: a finite width >= 0 along {name} is needed, got {width}")
+    place = points - low
+    inside = (place - width / 2 >= -_SLACK * size) & (place + width / 2 <= size * (1 + _SLACK))
+    if not inside.all():
+        raise ValueError(f"{name}: points (with their window) must lie from {low:g} to {low + size:g} m")
+    return np.asarray(np.cos(np.outer(place, k)) * np.sinc(k * (width / (2 * np.pi))))
+
+
+def _chunks(contacts: Sequence[Contact], step: int) -> Iterator[tuple[ContactShape, list[int]]]:
+    """Yield at most ``step`` contact indices of one shape at a time."""
+    for shape in ContactShape:
+        indices = [i for i, contact in enumerate(contacts) if contact.shape is shape]
+        for start in range(0, len(indices), step):
+            yield shape, indices[start : start + step]
+
+
+def _superpose(modes: _Modes, shape: ContactShape, loads: _Loads, waves_x: Floats, waves_y: Floats) -> Floats:
+    """Sum the series of n contacts of one shape at (rows, columns) points: shape ``(n, rows, columns)``.
+
+    The load's phases and the samples' cosines are separable, so with the (n, p, q) spectrum in the middle
+
+        b_z = F_z Cx N Cy' + F_x Sx T Cy' + F_y Cx T Sy',    Sx, Sy including kx, ky.
+    """
+    sides = loads.halves[:, :, None]
+    spectrum = shape.transform((sides[:, 0] * modes.kx)[:, :, None], (sides[:, 1] * modes.ky)[:, None, :])
+    force = loads.forces[:, :, None, None]
+    phase_x = loads.places[:, :1] * modes.kx
+    phase_y = loads.places[:, 1:] * modes.ky
+    cos_x = np.cos(phase_x)[:, None, :] * waves_x
+    sin_x = (np.sin(phase_x) * modes.kx)[:, None, :] * waves_x
+    cos_y = (np.cos(phase_y)[:, None, :] * waves_y).transpose(0, 2, 1)
+    sin_y = (np.sin(phase_y) * modes.ky)[:, None, :] * waves_y
+    sheared = spectrum * modes.tangential
+    straight = force[:, 2] * (spectrum * modes.normal @ cos_y)
+    straight += force[:, 1] * (sheared @ sin_y.transpose(0, 2, 1))
+    across = force[:, 0] * (sheared @ cos_y)
+    return np.asarray((cos_x @ straight + sin_x @ across).transpose(0, 2, 1))

@@ -1,0 +1,126 @@
+"""Random scenes for verification and measurements: contacts nobody chose, and frames that are none."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from tfra.model.cover.contact import Contact, ContactShape
+from tfra.model.cover.layer import frames
+from tfra.model.design import Design
+from tfra.model.sensor import Floats, SensorArray
+from tfra.model.tfra import Ints
+
+SENSORS = {
+    "10×10, 4×2 mm, h 3 mm": SensorArray(10, 10, 4e-3, 2e-3, 3e-3),
+    "10×10, 4×4 mm, h 3 mm": SensorArray(10, 10, 4e-3, 4e-3, 3e-3),
+    "8×8, 2×2 mm, h 3 mm": SensorArray(8, 8, 2e-3, 2e-3, 3e-3),
+    "5×7, 3×3 mm, h 2 mm": SensorArray(5, 7, 3e-3, 3e-3, 2e-3),
+    "4×6, 5×3 mm, h 2 mm": SensorArray(4, 6, 5e-3, 3e-3, 2e-3),
+    "16×16, 1×1 mm, h 1.5 mm": SensorArray(16, 16, 1e-3, 1e-3, 1.5e-3),
+}
+"""Sensors of many sizes, even and odd, well and less well conditioned, for tests and measurements."""
+
+Seed = int | np.random.Generator
+"""What ``numpy.random.default_rng`` takes; a generator goes on from where it is."""
+
+
+def random_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -> list[Contact]:
+    """Contacts of any shape, place, friction and direction that the block holds.
+
+    Half sizes are 12 to 30 % of the block's sides, F_z = -5 N, mu = 0.05 to 0.9.
+    """
+    found = []
+    for _ in range(count):
+        half_x, half_y = rng.uniform(0.12, 0.3) * sensor.size_x, rng.uniform(0.12, 0.3) * sensor.size_y
+        x = rng.uniform(half_x, sensor.size_x - half_x) - sensor.pitch_x / 2
+        y = rng.uniform(half_y, sensor.size_y - half_y) - sensor.pitch_y / 2
+        shape = list(ContactShape)[rng.integers(len(ContactShape))]
+        mu, phi = rng.uniform(0.05, 0.9), rng.uniform(0, 2 * np.pi)
+        found.append(Contact(shape, x, y, half_x, half_y, -5.0, mu, phi))
+    return found
+
+
+def local_contacts(sensor: SensorArray, count: int, rng: np.random.Generator, span: int = 10) -> list[Contact]:
+    """Contacts as on an array of at most ``span x span`` taxels, anywhere on ``sensor``: small things, large arrays."""
+    rows, columns = min(span, sensor.rows), min(span, sensor.columns)
+    window = replace(sensor, rows=rows, columns=columns)
+    return [
+        replace(
+            contact,
+            center_x=contact.center_x + rng.integers(sensor.columns - columns + 1) * sensor.pitch_x,
+            center_y=contact.center_y + rng.integers(sensor.rows - rows + 1) * sensor.pitch_y,
+        )
+        for contact in random_contacts(window, count, rng)
+    ]
+
+
+def contact_codes(design: Design, count: int, seed: Seed) -> Ints:
+    """Converter codes ``(count, rows, columns)`` of random contacts, their peak at 10 to 95 % of full scale."""
+    rng = np.random.default_rng(seed)
+    return codes_of(design, frames(design.sensor, random_contacts(design.sensor, count, rng)), rng)
+
+
+def codes_of(design: Design, stress: Floats, rng: np.random.Generator) -> Ints:
+    """Converter codes of ``stress (n, rows, columns)``, each frame's peak at 10 to 95 % of full scale."""
+    peak = np.abs(stress).max(axis=(1, 2), keepdims=True)
+    level = rng.uniform(0.1, 0.95, size=(len(stress), 1, 1)) * 2 ** (design.adc.bits - 1)
+    return np.asarray(np.rint(stress / peak * level), dtype=np.int64)
+
+
+def wild_codes(design: Design, count: int, seed: Seed) -> Ints:
+    """Noise ``(count, rows, columns)`` of every amplitude and density: no contact at all, but legal input."""
+    rng = np.random.default_rng(seed)
+    top = 1 << (design.adc.bits - 1)
+    shape, each = (count, design.sensor.rows, design.sensor.columns), (count, 1, 1)
+    amplitude = 2.0 ** rng.uniform(0, design.adc.bits - 1, size=each)
+    noise = rng.normal(size=shape) * amplitude * (rng.random(shape) < rng.uniform(0.05, 1, size=each))
+    return np.clip(np.rint(noise), -top, top - 1).astype(np.int64)
+
+
+def directed_codes(design: Design) -> Ints:
+    """Frames ``(n, rows, columns)`` for the corners of the input: silence, one sign only, extremes, single taxels,
+    mirror symmetry (no direction), ramps, tiny amplitudes, and codes just within and beyond the contact threshold."""
+    rng = np.random.default_rng(0)
+    rows, columns = design.sensor.rows, design.sensor.columns
+    low, high = -(1 << (design.adc.bits - 1)), (1 << (design.adc.bits - 1)) - 1
+    i, j = np.indices((rows, columns))
+    zero = np.zeros((rows, columns), dtype=np.int64)
+    threshold = max(1, design.adc.threshold)
+    even = (i + j) % 2 == 0
+    edge = (i == 0) | (j == 0) | (i == rows - 1) | (j == columns - 1)
+
+    def single(value: int, row: int, column: int, rest: int | Ints = 0) -> Ints:
+        return np.where((i == row) & (j == column), value, rest)
+
+    frames = [
+        zero,
+        zero + low,  # compression only, at full scale
+        single(low, 0, 0),
+        np.where(edge, high // 4, low // 2),  # no direction
+        np.where(even, low, high),
+        np.where(j < columns // 2, low, high),
+        np.where(i < rows // 2, high, low),
+        zero - 1,
+        -rng.integers(0, high, zero.shape),
+        zero + high,  # no contact at all
+        rng.integers(0, high, zero.shape),
+        single(high, rows - 1, columns - 1),
+        single(-1, rows // 2, columns // 2),
+        single(low, rows // 2, columns // 2, 1),
+        single(low, 0, columns - 1, high),
+        np.where(even, high, low),
+        np.where(i % 2 == 0, low, high),
+        np.where(edge, -1, 1),
+        np.where(j > i, -1, 1),
+        (j - columns // 2) * (high // columns),
+        rng.integers(-1, 2, zero.shape),
+        rng.integers(-1, 2, zero.shape),
+        rng.integers(-4, 5, zero.shape),
+    ]
+    frames += [
+        single(value, rows // 2, columns // 2, rng.integers(-threshold, threshold, zero.shape))
+        for value in (-threshold, threshold - 1, -threshold - 1, threshold)
+    ]
+    return np.array(frames, dtype=np.int64)

@@ -1,0 +1,138 @@
+"""The bit-accurate TFRA: the hardware's blocks in the order data flows through them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfra.model.design import Design
+from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
+from tfra.model.fixed.coefficients import split
+from tfra.model.fixed.cordic import cordic
+from tfra.model.fixed.gain import gain
+from tfra.model.fixed.matvec import matvec
+from tfra.model.fixed.normaliser import normaliser
+from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.scaling import scaling
+from tfra.model.fixed.tfra.centroids import centroids
+from tfra.model.fixed.tfra.combine import combine
+from tfra.model.fixed.tfra.dependent import dependent, gather_sums
+from tfra.model.fixed.tfra.forces import forces
+from tfra.model.fixed.tfra.friction import friction
+from tfra.model.fixed.tfra.resultant import resultant
+from tfra.model.fixed.tfra.sweep import sweep
+from tfra.model.fixed.tfra.weights import weights
+from tfra.model.fixed.widths import DIVISION_GUARD
+from tfra.model.fixed.words import COUNTER_BITS, encode
+from tfra.model.tfra import Status
+
+_CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cache
+
+
+@dataclass(frozen=True)
+class FixedResult:
+    """``words (n, frame_words)`` as the core sends them."""
+
+    words: Ints
+    parts: tuple[dict[str, Ints], ...]
+
+    @property
+    def stages(self) -> dict[str, Ints]:
+        """What flows between blocks, by name: the first axis is the frame, then come transfers in their order."""
+        return {name: np.concatenate([part[name] for part in self.parts]) for name in self.parts[0]}
+
+
+class FixedTfra:
+    """Bit-accurate model of one design."""
+
+    def __init__(self, design: Design) -> None:
+        self.design = design
+
+    def __call__(self, codes: Ints, first_frame: int = 0) -> FixedResult:
+        """Result words of converter ``codes (n, rows, columns)``; frames count from ``first_frame``."""
+        flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
+        parts = [
+            self._chunk(flat[start : start + _CHUNK], first_frame + start)
+            for start in range(0, max(1, len(flat)), _CHUNK)
+        ]
+        return FixedResult(np.concatenate([words for words, _ in parts]), tuple(stages for _, stages in parts))
+
+    def _normal(self, e: Ints) -> Ints:
+        """C33 A3-dagger e, folded."""
+        return matvec(self.design, "normal", e)
+
+    def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[str, Ints]]:
+        design = self.design
+        frame = normaliser(design, codes)
+        direction = centroids(design, codes)
+        stress = to_quads(design, frame.stress)
+        b = butterfly(stress) << design.formats.vector_fraction
+        contact = matvec(design, "contact", b)
+        by_b = split(design, "contact", contact)
+        n = weights(by_b["c33_inv"], frame.regular)
+        residual = matvec(design, "residual", n)
+        by_n = split(design, "residual", residual)
+        g, d1, d2 = (by_n[name] for name in ("c33", "c31", "c32"))
+        d0 = b + g
+        affine = dependent(design, gather_sums(by_b["sums_b"], by_n["sums_n"]), direction, frame.regular)
+        swap = direction.sweep_y[:, None, None]
+        d_ind, d_dep = np.where(swap, d2, d1), np.where(swap, d1, d2)
+        e0 = combine(design, d0, affine.alpha, d_dep)
+        e1 = combine(design, d_ind, affine.beta, d_dep)
+        normal = [self._normal(e) for e in (e0, e1)]
+        p, slope = butterfly(normal[0] - g), butterfly(normal[1])
+        found = sweep(
+            design,
+            frame.stress,
+            to_taxels(design, p),
+            to_taxels(design, slope),
+            direction.negative,
+            frame.exponent,
+        )
+        chosen = friction(design, found.index, direction, affine, frame.regular)
+        d = combine(design, e0, chosen.mu_ind, e1)
+        solved = [matvec(design, "gram", d)] if design.operators == "gram" else []
+        force = matvec(design, "force", (solved or [d])[0])
+        unscaled = forces(design, force, chosen, n)
+        total = resultant(design, affine, chosen, frame.regular)
+        factor = gain(design, total, frame)
+        scaled = scaling(design, frame, factor, to_taxels(design, unscaled), total)
+        _, phi = cordic(design, direction.cos << DIVISION_GUARD, direction.sin << DIVISION_GUARD)
+        status = (
+            np.where(frame.contact, 0, Status.NO_CONTACT)
+            | np.where(frame.contact & ~frame.traction, Status.COMPRESSION_ONLY, 0)
+            | np.where(frame.regular & direction.vanishing, Status.NO_DIRECTION, 0)
+            | np.where(frame.regular & affine.vanishing, Status.VANISHING_DENOMINATOR, 0)
+            | np.where(frame.regular & chosen.out_of_range, Status.DEPENDENT_OUT_OF_RANGE, 0)
+            | np.where(frame.saturated, Status.INPUT_SATURATED, 0)
+            | np.where(scaled.saturated, Status.OUTPUT_SATURATED, 0)
+        )
+        words = encode(
+            design,
+            {
+                "frame": (first_frame + np.arange(len(codes))) % (1 << COUNTER_BITS),
+                "exponent": frame.exponent,
+                "sweep_index": chosen.index,
+                "phi": np.where(frame.regular, phi, 0),
+                "mu": factor.mu,
+                "mu_x": chosen.mu_x,
+                "mu_y": chosen.mu_y,
+                "resultant": scaled.resultant,
+                "forces": scaled.forces.reshape(len(codes), 3 * design.sensor.taxels),
+                "status": np.asarray(status, dtype=np.int64),
+            },
+        )
+        stages = {
+            "normaliser": stress,
+            "centroids": np.stack([direction.cos, direction.sin], axis=1),
+            "matvec": np.concatenate([contact, residual, *normal, *solved, force], axis=1),
+            "weights": n,
+            "dependent": np.stack([affine.alpha, affine.beta], axis=1),
+            "combine": np.concatenate([e0, e1, d], axis=1),
+            "sweep": found.index[:, None],
+            "friction": np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
+            "resultant": total.words,
+            "gain": np.stack([factor.mantissa, factor.mu], axis=1),
+        }
+        return words, stages

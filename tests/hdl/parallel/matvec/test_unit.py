@@ -1,0 +1,239 @@
+"""The matrix-vector unit gives the model's integers, on time, however its operands come."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.hdl.harness import PATTERNS, Recording, bursts, random_stalls, run
+from tfra.hdl.parallel.matvec.operand import codes_fit
+from tfra.hdl.parallel.matvec.schedule import spacing
+from tfra.hdl.parallel.matvec.unit import MatVec
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
+from tfra.model.fixed.coefficients import PRODUCTS, STACKS, kinds, stacks
+from tfra.model.fixed.matvec import matvec
+from tfra.model.fixed.widths import widths
+from tfra.model.sensor import SensorArray
+
+SHORT = Formats("short", coefficient=12, operand=27, vector_fraction=0, force_fraction=0)
+LONG = Formats("long", coefficient=10, operand=10, vector_fraction=16, force_fraction=0)
+
+
+def make(
+    rows: int, columns: int, lanes: int, formats: Formats = FORMATS["standard"], bits: int = 14, words: int = 4
+) -> Design:
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(lanes, words))
+
+
+SMALL = [
+    make(2, 2, 1),
+    make(2, 2, 2),
+    make(2, 2, 4),
+    make(2, 3, 8, SHORT, 6),
+    make(4, 4, 2, FORMATS["wide"]),
+    make(4, 4, 16),
+    make(4, 4, 12, LONG, 10),
+    make(4, 6, 8, FORMATS["wide"]),
+    make(4, 6, 24),
+    make(2, 2, 2, words=1),
+    make(2, 3, 8, words=1),
+    make(4, 4, 12, LONG, 10, words=2),
+]
+LARGE = [make(4, 6, 1), make(5, 7, 4), make(5, 7, 20, FORMATS["wide"]), make(5, 7, 48), make(4, 4, 4)]
+
+
+def label(design: Design) -> str:
+    sensor, architecture = design.sensor, design.architecture
+    size = f"{sensor.rows}x{sensor.columns}"
+    return f"{size}-{architecture.mac_lanes}-{architecture.vector_words}-{design.formats.name}"
+
+
+def draw(design: Design, frames: int, seed: int) -> np.ndarray:
+    """Operands ``(frames, 5, Q, 4)``: random words of random lengths, one length for each parity of a vector."""
+    rng = np.random.default_rng(seed)
+    limit = 1 << (widths(design).vector - 1)
+    length = rng.integers(0, widths(design).vector, (frames, len(PRODUCTS), 1, 4))
+    return with_codes(design, rng.integers(-limit, limit, (frames, len(PRODUCTS), design.quads, 4)) >> length)
+
+
+def with_codes(design: Design, frames: np.ndarray) -> np.ndarray:
+    """The same with contact operands cut to what folded converter codes can be."""
+    half = 1 << (design.adc.bits + 1)
+    codes = (frames[:, 0] + half) % (2 * half) - half
+    frames[:, 0] = codes << design.formats.vector_fraction
+    return frames
+
+
+def corners(design: Design) -> np.ndarray:
+    """Six frames of extremes: zeros, ones, both ends of the word, and sign patterns that line up with nothing."""
+    top = (1 << (widths(design).vector - 1)) - 1
+    shape = (len(PRODUCTS), design.quads, 4)
+    alternating = np.where(np.indices(shape).sum(axis=0) % 2, top, -top - 1)
+    one = np.zeros(shape, dtype=np.int64)
+    one[:, -1, :] = [1, -1, 2, -2]
+    constant = [np.full(shape, value, dtype=np.int64) for value in (0, -1, top, -top - 1)]
+    return with_codes(design, np.stack([*constant, alternating, one]))
+
+
+def expected(design: Design, frames: np.ndarray) -> dict[str, list[list[int]]]:
+    """The model's results by operator, each in the order of frames.
+
+    Operands that no frame can lead to may have results longer than a vector's word; those wrap.
+    """
+    half = 1 << (widths(design).vector - 1)
+    results: dict[str, list[list[int]]] = {name: [] for name in kinds(design)}
+    for frame in frames:
+        for number, name in enumerate(PRODUCTS):
+            rows = (matvec(design, name, frame[number][None])[0] + half) % (2 * half) - half
+            for op in stacks(design)[name].operators:
+                results[op.name] += rows[: op.quads].tolist()
+                rows = rows[op.quads :]
+    return results
+
+
+def operands(design: Design, frames: np.ndarray) -> dict[str, list]:
+    """Payloads by port, and tokens enough."""
+    vectors = [{"words": row, "force": n == 4} for frame in frames for n in (2, 3, 4) for row in frame[n].tolist()]
+    return {
+        "b": (frames[:, 0] >> design.formats.vector_fraction).reshape(-1, 4).tolist(),
+        "n": frames[:, 1].reshape(-1, 4).tolist(),
+        "vector": vectors,
+        "frame": [0] * len(frames),
+        "planes": [0] * len(frames),
+    }
+
+
+def send(design: Design, frames: np.ndarray, unit: MatVec | None = None, **stalls) -> Recording:
+    number = len(frames) * sum(stacks(design)[name].quads for name in PRODUCTS)
+    return offer(design, operands(design, frames), {"result": number}, unit, **stalls)
+
+
+def offer(design: Design, inputs: dict[str, list], outputs: dict[str, int], unit=None, **how) -> Recording:
+    """Vectors come with a token each; b, once it has begun, in every cycle."""
+    if codes_fit(design):
+        how["steady"] = {"b"}
+    if vectors := len(inputs.get("vector", ())) // design.quads:
+        outputs = {"room": vectors} | outputs
+        room = {"vector": lambda quad, record, cycle: len(record.cycles["room"]) > quad // design.quads}
+        how["leave"] = how.get("leave", {}) | room
+    return run(unit or MatVec(design), inputs, outputs, **how)
+
+
+def by_operator(design: Design, seen: Recording) -> dict[str, list[list[int]]]:
+    results: dict[str, list[list[int]]] = {name: [] for name in kinds(design)}
+    for quad in seen.values["result"]:
+        results[kinds(design)[quad["kind"].bit_length() - 1]].append(quad["words"])
+    return results
+
+
+def check(design: Design, frames: np.ndarray, seed: int = 0, **stalls) -> None:
+    """Two frames at a time: n does not come from the contact product here, and the unit keeps room for two."""
+    for pair in range(0, len(frames), 2):
+        some = frames[pair : pair + 2]
+        seen = send(design, some, seed=seed, **stalls)
+        assert by_operator(design, seen) == expected(design, some), f"{label(design)}, seed {seed}"
+
+
+@pytest.mark.parametrize("design", SMALL, ids=label)
+def test_extreme_operands(design):
+    check(design, corners(design))
+
+
+@pytest.mark.parametrize("design", SMALL, ids=label)
+@pytest.mark.parametrize("stall", PATTERNS[1:])
+def test_random_operands_with_stalls(design, stall):
+    check(design, draw(design, 2, 5), seed=5, stall_in=stall, stall_out=stall)
+
+
+@pytest.mark.parametrize("design", LARGE, ids=label)
+def test_random_operands_of_larger_designs(design):
+    check(design, draw(design, 1, 6), seed=6, stall_in=random_stalls)
+
+
+@pytest.mark.parametrize("lanes", [64, 100])
+def test_ten_by_ten(lanes):
+    check(make(10, 10, lanes), draw(make(10, 10, lanes), 1, 8), seed=8, stall_in=bursts)
+
+
+PORTS = {"contact": "b", "residual": "n", "normal": "vector", "force": "vector"}
+
+
+@pytest.mark.parametrize("name", STACKS)
+@pytest.mark.parametrize("design", [SMALL[0], SMALL[1], SMALL[5], SMALL[7]], ids=label)
+def test_latency_and_duration_are_as_told(design, name):
+    """The unit is idle but for one product."""
+    unit, everything, q = MatVec(design), operands(design, draw(design, 1, 9)), design.quads
+    port = PORTS[name]
+    quads = {"normal": everything["vector"][:q], "force": everything["vector"][2 * q :]}.get(name, everything[port])
+    tokens = {"frame": [0], "planes": [0]}
+    # Behind a reset a pass's time goes by before the first.
+    how = {"leave": {"b": lambda quad, record, cycle: cycle > spacing(design)}}
+    seen = offer(design, {port: quads} | tokens, {"result": stacks(design)[name].quads}, unit, **how)
+    start = seen.cycles[port][-1]
+    assert seen.cycles["result"][0] - start == unit.latency(name)
+    assert seen.cycles["result"][-1] - start == unit.duration(name)
+
+
+@pytest.mark.parametrize("design", [SMALL[5], SMALL[7], make(5, 7, 48)], ids=label)
+def test_lanes_are_never_idle_while_operands_are_there(design):
+    unit, q = MatVec(design), design.quads
+    vectors = operands(design, draw(design, 4, 10))["vector"]
+    force = [v for v in vectors if v["force"]]
+    seen = offer(design, {"vector": force, "planes": [0] * 4}, {"result": 12 * q}, unit)
+    ends = np.array(seen.cycles["result"])[3 * q - 1 :: 3 * q]
+    passes = unit.passes("force")
+    assert ends[3] - ends[1] == passes * unit.pair_interval
+
+
+@pytest.mark.parametrize("bits", [16, 17])
+def test_a_contact_begins_with_its_first_quad_where_codes_fit_an_operand(bits):
+    design = make(4, 4, 16, bits=bits)
+    assert codes_fit(design) == (bits == 16)
+    frames = corners(design)[:2]
+    seen = send(design, frames)
+    assert by_operator(design, seen) == expected(design, frames)
+    assert (MatVec(design).latency("contact") < MatVec(design).latency("residual")) == (bits == 16)
+
+
+def test_a_contact_waits_for_its_frame_and_for_room_for_its_weights():
+    """Without a third n taken, no more than two contacts are multiplied; without a token, none."""
+    design = make(4, 4, 16)
+    everything = operands(design, draw(design, 4, 12))
+    both = 2 * stacks(design)["contact"].quads
+    seen = run(MatVec(design), {"b": everything["b"], "frame": [0] * 4}, {"result": both})
+    assert len(seen.values["result"]) == both
+    with pytest.raises(AssertionError, match="no end"):
+        run(MatVec(design), {"b": everything["b"], "frame": [0] * 4}, {"result": both + 1}, limit=2000)
+    with pytest.raises(AssertionError, match="no end"):
+        run(MatVec(design), {"b": everything["b"]}, {"result": 1}, limit=2000)
+    d = everything["vector"][2 * design.quads : 3 * design.quads]
+    with pytest.raises(AssertionError, match="no end"):
+        run(MatVec(design), {"vector": d}, {"result": 1}, limit=2000)
+
+
+def test_there_is_room_for_two_vectors_and_again_when_one_is_multiplied():
+    design = make(4, 4, 16)
+    quads = operands(design, draw(design, 1, 13))["vector"]
+    seen = run(MatVec(design), {"vector": quads[: design.quads]}, {"room": 3})
+    assert seen.cycles["room"][1] < seen.cycles["vector"][-1] < seen.cycles["room"][2]
+    with pytest.raises(AssertionError, match="no end"):
+        run(MatVec(design), {"vector": quads[: design.quads]}, {"room": 4}, limit=2000)
+
+
+def test_closed_forms_of_a_ten_by_ten_array():
+    unit = MatVec(make(10, 10, 16))
+    unit._MustUse__silence = True  # figures alone are wanted
+    assert [unit.passes(name) for name in PRODUCTS] == [7, 20, 7, 7, 19]
+    assert unit.depth == (7 + 20 + 7 + 19) * 25
+    assert unit.multiplications == 4 * 25 * (26 + 78 + 25 + 25 + 75)
+    assert unit.busy_cycles == (7 + 20 + 7 + 7 + 19) * 25
+    assert unit.latency("normal") == 25 + 20
+
+
+def test_a_wrong_bit_is_noticed():
+    design = make(2, 2, 4)
+    frames = draw(design, 1, 11)
+    wrong = expected(design, frames)
+    wrong["c33"][0][2] ^= 1
+    assert by_operator(design, send(design, frames)) != wrong

@@ -1,0 +1,98 @@
+"""Angle against the model of the CORDIC: both users at once, any stalls of one, constant latency for the other."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+from amaranth import Module, unsigned
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from tests.hdl.harness import PATTERNS, flowing, run
+from tfra.hdl.lib.streams import Facts, flow
+from tfra.hdl.parallel import payloads
+from tfra.hdl.parallel.angle import Angle
+from tfra.hdl.parallel.cordic import cordic_modulus, cordic_vector, cordic_word
+from tfra.model.design import FORMATS, Architecture, Design
+from tfra.model.fixed.cordic import cordic
+from tfra.model.fixed.widths import DIVISION_GUARD
+from tfra.model.sensor import SensorArray
+
+NUMBER = 30
+
+
+def design(formats: str) -> Design:
+    return Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), formats=FORMATS[formats], architecture=Architecture(1))
+
+
+class Kept(wiring.Component):
+    """Angle with a place for every modulus, which it does not wait for."""
+
+    def __init__(self, d: Design) -> None:
+        self.angle, self._modulus = Angle(d), cordic_modulus(d)
+        super().__init__(
+            {
+                "vector": In(flow(cordic_vector(d))),
+                "turned": Out(stream.Signature(self._modulus)),
+                "direction": In(stream.Signature(payloads.direction(d))),
+                "phi": Out(stream.Signature(unsigned(d.formats.operand))),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.angle = angle = self.angle
+        m.submodules.kept = kept = Facts(self._modulus, (), NUMBER)
+        connect(m, flipped(self.vector), angle.vector)
+        m.d.comb += [kept.i.valid.eq(angle.turned.valid), kept.i.payload.eq(angle.turned.payload)]
+        connect(m, flipped(self.direction), angle.direction)
+        connect(m, kept.o, flipped(self.turned))
+        connect(m, angle.phi, flipped(self.phi))
+        return m
+
+
+def inputs(d: Design, seed: int) -> dict[str, list[dict[str, int]]]:
+    rng = random.Random(seed)
+    sign, word = d.formats.operand - 1, cordic_word(d).width - 1
+    return {
+        "vector": [{axis: rng.randrange(1 << word) >> rng.randrange(word) for axis in "xy"} for _ in range(NUMBER)],
+        "direction": [{w: rng.randrange(-1 << sign, 1 << sign) for w in ("cos", "sin")} for _ in range(NUMBER)],
+    }
+
+
+def expected(d: Design, sent: dict[str, list[dict[str, int]]]) -> dict[str, list[int]]:
+    x, y = (np.array([v[axis] for v in sent["vector"]]) for axis in "xy")
+    cos, sin = (np.array([v[word] for v in sent["direction"]]) << DIVISION_GUARD for word in ("cos", "sin"))
+    return {"turned": cordic(d, x, y)[0].tolist(), "phi": cordic(d, cos, sin)[1].tolist()}
+
+
+@pytest.mark.parametrize("formats", ["standard", "wide"])
+@pytest.mark.parametrize("stall_in", PATTERNS)
+@pytest.mark.parametrize("stall_out", PATTERNS)
+def test_both_users_get_their_own(formats, stall_in, stall_out):
+    d = design(formats)
+    sent = inputs(d, 1)
+    want = expected(d, sent)
+    ports = {name: NUMBER for name in want}
+    seen = run(Kept(d), sent, ports, stall_in=stall_in, stall_out=stall_out, seed=1)
+    assert {name: seen.values[name] for name in want} == want
+
+
+def test_directions_never_hold_up_a_vector():
+    d = design("standard")
+    sent, dut = inputs(d, 2), Kept(d)
+    seen = run(dut, sent, {"turned": NUMBER, "phi": NUMBER}, stall_in=flowing).cycles
+    assert set(np.diff(seen["vector"])) == {1}
+    waits = {out - into for into, out in zip(seen["vector"], seen["turned"], strict=True)}
+    assert waits == {dut.angle.latency + Facts.latency}
+
+
+def test_a_wrong_bit_is_noticed():
+    d = design("standard")
+    sent = inputs(d, 3)
+    wrong = expected(d, sent)
+    wrong["phi"][7] ^= 1
+    assert run(Kept(d), sent, {"phi": NUMBER}).values["phi"] != wrong["phi"]

@@ -1,0 +1,194 @@
+"""Gain against its model: every rule, any stalls, constant latency."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+from amaranth import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out, connect, flipped
+
+from tests.hdl.harness import PATTERNS, run
+from tfra.hdl.parallel import payloads
+from tfra.hdl.parallel.angle import Angle
+from tfra.hdl.parallel.gain import Gain
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
+from tfra.model.fixed.gain import gain, normal_gain
+from tfra.model.fixed.normaliser import Normalised
+from tfra.model.fixed.tfra import pipeline
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.tfra.resultant import Resultant
+from tfra.model.fixed.widths import widths
+from tfra.model.sensor import SensorArray
+
+
+def design(rows: int, columns: int, formats: Formats, bits: int = 14, thickness: float = 3e-3) -> Design:
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, thickness)
+    adc = Adc(bits, contact_threshold=0)
+    return Design(sensor, adc=adc, formats=formats, architecture=Architecture(1))
+
+
+DESIGNS = {
+    "4x4": design(4, 4, FORMATS["standard"]),
+    "5x7 wide": design(5, 7, FORMATS["wide"]),
+    "10x10": design(10, 10, FORMATS["standard"]),
+    "2x2 long": design(2, 2, Formats("long", 27, 27, 16, 0), bits=6, thickness=1e-3),
+    "3x2 short": design(3, 2, Formats("short", 10, 10, 0, 16), bits=6, thickness=8e-3),
+}
+
+
+class WithCordic(wiring.Component):
+    """Gain and the CORDIC that it asks."""
+
+    def __init__(self, d: Design) -> None:
+        self.gain_unit, self.angle = Gain(d), Angle(d)
+        self.latency = self.gain_unit.latency
+        super().__init__(
+            {
+                "total": In(stream.Signature(payloads.total(d))),
+                "frame": In(stream.Signature(payloads.frame_facts(d))),
+                "gain": Out(stream.Signature(payloads.gain(d))),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.gain, m.submodules.angle = gain, angle = self.gain_unit, self.angle
+        connect(m, flipped(self.total), gain.total)
+        connect(m, flipped(self.frame), gain.frame)
+        connect(m, gain.vector, angle.vector)
+        connect(m, angle.turned, gain.turned)
+        connect(m, gain.gain, flipped(self.gain))
+        return m
+
+
+Case = tuple[Resultant, Normalised]
+
+
+def facts(d: Design, contact: Any, traction: Any, magnitude: Any) -> Normalised:
+    none = np.zeros(len(magnitude), dtype=np.int64)
+    return Normalised(none[:, None], none, magnitude, contact, traction, none > 0)
+
+
+def random_case(d: Design, n: int, seed: int) -> Case:
+    """Any resultants that are normalised, or not even that."""
+    rng, w = np.random.default_rng(seed), widths(d)
+    top = (1 << (w.division - 1)) - 1
+    words = rng.integers(-top - 1, top + 1, (n, 3)) >> rng.integers(0, w.division, (n, 3))
+    words = np.where(rng.random((n, 3)) < 0.25, rng.choice([0, 1, -1, top, -top, -top - 1], (n, 3)), words)
+    magnitude = rng.integers(1, 1 << w.magnitude, n) >> rng.integers(0, w.magnitude, n)
+    frame = facts(d, rng.random(n) < 0.85, rng.random(n) < 0.85, magnitude)
+    return Resultant(words, rng.integers(-40, 60, n)), frame
+
+
+def corner_case(d: Design) -> Case:
+    """Every triple of zeros, units and limits, with the smallest and the largest magnitude."""
+    w = widths(d)
+    top = (1 << (w.division - 1)) - 1
+    words = np.array([(x, y, z) for x in (0, top) for y in (0, -top - 1) for z in (0, 1, -top - 1)])
+    # tangential and four times normal close together: where mu leaves its range
+    near = [(x, 0, (x >> 2) + delta) for x in (top & ~3, top >> 3 & ~3) for delta in (-1, 0, 1)]
+    words = np.concatenate([words, near])
+    words, n = np.concatenate([words, words]), 2 * len(words)
+    magnitude = np.where(np.arange(n) % 2, 1, (1 << w.magnitude) - 1)
+    magnitude[3] = 0
+    return Resultant(words, np.arange(n) - 20), facts(d, np.full(n, True), np.full(n, True), magnitude)
+
+
+def streams(d: Design, case: Case) -> dict[str, list[Any]]:
+    total, frame = case
+    return {
+        "total": [
+            {"words": w, "exponent": e} for w, e in zip(total.words.tolist(), total.exponent.tolist(), strict=True)
+        ],
+        "frame": [
+            {"magnitude": int(m), "contact": int(c), "traction": int(t)}
+            for m, c, t in zip(frame.magnitude, frame.contact, frame.traction, strict=True)
+        ],
+    }
+
+
+def expected(d: Design, case: Case) -> list[dict[str, int]]:
+    """The model's gain; shifts that leave nothing of any word are alike."""
+    found = gain(d, *case)
+    layout = payloads.gain(d).members
+    columns = {f.name: getattr(found, f.name) for f in fields(found)}
+    for name in ("force_shift", "resultant_shift"):
+        columns[name] = np.minimum(columns[name], (1 << layout[name].width) - 1)
+    return [{name: int(column[i]) for name, column in columns.items()} for i in range(len(found.mu))]
+
+
+def check(d: Design, case: Case, note: str, **stalls: Any) -> None:
+    wanted = expected(d, case)
+    assert run(WithCordic(d), streams(d, case), {"gain": len(wanted)}, **stalls).values["gain"] == wanted, note
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_equals_the_model(name):
+    check(DESIGNS[name], random_case(DESIGNS[name], 40, 1), f"{name}, seed 1")
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_corners(name):
+    check(DESIGNS[name], corner_case(DESIGNS[name]), name)
+
+
+@pytest.mark.parametrize("stall_in", PATTERNS)
+@pytest.mark.parametrize("stall_out", PATTERNS)
+def test_survives_stalls(stall_in, stall_out):
+    d = DESIGNS["3x2 short"]
+    check(d, random_case(d, 6, 2), "seed 2", stall_in=stall_in, stall_out=stall_out, seed=2)
+
+
+def test_rules_in_literal_numbers():
+    """No normal force: mu is at its limit.  No force at all: so is the gain.  Not regular: the plain gain."""
+    d = DESIGNS["4x4"]
+    top = (1 << (widths(d).division - 1)) - 1
+    words = np.array([[top, 0, 0], [0, 0, 0], [top, top, top], [0, 0, -top], [top // 2, 0, -top]])
+    regular = np.array([True, True, False, True, True])
+    frame = facts(d, np.full(5, True), regular, np.full(5, 1 << 16))
+    case = Resultant(words, np.zeros(5, dtype=np.int64)), frame
+    check(d, case, "literal")
+    seen = run(WithCordic(d), streams(d, case), {"gain": 5}).values["gain"]
+    limit = (1 << d.formats.operand) - 1
+    assert [g["mu"] for g in seen] == [limit >> 1, limit >> 1, 0, 0, pytest.approx(1 << d.formats.operand - 4, abs=2)]
+    assert [g["overflow"] for g in seen] == [1, 1, 0, 0, 0]
+    assert [seen[1]["mantissa"], seen[2]["mantissa"]] == [limit, normal_gain(d)[0]]
+
+
+@pytest.mark.parametrize("size", [(4, 6, "standard"), (3, 5, "wide")])
+def test_frames_of_the_whole_model(size, monkeypatch):
+    d = design(size[0], size[1], FORMATS[size[2]])
+    rng = np.random.default_rng(3)
+    codes = rng.integers(-8192, 8192, (6, d.sensor.rows, d.sensor.columns)) >> rng.integers(0, 13, (6, 1, 1))
+    codes[1], codes[2] = 0, -np.abs(codes[2])
+    got: list[Case] = []
+
+    def spy(found_design: Design, *case: Any) -> Any:
+        got.append(case)
+        return gain(found_design, *case)
+
+    monkeypatch.setattr(pipeline, "gain", spy)
+    FixedTfra(d)(codes)
+    check(d, got[0], "seed 3")
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_latency(name):
+    d = DESIGNS[name]
+    dut = WithCordic(d)
+    seen = run(dut, streams(d, random_case(d, 4, 4)), {"gain": 4}).cycles
+    assert seen["gain"][0] == 1 + dut.latency  # inputs are valid in the first cycle, number 1
+    assert set(np.diff(seen["gain"])) == {dut.latency + 2}
+    assert seen["total"] == seen["frame"] == seen["gain"]
+
+
+def test_a_wrong_bit_is_noticed():
+    d = DESIGNS["3x2 short"]
+    case = random_case(d, 3, 5)
+    wrong = expected(d, case)
+    wrong[2]["mantissa"] ^= 1
+    assert run(WithCordic(d), streams(d, case), {"gain": 3}).values["gain"] != wrong

@@ -1,0 +1,230 @@
+"""Scaling against its model: words, order, status, stalls and latency."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.hdl.harness import PATTERNS, run
+from tfra.hdl.parallel import payloads
+from tfra.hdl.parallel.scaling import FACTS, Scaling
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
+from tfra.model.fixed.gain import Gain
+from tfra.model.fixed.normaliser import Normalised
+from tfra.model.fixed.scaling import scaling
+from tfra.model.fixed.tfra import pipeline
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.tfra.resultant import Resultant
+from tfra.model.fixed.widths import widths
+from tfra.model.fixed.words import encode, frame_words
+from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Status
+
+
+def design(rows: int, columns: int, formats: Formats = FORMATS["standard"], bits: int = 14) -> Design:
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    adc = Adc(bits, contact_threshold=0)
+    return Design(sensor, adc=adc, formats=formats, architecture=Architecture(1))
+
+
+DESIGNS = {
+    "4x4": design(4, 4),
+    "5x7 wide": design(5, 7, FORMATS["wide"]),
+    "2x2 long": design(2, 2, Formats("long", 27, 27, 0, 16), bits=6),
+    "3x2 short": design(3, 2, Formats("short", 10, 10, 16, 0), bits=10),
+}
+
+
+def facts(d: Design, n: int, seed: int) -> SimpleNamespace:
+    """Random facts of ``n`` frames: words within their formats, the last ones at their ends."""
+    rng, w, operand = np.random.default_rng(seed), widths(d), d.formats.operand
+
+    def word(bits: int, *shape: int) -> np.ndarray:
+        top = (1 << (bits - 1)) - 1
+        x = rng.integers(-top - 1, top + 1, (n, *shape)) >> rng.integers(0, bits, (n, *shape))
+        ends = rng.choice([0, 1, -1, top, -top - 1], (n, *shape))
+        return np.where(rng.random((n, *shape)) < 0.3, ends, x)
+
+    def flag() -> np.ndarray:
+        return rng.random(n) < 0.5
+
+    contact = rng.random(n) < 0.8
+    frame = Normalised(
+        np.zeros((n, d.sensor.taxels), dtype=np.int64),
+        rng.integers(0, d.adc.bits, n),
+        rng.integers(0, 1 << w.magnitude, n),
+        contact,
+        rng.random(n) < 0.8,
+        flag(),
+    )
+    near = w.force + operand - w.output
+    shifts = rng.integers(max(0, near - 6), near + 6, (2, n))
+    shifts = np.where(rng.random((2, n)) < 0.3, rng.choice([0, 1, 62, 127], (2, n)), shifts)
+    mantissa = rng.choice([0, 1, (1 << operand) - 1, (1 << (operand - 1)) + 5], n)
+    return SimpleNamespace(
+        frame=frame,
+        gain=Gain(mantissa, *shifts, word(operand), rng.random(n) < 0.2),
+        unscaled=word(w.force, 3, d.sensor.taxels),
+        total=Resultant(word(w.division, 3), rng.integers(-40, 40, n)),
+        chosen=SimpleNamespace(
+            index=rng.integers(0, d.candidates, n), mu_x=word(operand), mu_y=word(operand), out_of_range=flag()
+        ),
+        no_direction=flag(),
+        no_denominator=flag(),
+        phi=rng.integers(0, 1 << operand, n),
+    )
+
+
+def streams(d: Design, f: SimpleNamespace) -> dict[str, list[Any]]:
+    """Transfers of every input port."""
+    frames = range(len(f.phi))
+
+    def structs(layout: Any, values: dict[str, Any]) -> list[dict[str, Any]]:
+        return [{k: np.asarray(values[k][i]).tolist() for k, _ in layout if k in values} for i in frames]
+
+    return {
+        "taxel": f.unscaled.ravel().tolist(),
+        "gain": structs(payloads.gain(d), vars(f.gain)),
+        "total": structs(payloads.total(d), vars(f.total)),
+        "chosen": structs(payloads.chosen(d), vars(f.chosen)),
+        "affine": structs(payloads.affine(d), {"vanishing": f.no_denominator}),
+        "direction": structs(payloads.direction(d), {"vanishing": f.no_direction}),
+        "frame": structs(payloads.frame_facts(d), vars(f.frame)),
+        "phi": f.phi.tolist(),
+    }
+
+
+def expected(d: Design, f: SimpleNamespace) -> np.ndarray:
+    """Result words of the frames."""
+    scaled = scaling(d, f.frame, f.gain, f.unscaled, f.total)
+    regular = f.frame.regular
+    flags = {
+        Status.NO_CONTACT: ~f.frame.contact,
+        Status.COMPRESSION_ONLY: f.frame.contact & ~f.frame.traction,
+        Status.NO_DIRECTION: regular & f.no_direction,
+        Status.VANISHING_DENOMINATOR: regular & f.no_denominator,
+        Status.DEPENDENT_OUT_OF_RANGE: regular & f.chosen.out_of_range,
+        Status.INPUT_SATURATED: f.frame.saturated,
+        Status.OUTPUT_SATURATED: scaled.saturated,
+    }
+    values = {
+        "frame": np.arange(len(f.phi)),
+        "exponent": f.frame.exponent,
+        "sweep_index": f.chosen.index,
+        "phi": np.where(regular, f.phi, 0),
+        "mu": f.gain.mu,
+        "mu_x": f.chosen.mu_x,
+        "mu_y": f.chosen.mu_y,
+        "resultant": scaled.resultant,
+        "forces": scaled.forces.reshape(len(f.phi), -1),
+        "status": sum(np.where(on, int(flag), 0) for flag, on in flags.items()),
+    }
+    return encode(d, values)
+
+
+def transfers(words: np.ndarray) -> list[dict[str, int]]:
+    end = words.shape[1] - 1
+    return [{"data": int(word), "last": int(k == end)} for row in words for k, word in enumerate(row)]
+
+
+def check(d: Design, f: SimpleNamespace, note: str, **stalls: Any) -> None:
+    words = expected(d, f)
+    seen = run(Scaling(d), streams(d, f), {"result": words.size}, **stalls)
+    assert seen.values["result"] == transfers(words), note
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("name", DESIGNS)
+def test_equals_the_model(name, seed):
+    check(DESIGNS[name], facts(DESIGNS[name], 12, seed), f"{name}, seed {seed}")
+
+
+@pytest.mark.parametrize("stall_in", PATTERNS)
+@pytest.mark.parametrize("stall_out", PATTERNS)
+def test_survives_stalls(stall_in, stall_out):
+    d = DESIGNS["3x2 short"]
+    check(d, facts(d, 5, 3), "seed 3", stall_in=stall_in, stall_out=stall_out, seed=3)
+
+
+@pytest.mark.parametrize("first", [False, True])
+def test_saturation_of_one_word_reaches_its_status_only(first):
+    """The very first resultant, or the very last force, is limited; the frames around it are clean."""
+    d = DESIGNS["3x2 short"]
+    f = facts(d, 3, 4)
+    f.unscaled[:], f.total.words[:] = 0, 0
+    f.gain.overflow[:], f.gain.mantissa[:], f.gain.force_shift[:], f.gain.resultant_shift[:] = False, 1, 0, 0
+    f.frame.contact[:], f.frame.traction[:] = True, True
+    limit = 1 << (widths(d).output - 1)
+    f.unscaled[:, 2, -1] = -limit
+    if first:
+        f.gain.resultant_shift[1], f.gain.mantissa[1] = 0, (1 << d.formats.operand) - 1
+        f.total.words[1, 0] = (1 << (widths(d).division - 1)) - 1
+        f.unscaled[1, 2, -1] = 0
+    else:
+        f.unscaled[1, 2, -1] -= 1
+    words = expected(d, f)
+    assert (words[:, -1] & Status.OUTPUT_SATURATED).tolist() == [0, Status.OUTPUT_SATURATED, 0]
+    check(d, f, "seed 4")
+
+
+@pytest.mark.parametrize("size", [(4, 4, "standard"), (3, 5, "wide")])
+def test_words_of_the_whole_model(size, monkeypatch):
+    """What flows between the blocks of the real model, degenerate frames included."""
+    d = design(size[0], size[1], FORMATS[size[2]])
+    rng = np.random.default_rng(5)
+    codes = rng.integers(-8192, 8192, (5, d.sensor.rows, d.sensor.columns)) >> rng.integers(0, 13, (5, 1, 1))
+    codes[1], codes[2] = 0, -np.abs(codes[2])
+    got: dict[str, Any] = {}
+
+    def spy(name: str) -> None:
+        real = getattr(pipeline, name)
+
+        def wrapped(*arguments: Any) -> Any:
+            got[name] = real(*arguments), arguments
+            return got[name][0]
+
+        monkeypatch.setattr(pipeline, name, wrapped)
+
+    for name in ("scaling", "friction", "dependent", "centroids", "cordic"):
+        spy(name)
+    words = FixedTfra(d)(codes).words
+    _, frame, gain, unscaled, total = got["scaling"][1]
+    f = SimpleNamespace(
+        frame=frame,
+        gain=gain,
+        unscaled=unscaled,
+        total=total,
+        chosen=got["friction"][0],
+        no_direction=got["centroids"][0].vanishing,
+        no_denominator=got["dependent"][0].vanishing,
+        phi=got["cordic"][0][1],
+    )
+    assert (expected(d, f) == words).all()
+    check(d, f, "seed 5")
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_latency_and_throughput(name):
+    d = DESIGNS[name]
+    dut, f = Scaling(d), facts(d, 3, 6)
+    seen = run(dut, streams(d, f), {"result": 3 * frame_words(d)}).cycles
+    out = seen["result"]
+    assert out[0] == 2 + dut.latency  # facts are valid in the first cycle, number 1, and the gain before its turn
+    by_frame = np.reshape(out, (3, -1))
+    assert (np.diff(by_frame) == 1).all()
+    assert (by_frame[1:, 0] - by_frame[:-1, -1] == 3).all()
+    assert set((by_frame[:, 10:-1].ravel() - seen["taxel"]).tolist()) == {dut.force_latency}
+    ends = np.array(seen["taxel"])[3 * d.sensor.taxels - 1 :: 3 * d.sensor.taxels]
+    assert set((by_frame[:, -1] - ends).tolist()) == {dut.tail}
+    assert all(seen[fact] == (ends + 2).tolist() for fact in FACTS)
+
+
+def test_a_wrong_word_is_noticed():
+    d = DESIGNS["3x2 short"]
+    f = facts(d, 2, 7)
+    wrong = expected(d, f)
+    wrong[1, -3] ^= 1
+    assert run(Scaling(d), streams(d, f), {"result": wrong.size}).values["result"] != transfers(wrong)

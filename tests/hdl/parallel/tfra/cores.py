@@ -1,0 +1,35 @@
+"""Whole cores in Amaranth's simulator: any small design, frames through it, and what comes when."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+
+from tests.hdl.harness import run
+from tfra.hdl.parallel.tfra.core import Core
+from tfra.model.design import Adc, Architecture, Design, Search
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.sensor import SensorArray
+
+
+def stream(design, codes, **stalls):
+    """Result words ``(n, words)``, last marks, and the cycles of last taxels and of result words."""
+    want = FixedTfra(design)(codes).words
+    seen = run(Core(design), {"taxel": codes.ravel().tolist()}, {"result": want.size}, **stalls)
+    words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
+    last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
+    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
+    return words, want, last, taken, np.array(seen.cycles["result"]).reshape(want.shape)
+
+
+def random_design(seed):
+    """Any small array with any number of lanes, any number of words a cycle, and any contact threshold."""
+    rng = random.Random(seed)
+    rows, columns, steps = rng.randrange(2, 8), rng.randrange(2, 8), rng.choice([4, 12, 33])
+    most = 4 * ((rows + 1) // 2) * ((columns + 1) // 2)
+    lanes = rng.choice([1, 2, *range(4, most + 1, 4)])
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    architecture = Architecture(lanes, rng.choice([1, 2, 4]))
+    adc = Adc(contact_threshold=rng.choice([None, 0, rng.randrange(2000)]))
+    return Design(sensor, adc=adc, search=Search(steps), architecture=architecture)

@@ -1,0 +1,209 @@
+"""The whole core in Amaranth's simulator: bit-exact results, and the latency and interval that Timing states."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+from amaranth import ResetInserter, Signal
+from amaranth.sim import Simulator
+
+from tests.hdl.harness import bursts, flowing, random_stalls
+from tests.hdl.parallel.tfra.cores import random_design, stream
+from tfra.hdl.parallel.matvec.schedule import Schedule
+from tfra.hdl.parallel.tfra.core import Core
+from tfra.hdl.parallel.tfra.timeline import Timeline
+from tfra.hdl.parallel.tfra.timing import Timing
+from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
+from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.fixed.coefficients import STACKS
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.words import layout
+from tfra.model.sensor import SensorArray
+
+CASES = [
+    (Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4)), flowing, flowing),
+    (
+        Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16), architecture=Architecture(48)),
+        random_stalls,
+        flowing,
+    ),
+    (Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=Architecture(1)), flowing, bursts),
+    (
+        Design(
+            SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
+            adc=Adc(16),
+            search=Search(9, 2.5),
+            formats=FORMATS["wide"],
+            architecture=Architecture(2),
+        ),
+        bursts,
+        random_stalls,
+    ),
+    (  # folded codes longer than an operand
+        Design(SensorArray(4, 3, 4e-3, 2e-3, 3e-3), adc=Adc(18), search=Search(7), architecture=Architecture(8, 2)),
+        bursts,
+        bursts,
+    ),
+]
+
+
+@pytest.mark.parametrize(("design", "stall_in", "stall_out"), CASES)
+def test_every_word_equals_the_model(design, stall_in, stall_out):
+    directed = directed_codes(design)
+    scenes = contact_codes(design, 3, seed=1), directed[:7], directed[-4:], wild_codes(design, 2, seed=2)
+    codes = np.concatenate(scenes)
+    words, want, last, *_ = stream(design, codes, stall_in=stall_in, stall_out=stall_out, seed=3)
+    names = [f.name for f in layout(design) for _ in range(f.count)]
+    bad = np.argwhere(words != want)
+    assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
+    assert last[:, -1].all()
+    assert last.sum() == len(want)
+
+
+def sleepy(rng):
+    """Asleep for longer than frames take, then awake for a while, so that every place in the core fills up."""
+    while True:
+        yield from [True] * rng.randrange(2000)
+        yield from [False] * rng.randrange(1, 400)
+
+
+@pytest.mark.parametrize("seed", range(18, 21))
+def test_everything_has_its_place_while_the_output_sleeps(seed):
+    """Nothing behind the products asks for a place: tokens alone see to it that there is one."""
+    design = random_design(seed)
+    words, want, *_ = stream(design, contact_codes(design, 9, seed), stall_out=sleepy, seed=seed)
+    assert (words == want).all()
+
+
+@pytest.mark.parametrize("held", [1, 4])
+@pytest.mark.parametrize("seed", range(21, 24))
+def test_a_reset_at_any_time_forgets_all(seed, held):
+    """Only control is cleared: sums run on, words and memories keep what they hold, and no later frame shows it."""
+    design, rng = random_design(seed), random.Random(seed)
+    codes = contact_codes(design, 3, seed)
+    want, reset = FixedTfra(design)(codes).words.ravel(), Signal()
+    core, found = Core(design), []
+    timing = Timing(design)
+    interrupted = [rng.randrange(1, timing.frame_latency + 3 * timing.initiation_interval) for _ in range(2)]
+
+    async def bench(ctx):
+        for cycles in interrupted:
+            ctx.set(core.taxel.valid, 1)
+            for _ in range(cycles):
+                ctx.set(core.taxel.payload, rng.randrange(-30_000, 30_000))
+                ctx.set(core.result.ready, rng.random() < 0.7)
+                await ctx.tick()
+            ctx.set(core.taxel.valid, 0)
+            ctx.set(reset, 1)
+            for _ in range(held):
+                await ctx.tick()
+            ctx.set(reset, 0)
+        ctx.set(core.result.ready, 1)
+        taxels = codes.ravel().tolist()
+        for _ in range(codes[0].size * 3 + timing.frame_latency + 8 * timing.initiation_interval):
+            ctx.set(core.taxel.valid, bool(taxels))
+            ctx.set(core.taxel.payload, taxels[0] if taxels else 0)
+            _, _, taken, valid, word = await ctx.tick().sample(core.taxel.ready, core.result.valid, core.result.payload)
+            if taken and taxels:
+                taxels.pop(0)
+            if valid:
+                found.append(word["data"])
+
+    simulator = Simulator(ResetInserter(reset)(core))
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(bench)
+    simulator.run()
+    assert found == want.tolist(), f"after resets at {interrupted}"
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_timing_is_what_the_gateware_does(seed):
+    """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
+    design = random_design(seed)
+    codes = contact_codes(design, 8, seed)
+    words, want, _, taken, cycles = stream(design, codes)
+    timeline = Timeline(design, len(codes))
+    assert (words == want).all()
+    start = taken[0]
+    assert (taken - start).tolist() == [frame.taxel for frame in timeline.frames]
+    assert (cycles - start).tolist() == [frame.words for frame in timeline.frames]
+
+
+@pytest.mark.parametrize("seed", range(12, 18))
+def test_a_single_frame_takes_the_stated_latency(seed):
+    design = random_design(seed)
+    words, want, _, taken, cycles = stream(design, contact_codes(design, 1, seed))
+    timing = Timing(design)
+    assert (words == want).all()
+    assert cycles[0, 0] - taken[0] == timing.latency
+    assert cycles[0, -1] - taken[0] == timing.frame_latency
+
+
+@pytest.mark.parametrize("seed", [0, 4, 14])
+def test_products_begin_when_the_timeline_says(seed, monkeypatch):
+    """The chart of docs/studies/schedule.md is what the lanes do, cycle by cycle."""
+    seen = []
+    elaborate = Schedule.elaborate
+
+    def watched(self, platform):
+        m = elaborate(self, platform)
+        seen.append(self)
+        return m
+
+    monkeypatch.setattr(Schedule, "elaborate", watched)
+    design = random_design(seed)
+    codes = contact_codes(design, 6, seed)
+    launches, taxels = launched(design, codes, seen)
+    start = taxels[design.sensor.taxels - 1]
+    timeline = Timeline(design, len(codes))
+    spans = [(span.start - 1, span.what) for span in timeline.spans if span.unit == "matvec"]
+    assert [(cycle - start, stack) for cycle, stack in launches] == spans[: len(launches)]
+    assert len(launches) == 5 * len(codes)
+
+
+def launched(design, codes, seen):
+    """Cycles and stacks of all products, and cycles of all taxels."""
+    core, launches, taxels = Core(design), [], []
+    simulator = Simulator(core)
+    simulator.add_clock(1e-6)
+
+    async def bench(ctx):
+        flat = codes.ravel().tolist()
+        ctx.set(core.result.ready, 1)
+        ctx.set(core.taxel.valid, 1)
+        cycle = 0
+        while len(launches) < 5 * len(codes):
+            if len(taxels) < len(flat):
+                ctx.set(core.taxel.payload, flat[len(taxels)])
+            else:
+                ctx.set(core.taxel.valid, 0)
+            schedule = seen[-1]
+            sampled = core.taxel.valid & core.taxel.ready, schedule.launch & schedule.new, schedule.stack
+            _, _, taken, launch, stack = await ctx.tick().sample(*sampled)
+            if taken:
+                taxels.append(cycle)
+            if launch:
+                launches.append((cycle, STACKS[stack]))
+            cycle += 1
+
+    simulator.add_testbench(bench)
+    simulator.run()
+    return launches, taxels
+
+
+def test_a_wrong_coefficient_is_noticed(monkeypatch):
+    """The comparison is not blind: one coefficient memory that differs from the model's changes words."""
+    design = Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4))
+    from tfra.hdl.parallel.matvec import unit as matvec
+
+    def corrupted(design):
+        images = original(design).copy()
+        images[1, 0] ^= 1 << 10
+        return images
+
+    original = matvec.lane_images
+    monkeypatch.setattr(matvec, "lane_images", corrupted)
+    words, want, *_ = stream(design, contact_codes(design, 1, seed=1))
+    assert (words != want).any()

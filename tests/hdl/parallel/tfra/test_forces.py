@@ -1,0 +1,113 @@
+"""Forces against its model: rounding, the walk over odd and even arrays, stalls, latency."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
+from tfra.hdl.parallel.tfra.forces import Forces
+from tfra.model.design import FORMATS, Architecture, Design, Formats
+from tfra.model.fixed.butterfly import butterfly, to_taxels
+from tfra.model.fixed.numbers import round_shift
+from tfra.model.fixed.widths import force_drop, widths
+from tfra.model.sensor import SensorArray
+
+
+def _design(rows, columns, formats=FORMATS["standard"], words=4):
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    return Design(sensor, formats=formats, architecture=Architecture(4, words))
+
+
+DESIGNS = [
+    _design(4, 4),
+    _design(5, 7, FORMATS["wide"]),
+    _design(4, 6, Formats("no drop", 16, 18, 4, 6)),
+    _design(7, 4),
+    _design(2, 2),
+    _design(3, 2),
+    _design(2, 3, FORMATS["wide"]),
+    _design(2, 2, words=1),
+    _design(5, 4, words=1),
+    _design(4, 3, words=2),
+]
+WALKS = [(rows, columns) for rows in (2, 3, 6, 16) for columns in (2, 3, 5, 16)]
+FRAMES = 3
+
+
+def _name(design):
+    words = design.architecture.vector_words
+    return f"{design.sensor.rows}x{design.sensor.columns}-{words}-{design.formats.name}"
+
+
+def _folded(design, seed, frames=FRAMES):
+    """Folded planes ``(3 frames, Q, 4)`` whose taxels are within a vector's proven bound, corners first."""
+    rng = np.random.default_rng(seed)
+    limit = (1 << (widths(design).vector - 3)) - (1 << force_drop(design)) - 4
+    taxels = rng.integers(-limit, limit, (3 * frames, design.quads, 4), endpoint=True)
+    corners = [[limit] * 4, [-limit] * 4, [0] * 4, [1] * 4, [-1] * 4, [limit, -limit, 0, 1]]
+    taxels.reshape(-1, 4)[: len(corners)] = corners[: taxels.size // 4]
+    # Ties and their neighbours, and folded vectors that no integer taxels have.
+    return butterfly(taxels) + rng.integers(-2, 2, taxels.shape, endpoint=True)
+
+
+def _expected(design, folded):
+    return to_taxels(design, round_shift(butterfly(folded), force_drop(design))).ravel()
+
+
+def _run(dut, design, folded, number, stall_in=flowing, stall_out=flowing):
+    """Three planes for every token, their quads as far apart as the memory needs."""
+
+    def leave(quad, record, cycle):
+        return len(record.cycles["room"]) > quad // (3 * design.quads)
+
+    outputs = {"taxel": number, "room": len(folded) // 3}
+    how = {"stall_in": apart(stall_in, design.parts), "stall_out": stall_out, "leave": {"folded": leave}}
+    return run(dut, {"folded": folded.reshape(-1, 4).tolist()}, outputs, **how)
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+@pytest.mark.parametrize("stalls", [(i, o) for i in PATTERNS for o in PATTERNS])
+def test_equals_the_model(design, stalls):
+    folded = _folded(design, seed=1)
+    expected = _expected(design, folded)
+    seen = _run(Forces(design), design, folded, len(expected), stall_in=stalls[0], stall_out=stalls[1])
+    assert seen.values["taxel"] == expected.tolist(), "seed 1"
+
+
+@pytest.mark.parametrize("size", WALKS, ids=str)
+def test_walks_over_any_array(size):
+    design = _design(*size)
+    folded = _folded(design, seed=2, frames=1)
+    expected = _expected(design, folded)
+    seen = _run(Forces(design), design, folded, len(expected), stall_in=bursts)
+    assert seen.values["taxel"] == expected.tolist(), "seed 2"
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+def test_latency_and_throughput(design):
+    """Quads come as fast as the updates give them."""
+    dut, folded, plane = Forces(design), _folded(design, seed=3), design.sensor.taxels
+    seen = _run(dut, design, folded, folded.shape[0] * plane)
+    into, out = seen.cycles["folded"], seen.cycles["taxel"]
+    assert out[0] - into[design.quads - 1] == dut.latency
+    assert out[plane] - out[0] == max(dut.plane_cycles, design.quads * design.parts)
+    assert np.all(np.diff(np.reshape(out, (-1, plane))) == 1)
+
+
+def test_latency_of_a_plane_that_comes_late():
+    design = DESIGNS[0]
+    dut, q = Forces(design), design.quads
+    rests = ([False] * q + [True] * 40) * 9 + [True]
+    seen = _run(dut, design, _folded(design, 4), 9 * 16, stall_in=lambda rng: iter(rests))
+    starts = np.array(seen.cycles["taxel"])[::16]
+    assert np.all(starts - np.array(seen.cycles["folded"])[q - 1 :: q] == dut.latency)
+
+
+def test_a_corrupted_word_is_noticed():
+    design = DESIGNS[0]
+    folded = _folded(design, seed=5)
+    wrong = _expected(design, folded)
+    wrong[-1] -= 1
+    seen = _run(Forces(design), design, folded, len(wrong), stall_in=random_stalls)
+    assert seen.values["taxel"] != wrong.tolist()

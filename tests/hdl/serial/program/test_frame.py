@@ -1,0 +1,114 @@
+"""The program, run by the interpreter, computes what the model does, in the cycles it states."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.hdl.serial.designs import DESIGNS, TEN, random_design
+from tfra.hdl.serial.program.frame import program
+from tfra.hdl.serial.program.interpreter import Interpreter
+from tfra.hdl.serial.program.memory import bases, groups, store_image
+from tfra.hdl.serial.sizes import sizes
+from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
+from tfra.model.design import SERIAL, Adc, Design, Search
+from tfra.model.fixed.coefficients import STACKS, stacks
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.words import layout
+from tfra.model.sensor import SensorArray
+
+
+def interpret(design, codes, store=None):
+    """Result words ``(n, words)``, and the cycle of each frame's last word."""
+    code = program(design)
+    image = store_image(design) if store is None else store
+    machine = Interpreter(sizes(design), design.quads, code.instructions, list(code.memory), image.tolist())
+    words, ends = [], []
+    for value, last in machine.run(iter(codes.ravel().tolist())):
+        words.append(value)
+        if last:
+            ends.append(machine.cycle)
+    return np.array(words).reshape(len(codes), -1), np.array(ends)
+
+
+def check(design, codes):
+    want = FixedTfra(design)(codes).words
+    words, ends = interpret(design, codes)
+    names = [f.name for f in layout(design) for _ in range(f.count)]
+    bad = np.argwhere(words != want)
+    assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
+    assert (np.diff(ends) == program(design).interval).all()
+
+
+def scenes(design, seed, contacts=3, wild=3):
+    parts = contact_codes(design, contacts, seed), directed_codes(design), wild_codes(design, wild, seed)
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+def test_every_word_equals_the_model(design):
+    check(design, scenes(design, seed=1))
+
+
+def near(design):
+    """Frames on either side of the contact threshold, as they are and halved."""
+    codes = directed_codes(design)[-4:]
+    return np.concatenate([codes, codes // 2])
+
+
+@pytest.mark.parametrize("threshold", [0, 1, 5, 1023, 1024, 8191])
+def test_the_contact_threshold(threshold):
+    design = replace(DESIGNS["2×3"], adc=Adc(contact_threshold=threshold))
+    check(design, near(design))
+
+
+@pytest.mark.parametrize("wrong", [-1, 1])
+def test_a_wrong_threshold_is_noticed(wrong):
+    design, other = (replace(DESIGNS["2×3"], adc=Adc(contact_threshold=t)) for t in (50, 50 + wrong))
+    assert (interpret(other, near(design))[0] != FixedTfra(design)(near(design)).words).any()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_any_small_array(seed):
+    design = random_design(seed)
+    check(design, scenes(design, seed, contacts=2, wild=2)[::3])
+
+
+def test_ten_by_ten_equals_the_model_and_fits_a_small_fpga():
+    """iCE40UP5K: 1024 instructions, 1280 words and the operands' copy are 27 of its 30 block memories."""
+    check(TEN, scenes(TEN, seed=2)[::6])
+    code = program(TEN)
+    assert len(code.instructions) <= 1024
+    assert len(code.memory) <= 1280
+    assert code.operands <= 256
+    assert len(store_image(TEN)) == 7400
+
+
+def test_a_wrong_coefficient_is_noticed():
+    design = DESIGNS["3×4"]
+    codes = contact_codes(design, 1, seed=1)
+    image = store_image(design)
+    image[0, 0] ^= 1 << 10
+    assert (interpret(design, codes, image)[0] != FixedTfra(design)(codes).words).any()
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
+def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
+    image, start, lanes, q = store_image(design), bases(design), sizes(design).lanes, design.quads
+    for stack in STACKS:
+        for op in stacks(design)[stack].operators:
+            for quad in range(op.quads):
+                for parity in range(4):
+                    row = start[op.name] + (parity * groups(design, op) + quad // lanes) * q
+                    assert (image[row : row + q, quad % lanes] == op.rows[quad, parity]).all()
+                    image[row : row + q, quad % lanes] = 0
+    assert not image.any()
+
+
+@pytest.mark.parametrize(("rows", "steps"), [(4, 1000), (20, 4)])
+def test_designs_that_do_not_fit_are_refused(rows, steps):
+    design = Design(SensorArray(rows, rows, 2e-3, 2e-3, 3e-3), search=Search(steps), architecture=SERIAL)
+    with pytest.raises(ValueError, match=r"architecture.kind: the serial core holds 2048 words, more are needed"):
+        program(design)

@@ -1,0 +1,154 @@
+"""The whole bit-accurate model against the float model, and its own symmetries."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+from tests.model.cases import make_design
+from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
+from tfra.model.design import Adc, Form, Formats
+from tfra.model.fixed.numbers import signed_bits
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.widths import widths
+from tfra.model.fixed.words import decode, encode, field, frame_words, layout, quantise, word_bits
+from tfra.model.tfra import Status, Tfra
+
+SWEPT = Status.NO_CONTACT | Status.COMPRESSION_ONLY | Status.NO_DIRECTION
+ADDED = Status.INPUT_SATURATED | Status.OUTPUT_SATURATED
+
+
+def both(design, codes):
+    """Decoded fixed-point and float results of the same codes."""
+    got = decode(design, FixedTfra(design)(codes).words)
+    return got, Tfra.of(design)(codes * design.adc.lsb)
+
+
+@pytest.mark.parametrize(("formats", "share"), [("standard", 0.97), ("wide", 0.995)])
+@pytest.mark.parametrize("name", SENSORS)
+@pytest.mark.parametrize("form", get_args(Form))
+def test_random_contacts(form, name, formats, share):
+    design = replace(make_design(SENSORS[name], formats), operators=form)
+    got, exact = both(design, contact_codes(design, 300, seed=17))
+    assert (got.status == exact.status).all()
+    swept = (exact.status & SWEPT) == 0
+    step = np.abs(got.sweep_index - exact.sweep_index)
+    assert swept.sum() > 150
+    assert (step[swept] == 0).mean() >= share
+    assert step.max() <= 1
+    same = step == 0
+    modulus = np.linalg.norm(exact.resultant, axis=1)
+    assert (np.abs(got.forces - exact.forces).max(axis=(1, 2, 3)) <= 2e-3 * modulus)[same].all()
+    assert (np.abs(got.resultant - exact.resultant).max(axis=1) <= 2e-3 * modulus)[same].all()
+    turn = (got.phi_deg - exact.phi_deg + 180) % 360 - 180
+    assert np.abs(turn).max() <= 0.02
+    assert np.abs(got.mu - exact.mu)[same].max() < 1e-3
+    sums = got.forces.sum(axis=(2, 3)) - got.resultant
+    assert (np.abs(sums).max(axis=1) <= 2e-3 * modulus).all()
+
+
+def test_directed_frames_have_the_float_models_status():
+    for sensor in SENSORS.values():
+        design = make_design(sensor)
+        got, exact = both(design, directed_codes(design))
+        assert (got.status & ~ADDED == exact.status).all()
+    flags = np.bitwise_or.reduce(got.status)
+    assert flags & Status.NO_CONTACT
+    assert flags & Status.COMPRESSION_ONLY
+    assert flags & Status.NO_DIRECTION
+    assert flags & Status.INPUT_SATURATED
+
+
+def test_noise_is_handled_like_any_frame():
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+    got, exact = both(design, wild_codes(design, 500, seed=3))
+    clean = (exact.status & SWEPT == 0) & (got.status & Status.OUTPUT_SATURATED == 0)
+    step = np.abs(got.sweep_index - exact.sweep_index)[clean]
+    assert (step == 0).mean() > 0.97
+
+
+def test_mirrored_frames_give_mirrored_results():
+    """Rounding half up is not symmetric, so the mirror image is exact within a few LSB of a force."""
+    design = make_design(SENSORS["5×7, 3×3 mm, h 2 mm"])
+    codes = contact_codes(design, 100, seed=5)
+    plain = decode(design, FixedTfra(design)(codes).words)
+    swept = plain.status == 0
+    for flip, signs in ((np.s_[:, :, ::-1], (-1, 1, 1)), (np.s_[:, ::-1], (1, -1, 1))):
+        seen = decode(design, FixedTfra(design)(codes[flip]).words)
+        back = np.s_[:, :, :, ::-1] if signs[0] < 0 else np.s_[:, :, ::-1]
+        forces = seen.forces[back] * np.array(signs)[None, :, None, None]
+        same = swept & (np.abs(seen.mu - plain.mu) < 1e-3)
+        assert same.sum() > 0.95 * swept.sum()
+        limit = 1e-4 * np.linalg.norm(plain.resultant, axis=1)
+        assert (np.abs(forces - plain.forces).max(axis=(1, 2, 3)) <= limit)[same].all()
+
+
+def test_scaled_frames_give_the_same_words_with_another_exponent():
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+    codes = contact_codes(design, 50, seed=6) // 8
+    small, large = (FixedTfra(design)(c).words for c in (codes, codes * 4))
+    for f in layout(design):
+        difference = field(design, small, f.name) - field(design, large, f.name)
+        assert (difference == (2 if f.name == "exponent" else 0)).all()
+
+
+@pytest.mark.parametrize("form", get_args(Form))
+def test_stages_stay_within_their_proven_widths(form):
+    """Extremes in every taxel: nothing needs more bits than the widths say."""
+    for name in ("5×7, 3×3 mm, h 2 mm", "8×8, 2×2 mm, h 3 mm"):
+        design = replace(make_design(SENSORS[name]), operators=form)
+        rng = np.random.default_rng(8)
+        codes = rng.choice([-8192, 8191], size=(300, design.sensor.rows, design.sensor.columns))
+        stages = FixedTfra(design)(np.concatenate([codes, directed_codes(design)])).stages
+        for key in ("matvec", "weights", "combine"):
+            assert signed_bits(float(np.abs(stages[key]).max())) <= widths(design).vector, key
+
+
+def test_words_fit_their_fields_and_chunks_do_not_matter():
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+    codes = np.concatenate([wild_codes(design, 2100, seed=1), directed_codes(design)])
+    words = FixedTfra(design)(codes).words
+    assert words.shape == (len(codes), frame_words(design))
+    for f in layout(design):
+        column = field(design, words, f.name)
+        low, high = (-(1 << (f.bits - 1)), (1 << (f.bits - 1)) - 1) if f.signed else (0, (1 << f.bits) - 1)
+        assert column.min() >= low, f.name
+        assert column.max() <= high, f.name
+        assert f.bits + (not f.signed) <= word_bits(design)
+    tail = FixedTfra(design)(codes[2090:], first_frame=2090).words
+    assert (tail == words[2090:]).all()
+
+
+def test_an_unsigned_field_that_is_the_longest_has_a_place_for_its_sign():
+    formats = Formats("short", coefficient=18, operand=18, vector_fraction=4, force_fraction=0)
+    design = replace(make_design(SENSORS["4×6, 5×3 mm, h 2 mm"]), adc=Adc(6), formats=formats)
+    assert max(f.bits for f in layout(design)) == 18
+    assert word_bits(design) == 19
+
+
+def test_no_frames_give_no_words():
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+    words = FixedTfra(design)(np.empty((0, 4, 6), dtype=np.int64)).words
+    assert words.shape == (0, frame_words(design))
+    assert decode(design, words).forces.shape == (0, 3, 4, 6)
+
+
+def test_encode_and_decode_are_inverse():
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+    words = FixedTfra(design)(contact_codes(design, 3, seed=1)).words
+    assert (encode(design, {f.name: field(design, words, f.name) for f in layout(design)}) == words).all()
+
+
+def test_full_scale():
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+    frames = np.zeros((2, 4, 6))
+    frames[1, 2, 3] = design.adc.full_scale
+    assert quantise(design, frames)[1, 2, 3] == 8191
+    frames[1, 2, 3] = -design.adc.full_scale
+    assert quantise(design, frames)[1, 2, 3] == -8192
+    frames[1, 2, 3] *= 1.001
+    with pytest.raises(ValueError, match="frame 1, row 2, column 3 is -200200 Pa, over the full scale of 200000 Pa"):
+        quantise(design, frames)

