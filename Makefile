@@ -8,7 +8,7 @@
 #              the studies of docs/studies/calibration.md and docs/studies/errors.md: contacts of the paper, sources of error
 # make truth   what the README, the demo and tfra estimate say of it
 # make rest    the tables of docs/numerics.md: noise of a sensor at rest and faint contacts
-# make sparse, make fem_convergence, make operators
+# make sparse, make fem_convergence
 #              the tables of docs/studies/sparse.md, docs/studies/fem.md and docs/studies/memory.md
 # make schedule, make timing
 #              the Gantt chart of docs/studies/schedule.md, and its table of cycles stated and measured on random cores
@@ -34,7 +34,7 @@ READY := $(VENV)/ready
 TYPES := build/types/tfra
 
 STUDIES := campaign formats rest gates cores schedule timing estimates blocks baselines primitives speed c_speed \
-  growth large operators sparse calibrate errors truth fem_convergence abuse misuse
+  growth large sparse calibrate errors truth fem_convergence abuse misuse
 
 .PHONY: demo test clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -56,7 +56,7 @@ campaign formats rest gates: GROUP := exactness
 cores schedule timing: GROUP := cycles
 estimates blocks baselines primitives: GROUP := parts
 speed c_speed: GROUP := speed
-growth large operators sparse: GROUP := large
+growth large sparse: GROUP := large
 calibrate errors truth fem_convergence: GROUP := contacts
 abuse misuse: GROUP := abuse
 

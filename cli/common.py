@@ -61,12 +61,10 @@ def check_core(project: Project) -> None:
 
     Raises ``InputError`` when the formats are too long or the sensor is too large.
     """
-    from tfra.hdl.cores import check_size
-    from tfra.model.fixed.widths import widths
+    from tfra.hdl.cores import microarchitecture
 
     try:
-        widths(project.design)
-        check_size(project.design)
+        microarchitecture(project.design).check()
     except ValueError as error:
         raise InputError(project.path, "", str(error)) from None
 

@@ -20,7 +20,7 @@ import numpy as np
 from rich.console import Console
 
 from tfra.codegen.processes import Stopped, stoppable
-from tfra.hdl.cores import timing
+from tfra.hdl.cores import microarchitecture
 from tfra.model.errors import InputError
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
@@ -126,7 +126,7 @@ def measure(path: Path, simulator: str | None = None) -> Sensor:
         decode(design, run.words),
         run,
         int((run.words != expected).sum()),
-        timing(design).initiation_interval,
+        microarchitecture(design).initiation_interval,
     )
 
 

@@ -29,10 +29,11 @@ from tfra.codegen.schema import (
     exact,
 )
 from tfra.codegen.tomlfile import read_toml
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
-from tfra.model.design import FORMATS, SERIAL, Adc, Architecture, Design, Formats, Search
 from tfra.model.errors import InputError, Notice, quoted
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
 MOST_TAXELS = 4096

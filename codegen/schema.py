@@ -12,8 +12,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
+from tfra.model.choices import Adc, Architecture, Images, Search
 from tfra.model.cover.layer import Sampling
-from tfra.model.design import Adc, Architecture, Images, Search
 
 MOST_DIRECTIONS = 100_000
 """Contacts that one ``phi_deg`` may expand to."""

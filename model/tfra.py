@@ -19,7 +19,7 @@ from tfra.model.boussinesq import Operators, operators
 from tfra.model.sensor import Floats, SensorArray
 
 if TYPE_CHECKING:  # a design has a filter, whose module needs this one
-    from tfra.model.design import Design
+    from tfra.model.choices import Choices
 
 Ints = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
@@ -193,11 +193,11 @@ class Tfra:
         self._x, self._y = sensor.positions()
 
     @classmethod
-    def of(cls, design: Design) -> Tfra:
+    def of(cls, choices: Choices) -> Tfra:
         """The algorithm with the search and the contact threshold of ``design``."""
-        search, adc = design.search, design.adc
+        search, adc = choices.search, choices.adc
         tolerance, threshold = search.tolerance * adc.lsb, adc.threshold * adc.lsb
-        return cls(design.sensor, search.steps, tolerance, contact_threshold=threshold)
+        return cls(choices.sensor, search.steps, tolerance, contact_threshold=threshold)
 
     def __call__(self, frames: npt.ArrayLike, *, keep_sweep: bool = False) -> Result:
         """Forces of ``frames (n, rows, columns)`` in Pa; raises ``ValueError`` for a wrong shape or NaN."""

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from scipy import optimize
 
 from tfra.model.boussinesq import operators
-from tfra.model.design import Design
+from tfra.model.choices import Choices
 from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import Bools, Result, Status, check_frames, in_contact, unit_scaled
 
@@ -116,9 +116,9 @@ class TwoVariable:
         self._ops = operators(sensor)
 
     @classmethod
-    def of(cls, design: Design) -> TwoVariable:
+    def of(cls, choices: Choices) -> TwoVariable:
         """The search with the contact threshold of ``design``."""
-        return cls(design.sensor, design.adc.threshold * design.adc.lsb)
+        return cls(choices.sensor, choices.adc.threshold * choices.adc.lsb)
 
     def __call__(self, frames: npt.ArrayLike) -> Result:
         """Forces of ``frames (n, rows, columns)`` in Pa; raises ``ValueError`` for a wrong shape or NaN."""

@@ -10,8 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tfra.model.boussinesq import operators
-from tfra.model.design import Adc
-from tfra.model.fixed.coefficients import nonzero_products
+from tfra.model.choices import Adc
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
 from tfra.model.metrics import error_force
@@ -85,7 +84,7 @@ def _rows(setup: Setup) -> list[dict[str, Any]]:
         adc = Adc(16, setup.project.design.adc.full_scale)
         design = replace(setup.project.design, adc=adc, sparse=Filter("F2", strength))
         found = decode(design, FixedTfra(design)(quantise(design, stress)).words)
-        rows.append(row("F2, bit-accurate, mirror-folded", strength, nonzero_products(design), found))
+        rows.append(row("F2, bit-accurate, mirror-folded", strength, design.nonzero_products, found))
     return rows
 
 

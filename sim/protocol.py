@@ -11,7 +11,6 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -142,12 +141,6 @@ class Probe:
     """Bits, and whether signed, of each word."""
     transfers: int
     """Transfers of a frame."""
-
-    @classmethod
-    def from_sidecar(cls, entry: dict[str, Any]) -> Probe:
-        """Read one entry of the sidecar's ``probes``."""
-        layout = tuple((int(word["bits"]), bool(word["signed"])) for word in entry["layout"])
-        return cls(entry["stage"], entry["transfer"], entry["words"], layout, int(entry["transfers"]))
 
     def unpack(self, packed: Sequence[int]) -> list[int]:
         """Return the words of transfers in order."""

@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 
 from tfra.codegen.processes import ToolError, beyond, running
-from tfra.hdl.cores import core_models, loaded, make_core
+from tfra.hdl import microarchitecture as hdl
+from tfra.hdl.cores import microarchitecture
 from tfra.model.cache import Files, cache_directory, kept
-from tfra.model.design import Design
 from tfra.model.errors import InputError
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
-from tfra.model.fixed.words import frame_words, word_bits
 from tfra.model.scratch import scratch, writing
 from tfra.sim import tools
 from tfra.sim.protocol import Job, Outcome, Probe
@@ -64,11 +64,8 @@ class Netlist:
     sidecar: dict[str, Any]
     images: Mapping[str, str] = field(default_factory=dict)
     models: tuple[str, ...] = ()
-
-    @property
-    def probes(self) -> tuple[Probe, ...]:
-        """Streams between blocks, in the order of the data."""
-        return tuple(Probe.from_sidecar(entry) for entry in self.sidecar.get("probes", ()))
+    probes: tuple[Probe, ...] = ()
+    """Streams between blocks, in the order of the data."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +124,7 @@ def simulate(
     if not codes.size:
         raise ValueError("codes: at least one frame is needed")
     if chosen == "amaranth":
-        if isinstance(core, Netlist) or (core is None and core_models(design)):
+        if isinstance(core, Netlist) or (core is None and microarchitecture(design).cell_models):
             raise InputError("simulator", chosen, f"can't run Verilog, Icarus can: {tools.ICARUS_INSTALL}")
         job = _job(design, codes, seed, stall_in, stall_out, expected, ())
         return _run(design, job, _run_pysim(design, job, core, progress), chosen)
@@ -145,7 +142,14 @@ def generated(design: Design, cache: Path) -> Netlist:
     files = kept(cache / f"core-{design.name}-{key}", lambda: _generate(design))
     images = {name: content.decode() for name, content in files.items()}  # and what else was made
     verilog, sidecar = images.pop(f"{design.name}.v"), json.loads(images.pop(f"{design.name}.json"))
-    return Netlist(design.name, verilog, sidecar, images, tuple(texts(core_models(design))))
+    core = microarchitecture(design)
+    probes = tuple(_watched(probe) for probe in core.probes)
+    return Netlist(design.name, verilog, sidecar, images, tuple(texts(core.cell_models)), probes)
+
+
+def _watched(probe: hdl.Probe) -> Probe:
+    place = f"core.probe_{probe.stage}"
+    return Probe(probe.stage, place, f"{place}_words", probe.words, probe.transfers)
 
 
 def _generate(design: Design) -> Files:
@@ -189,24 +193,25 @@ def _job(
     probes: tuple[Probe, ...],
 ) -> Job:
     flat = np.asarray(codes, dtype=np.int64).reshape(-1) & ((1 << design.adc.bits) - 1)
-    patterns = None if expected is None else expected.reshape(-1) & ((1 << word_bits(design)) - 1)
-    taxels, words = design.sensor.taxels, frame_words(design)
-    image = loaded(design)
+    patterns = None if expected is None else expected.reshape(-1) & ((1 << design.word_bits) - 1)
+    taxels, words = design.sensor.taxels, design.frame_words
+    core = microarchitecture(design)
+    image = core.loaded
     first = None if image is None else image & ((1 << design.formats.coefficient) - 1)
-    return Job(flat, taxels, words, patterns, first, seed, stall_in, stall_out, _patience(design), probes=probes)
+    return Job(flat, taxels, words, patterns, first, seed, stall_in, stall_out, _patience(core), probes=probes)
 
 
-def _patience(design: Design) -> int:
+def _patience(core: hdl.Microarchitecture) -> int:
     """Cycles that no core needs for a frame, however few its lanes."""
-    m, fewest = design.sensor.taxels, design.architecture.mac_lanes or 1  # the serial core has more than one
-    products = 8 * (4 * design.quads) ** 2 // fewest
+    m, design = core.design.sensor.taxels, core.design
+    products = 8 * (4 * design.quads) ** 2 // core.lanes
     return 10_000 + 4 * (products + 32 * m + 8 * design.candidates)
 
 
 def _run(design: Design, job: Job, outcome: Outcome, simulator: str) -> Run:
     if outcome.violations:
         raise ProtocolError(outcome)
-    half = 1 << (word_bits(design) - 1)
+    half = 1 << (design.word_bits - 1)
     words = ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words)
     return Run(
         words,
@@ -229,7 +234,7 @@ def _rows(probe: Probe, packed: list[int]) -> Ints:
 def _run_pysim(design: Design, job: Job, core: Any, progress: Progress | None) -> Outcome:
     from tfra.sim import pysim
 
-    return pysim.run(core or make_core(design), job, progress)
+    return pysim.run(core or microarchitecture(design).build(), job, progress)
 
 
 def _run_cocotb(netlist: Netlist, job: Job, simulator: str, cache: Path, progress: Progress | None) -> Outcome:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tfra.model.cover.layer import frames as layer_frames
 from tfra.model.cover.scenes import directed_codes, random_contacts, wild_codes
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.words import quantise
 from tfra.model.sensor import Floats

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tfra.hdl.cores import regular, timing
+from tfra.hdl.cores import microarchitecture
 from tfra.model.cover.scenes import wild_codes
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.tfra.pipeline import FixedResult, FixedTfra
-from tfra.model.fixed.words import decode, frame_words, layout, quantise
+from tfra.model.fixed.words import decode, quantise
 from tfra.model.metrics import errors
 from tfra.model.tfra import Bools, Result, Status, Tfra
 from tfra.sim import tools
@@ -79,7 +79,7 @@ def verify(
         simulator=chosen,
         seed=seed,
         kinds={str(kind): int((stimuli.kinds == kind).sum()) for kind in dict.fromkeys(stimuli.kinds)},
-        words=len(stimuli.codes) * frame_words(design),
+        words=len(stimuli.codes) * design.frame_words,
         compared=sum(third.compared for third in thirds),
         mismatches=sum(third.mismatches for third in thirds),
         first=bad.located() if bad else None,
@@ -126,7 +126,7 @@ class _Third:
         self.frames = len(self._codes)
         self.run: Run | None = None
         self.violations: list[str] = []
-        self.words: Ints = np.empty((0, frame_words(design)), dtype=np.int64)
+        self.words: Ints = np.empty((0, design.frame_words), dtype=np.int64)
         self.compared = self.mismatches = 0
         self.first: tuple[int, int] | None = None
         if self.frames:
@@ -183,7 +183,7 @@ class _Third:
         assert self.first is not None
         frame, word = self.first
         expected, observed = int(self._model(self._codes).words[frame, word]), int(self.words[frame, word])
-        field = next(f for f in layout(self._design) if f.start <= word < f.start + f.count)
+        field = next(f for f in self._design.layout if f.start <= word < f.start + f.count)
         taxel = None
         if field.name == "forces":
             place = (word - field.start) % self._design.sensor.taxels
@@ -241,16 +241,17 @@ def first_difference(run: Run, model: FixedResult, frame: int) -> tuple[str | No
 def _timing(design: Design, third: _Third, core: Any) -> Timing:
     """Latency of a frame that is alone, and the interval over the frames that the design's statement is about."""
     latency = interval = None
-    window, enough = regular(design)
+    stated = microarchitecture(design)
     if third.run is not None:
         latency = third.alone()
-        interval = math.ceil(third.run.interval[window].mean()) if len(third.run.words) >= enough else None
+        if len(third.run.words) >= stated.enough:
+            interval = math.ceil(third.run.interval[stated.settled].mean())
     return Timing(latency, interval, *_stated(design, core))
 
 
 def _stated(design: Design, core: Any) -> tuple[int | None, int | None]:
     if core is None:
-        stated = timing(design)
+        stated = microarchitecture(design)
         return stated.latency, stated.initiation_interval
     facts = core.sidecar if isinstance(core, Netlist) else {}
     return facts.get("latency_cycles"), facts.get("interval_cycles")
@@ -294,7 +295,7 @@ class _Returned:
 
     @classmethod
     def of(cls, design: Design, count: int, thirds: list[_Third]) -> _Returned:
-        length = frame_words(design)
+        length = design.frame_words
         words, (whole, compared) = np.zeros((count, length), dtype=np.int64), np.zeros((2, count), dtype=np.bool_)
         for third in thirds:
             if len(third.words) == third.frames:

@@ -9,10 +9,9 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import lru_cache
 
 from tfra.codegen.verilog import Top, to_rtlil
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 
 _ADD = ("$add", "$sub", "$neg", "$lt", "$le", "$gt", "$ge")
 _SHIFT = ("$shl", "$shr", "$sshl", "$sshr", "$shift", "$shiftx")
@@ -51,7 +50,6 @@ class Census:
         return self
 
 
-@lru_cache(maxsize=16)
 def census(design: Design) -> dict[str, Census]:
     """Counts by block of ``hdl/parallel/tfra/core.py``; what lies outside all blocks is ``"top"``."""
     return count(to_rtlil(Top(design), design.name))

@@ -12,11 +12,11 @@ import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from importlib.resources import files
 from typing import Any
 
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.synth.census import Census, Memory, census
 from tfra.synth.targets import Family, Target
 
@@ -42,13 +42,10 @@ class Prices:
     error: Mapping[str, float]
 
 
-_DATA = {"parallel": "estimate_data.json", "serial": "estimate_serial.json"}
-
-
-@lru_cache(maxsize=2)
+@cache
 def prices(kind: str = "parallel") -> Prices:
     """The fitted prices of cores of ``kind``."""
-    data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(_DATA[kind]).read_text())
+    data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(f"estimate_{kind}.json").read_text())
     return Prices(data["lut"], data["ff"], data["error"])
 
 

@@ -16,8 +16,8 @@ from tfra.codegen.sidecar import sidecar
 from tfra.codegen.verilog import Top, run_yosys, to_rtlil, with_free_collisions
 from tfra.hdl.primitives import cell_models
 from tfra.model.cache import Files, kept
-from tfra.model.design import Design
 from tfra.model.errors import InputError
+from tfra.model.fixed.design import Design
 from tfra.model.scratch import scratch, temporary
 from tfra.sim import tools
 from tfra.sim.run import Netlist, SimulationError, digest, sources, texts
@@ -47,9 +47,9 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
     command = FAMILIES[family]
     key = digest(repr(design), command, cells(family), tools.versions(), *texts(gate_sources()))
     files = kept(cache / f"gates-{design.name}-{family}-{key}", lambda: _synthesise(design, family))
-    facts = sidecar(design) | {"probes": []}  # synthesis leaves no signal between blocks by its name
+    # No probes: synthesis leaves no signal between blocks by its name.
     models = (cells(family), *texts(cell_models(family)))
-    return Netlist(design.name, files["gates.v"].decode(), facts, models=models)
+    return Netlist(design.name, files["gates.v"].decode(), sidecar(design), models=models)
 
 
 def gate_sources() -> list[Path]:

@@ -12,8 +12,9 @@ from typing import Any
 from rich.console import Console
 from rich.table import Column, Table
 
-from tfra.hdl import cores
-from tfra.model.design import Design
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.microarchitecture import Microarchitecture
+from tfra.model.fixed.design import Design
 from tfra.synth.flow import Route, Synthesis, options
 from tfra.synth.targets import Target
 from tfra.synth.tools import versions
@@ -34,19 +35,20 @@ def report(
 
     Resources are those of place and route where it ran, else of synthesis; times are at the median frequency.
     """
+    core = microarchitecture(design)
     used = {**synthesis.resources, **(median_route(routes).resources if routes else {})}
     return {
         "generator": f"tfra {version('tfra')}",
         "name": design.name,
         "target": target.name,
         "architecture": asdict(design.architecture),
-        "mac_lanes": cores.lanes(design),
+        "mac_lanes": core.lanes,
         "resources": resource_facts(target, used, estimated),
         "mapper": synthesis.mapper,
         "cells": dict(sorted(synthesis.cells.items())),
         "clock": clock_facts(routes) if routes else None,
         "note": target.family.timing or None,
-        "timing": timing(design, median_route(routes).mhz if routes else None),
+        "timing": timing(core, median_route(routes).mhz if routes else None),
         "tools": versions(target.family),
         "options": options(target.family),
     }
@@ -82,21 +84,21 @@ def clock_facts(routes: Sequence[Route]) -> dict[str, Any]:
     }
 
 
-def timing(design: Design, mhz: float | None) -> dict[str, Any]:
-    """Cycles of ``design`` and, at ``mhz``, times: latency to the first result word, frame latency to the last."""
-    found = cores.timing(design)
+def timing(core: Microarchitecture, mhz: float | None) -> dict[str, Any]:
+    """Cycles of ``core`` and, at ``mhz``, times: latency to the first result word, frame latency to the last."""
     cycles = {
-        "latency": found.latency,
-        "frame_latency": found.frame_latency,
-        "interval": found.initiation_interval,
+        "latency": core.latency,
+        "frame_latency": core.frame_latency,
+        "interval": core.initiation_interval,
     }
+    products = core.design.multiplications
     times = {f"{name}_us": round(number / mhz, 3) for name, number in cycles.items()} if mhz else {}
     return {
         **{f"{name}_cycles": number for name, number in cycles.items()},
         **times,
-        **({"frames_per_second": round(1e6 * mhz / found.initiation_interval, 1)} if mhz else {}),
-        "multiplications_per_frame": found.multiplications,
-        "mac_utilisation": round(found.multiplications / (cores.lanes(design) * found.initiation_interval), 4),
+        **({"frames_per_second": round(1e6 * mhz / core.initiation_interval, 1)} if mhz else {}),
+        "multiplications_per_frame": products,
+        "mac_utilisation": round(products / (core.lanes * core.initiation_interval), 4),
     }
 
 

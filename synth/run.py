@@ -9,7 +9,7 @@ from typing import Any
 
 from tfra.codegen.files import output_directory
 from tfra.codegen.verilog import Top, to_rtlil, with_free_collisions
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.synth.estimate import estimate, misfits
 from tfra.synth.flow import NETLIST, pack, route, synthesise
 from tfra.synth.pins import Pins

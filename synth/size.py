@@ -6,9 +6,9 @@ from bisect import bisect_left
 from dataclasses import dataclass, replace
 from functools import cache
 
-from tfra.hdl.cores import is_serial
-from tfra.hdl.parallel.tfra.timing import Timing
-from tfra.model.design import VECTOR_WORDS, Architecture, Design
+from tfra.hdl.cores import microarchitecture
+from tfra.model.choices import VECTOR_WORDS, Architecture
+from tfra.model.fixed.design import Design
 from tfra.synth.estimate import estimate, misfits
 from tfra.synth.targets import Target
 
@@ -59,13 +59,8 @@ class Sized:
 
 def speed(design: Design) -> Speed:
     """What ``design`` reaches, from its timing."""
-    timing = Timing(design)
-    return Speed(timing.initiation_interval, timing.frame_latency)
-
-
-def mac_choices(design: Design) -> list[int]:
-    """Every number of MAC lanes that the sensor allows, upwards."""
-    return [1, 2, *range(4, 4 * design.quads + 1, 4)]
+    core = microarchitecture(design)
+    return Speed(core.initiation_interval, core.frame_latency)
 
 
 def size(design: Design, target: Target, bounds: Bounds) -> Sized:
@@ -73,9 +68,10 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sized:
 
     Raises ``ValueError``, which says what is reached at best or what is lacking, when none does.
     """
-    if is_serial(design):
-        raise ValueError("architecture.kind: the serial core has no lanes to choose")
-    best = Architecture(mac_choices(design)[-1], max(VECTOR_WORDS))
+    choices = microarchitecture(design).lane_choices
+    if not choices:
+        raise ValueError(f"architecture.kind: the {design.architecture.kind} core has no lanes to choose")
+    best = Architecture(choices[-1], max(VECTOR_WORDS))
     if missed := speed(replace(design, architecture=best)).misses(bounds):
         raise ValueError(f"{missed[0]}, at {bounds.clock_mhz:g} MHz with {best.mac_lanes} MAC lanes")
     found: list[Sized] = []
@@ -96,7 +92,7 @@ def _smallest(design: Design, target: Target, bounds: Bounds, words: int) -> Siz
 
     More lanes are taken never to be slower, and to need less of nothing but block memories, whose depth they share.
     """
-    choices = mac_choices(design)
+    choices = microarchitecture(design).lane_choices
 
     @cache
     def reached(lanes: int) -> Speed:

@@ -14,8 +14,9 @@ from typing import Any
 
 from bench.abuse.damages import DAMAGES
 from tfra.model.cache import _read
+from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.cover.scenes import contact_codes
-from tfra.model.design import Adc, Architecture, Design, Formats, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.scratch import discard
 from tfra.model.sensor import SensorArray

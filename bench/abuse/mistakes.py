@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from tfra.codegen.files import output_directory
-from tfra.model.design import Adc
+from tfra.model.choices import Adc
 from tfra.model.sensor import Floats
 
 LSB = Adc().lsb

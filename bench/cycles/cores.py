@@ -9,8 +9,9 @@ from typing import Any
 
 from bench.publish import publish
 from tfra.hdl.parallel.matvec.images import depth
-from tfra.hdl.parallel.tfra.timing import Timing
-from tfra.model.design import Architecture, Design
+from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.model.choices import Architecture
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
 CORES = ((1, 1), (4, 1), (12, 1), (12, 4), (16, 4), (32, 4), (52, 4), (100, 4))
@@ -25,7 +26,7 @@ def design(mac_lanes: int, vector_words: int = 4) -> Design:
 def main() -> None:
     """Compute and publish."""
     record, lines = rows()
-    products = Timing(design(1)).multiplications
+    products = design(1).multiplications
     publish("cores", {"sensor": "10x10", "multiplications": products, "rows": record}, "\n".join(lines))
 
 
@@ -38,7 +39,7 @@ def rows() -> tuple[list[dict[str, Any]], list[str]]:
     record = []
     for mac, width in CORES:
         core = design(mac, width)
-        timing, words = Timing(core), depth(core)
+        timing, words = Parallel(core), depth(core)
         cycles = timing.latency, timing.frame_latency, timing.initiation_interval
         lines.append(f"| {mac} | {width} | " + " | ".join(f"{c:,}" for c in cycles) + f" | {words:,} |")
         record.append({"mac_lanes": mac, "vector_words": width, "cycles": list(cycles), "depth": words})

@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 
 from bench.publish import ROOT, insert
 from tfra.codegen.config import load
+from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.hdl.parallel.tfra.timeline import Timeline
-from tfra.hdl.parallel.tfra.timing import Timing
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 
 UNITS = ("matvec", "dependent", "combine", "sweep", "gain", "scaling")
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -42,7 +42,7 @@ def chart(axes: Axes, timeline: Timeline, begin: int, end: int) -> None:
 
 def plot(design: Design, path: Path) -> None:
     """One frame alone above, frames back to back below."""
-    timing = Timing(design)
+    timing = Parallel(design)
     frames = timing.stream.frames
     figure = Figure(figsize=(11, 5.4), layout="constrained")
     alone, stream = figure.subplots(2, 1)
@@ -61,7 +61,7 @@ def plot(design: Design, path: Path) -> None:
 
 def table(design: Design) -> str:
     """Markdown: cycles in which a unit works for a frame."""
-    timing = Timing(design)
+    timing = Parallel(design)
     lines = ["| unit | works for a frame, cycles | of the initiation interval |", "|---|---:|---:|"]
     for unit in UNITS:
         cycles = sum(span.end - span.start for span in timing.alone.spans if span.unit == unit)

@@ -14,8 +14,7 @@ from typing import Any
 
 from bench.publish import publish
 from tests.hdl.parallel.tfra.cores import random_design, stream
-from tfra.hdl.parallel.tfra.timeline import Timeline
-from tfra.hdl.parallel.tfra.timing import Timing
+from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.model.cover.scenes import contact_codes
 
 FRAMES = 6
@@ -26,7 +25,8 @@ def measure(seed: int) -> dict[str, Any]:
     """Stated cycles of one core, and how many measured ones, and words, differ."""
     design = random_design(seed)
     words, want, _, taken, cycles = stream(design, contact_codes(design, FRAMES, seed))
-    frames, timing = Timeline(design, FRAMES).frames, Timing(design)
+    timing = Parallel(design)
+    frames = timing.timeline(FRAMES).frames
     late = sum(cycle != frame.taxel for cycle, frame in zip(taken - taken[0], frames, strict=True))
     for row, frame in zip(cycles - taken[0], frames, strict=True):
         late += sum(cycle != stated for cycle, stated in zip(row, frame.words, strict=True))

@@ -14,7 +14,8 @@ import time
 from typing import Any
 
 from bench.publish import publish
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.choices import FORMATS, Adc, Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.sim.verify import verify
 

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from bench.publish import publish
+from tfra.model.choices import FORMATS, Architecture
 from tfra.model.cover.scenes import SENSORS, contact_codes
-from tfra.model.design import FORMATS, Architecture, Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.sensor import SensorArray

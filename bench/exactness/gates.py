@@ -9,8 +9,9 @@ import sys
 from dataclasses import replace
 
 from tfra.model.cache import cache_directory
+from tfra.model.choices import Architecture, Search
 from tfra.model.cover.scenes import contact_codes
-from tfra.model.design import Architecture, Design, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.run import simulate

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from bench.publish import insert, store
+from tfra.model.choices import Adc
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import SENSORS, random_contacts
-from tfra.model.design import Adc, Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.sensor import Floats

@@ -1,24 +1,23 @@
 """How a core grows with the array: cycles, products, coefficients and block memories from 4x4 to 32x32.
 
 ``python -m bench.large.growth`` writes ``bench/results/growth.json``, ``bench/results/growth.png`` and the tables of
-docs/studies/growth.md.  Cycles are those of :class:`tfra.hdl.parallel.tfra.timing.Timing`, which tests compare with the
-gateware.
+docs/studies/growth.md.  Cycles are those of :class:`tfra.hdl.parallel.tfra.parallel.Parallel`, which tests compare with
+the gateware.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any, get_args
+from typing import Any
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from bench.publish import ROOT, insert, store
 from tfra.hdl.parallel.matvec.images import depth
-from tfra.hdl.parallel.tfra.timing import Timing
-from tfra.model.design import Architecture, Design, Form
-from tfra.model.fixed.coefficients import coefficient_bits
-from tfra.model.fixed.widths import widths
+from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.model.choices import Architecture
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.estimate import estimate
 from tfra.synth.targets import find
@@ -29,14 +28,14 @@ WORDS, WORD_BITS = 1024, 18
 """Of one block memory: DP16KD of ECP5, half a RAMB36E1 of 7-series."""
 DEVICES = {"ECP5-25": 56, "ECP5-45": 108, "ECP5-85": 208, "Artix-7 200T": 730}
 """Block memories of 18 kbit."""
-STORED = {"pinv": 8, "gram": 6}
+STORED = 8
 """Operators of Q x Q coefficients for each of the four parities."""
 
 
-def square(size: int, lanes: int, operators: Form = "pinv") -> Design:
+def square(size: int, lanes: int) -> Design:
     """A core of ``size x size`` taxels at 4 mm under 3 mm."""
     sensor = SensorArray(size, size, 4e-3, 4e-3, 3e-3)
-    return Design(sensor, architecture=Architecture(lanes), operators=operators)
+    return Design(sensor, architecture=Architecture(lanes))
 
 
 def estimated(design: Design) -> dict[str, int]:
@@ -48,30 +47,30 @@ def estimated(design: Design) -> dict[str, int]:
 def measure(size: int, lanes: int) -> dict[str, Any]:
     """Numbers of one core."""
     design = square(size, lanes)
-    timing = Timing(design)
+    timing = Parallel(design)
     return {
         "size": size,
         "lanes": design.architecture.mac_lanes,
-        "products": timing.multiplications,
+        "products": design.multiplications,
         "latency": timing.frame_latency,
         "interval": timing.initiation_interval,
-        "bits": {form: coefficient_bits(replace(design, operators=form)) for form in get_args(Form)},
+        "bits": design.coefficient_bits,
         "blocks": design.architecture.mac_lanes * -(-depth(design) // WORDS),
-        "vector": widths(design).vector,
+        "vector": design.widths.vector,
         "estimated": estimated(design),
     }
 
 
-def bits(size: int, form: Form) -> int:
+def bits(size: int) -> int:
     """Coefficient bits of a square array, by hand: operators and four quads of rows that sum."""
     quads = ((size + 1) // 2) ** 2
-    return 4 * quads * (STORED[form] * quads + 4) * WORD_BITS
+    return 4 * quads * (STORED * quads + 4) * WORD_BITS
 
 
-def largest(blocks: int, form: Form) -> int:
+def largest(blocks: int) -> int:
     """The largest square array whose coefficients fill ``blocks`` memories or fewer."""
     size = 2
-    while bits(size + 1, form) <= blocks * WORDS * WORD_BITS:
+    while bits(size + 1) <= blocks * WORDS * WORD_BITS:
         size += 1
     return size
 
@@ -79,27 +78,25 @@ def largest(blocks: int, form: Form) -> int:
 def table(rows: list[dict[str, Any]]) -> str:
     """Markdown: one row for each core."""
     lines = [
-        "| array | MAC lanes | real products | last word after | interval | frames/s at 100 MHz | coefficients, kbit: "
-        "`pinv`, `gram` | coefficient blocks | vector bits | LUT, blocks in all, estimated |",
+        "| array | MAC lanes | real products | last word after | interval | frames/s at 100 MHz | coefficients, kbit "
+        "| coefficient blocks | vector bits | LUT, blocks in all, estimated |",
         "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|",
     ]
     for row in rows:
         whole = ", ".join(f"{value:,}" for value in row["estimated"].values())
-        kbit = ", ".join(f"{value / 1000:,.0f}" for value in row["bits"].values())
         lines.append(
             f"| {row['size']}×{row['size']} | {row['lanes']} | {row['products']:,} | {row['latency']:,} "
-            f"| {row['interval']:,} | {1e8 / row['interval']:,.0f} | {kbit} | {row['blocks']:,} | {row['vector']} "
-            f"| {whole} |"
+            f"| {row['interval']:,} | {1e8 / row['interval']:,.0f} | {row['bits'] / 1000:,.0f} | {row['blocks']:,} "
+            f"| {row['vector']} | {whole} |"
         )
     return "\n".join(lines)
 
 
 def limit_table() -> str:
     """Markdown: where the memory ends."""
-    lines = ["| device | 18-kbit blocks | largest square array, `pinv` | `gram` |", "|---|---:|---:|---:|"]
+    lines = ["| device | 18-kbit blocks | largest square array |", "|---|---:|---:|"]
     for name, blocks in DEVICES.items():
-        sizes = " | ".join(f"{largest(blocks, form)}×{largest(blocks, form)}" for form in get_args(Form))
-        lines.append(f"| {name} | {blocks} | {sizes} |")
+        lines.append(f"| {name} | {blocks} | {largest(blocks)}×{largest(blocks)} |")
     return "\n".join(lines)
 
 
@@ -110,8 +107,7 @@ def plot(rows: list[dict[str, Any]]) -> None:
     memory, time = figure.subplots(1, 2, sharex=True)
     first = [row for row in rows if row["lanes"] == LANES[0]]
     taxels = [row["size"] ** 2 for row in first]
-    for form, color in zip(get_args(Form), ("#0072B2", "#D55E00"), strict=True):
-        memory.plot(taxels, [row["bits"][form] / 1e3 for row in first], "o-", color=color, label=f"stored: {form}")
+    memory.plot(taxels, [row["bits"] / 1e3 for row in first], "o-", color="#0072B2", label="coefficients")
     for name, blocks in DEVICES.items():
         memory.axhline(blocks * WORDS * WORD_BITS / 1e3, color="grey", ls=":", lw=1)
         memory.text(taxels[0], blocks * WORDS * WORD_BITS / 1e3, name, fontsize=7, va="bottom")

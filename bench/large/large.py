@@ -22,7 +22,7 @@ from bench.publish import ROOT, insert, store
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import codes_of, local_contacts
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import Floats, SensorArray
 from tfra.model.separable import ORDER, Separable, SeparableProducts, separated
 from tfra.model.tfra import Dense, Products, Result, Tfra

@@ -20,12 +20,12 @@ from matplotlib.lines import Line2D
 from bench.publish import ROOT, publish
 from tfra.codegen.config import load
 from tfra.model.boussinesq import Operators, operators
+from tfra.model.choices import Adc
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
-from tfra.model.design import Adc, Design
 from tfra.model.fixed.butterfly import HADAMARD, taxel_index
-from tfra.model.fixed.coefficients import nonzero_products
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
 from tfra.model.metrics import error_force, error_mu, error_phi
@@ -108,7 +108,7 @@ class Study:
         design = replace(self.design, sparse=chosen, adc=Adc(16, 1.05 * peak))
         model = FixedTfra(design)
         errors = self.errors(lambda stress: decode(design, model(quantise(design, stress)).words))
-        return {"multiplications": nonzero_products(design), **errors}
+        return {"multiplications": design.nonzero_products, **errors}
 
     def errors(self, model: Callable[[Floats], Result]) -> dict[str, Any]:
         """Errors (Eqs. 33-35) in %: largest of the paper's contacts, spread of random ones, and the change of F."""

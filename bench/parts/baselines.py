@@ -17,7 +17,8 @@ from bench.parts.flat import Flat
 from bench.publish import ROOT
 from tfra.codegen.verilog import to_rtlil
 from tfra.hdl.parallel.cordic import Cordic
-from tfra.model.design import Architecture, Design
+from tfra.model.choices import Architecture
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.baseline import entry, key
 from tfra.synth.flow import route, synthesise

@@ -16,7 +16,8 @@ import numpy as np
 from scipy.optimize import nnls
 
 from bench.publish import ROOT
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.choices import FORMATS, Adc, Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, census
 from tfra.synth.estimate import KINDS, Prices, features, price
@@ -25,7 +26,7 @@ from tfra.synth.run import netlist
 from tfra.synth.targets import Family, find
 from tfra.synth.tools import versions
 
-DATA = ROOT / "synth" / "estimate_data.json"
+DATA = ROOT / "synth" / "estimate_parallel.json"
 TARGET = find("ecp5-85")
 
 

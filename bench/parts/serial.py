@@ -13,7 +13,8 @@ from typing import Any
 
 from bench.parts.estimates import asked, conclude
 from bench.publish import ROOT
-from tfra.model.design import FORMATS, SERIAL, Adc, Design, Formats, Search
+from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.flow import NETLIST, synthesise
 from tfra.synth.run import netlist

@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from bench.publish import ROOT
 from tfra.model.boussinesq import operators
-from tfra.model.design import Architecture, Design
+from tfra.model.choices import Architecture
 from tfra.model.fixed.butterfly import HADAMARD, taxel_index
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import COEFFICIENT_LIMIT, TIE, Result
 

@@ -21,7 +21,7 @@ import numpy as np
 from bench.publish import ROOT, insert, publish
 from bench.speed.c_program import Library, Program, compiler
 from tfra.model.cover.scenes import contact_codes, wild_codes
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import Result, Status, Tfra
 

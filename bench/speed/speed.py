@@ -21,8 +21,9 @@ FRAMES, REPEATS = 10_000, 5
 
 def run(engine: str) -> dict[str, Any]:
     """Frames per second (median and best of ``REPEATS``) and peak memory of one engine, in this process."""
+    from tfra.model.choices import FORMATS
     from tfra.model.cover.scenes import contact_codes
-    from tfra.model.design import FORMATS, Design
+    from tfra.model.fixed.design import Design
     from tfra.model.fixed.tfra.pipeline import FixedTfra
     from tfra.model.sensor import SensorArray
     from tfra.model.tfra import Tfra

@@ -13,8 +13,8 @@ from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import Buffer, flow
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector
-from tfra.model.design import Design
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.widths import DIVISION_GUARD
 
 

@@ -11,9 +11,8 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import add_or_subtract
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import flow
-from tfra.model.design import Design
 from tfra.model.fixed.cordic import iterations
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 ENTRY_GUARD = 2
 """Bits beyond a word of a division: for |word| times the gain of an earlier run and sqrt(2), which is below 4."""
@@ -24,7 +23,7 @@ GROWTH = 2
 
 def cordic_word(design: Design) -> Shape:
     """A coordinate at the entry: a word of a division, its negation, or the modulus of two of them."""
-    return signed(widths(design).division + ENTRY_GUARD)
+    return signed(design.widths.division + ENTRY_GUARD)
 
 
 def cordic_modulus(design: Design) -> Shape:

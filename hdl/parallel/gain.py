@@ -14,9 +14,9 @@ from tfra.hdl.lib.pipeline import delayed, register, zeros_later
 from tfra.hdl.lib.streams import flow
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import cordic_latency, cordic_modulus, cordic_vector
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import gain_constants, normal_gain
-from tfra.model.fixed.widths import force_drop, widths
+from tfra.model.fixed.widths import force_drop
 
 _FINE = 2
 """Bits of a shift by which its second step moves."""
@@ -52,7 +52,7 @@ class Gain(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        operand, bits = design.formats.operand, widths(design).division
+        operand, bits = design.formats.operand, design.widths.division
         self._turn = cordic_latency(design)
         # Numerators are below twice their denominators, mu's because it divides by four times the normal force.
         self._divider = Divider(bits + 1, bits + 2, operand - 1)
@@ -80,7 +80,7 @@ class Gain(wiring.Component):
         m.submodules.divider = divider = self._divider
         # From the start of mu's division to that of the second: no state below has to ask for ready.
         assert divider.interval <= self._turn + 3
-        design, bits = self._design, widths(self._design).division
+        design, bits = self._design, self._design.widths.division
         out = Signal(payloads.gain(design), reset_less=True)
         # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
         x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
@@ -165,7 +165,7 @@ class Gain(wiring.Component):
             m.d.sync += left.eq(digits)
         with m.Elif(busy):
             m.d.sync += left.eq(left - 1)
-        z = Signal(widths(design).division, reset_less=True)
+        z = Signal(design.widths.division, reset_less=True)
         with m.If(start):
             m.d.sync += z.eq(abs(self.total.p.words[2]))
         normal = _serial_product(m, z, first, digits, start, busy)

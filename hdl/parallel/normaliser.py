@@ -12,8 +12,7 @@ from tfra.hdl.lib.arithmetic import add_carry, count, leading_zeros, magnitude_b
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.lib.streams import Spare
 from tfra.hdl.parallel.payloads import frame_facts, stress_quad
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 _FINE = 2
 """Bits of the exponent by which the second step of a shift moves."""
@@ -179,7 +178,7 @@ class _Facts(Elaboratable):
     """
 
     def __init__(self, design: Design) -> None:
-        self._bits, self._magnitude = design.adc.bits, widths(design).magnitude
+        self._bits, self._magnitude = design.adc.bits, design.widths.magnitude
         self._threshold = design.adc.threshold
         self.code = Signal(signed(self._bits))
         self.valid = Signal()

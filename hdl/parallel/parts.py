@@ -7,7 +7,7 @@ from typing import Any
 from amaranth import Array, Cat, Module, Shape, Signal, Value
 
 from tfra.hdl.lib.arithmetic import count
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 
 
 def part_number(design: Design) -> Shape:

@@ -6,30 +6,22 @@ from amaranth import Shape, signed, unsigned
 from amaranth.lib import data
 
 from tfra.hdl.lib.arithmetic import count, quad
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import kinds
-from tfra.model.fixed.widths import widths
-from tfra.model.fixed.words import word_bits
-
-
-def stress(design: Design) -> Shape:
-    """A converter code."""
-    return signed(widths(design).stress)
+from tfra.model.fixed.design import Design
 
 
 def stress_quad(design: Design) -> data.ArrayLayout:
     """Four mirror taxels of the normalised frame."""
-    return quad(widths(design).stress)
+    return quad(design.widths.stress)
 
 
 def vector_quad(design: Design) -> data.ArrayLayout:
     """Four words on the vector grid."""
-    return quad(widths(design).vector)
+    return quad(design.widths.vector)
 
 
 def vector_part(design: Design) -> data.ArrayLayout:
     """The words of a quad that are handled in a cycle, one of ``design.parts``."""
-    return data.ArrayLayout(signed(widths(design).vector), design.architecture.vector_words)
+    return data.ArrayLayout(signed(design.widths.vector), design.architecture.vector_words)
 
 
 def operand(design: Design) -> data.StructLayout:
@@ -39,7 +31,7 @@ def operand(design: Design) -> data.StructLayout:
 
 def product(design: Design) -> data.StructLayout:
     """A quad of results; the one bit set in ``kind`` has its operator's number in ``coefficients.kinds``."""
-    return data.StructLayout({"words": vector_quad(design), "kind": len(kinds(design))})
+    return data.StructLayout({"words": vector_quad(design), "kind": len(design.kinds)})
 
 
 def frame_facts(design: Design) -> data.StructLayout:
@@ -47,7 +39,7 @@ def frame_facts(design: Design) -> data.StructLayout:
     return data.StructLayout(
         {
             "exponent": count(design.adc.bits - 1),
-            "magnitude": unsigned(widths(design).magnitude),
+            "magnitude": unsigned(design.widths.magnitude),
             "contact": 1,
             "traction": 1,
             "saturated": 1,
@@ -70,7 +62,7 @@ def affine(design: Design) -> data.StructLayout:
             "beta": word,
             "vanishing": 1,
             "sums": data.ArrayLayout(word, 9),
-            "significant": count(widths(design).vector - 1),
+            "significant": count(design.widths.vector - 1),
         }
     )
 
@@ -90,7 +82,7 @@ def sweep_index(design: Design) -> Shape:
 
 def total(design: Design) -> data.StructLayout:
     """:class:`tfra.model.fixed.tfra.resultant.Resultant`."""
-    w = widths(design)
+    w = design.widths
     return data.StructLayout({"words": data.ArrayLayout(signed(w.division), 3), "exponent": signed(9)})
 
 
@@ -106,8 +98,3 @@ def gain(design: Design) -> data.StructLayout:
             "overflow": 1,
         }
     )
-
-
-def result(design: Design) -> data.StructLayout:
-    """One word of a result frame; ``last`` marks its end."""
-    return data.StructLayout({"data": signed(word_bits(design)), "last": 1})

@@ -14,13 +14,13 @@ from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from tfra.hdl import ports
 from tfra.hdl.lib.arithmetic import count, round_half, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import Spare
 from tfra.hdl.parallel import payloads
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
-from tfra.model.fixed.words import COUNTER_BITS, layout
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.tfra import Status
 
 STAGES = 9
@@ -74,7 +74,7 @@ class Scaling(wiring.Component):
     def __init__(self, design: Design) -> None:
         self._design = design
         shapes = {
-            "taxel": signed(widths(design).force),
+            "taxel": signed(design.widths.force),
             "gain": payloads.gain(design),
             "total": payloads.total(design),
             "chosen": payloads.chosen(design),
@@ -83,8 +83,8 @@ class Scaling(wiring.Component):
             "frame": payloads.frame_facts(design),
             "phi": unsigned(design.formats.operand),
         }
-        ports: dict[str, Any] = {name: In(stream.Signature(shape)) for name, shape in shapes.items()}
-        super().__init__(ports | {"result": Out(stream.Signature(payloads.result(design)))})
+        inputs: dict[str, Any] = {name: In(stream.Signature(shape)) for name, shape in shapes.items()}
+        super().__init__(inputs | {"result": Out(stream.Signature(ports.result(design)))})
 
     @property
     def latency(self) -> int:
@@ -108,8 +108,8 @@ class Scaling(wiring.Component):
         m = Module()
         advance, valid = Signal(), Signal(STAGES)
         into = Signal(self._operands(), reset_less=True)
-        result = Signal(payloads.result(self._design), reset_less=True)
-        m.submodules.spare = spare = Spare(payloads.result(self._design))  # so that a register lets all advance
+        result = Signal(ports.result(self._design), reset_less=True)
+        m.submodules.spare = spare = Spare(ports.result(self._design))  # so that a register lets all advance
         go = self._enter(m, advance, into)
         m.d.comb += [
             spare.i.valid.eq(valid[-1]),
@@ -125,8 +125,8 @@ class Scaling(wiring.Component):
     def _operands(self) -> data.StructLayout:
         """One word at the entry of the multiplier."""
         design, facts = self._design, payloads.gain(self._design).members
-        header = max(f.bits + (not f.signed) for f in layout(design) if f.name not in ("resultant", "forces"))
-        word = max(widths(design).force, widths(design).division, header)
+        header = max(f.bits + (not f.signed) for f in design.layout if f.name not in ("resultant", "forces"))
+        word = max(design.widths.force, design.widths.division, header)
         return data.StructLayout(
             {
                 "word": signed(word),
@@ -162,7 +162,7 @@ class Scaling(wiring.Component):
             "forces": [_Entry(0, factor, gain.force_shift, plain=False, taxel=True) for factor in factors],
             "status": [_Entry(status, last=True)],
         }
-        return [entry for field in layout(self._design) for entry in fields[field.name]]
+        return [entry for field in self._design.layout for entry in fields[field.name]]
 
     def _status(self) -> Value:
         """Status of a frame, as far as it is known without its words."""
@@ -244,7 +244,7 @@ class Scaling(wiring.Component):
 
     def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:
         """Limit the word, remember that it was limited, and tell so in the status."""
-        output, place = widths(self._design).output, Status.OUTPUT_SATURATED.bit_length() - 1
+        output, place = self._design.widths.output, Status.OUTPUT_SATURATED.bit_length() - 1
         limited, above = Signal(), rounded[output - 1 :]
         beyond = register(m, ~plain & above.any() & ~above.all(), "beyond")
         rounded, last = register(m, rounded, "found"), register(m, last, "ends")

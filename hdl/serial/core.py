@@ -9,40 +9,39 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tfra.hdl import ports
 from tfra.hdl.lib.arithmetic import count
 from tfra.hdl.lib.streams import Buffer, Spare
-from tfra.hdl.parallel import payloads
 from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import Dest, Op, Src
 from tfra.hdl.serial.lanes import Lanes
 from tfra.hdl.serial.product import Product
-from tfra.hdl.serial.program.frame import program
-from tfra.hdl.serial.program.memory import store_image
+from tfra.hdl.serial.program.frame import Program
 from tfra.hdl.serial.sequencer import Sequencer
 from tfra.hdl.serial.sizes import sizes
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.numbers import Ints
 
 
 class SerialCore(wiring.Component):
     """Triaxial contact forces of a stream of tactile frames, one instruction of a fixed program a cycle.
 
     Members:
-        load: coefficients after reset, in the order of :func:`tfra.hdl.serial.program.memory.store_image`, lane by
-        lane. taxel: converter codes, row-major, ``m`` transfers a frame. result: words of
-        :func:`tfra.model.fixed.words.layout`, ``last`` on a frame's final word.
+        load: coefficients ``store (depth, lanes)`` after a reset, row by row.
+        taxel: converter codes, row-major, ``m`` transfers a frame.
+        result: words of ``design.layout``, ``last`` on a frame's final word.
 
     Both streams of frames may stall at any time; then the program waits.  Latency and interval are stated by
-    :class:`tfra.hdl.serial.timing.Timing`.  Raises ``ValueError`` when the design does not fit.
+    :class:`tfra.hdl.serial.serial.Serial`.
     """
 
-    def __init__(self, design: Design) -> None:
-        self.design = design
-        self.program, self._store = program(design), store_image(design)
+    def __init__(self, design: Design, program: Program, store: Ints) -> None:
+        self.design, self.program, self._store = design, program, store
         super().__init__(
             {
                 "load": In(stream.Signature(signed(design.formats.coefficient))),
-                "taxel": In(stream.Signature(payloads.stress(design))),
-                "result": Out(stream.Signature(payloads.result(design))),
+                "taxel": In(stream.Signature(ports.taxel(design))),
+                "result": Out(stream.Signature(ports.result(design))),
             }
         )
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tfra.hdl.serial.isa import ADDRESS_BITS
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 STORE_BITS, STORE_DEPTH = 64, 1 << 14
 """The coefficient store: four SB_SPRAM256KA side by side."""
@@ -37,7 +36,7 @@ class Sizes:
 
 def sizes(design: Design) -> Sizes:
     """Sizes of ``design``."""
-    w, fmt = widths(design), design.formats
+    w, fmt = design.widths, design.formats
     steps = design.search.steps
     word = max(
         w.direction,

@@ -8,7 +8,7 @@ import numpy as np
 
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.cover.layer import frames
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import Floats, SensorArray
 from tfra.model.tfra import Ints
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.design import Design
+from tfra.model.choices import Choices
 from tfra.model.fixed.numbers import Ints
 
 EE, OX, OY, OO = range(4)
@@ -26,31 +26,31 @@ def butterfly(quads: Ints) -> Ints:
     return np.stack([a + b + c + d, a - b + c - d, a + b - c - d, a - b - c + d], axis=-1)
 
 
-def taxel_index(design: Design) -> Ints:
+def taxel_index(choices: Choices) -> Ints:
     """Row-major taxel number of every word of a taxel-domain vector, shape ``(quads, 4)``."""
-    rows, columns = design.sensor.rows, design.sensor.columns
-    i, j = np.divmod(np.arange(design.quads), design.quad_columns)
+    rows, columns = choices.sensor.rows, choices.sensor.columns
+    i, j = np.divmod(np.arange(choices.quads), choices.quad_columns)
     place = np.arange(4)
     row = np.where(place & 2, rows - 1 - i[:, None], i[:, None])
     column = np.where(place & 1, columns - 1 - j[:, None], j[:, None])
     return np.asarray(row * columns + column, dtype=np.int64)
 
 
-def distinct(design: Design) -> npt.NDArray[np.bool_]:
+def distinct(choices: Choices) -> npt.NDArray[np.bool_]:
     """True where a word of a taxel-domain vector is the first to hold its taxel, shape ``(quads, 4)``."""
-    index = taxel_index(design).ravel()
+    index = taxel_index(choices).ravel()
     first = np.zeros(index.size, dtype=np.bool_)
     first[np.unique(index, return_index=True)[1]] = True
     return first.reshape(-1, 4)
 
 
-def to_quads(design: Design, taxels: Ints) -> Ints:
+def to_quads(choices: Choices, taxels: Ints) -> Ints:
     """Row-major vectors ``(..., m)`` as taxel-domain quads ``(..., quads, 4)``."""
-    return taxels[..., taxel_index(design)]
+    return taxels[..., taxel_index(choices)]
 
 
-def to_taxels(design: Design, quads: Ints) -> Ints:
+def to_taxels(choices: Choices, quads: Ints) -> Ints:
     """Taxel-domain quads ``(..., quads, 4)`` as row-major vectors ``(..., m)``."""
-    flat = quads.reshape(*quads.shape[:-2], 4 * design.quads)
-    first = np.unique(taxel_index(design).ravel(), return_index=True)[1]
+    flat = quads.reshape(*quads.shape[:-2], 4 * choices.quads)
+    first = np.unique(taxel_index(choices).ravel(), return_index=True)[1]
     return np.asarray(flat[..., first])

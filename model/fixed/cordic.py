@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
 
 ANGLE_GUARD = 4

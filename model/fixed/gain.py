@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.design import Design
 from tfra.model.fixed.cordic import cordic, cordic_gain
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.numbers import Ints, bit_length, divide
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.resultant import Resultant
-from tfra.model.fixed.widths import MU_LIMIT, force_drop, widths
+from tfra.model.fixed.widths import MU_LIMIT, force_drop
 from tfra.model.tfra import Bools
 
 
@@ -51,7 +51,7 @@ def gain(design: Design, total: Resultant, frame: Normalised) -> Gain:
     The modulus takes two CORDIC runs; the second gets F_z times the gain of the first.  The quotient
     F_sens / |F*| of numbers normalised to their top bit lies in (1/2, 2).
     """
-    operand, bits = design.formats.operand, widths(design).division
+    operand, bits = design.formats.operand, design.widths.division
     first, second = gain_constants(design)
     tangential, _ = cordic(design, np.abs(total.words[:, 0]), np.abs(total.words[:, 1]))
     normal = (np.abs(total.words[:, 2]) * first) >> (operand - 2)

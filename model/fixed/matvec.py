@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import Operator, stacks
+from tfra.model.fixed.coefficients import Operator
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints, normalise, round_shift, significant_bits
 
 EXACT_DOUBLE = 1 << 53
@@ -22,7 +22,7 @@ def matvec(design: Design, stack: str, vector: Ints) -> Ints:
     """Result quads ``(n, quads, 4)`` of a stack's operators applied to ``vector (n, Q, 4)``, on the vector grid."""
     words, significant = operand(design, vector)
     return np.concatenate(
-        [_apply(design, op, words, significant) for op in stacks(design)[stack].operators], axis=1
+        [_apply(design, op, words, significant) for op in design.stacks[stack].operators], axis=1
     )
 
 

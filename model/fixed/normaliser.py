@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.design import Design
+from tfra.model.choices import Choices
 from tfra.model.fixed.numbers import Ints, significant_bits
 from tfra.model.tfra import Bools
 
@@ -31,12 +31,12 @@ class Normalised:
         return self.contact & self.traction
 
 
-def normaliser(design: Design, codes: Ints) -> Normalised:
+def normaliser(choices: Choices, codes: Ints) -> Normalised:
     """Normalise ``codes (n, m)``."""
-    threshold = design.adc.threshold
-    exponent = design.adc.bits - 1 - significant_bits(codes, axis=1)
+    threshold = choices.adc.threshold
+    exponent = choices.adc.bits - 1 - significant_bits(codes, axis=1)
     stress = codes << exponent[:, None]
-    top = (1 << (design.adc.bits - 1)) - 1
+    top = (1 << (choices.adc.bits - 1)) - 1
     return Normalised(
         stress,
         exponent,

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfra.model.design import Design
+from tfra.model.choices import Choices
 from tfra.model.fixed.numbers import Ints, divide
 
 
-def scalar_fraction(design: Design) -> int:
+def scalar_fraction(choices: Choices) -> int:
     """Fraction bits of a scalar."""
-    return design.formats.operand - 3
+    return choices.formats.operand - 3
 
 
-def mu_grid(design: Design) -> Ints:
+def mu_grid(choices: Choices) -> Ints:
     """mu = k / K for k = 0 ... K as scalars, shape ``(K + 1,)``; the negative side is its mirror image."""
-    steps = np.arange(design.candidates)
-    return divide(steps, np.int64(design.search.steps), scalar_fraction(design))
+    steps = np.arange(choices.candidates)
+    return divide(steps, np.int64(choices.search.steps), scalar_fraction(choices))

@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Gain
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.numbers import Ints, round_shift, saturate
 from tfra.model.fixed.tfra.resultant import Resultant
-from tfra.model.fixed.widths import widths
 from tfra.model.tfra import Bools
 
 
@@ -30,7 +29,7 @@ def scaling(design: Design, frame: Normalised, gain: Gain, unscaled: Ints, total
     Frames without traction keep only normal forces; frames without contact keep nothing.
     """
     keep = np.stack([frame.regular, frame.regular, frame.contact], axis=1)
-    bits = widths(design).output
+    bits = design.widths.output
     mantissa = gain.mantissa[:, None]
     wide = round_shift(unscaled * mantissa[:, :, None], gain.force_shift[:, None, None])
     force = saturate(wide, bits)

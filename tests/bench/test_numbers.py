@@ -10,23 +10,22 @@ from bench.cycles import cores
 from bench.publish import ROOT
 from tfra.codegen.config import load
 from tfra.codegen.sidecar import sidecar
-from tfra.hdl.cores import timing
-from tfra.model.fixed.coefficients import nonzero_products
+from tfra.hdl.cores import microarchitecture
 
 
 @cache
 def core(lanes):
-    return timing(cores.design(lanes))
+    return microarchitecture(cores.design(lanes))
 
 
 @cache
 def preset(name):
-    return timing(load(ROOT / "examples" / f"{name}.toml").design)
+    return microarchitecture(load(ROOT / "examples" / f"{name}.toml").design)
 
 
 @cache
 def products():
-    return core(16).multiplications
+    return cores.design(16).multiplications
 
 
 TOLD = [
@@ -35,7 +34,7 @@ TOLD = [
     ("docs/architecture.md", r"For 10×10 that is ([\d,]+) real products", products),
     (
         "docs/architecture.md", r"(\d+) of them have a coefficient that is zero",
-        lambda: products() - nonzero_products(cores.design(16)),
+        lambda: products() - cores.design(16).nonzero_products,
     ),
     ("docs/architecture.md", r"an interval of ([\d,]+) cycles, where", lambda: core(16).initiation_interval),
     ("docs/architecture.md", r"where ([\d,]+) / 16 would be", products),

@@ -10,9 +10,10 @@ from typing import Any
 import pytest
 
 from tfra.codegen.config import LayerSpec, Project, load
+from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.cover.contact import Contact, ContactShape
-from tfra.model.design import SERIAL, Adc, Architecture, Design, Formats, Search
 from tfra.model.errors import InputError, Notice
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

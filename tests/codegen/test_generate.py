@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 from tfra.codegen.generate import generate
+from tfra.codegen.sidecar import LOADED
 from tfra.codegen.verilog import run_yosys
-from tfra.hdl.cores import loaded, timing
-from tfra.hdl.parallel.matvec.images import lane_images
-from tfra.model.design import FORMATS, SERIAL, Architecture, Design, Search
-from tfra.model.fixed.words import frame_words, word_bits
+from tfra.hdl.cores import microarchitecture
+from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.sim.tools import environment
 
@@ -49,9 +49,9 @@ def test_sidecar_tells_what_the_core_is(made):
     design, directory = made
     facts = json.loads((directory / f"{design.name}.json").read_text())
     assert facts["name"] == design.name
-    assert facts["latency_cycles"] == timing(design).latency
-    assert facts["result"]["transfers_per_frame"] == frame_words(design)
-    assert {p["name"]: p["bits"] for p in facts["ports"]}["result_data"] == word_bits(design)
+    assert facts["latency_cycles"] == microarchitecture(design).latency
+    assert facts["result"]["transfers_per_frame"] == design.frame_words
+    assert {p["name"]: p["bits"] for p in facts["ports"]}["result_data"] == design.word_bits
     verilog = (directory / f"{design.name}.v").read_text()
     for port in facts["ports"]:
         width = f"[{port['bits'] - 1}:0] " if port["bits"] > 1 else ""
@@ -79,15 +79,14 @@ def test_no_traces_of_this_machine(made):
         assert "amaranth/" not in text
 
 
-def test_images_hold_the_coefficients(made):
+def test_the_file_to_load_holds_the_coefficients(made):
     design, directory = made
-    bits, words = design.formats.coefficient, loaded(design)
-    images = {f"lane_{n:02}": row for n, row in enumerate(lane_images(design))} if words is None else {"load": words}
-    for name, row in images.items():
-        words = [int(line, 16) for line in (directory / "coefficients" / f"{name}.hex").read_text().split()]
+    bits, image = design.formats.coefficient, microarchitecture(design).loaded
+    assert (directory / LOADED).exists() == (image is not None)
+    if image is not None:
+        words = [int(line, 16) for line in (directory / LOADED).read_text().split()]
         signed = [word - (1 << bits) if word >> (bits - 1) else word for word in words]
-        np.testing.assert_array_equal(signed, row)
-    assert len(list((directory / "coefficients").iterdir())) == len(images)
+        np.testing.assert_array_equal(signed, image)
 
 
 def test_the_sidecar_tells_what_to_load(made):
@@ -96,7 +95,7 @@ def test_the_sidecar_tells_what_to_load(made):
     assert ("load" in facts) == (design in (DESIGNS["serial"], DESIGNS["loaded"]))
     if "load" in facts:
         assert facts["load"]["transfers"] == len((directory / facts["load"]["file"]).read_text().split())
-        assert facts["interval_cycles"] == timing(design).initiation_interval
+        assert facts["interval_cycles"] == microarchitecture(design).initiation_interval
 
 
 def test_icarus_reads_it_without_a_word(made, tmp_path):

@@ -11,7 +11,8 @@ import pytest
 from tfra.codegen.keywords import KEYWORDS
 from tfra.codegen.names import PORTS, checked, name_from
 from tfra.codegen.verilog import Top
-from tfra.model.design import Architecture, Design
+from tfra.model.choices import Architecture
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
 

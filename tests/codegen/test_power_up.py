@@ -14,11 +14,12 @@ from functools import partial
 import pytest
 
 from tfra.codegen import testbench
-from tfra.codegen.generate import coefficient_files
+from tfra.codegen.sidecar import LOADED
 from tfra.codegen.verilog import to_verilog
-from tfra.hdl.cores import core_models
+from tfra.hdl.cores import microarchitecture
+from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
-from tfra.model.design import SERIAL, Adc, Architecture, Design, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.sim.tools import choose
 
@@ -77,9 +78,9 @@ def ends(design, folder, verilog):
         target = folder / "testbench" / path
         target.parent.mkdir(exist_ok=True)
         target.write_text(text.replace("repeat (4)", "repeat (1)"))
-    (folder / "coefficients").mkdir(exist_ok=True)
-    for path, text in coefficient_files(design).items():
-        (folder / "coefficients" / path).write_text(text)
+    if (words := microarchitecture(design).loaded) is not None:
+        (folder / LOADED).parent.mkdir(exist_ok=True)
+        (folder / LOADED).write_text(testbench.hex_words(words, design.formats.coefficient))
     (folder / f"{name}.v").write_text(verilog)
     lanes = range(design.architecture.mac_lanes)
     sums = "".join(f"{name}_tb.dut.core.matvec.lane{lane}.sum = {{$random, $random}};\n" for lane in lanes)
@@ -100,7 +101,7 @@ def _few_frames(monkeypatch):
 @pytest.mark.parametrize("name", DESIGNS)
 def test_nothing_is_left_of_what_was_before_a_reset(name, tmp_path):
     design = DESIGNS[name]
-    assert not core_models(design)
+    assert not microarchitecture(design).cell_models
     verilog, memories = to_verilog(design), name != "serial"  # whose memory begins with constants
     for seed in (None, 1, 2):
         begun = begin_with(verilog, undefined if seed is None else partial(randomly, random.Random(seed)), memories)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.choices import FORMATS, Adc, Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
 

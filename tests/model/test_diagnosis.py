@@ -7,9 +7,10 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from tfra.model.choices import Adc, Architecture
 from tfra.model.cover.scenes import SENSORS, contact_codes
-from tfra.model.design import Adc, Architecture, Design
 from tfra.model.diagnosis import over_full_scale, warnings
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, quantise
 from tfra.model.sensor import Floats, SensorArray

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tfra.model.boussinesq import Operators, operators
+from tfra.model.choices import Architecture
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import SENSORS, contact_codes, random_contacts
-from tfra.model.design import Architecture, Design
-from tfra.model.fixed.coefficients import nonzero_products
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.sensor import SensorArray
@@ -242,7 +242,7 @@ def test_the_bit_accurate_model_takes_the_same_operators() -> None:
     exact = Tfra(sensor, ops=filtered(operators(sensor), chosen))(codes * sparse.adc.lsb)
     swept = exact.status == 0
     assert (found.sweep_index == exact.sweep_index)[swept].mean() > 0.97
-    assert nonzero_products(sparse) < 0.8 * nonzero_products(dense)
+    assert sparse.nonzero_products < 0.8 * dense.nonzero_products
     other = decode(dense, FixedTfra(dense)(codes).words)
     assert (other.sweep_index != exact.sweep_index)[swept].mean() > 0.1  # the filter is not without effect
 

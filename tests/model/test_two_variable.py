@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from tfra.model.boussinesq import operators
+from tfra.model.choices import Adc, Architecture
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import SENSORS, directed_codes, random_contacts
-from tfra.model.design import Adc, Architecture, Design
+from tfra.model.fixed.design import Design
 from tfra.model.metrics import error_force
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra, check_frames

@@ -11,7 +11,8 @@ import pytest
 
 from tfra.codegen.sidecar import sidecar
 from tfra.codegen.verilog import PASSES, Top, run_yosys, to_rtlil, with_free_collisions
-from tfra.model.design import Architecture, Design, Search
+from tfra.model.choices import Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.run import Netlist, Run, SimulationError, simulate
@@ -30,7 +31,7 @@ def unknown(design: Design, directory: Path) -> Netlist:
     (directory / "core.il").write_text(free)
     run_yosys(f"read_rtlil core.il; {PASSES} {design.name}.v", directory)
     verilog = (directory / f"{design.name}.v").read_text()
-    return Netlist(design.name, verilog, sidecar(design) | {"probes": []})
+    return Netlist(design.name, verilog, sidecar(design))
 
 
 def play(design: Design, core: Netlist, cache: Path) -> Run:

@@ -13,14 +13,16 @@ import numpy as np
 import pytest
 
 from bench.abuse.damages import DAMAGES
+from tfra.hdl import ports
 from tfra.model.cache import kept
-from tfra.model.design import Architecture, Design, Search
+from tfra.model.choices import Architecture, Search
 from tfra.model.errors import InputError
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import frame_words, word_bits
 from tfra.model.sensor import SensorArray
 from tfra.sim import run as run_module
+from tfra.sim.protocol import Probe
 from tfra.sim.run import Netlist, ProtocolError, SimulationError, simulate
 
 DESIGN = Design(
@@ -29,7 +31,7 @@ DESIGN = Design(
     search=Search(8),
     architecture=Architecture(mac_lanes=1),
 )
-WORDS = frame_words(DESIGN)
+WORDS = DESIGN.frame_words
 FRAMES = 5
 LATENCY = 6
 INTERVAL = DESIGN.sensor.taxels + LATENCY + WORDS - 1
@@ -61,21 +63,16 @@ def standin(words: Ints) -> Maker:
 
     def make(fault: int = 0, at: int = 0) -> Netlist:
         text = (Path(__file__).parent / "standin.v").read_text()
-        sizes = {"ADC": DESIGN.adc.bits, "BITS": word_bits(DESIGN), "TAXELS": DESIGN.sensor.taxels, "WORDS": WORDS}
+        sizes = {"ADC": DESIGN.adc.bits, "BITS": DESIGN.word_bits, "TAXELS": DESIGN.sensor.taxels, "WORDS": WORDS}
         for name, value in sizes.items():
             text = text.replace(f"@{name}@", str(value))
-        mask = (1 << word_bits(DESIGN)) - 1
+        mask = (1 << DESIGN.word_bits) - 1
         sent = "".join(f"{word & mask:x}\n" for word in words.ravel().tolist())
         images = {"words.hex": sent, "setup.hex": f"{fault:x}\n{at:x}\n"}
-        probe = {
-            "stage": "input",
-            "transfer": "probe_input",
-            "words": "probe_input_words",
-            "layout": [{"bits": DESIGN.adc.bits, "signed": True}],
-            "transfers": DESIGN.sensor.taxels,
-        }
-        facts = {"latency_cycles": LATENCY, "interval_cycles": INTERVAL, "probes": [probe]}
-        return Netlist("standin", text, facts, images)
+        layout = ((DESIGN.adc.bits, True),)
+        probe = Probe("input", "probe_input", "probe_input_words", layout, DESIGN.sensor.taxels)
+        facts = {"latency_cycles": LATENCY, "interval_cycles": INTERVAL}
+        return Netlist("standin", text, facts, images, probes=(probe,))
 
     return make
 
@@ -277,11 +274,10 @@ def test_amaranth_sees_a_hang(codes: Ints, monkeypatch: pytest.MonkeyPatch) -> N
     from amaranth.lib import stream, wiring
     from amaranth.lib.wiring import In, Out
 
-    from tfra.hdl.parallel import payloads
 
     class Silent(wiring.Component):
         def __init__(self) -> None:
-            code, word = payloads.stress(DESIGN), payloads.result(DESIGN)
+            code, word = ports.taxel(DESIGN), ports.result(DESIGN)
             super().__init__({"taxel": In(stream.Signature(code)), "result": Out(stream.Signature(word))})
 
         def elaborate(self, platform: object) -> Module:

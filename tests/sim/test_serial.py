@@ -7,13 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from tfra.hdl.cores import loaded, timing
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.serial.serial import Serial
+from tfra.model.choices import SERIAL, Adc, Formats, Search
 from tfra.model.cover.scenes import contact_codes
-from tfra.model.design import SERIAL, Adc, Design, Formats, Search
 from tfra.model.errors import InputError
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
-from tfra.sim import run as run_module
 from tfra.sim.report import Report
 from tfra.sim.run import simulate
 from tfra.sim.verify import verify
@@ -45,7 +46,7 @@ def verified(design: Design) -> Report:
 def test_verify() -> None:
     """Words under all stalls, and the timing as stated; the coefficients in a model of the target's memories."""
     found = verified(replace(DESIGN, target="ice40"))
-    stated = timing(DESIGN)
+    stated = microarchitecture(DESIGN)
     assert found.passed
     assert (found.timing.latency, found.timing.interval) == (stated.latency, stated.initiation_interval)
 
@@ -59,10 +60,10 @@ def test_in_amaranth() -> None:
 
 
 def test_a_wrong_coefficient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    image = loaded(DESIGN)
+    image = microarchitecture(DESIGN).loaded
     assert image is not None
     image[0] ^= 1 << 7
-    monkeypatch.setattr(run_module, "loaded", lambda design: image)
+    monkeypatch.setattr(Serial, "loaded", image)
     found = verified(DESIGN)
     assert not found.passed
     assert found.mismatches > 0

@@ -11,14 +11,15 @@ import pytest
 from rich.console import Console
 
 from tfra.hdl.parallel.matvec.images import lane_images
+from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.model.choices import TARGETS, Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
-from tfra.model.design import TARGETS, Adc, Architecture, Design, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import decode, layout, quantise
+from tfra.model.fixed.words import decode, quantise
 from tfra.model.metrics import ERRORS
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
-from tfra.sim import run as run_module
 from tfra.sim import verify as verify_module
 from tfra.sim.report import Account, Report
 from tfra.sim.run import Netlist, Run, generated
@@ -72,7 +73,7 @@ def test_loaded_coefficients_pass_and_a_wrong_one_fails(monkeypatch: pytest.Monk
     assert verify(design, simulator="icarus", random=20).passed
     wrong = lane_images(design).ravel()
     wrong[0] ^= 0x100
-    monkeypatch.setattr(run_module, "loaded", lambda _: wrong)
+    monkeypatch.setattr(Parallel, "loaded", wrong)
     assert not verify(design, simulator="icarus", random=20).passed
 
 
@@ -99,7 +100,7 @@ def test_a_good_core_passes() -> None:
     assert report.passed
     assert report.kinds == {"contact": 12, "random": 62, "directed": len(directed_codes(DESIGN))}
     assert report.frames == sum(told) == sum(report.kinds.values())
-    assert report.compared == report.words == report.frames * (layout(DESIGN)[-1].start + 1)
+    assert report.compared == report.words == report.frames * (DESIGN.layout[-1].start + 1)
     assert (report.mismatches, report.first, report.violations) == (0, None, ())
     assert report.timing.latency == report.timing.design_latency is not None
     assert report.timing.interval == report.timing.design_interval is not None

@@ -9,7 +9,8 @@ from amaranth import Elaboratable, Instance, Module, Mux, Signal, signed, unsign
 from amaranth.back import rtlil
 from amaranth.lib.memory import Memory as AmaranthMemory
 
-from tfra.model.design import Architecture, Design
+from tfra.model.choices import Architecture
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, Memory, block_of, census, count
 

@@ -7,7 +7,8 @@ from importlib.resources import files
 
 import pytest
 
-from tfra.model.design import SERIAL, Architecture, Design, Search
+from tfra.model.choices import SERIAL, Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, Memory
 from tfra.synth.estimate import KINDS, Prices, estimate, features, misfits, multipliers, place, price, prices
@@ -15,7 +16,7 @@ from tfra.synth.targets import ECP5, ICE40, XILINX, find
 
 DATA = {
     kind: json.loads(files("tfra.synth").joinpath(name).read_text())
-    for kind, name in (("parallel", "estimate_data.json"), ("serial", "estimate_serial.json"))
+    for kind, name in (("parallel", "estimate_parallel.json"), ("serial", "estimate_serial.json"))
 }
 
 

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tfra.model.design import Adc, Architecture, Design, Formats, Search
+from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.errors import InputError
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.run import Netlist, Run, SimulationError, generated, simulate

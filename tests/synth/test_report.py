@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import pytest
 
-from tfra.hdl.parallel.tfra.timing import Timing
-from tfra.hdl.serial import timing as serial_timing
-from tfra.model.design import SERIAL, Architecture, Design
+from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.hdl.serial.serial import Serial
+from tfra.model.choices import SERIAL, Architecture
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.synth.flow import CriticalPath, Route, Synthesis
 from tfra.synth.report import WIDTH, median_route, render, report
@@ -28,19 +29,19 @@ def test_numbers() -> None:
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["resources"]["LUT"] == {"used": 12144, "available": 24288, "percent": 50.0, "estimated": 11000}
     assert found["resources"]["DSP"]["percent"] == 25.0
-    clock, times, cycles = found["clock"], found["timing"], Timing(DESIGN)
+    clock, times, cycles = found["clock"], found["timing"], Parallel(DESIGN)
     assert (clock["lowest_mhz"], clock["median_mhz"], clock["highest_mhz"]) == (90.0, 100.0, 125.0)
     assert clock["critical_path"]["begin"] == "sweep"
     assert times["latency_cycles"] == cycles.latency
     assert times["frame_latency_us"] == pytest.approx(cycles.frame_latency / 100)
     assert times["frames_per_second"] == pytest.approx(1e8 / cycles.initiation_interval, abs=0.1)
-    assert times["mac_utilisation"] == pytest.approx(cycles.multiplications / 4 / cycles.initiation_interval, abs=1e-4)
+    assert times["mac_utilisation"] == pytest.approx(DESIGN.multiplications / 4 / cycles.initiation_interval, abs=1e-4)
 
 
 def test_a_serial_core() -> None:
     design = replace(DESIGN, architecture=SERIAL)
     found = report(design, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED)
-    cycles = serial_timing.Timing(design)
+    cycles = Serial(design)
     assert (found["architecture"]["kind"], found["mac_lanes"]) == ("serial", 3)
     assert found["timing"]["latency_cycles"] == cycles.latency
     assert found["timing"]["frames_per_second"] == pytest.approx(1e8 / cycles.initiation_interval, abs=0.1)

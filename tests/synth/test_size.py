@@ -7,10 +7,12 @@ from typing import Any
 
 import pytest
 
-from tfra.model.design import VECTOR_WORDS, Architecture, Design, Search
+from tfra.hdl.cores import microarchitecture
+from tfra.model.choices import VECTOR_WORDS, Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.synth import size as module
-from tfra.synth.size import Bounds, Speed, mac_choices, size, speed
+from tfra.synth.size import Bounds, Speed, size, speed
 from tfra.synth.targets import find
 
 DESIGN = Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=Architecture(4))
@@ -18,8 +20,8 @@ TARGET = find("ecp5-85")
 
 
 def test_choices() -> None:
-    assert mac_choices(DESIGN) == [1, 2, 4, 8, 12, 16]
-    for lanes in mac_choices(DESIGN):
+    assert microarchitecture(DESIGN).lane_choices == (1, 2, 4, 8, 12, 16)
+    for lanes in microarchitecture(DESIGN).lane_choices:
         replace(DESIGN, architecture=Architecture(lanes))
 
 
@@ -43,7 +45,7 @@ def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("fps", "latency"), [(1e3, 1e4), (5e4, 30.0), (1e5, 1e3), (1e3, 11.0), (1.5e5, 12.0)])
 def test_the_cheapest_core(cheap: None, fps: float, latency: float) -> None:
     bounds = Bounds(100.0, fps, latency)
-    every = [Architecture(lanes, words) for lanes in mac_choices(DESIGN) for words in VECTOR_WORDS]
+    every = [Architecture(lanes, words) for lanes in microarchitecture(DESIGN).lane_choices for words in VECTOR_WORDS]
     reached = {architecture: speed(replace(DESIGN, architecture=architecture)) for architecture in every}
     fast = [architecture for architecture, found in reached.items() if not found.misses(bounds)]
     if not fast:

@@ -16,9 +16,8 @@ from tfra.hdl.lib.streams import flow
 from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.operand import amount_quad, pick_word
 from tfra.hdl.parallel.payloads import product
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import STACKS, kinds, stacks
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import STACKS
 
 
 @dataclass(frozen=True)
@@ -80,7 +79,7 @@ class Drain(wiring.Component):
     def __init__(self, design: Design) -> None:
         self._design, self._lanes = design, design.architecture.mac_lanes
         self._words = drain_words(design)
-        w = widths(design)
+        w = design.widths
         self._steps = self._table()
         self._offset = max(step.offset for step in self._steps)
         self._shift = count(self._offset + w.vector - 1)
@@ -99,12 +98,12 @@ class Drain(wiring.Component):
 
     def _table(self) -> list[_Step]:
         """What leaves the drain register, product by product in the order of STACKS."""
-        design, w, table = self._design, widths(self._design), []
+        design, w, table = self._design, self._design.widths, []
         for name in STACKS:
-            stack, start = stacks(design)[name], True
+            stack, start = design.stacks[name], True
             for op in stack.operators:
                 offset = w.alignment + op.fraction + design.formats.operand - w.vector
-                table.append(_Step(op.quads, offset, op.flip, kinds(design).index(op.name), start))
+                table.append(_Step(op.quads, offset, op.flip, design.kinds.index(op.name), start))
                 start = False
             idle = passes(design, name) * self._lanes // 4 - stack.quads
             if idle:
@@ -113,7 +112,7 @@ class Drain(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        w = widths(self._design)
+        w = self._design.widths
         words, valid = self._register(m)
         part, whole = self._part_counter(m, valid)
         place = self._place(m, valid & whole)

@@ -9,17 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import STACKS, stacks, stored
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
-
-LOAD = "load.hex"
-"""Name of the file with the coefficients that a core is loaded with."""
+from tfra.model.fixed.tfra.operators import STACKS
 
 
 def passes(design: Design, stack: str) -> int:
     """Times the operand runs past the lanes for one product of ``stack``."""
-    return -(-4 * stacks(design)[stack].quads // design.architecture.mac_lanes)
+    return -(-4 * design.stacks[stack].quads // design.architecture.mac_lanes)
 
 
 def bases(design: Design) -> dict[str, int]:
@@ -30,7 +27,7 @@ def bases(design: Design) -> dict[str, int]:
 
 def depth(design: Design) -> int:
     """Words of each lane's memory."""
-    return design.quads * sum(passes(design, name) for name in stored(design))
+    return design.quads * sum(passes(design, name) for name in STACKS)
 
 
 def lane_images(design: Design) -> Ints:
@@ -44,7 +41,7 @@ def lane_images(design: Design) -> Ints:
 def _stack_image(design: Design, name: str) -> Ints:
     lanes, times, slot = design.architecture.mac_lanes, passes(design, name), np.arange(4)
     rows = np.concatenate(
-        [op.rows[:, slot ^ op.flip].reshape(-1, design.quads) for op in stacks(design)[name].operators]
+        [op.rows[:, slot ^ op.flip].reshape(-1, design.quads) for op in design.stacks[name].operators]
     )
     padded = np.zeros((times * lanes, design.quads), dtype=np.int64)
     padded[: len(rows)] = rows

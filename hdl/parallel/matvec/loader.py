@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import count
 from tfra.hdl.lib.pipeline import walk
 from tfra.hdl.parallel.matvec.images import depth
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 
 
 class Loader(wiring.Component):

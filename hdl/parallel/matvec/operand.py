@@ -12,13 +12,12 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import count, magnitude_bits, round_top, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, driver, register, walk, zeros_later
 from tfra.hdl.parallel.payloads import vector_quad
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 
 def amount_quad(design: Design) -> data.ArrayLayout:
     """Left shifts that align the four parities of an operand."""
-    return data.ArrayLayout(unsigned((widths(design).vector - 1).bit_length()), 4)
+    return data.ArrayLayout(unsigned((design.widths.vector - 1).bit_length()), 4)
 
 
 def operand_parts(design: Design) -> int:
@@ -123,7 +122,7 @@ class OperandBuffer(wiring.Component):
     @property
     def _room(self) -> int:
         """Bits of a vector word above one that has fewer."""
-        return widths(self._design).vector - self._fraction - len(self.operand.p[0])
+        return self._design.widths.vector - self._fraction - len(self.operand.p[0])
 
     def _states(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
         """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their amounts stand."""
@@ -178,7 +177,7 @@ class Prepare(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        vector, words = widths(self._design).vector, driver(m, self.words)
+        vector, words = self._design.widths.vector, driver(m, self.words)
         for word in range(self._words):
             raw = Signal(signed(vector), name=f"raw{word}", reset_less=True)
             amount = Signal(self.amounts.shape().elem_shape, name=f"amount{word}", reset_less=True)

@@ -12,8 +12,8 @@ from tfra.hdl.lib.arithmetic import count
 from tfra.hdl.parallel.matvec.drain import drain_steps
 from tfra.hdl.parallel.matvec.images import bases, depth, passes
 from tfra.hdl.parallel.matvec.operand import operand_parts
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import STACKS
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import STACKS
 
 SOURCES = ("vector", "n", "b")
 """Operand buffers, the one that helps the oldest frame first."""

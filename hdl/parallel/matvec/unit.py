@@ -46,9 +46,8 @@ from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Pr
 from tfra.hdl.parallel.matvec.schedule import SOURCES, Schedule, spacing
 from tfra.hdl.parallel.payloads import operand, product, vector_quad
 from tfra.hdl.primitives import Multiplier, Rom
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import PRODUCTS, STACKS, multiplications, stacks
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
 
 
 def full(design: Design, stack: str) -> int:
@@ -113,11 +112,6 @@ class MatVec(wiring.Component):
         return depth(self._design)
 
     @property
-    def multiplications(self) -> int:
-        """Products of a frame that count; lanes that have no row left in a last pass multiply by zero besides."""
-        return multiplications(self._design)
-
-    @property
     def pair_interval(self) -> int:
         """Cycles from the launch of a pass to that of the pass after the next.
 
@@ -140,7 +134,7 @@ class MatVec(wiring.Component):
 
     def duration(self, stack: str) -> int:
         """Cycles from the transfer of the last operand quad to the last result of an otherwise idle unit."""
-        return self._result_cycle(stack, stacks(self._design)[stack].quads - 1)
+        return self._result_cycle(stack, self._design.stacks[stack].quads - 1)
 
     def _result_cycle(self, stack: str, number: int) -> int:
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
@@ -195,7 +189,7 @@ class MatVec(wiring.Component):
 
     def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
         """One for each source, so that no operand waits for another one's transfers."""
-        design, vector = self._design, signed(widths(self._design).vector)
+        design, vector = self._design, signed(self._design.widths.vector)
         code, fraction = signed(design.adc.bits + 2), design.formats.vector_fraction
         buffers = {
             "vector": OperandBuffer(design, vector, banks=BANKS["vector"]),
@@ -291,7 +285,7 @@ class _Lane(Elaboratable):
         self.coefficient = Signal(signed(design.formats.coefficient))
         self.word = Signal(signed(design.formats.operand))
         self.valid = Signal()
-        self.sum = Signal(signed(widths(design).accumulator), reset_less=True)
+        self.sum = Signal(signed(design.widths.accumulator), reset_less=True)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

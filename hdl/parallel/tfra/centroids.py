@@ -16,9 +16,8 @@ from tfra.hdl.lib.arithmetic import add_carry, add_or_subtract, count, magnitude
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.parallel.normaliser import Raster
 from tfra.hdl.parallel.payloads import direction
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.centroids import pitch_ratio
-from tfra.model.fixed.widths import widths
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ def shift_distances(most: int) -> list[int]:
 
 
 def _sizes(design: Design) -> _Sizes:
-    w, ratio = widths(design), max(pitch_ratio(design)).bit_length()
+    w, ratio = design.widths, max(pitch_ratio(design)).bit_length()
     return _Sizes(max(w.moment + 1, w.division), max(w.magnitude, ratio), ratio)
 
 
@@ -97,7 +96,7 @@ class Centroids(wiring.Component):
     def latency(self) -> int:
         """Cycles from the transfer of a frame's last taxel to the transfer of its direction."""
         sizes = _sizes(self._design)
-        sums, products = 4, (widths(self._design).magnitude + 1) + (sizes.ratio + 1)
+        sums, products = 4, (self._design.widths.magnitude + 1) + (sizes.ratio + 1)
         normalisations, rounding, decision = 2 * 2 * len(sizes.shifts), 1, 4
         return sums + products + normalisations + rounding + decision
 
@@ -153,7 +152,7 @@ _FLAGS = data.StructLayout({"taxel": 1, "row_end": 1, "last": 1, "row_start": 1,
 
 def _sums(design: Design) -> data.StructLayout:
     """Sum of a zone's magnitudes, and its moments about the column after the last and the row after the last."""
-    w = widths(design)
+    w = design.widths
     moment = unsigned(w.moment)
     return data.StructLayout({"s": unsigned(w.magnitude), "u": moment, "v": moment})
 
@@ -206,7 +205,7 @@ class _Solver(Elaboratable):
 
         sizes = self._sizes
         self._plus = _pair("plus", signed(sizes.word))
-        self._minus = _pair("minus", unsigned(widths(design).moment))
+        self._minus = _pair("minus", unsigned(design.widths.moment))
         self._factor = _pair("factor", unsigned(sizes.multiplier))
         self._term = _pair("term", signed(sizes.word))
         self._value = _pair("value", signed(sizes.product))
@@ -271,10 +270,10 @@ class _Solver(Elaboratable):
             m.d.sync += [self._factor[0].eq(self.compression.s), self._factor[1].eq(self.traction.s)]
         with m.If(self.load_v):
             m.d.sync += [plus_y.eq(self.traction.v), minus_y.eq(self.compression.v)]
-            m.d.sync += self._left.eq(widths(self._design).magnitude)
+            m.d.sync += self._left.eq(self._design.widths.magnitude)
         with m.If(pitch):
             for axis, factor in enumerate(pitch_ratio(self._design)):
-                rounded = round_top(self._value[axis], widths(self._design).division)
+                rounded = round_top(self._value[axis], self._design.widths.division)
                 m.d.sync += [self._plus[axis].eq(rounded), self._factor[axis].eq(factor)]
             m.d.sync += self._left.eq(self._sizes.ratio)
 
@@ -315,7 +314,7 @@ class _Solver(Elaboratable):
 
     def _top(self, axis: int) -> Value:
         """All bits of a normalised length that can differ from zero."""
-        bits = widths(self._design).division + self._sizes.ratio
+        bits = self._design.widths.division + self._sizes.ratio
         return self._value[axis][-bits:].as_signed()
 
     def _compare(self, difference: Signal) -> list[Any]:

@@ -8,15 +8,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from amaranth import Cat, Const, Module, Shape, Signal, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tfra.hdl import ports
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.streams import Buffer, Facts, Fork, Router
+from tfra.hdl.microarchitecture import Probe
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.gain import Gain
@@ -32,9 +33,8 @@ from tfra.hdl.parallel.tfra.resultant import Resultant
 from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
 from tfra.hdl.parallel.tfra.weights import Weights
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import PRODUCTS, kinds, stacks
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import PRODUCTS
 
 _FAR = ("frame", "direction", "affine")
 """Facts that pass through a register, which keeps the way from their users to their sender short."""
@@ -43,26 +43,10 @@ _HELD = 8
 """Frames of which the core may hold facts: those in flight, those whose forces wait, and one at either end."""
 
 
-@dataclass(frozen=True)
-class Probe:
-    """A stream between blocks that a simulation may watch: ``probe_STAGE`` is high for every transfer of it.
-
-    ``probe_STAGE_words`` then holds the payload's members ``keys``, the first lowest; ``words`` are their bits and
-    sign.  A frame has ``transfers`` of them, equal to ``FixedTfra``'s stage of the same name; those of frames that
-    are in the core at the same time may interleave.
-    """
-
-    stage: str
-    port: str
-    keys: tuple[int | str, ...]
-    words: tuple[tuple[int, bool], ...]
-    transfers: int
-
-
 def probes(design: Design) -> tuple[Probe, ...]:
     """Every probe, in the order in which data reach them."""
     q, vector = design.quads, payloads.vector_quad(design)
-    products = sum(stacks(design)[name].quads for name in PRODUCTS)
+    products = sum(design.stacks[name].quads for name in PRODUCTS)
     places = (0, 1, 2, 3)
     rows: list[tuple[str, str, Any, tuple[int | str, ...], int]] = [
         ("normaliser", "quads", payloads.stress_quad(design), places, q),
@@ -88,7 +72,7 @@ def make_blocks(design: Design) -> dict[str, Any]:
     return {
         "normaliser": Normaliser(design),
         "centroids": Centroids(design),
-        "fold": Butterfly(widths(design).stress),
+        "fold": Butterfly(design.widths.stress),
         "weights": Weights(design),
         "matvec": MatVec(design),
         "dependent": Dependent(design),
@@ -113,19 +97,16 @@ class Core(wiring.Component):
         result: words of :func:`tfra.model.fixed.words.layout`, ``last`` on a frame's final word.
 
     Frames follow each other without a gap or a reset; both ports may stall at any time.
-    Raises ``ValueError`` for a design that stores other operators than A-dagger.
     """
 
     def __init__(self, design: Design) -> None:
-        if design.operators != "pinv":
-            raise ValueError(f"operators: the core multiplies by A-dagger itself (pinv), not by {design.operators}")
         self.design = design
         load = {"load": In(stream.Signature(signed(design.formats.coefficient)))} if design.images == "load" else {}
         super().__init__(
             {
                 **load,
-                "taxel": In(stream.Signature(payloads.stress(design))),
-                "result": Out(stream.Signature(payloads.result(design))),
+                "taxel": In(stream.Signature(ports.taxel(design))),
+                "result": Out(stream.Signature(ports.result(design))),
             }
         )
 
@@ -162,7 +143,7 @@ class Core(wiring.Component):
         free by then, and the sweep has a place for the stress of every frame that may be in the core.
         """
         shape = payloads.stress_quad(self.design)
-        m.submodules.taxel_fork = taxels = Fork(payloads.stress(self.design), 2)
+        m.submodules.taxel_fork = taxels = Fork(ports.taxel(self.design), 2)
         go: Value = Const(1)
         if self.design.images == "load":
             connect(m, flipped(self.load), blocks["matvec"].load)
@@ -210,7 +191,7 @@ class Core(wiring.Component):
             "products": (["pinv1", "pinv2", "pinv3"], blocks["combine"].products),
         }
         table = [
-            [way for way, (names, _) in enumerate(operators.values()) if kind in names] for kind in kinds(self.design)
+            [way for way, (names, _) in enumerate(operators.values()) if kind in names] for kind in self.design.kinds
         ]
         m.submodules.result_router = router = Router(payloads.product(self.design), table, len(operators))
         connect(m, blocks["matvec"].result, router.i)

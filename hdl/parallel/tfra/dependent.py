@@ -14,10 +14,9 @@ from tfra.hdl.lib.arithmetic import add_or_subtract, count, magnitude_bits, roun
 from tfra.hdl.lib.divider import Divider
 from tfra.hdl.lib.pipeline import ALIGN, ahead, align, register
 from tfra.hdl.parallel import payloads
-from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.widths import widths
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 _WHOLE = int(COEFFICIENT_LIMIT).bit_length() - 1
@@ -78,7 +77,7 @@ class Dependent(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self.design = design
-        bits = widths(design).division
+        bits = design.widths.division
         self._dividers = [Divider(bits, bits, scalar_fraction(design), _WHOLE) for _ in range(2)]
         super().__init__(
             {
@@ -99,7 +98,7 @@ class Dependent(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        bits = max(widths(self.design).vector, self.design.formats.operand)
+        bits = max(self.design.widths.vector, self.design.formats.operand)
         ring = [Signal(signed(bits), name=f"ring_{p}{q}", reset_less=True) for p, q in _ORDER]
         cycle = self._control(m, self._gather(m, ring))
         word = self._normalise(m, ring, cycle)
@@ -150,7 +149,7 @@ class Dependent(wiring.Component):
 
     def _normalise(self, m: Module, ring: list[Signal], cycle: Value) -> Value:
         """The ring's words at operand length, one each cycle; they return to its tail."""
-        vector, operand = widths(self.design).vector, self.design.formats.operand
+        vector, operand = self.design.widths.vector, self.design.formats.operand
         exact = [word[:vector].as_signed() for word in ring]
         rounded = Signal(signed(operand), reset_less=True)
         seen = [register(m, reduce(or_, map(magnitude_bits, exact[k::3])), "seen") for k in range(3)]
@@ -192,7 +191,7 @@ class Dependent(wiring.Component):
 
     def _magnitudes(self, m: Module, exact: list[Signal], cycle: Value) -> tuple[list[Signal], list[Signal]]:
         """|num1|, |num0|, |den| with a common factor, and their signs."""
-        bits = widths(self.design).division
+        bits = self.design.widths.division
         aligned, _ = align(m, exact, exact[-1], self._at(m, cycle, _ZEROS_U))
         size = [Signal(bits, name=f"size{n}", reset_less=True) for n in range(3)]
         negative = [Signal(name=f"negative{n}", reset_less=True) for n in range(3)]

@@ -15,8 +15,8 @@ from tfra.hdl.lib.streams import TOKEN, Queue, Tokens, flow
 from tfra.hdl.parallel.normaliser import Raster
 from tfra.hdl.parallel.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.parallel.payloads import vector_quad
-from tfra.model.design import Design
-from tfra.model.fixed.widths import force_drop, widths
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.widths import force_drop
 
 PLANES = 8
 """Planes of the memory, a power of two."""
@@ -46,11 +46,11 @@ class Forces(wiring.Component):
         super().__init__(
             {
                 "folded": In(flow(vector_quad(design))),
-                "taxel": Out(stream.Signature(signed(widths(design).force))),
+                "taxel": Out(stream.Signature(signed(design.widths.force))),
                 "room": Out(stream.Signature(TOKEN)),
             }
         )
-        self._unfold = Butterfly(widths(design).vector)
+        self._unfold = Butterfly(design.widths.vector)
 
     @property
     def latency(self) -> int:
@@ -93,7 +93,7 @@ class Forces(wiring.Component):
     def _write(self, m: Module, port: Any) -> Value:
         """Round the unfolded quads and store them; high with a plane's last."""
         design, drop, unfolded = self._design, force_drop(self._design), self._unfold.o
-        rounded = Signal(quad(widths(design).force), reset_less=True)
+        rounded = Signal(quad(design.widths.force), reset_less=True)
         plane, ends = Signal(range(PLANES)), Signal()
         number, last = walk(m, port.en, design.quads * design.parts)
         ends_quad = in_quad(design, number) == design.parts - 1

@@ -13,7 +13,7 @@ from tfra.hdl.lib.arithmetic import add_or_subtract, saturate
 from tfra.hdl.lib.pipeline import ahead, driver, register
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
 
 # Cycles of the schedule; registers are loaded at the end of theirs.

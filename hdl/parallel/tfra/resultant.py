@@ -12,9 +12,8 @@ from tfra.hdl.lib.arithmetic import round_top
 from tfra.hdl.lib.pipeline import ALIGN, ahead, align, driver
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.widths import widths
 
 # Cycles of the schedule; registers are loaded at the end of theirs.
 _LOAD = range(0, 6)
@@ -104,7 +103,7 @@ class Resultant(wiring.Component):
 
     def _normalise(self, m: Module, exact: list[Signal], cycle: Value) -> None:
         """The three sums at division length, one each cycle; first comes F_x."""
-        width, bits = len(exact[0]), widths(self.design).division
+        width, bits = len(exact[0]), self.design.widths.division
         total = driver(m, self.total.payload)
         words, exponent = total.words, total.exponent
         aligned, zeros = align(m, exact, exact[2], ahead(m, cycle, range(_ZEROS, _ZEROS + 1)))

@@ -13,7 +13,7 @@ from tfra.hdl.lib.pipeline import driver, fill, register, walk
 from tfra.hdl.lib.streams import flow
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 
 _ROW_BITS = 2
 ROWS = 1 << _ROW_BITS

@@ -12,9 +12,6 @@ from __future__ import annotations
 import gc
 import warnings
 from dataclasses import dataclass, field
-from functools import lru_cache
-from types import SimpleNamespace
-from typing import Any
 
 from amaranth.hdl import UnusedElaboratable
 
@@ -36,9 +33,7 @@ from tfra.hdl.parallel.tfra.resultant import Resultant
 from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
 from tfra.hdl.parallel.tfra.weights import Weights
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import stacks
-from tfra.model.fixed.words import frame_words, layout
+from tfra.model.fixed.design import Design
 
 NEVER = 1 << 62
 
@@ -97,14 +92,76 @@ class _Tokens:
         self._taken += 1
 
 
+@dataclass(frozen=True)
+class BlockCycles:
+    """Cycles of the blocks, as they state them themselves: latencies, if nothing else is said."""
+
+    normaliser: int
+    centroids: int
+    weights: int
+    dependent: int
+    combine: int
+    sweep: int
+    turn: int
+    """From e0's last quad at the sweep's queue to the first of e1 that it can take."""
+    e0: int
+    """Between quads of e0 at the sweep."""
+    quad: int
+    """Between quads of e1 at the sweep."""
+    frame_interval: int
+    """Between frames at the sweep."""
+    friction: int
+    resultant: int
+    gain: int
+    scaling: int
+    plane: int
+    """From a plane's last force product to its first result word."""
+    read: int
+    """From reading a force to its result word."""
+    busy: int
+    """In which the lanes multiply, of a frame."""
+
+    @classmethod
+    def of(cls, design: Design) -> BlockCycles:
+        """Ask every block of ``design``."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UnusedElaboratable)
+            found = cls._ask(design)
+            gc.collect()  # a block that is only asked, not elaborated, complains when it goes: let it go here
+        return found
+
+    @classmethod
+    def _ask(cls, design: Design) -> BlockCycles:
+        combine, sweep, forces, scaling = Combine(design), Sweep(design), Forces(design), Scaling(design)
+        return cls(
+            normaliser=Normaliser(design).latency,
+            centroids=Centroids(design).latency,
+            weights=Weights(design).latency,
+            dependent=Dependent(design).latency,
+            combine=combine.force_latency,
+            sweep=sweep.latency,
+            turn=sweep.turn,
+            e0=sweep.e0_interval,
+            quad=sweep.quad_interval,
+            frame_interval=sweep.frame_interval,
+            friction=Friction(design).latency,
+            resultant=Resultant(design).latency,
+            gain=Gain(design).latency,
+            scaling=scaling.latency,
+            plane=combine.force_latency + forces.latency + scaling.force_latency,
+            read=scaling.force_latency + forces.read_latency,
+            busy=MatVec(design).busy_cycles,
+        )
+
+
 class Timeline:
     """The events of ``frames`` frames whose taxels come back to back; the first frame's last taxel comes in cycle 0."""
 
-    def __init__(self, design: Design, frames: int) -> None:
-        self.design, self.wait = design, cycles(design)
+    def __init__(self, design: Design, blocks: BlockCycles, frames: int) -> None:
+        self.design, self.wait = design, blocks
         self.frames = [Frame() for _ in range(frames)]
         self.spans: list[Span] = []
-        self._stacks = {name: stack.quads for name, stack in stacks(design).items()}
+        self._stacks = {name: stack.quads for name, stack in design.stacks.items()}
         self._launched: list[int] = []
         self._drained: list[int] = []
         self._choice_from = -NEVER
@@ -339,8 +396,8 @@ class Timeline:
         cycle = f.gain + Facts.latency + wait.scaling - 1
         if number:
             cycle = max(cycle, self.frames[number - 1].words[-1] + 2)
-        header = next(row.start for row in layout(self.design) if row.name == "forces")
-        for word in range(frame_words(self.design)):
+        header = next(row.start for row in self.design.layout if row.name == "forces")
+        for word in range(self.design.frame_words):
             cycle += 1
             plane, taxel = divmod(word - header, m)
             if taxel == 0 and 0 <= plane < 3:
@@ -348,27 +405,3 @@ class Timeline:
             f.words.append(cycle)
         self._tokens["planes"].give(f.words[header + 3 * m - 1] - wait.read + 1)
         self.spans.append(Span("scaling", "result", number, f.words[0], f.words[-1] + 1))
-
-
-@lru_cache(maxsize=64)
-def cycles(design: Design) -> Any:
-    """Cycles of the blocks, as they state them themselves."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UnusedElaboratable)
-        kinds: list[Any] = [Normaliser, Centroids, Weights, MatVec, Dependent, Combine, Sweep, Friction, Resultant]
-        kinds += [Gain, Forces, Scaling]
-        blocks: dict[str, Any] = {kind.__name__.lower(): kind(design) for kind in kinds}
-        latencies = {name: int(block.latency) for name, block in blocks.items() if name not in ("matvec", "forces")}
-        latencies["combine"] = blocks["combine"].force_latency
-        latencies["turn"] = blocks["sweep"].turn
-        latencies["e0"] = blocks["sweep"].e0_interval
-        latencies["quad"] = blocks["sweep"].quad_interval
-        latencies["frame_interval"] = blocks["sweep"].frame_interval
-        latencies["read"] = blocks["scaling"].force_latency + blocks["forces"].read_latency
-        forces = blocks["combine"].force_latency + blocks["forces"].latency
-        latencies["plane"] = forces + blocks["scaling"].force_latency
-        latencies["multiplications"] = blocks["matvec"].multiplications
-        latencies["busy"] = blocks["matvec"].busy_cycles
-        del blocks
-        gc.collect()  # a block that is only asked, not elaborated, complains when it goes: let it go here
-    return SimpleNamespace(**latencies)

@@ -13,8 +13,7 @@ from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import delayed, register, walk
 from tfra.hdl.lib.streams import flow
 from tfra.hdl.parallel.payloads import frame_facts, vector_quad
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 
 class Weights(wiring.Component):
@@ -43,8 +42,8 @@ class Weights(wiring.Component):
                 "n": Out(flow(vector_quad(design))),
             }
         )
-        self._unfold = Butterfly(widths(design).vector)
-        self._fold = Butterfly(widths(design).vector - 2)
+        self._unfold = Butterfly(design.widths.vector)
+        self._fold = Butterfly(design.widths.vector - 2)
 
     @property
     def latency(self) -> int:
@@ -72,7 +71,7 @@ class Weights(wiring.Component):
 
     def _clip(self, m: Module) -> None:
         """Two registers between the butterflies: subtraction, then clipping."""
-        taxels = quad(widths(self._design).vector - 2)
+        taxels = quad(self._design.widths.vector - 2)
         negated, clipped = Signal(taxels, reset_less=True), Signal(taxels, reset_less=True)
         regular = Signal(reset_less=True)
         facts = self.frame.payload

@@ -38,15 +38,15 @@ from tfra.hdl.serial.isa import (
 from tfra.hdl.serial.program.memory import operator_of, stride
 from tfra.hdl.serial.program.routines import Routines
 from tfra.hdl.serial.sizes import sweep_bits
-from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.cordic import ANGLE_GUARD
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import gain_constants, normal_gain
+from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import pitch_ratio
 from tfra.model.fixed.tfra.sweep import tolerance
-from tfra.model.fixed.widths import DIVISION_GUARD, MU_LIMIT, force_drop, widths
-from tfra.model.fixed.words import COUNTER_BITS
+from tfra.model.fixed.widths import DIVISION_GUARD, MU_LIMIT, force_drop
 from tfra.model.tfra import COEFFICIENT_LIMIT, Status
 
 F0, NOT_F0, F1, NOT_F1 = When.F0, When.NOT_F0, When.F1, When.NOT_F1
@@ -79,7 +79,7 @@ class _Frame(Routines):
     def __init__(self, design: Design) -> None:
         super().__init__(design)
         self.fraction = scalar_fraction(design)
-        self.bits = widths(design).division
+        self.bits = design.widths.division
         self.operand = design.formats.operand
 
     def program(self) -> Program:

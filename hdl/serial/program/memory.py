@@ -6,9 +6,10 @@ import numpy as np
 
 from tfra.hdl.serial.isa import ADDRESS_BITS
 from tfra.hdl.serial.sizes import STORE_DEPTH, sizes, sweep_bits
-from tfra.model.design import Design
-from tfra.model.fixed.coefficients import STACKS, Operator, stacks
+from tfra.model.fixed.coefficients import Operator
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.tfra.operators import STACKS
 
 
 class Map:
@@ -76,7 +77,7 @@ def groups(design: Design, operator: Operator) -> int:
 
 def operator_of(design: Design, name: str) -> Operator:
     """The operator called ``name``."""
-    return next(o for stack in STACKS for o in stacks(design)[stack].operators if o.name == name)
+    return next(o for stack in STACKS for o in design.stacks[stack].operators if o.name == name)
 
 
 def stride(design: Design, operator: Operator) -> int:
@@ -88,7 +89,7 @@ def bases(design: Design) -> dict[str, int]:
     """First address of every operator's coefficients, by name."""
     found, start = {}, 0
     for name in STACKS:
-        for operator in stacks(design)[name].operators:
+        for operator in design.stacks[name].operators:
             found[operator.name] = start
             start += 4 * groups(design, operator) * design.quads
     return found
@@ -104,7 +105,7 @@ def store_image(design: Design) -> Ints:
     """
     lanes, parts = sizes(design).lanes, []
     for name in STACKS:
-        for operator in stacks(design)[name].operators:
+        for operator in design.stacks[name].operators:
             rows = np.zeros((groups(design, operator) * lanes, 4, design.quads), dtype=np.int64)
             rows[: operator.quads] = operator.rows
             parts.append(rows.reshape(-1, lanes, 4, design.quads).transpose(2, 0, 3, 1).reshape(-1, lanes))

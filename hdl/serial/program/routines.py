@@ -35,8 +35,8 @@ from tfra.hdl.serial.isa import (
 )
 from tfra.hdl.serial.program.memory import Map, bases, operator_of, stride
 from tfra.hdl.serial.sizes import sizes
-from tfra.model.design import Design
 from tfra.model.fixed.cordic import angle_table, iterations
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 
 

@@ -11,9 +11,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints, normalise, significant_bits
-from tfra.model.fixed.widths import widths
 from tfra.model.tfra import Bools
 
 
@@ -46,7 +45,7 @@ def centroids(design: Design, codes: Ints) -> Direction:
         [(traction @ w) * sum_c - (compression @ w) * sum_t for w in (columns - j, rows - i)],
         axis=1,
     )
-    bits = widths(design).division
+    bits = design.widths.division
     length = normalise(exact, significant_bits(exact, axis=1)[:, None], bits) * np.array(pitch_ratio(design))
     x, y = length.T
     sweep_y = np.abs(y) > np.abs(x)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import operand
 from tfra.model.fixed.numbers import Ints, round_shift
 from tfra.model.fixed.scalars import scalar_fraction

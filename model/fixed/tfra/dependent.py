@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.design import Design
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints, divide, normalise, significant_bits
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction
-from tfra.model.fixed.widths import widths
 from tfra.model.tfra import COEFFICIENT_LIMIT, Bools
 
 
@@ -48,7 +47,7 @@ def dependent(design: Design, exact: Ints, direction: Direction, regular: Bools)
     num1 = np.where(direction.sweep_y, -u[:, 2], u[:, 1])
     den = np.where(direction.sweep_y, u[:, 1], -u[:, 2])
     quotient = np.stack([num0, num1, den], axis=1)
-    quotient = normalise(quotient, significant_bits(quotient, axis=1)[:, None], widths(design).division)
+    quotient = normalise(quotient, significant_bits(quotient, axis=1)[:, None], design.widths.division)
     size = np.abs(quotient)
     vanishing = np.maximum(size[:, 0], size[:, 1]) >= int(COEFFICIENT_LIMIT) * size[:, 2]
     usable = regular & ~vanishing

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfra.model.design import Design
 from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints, round_shift
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.combine import combine

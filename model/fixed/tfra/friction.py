@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints, round_shift, saturate
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.design import Design
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
-from tfra.model.fixed.coefficients import split
 from tfra.model.fixed.cordic import cordic
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import gain
+from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.normaliser import normaliser
 from tfra.model.fixed.numbers import Ints
@@ -24,7 +24,7 @@ from tfra.model.fixed.tfra.resultant import resultant
 from tfra.model.fixed.tfra.sweep import sweep
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.fixed.widths import DIVISION_GUARD
-from tfra.model.fixed.words import COUNTER_BITS, encode
+from tfra.model.fixed.words import encode
 from tfra.model.tfra import Status
 
 _CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cache
@@ -69,10 +69,10 @@ class FixedTfra:
         stress = to_quads(design, frame.stress)
         b = butterfly(stress) << design.formats.vector_fraction
         contact = matvec(design, "contact", b)
-        by_b = split(design, "contact", contact)
+        by_b = design.stacks["contact"].split(contact)
         n = weights(by_b["c33_inv"], frame.regular)
         residual = matvec(design, "residual", n)
-        by_n = split(design, "residual", residual)
+        by_n = design.stacks["residual"].split(residual)
         g, d1, d2 = (by_n[name] for name in ("c33", "c31", "c32"))
         d0 = b + g
         affine = dependent(design, gather_sums(by_b["sums_b"], by_n["sums_n"]), direction, frame.regular)
@@ -92,8 +92,7 @@ class FixedTfra:
         )
         chosen = friction(design, found.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
-        solved = [matvec(design, "gram", d)] if design.operators == "gram" else []
-        force = matvec(design, "force", (solved or [d])[0])
+        force = matvec(design, "force", d)
         unscaled = forces(design, force, chosen, n)
         total = resultant(design, affine, chosen, frame.regular)
         factor = gain(design, total, frame)
@@ -126,7 +125,7 @@ class FixedTfra:
         stages = {
             "normaliser": stress,
             "centroids": np.stack([direction.cos, direction.sin], axis=1),
-            "matvec": np.concatenate([contact, residual, *normal, *solved, force], axis=1),
+            "matvec": np.concatenate([contact, residual, *normal, force], axis=1),
             "weights": n,
             "dependent": np.stack([affine.alpha, affine.beta], axis=1),
             "combine": np.concatenate([e0, e1, d], axis=1),

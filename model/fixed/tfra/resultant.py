@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints, normalise, significant_bits
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import Friction
-from tfra.model.fixed.widths import widths
 from tfra.model.tfra import Bools
 
 
@@ -29,6 +28,6 @@ def resultant(design: Design, affine: Dependent, chosen: Friction, regular: Bool
     exact = (a[:, :, 0] << fraction) + a[:, :, 1] * chosen.mu_x[:, None] + a[:, :, 2] * chosen.mu_y[:, None]
     exact = exact * np.where(regular[:, None], 1, np.array([0, 0, 1]))
     significant = significant_bits(exact, axis=1)
-    bits = widths(design).division
+    bits = design.widths.division
     exponent = (design.formats.operand - 1 - affine.significant) + fraction + (bits - 1 - significant)
     return Resultant(normalise(exact, significant[:, None], bits), exponent)

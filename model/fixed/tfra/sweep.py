@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
-from tfra.model.fixed.widths import widths
 from tfra.model.tfra import Bools
 
 
@@ -33,7 +32,7 @@ def sweep_unit(design: Design) -> int:
 def tolerance(design: Design) -> Ints:
     """Plateau tolerance in the units of B^z for every exponent ``(adc bits,)``, limited to the longest B^z."""
     exact = round(design.search.tolerance * sweep_unit(design))
-    longest = (1 << widths(design).b_z) - 1
+    longest = (1 << design.widths.b_z) - 1
     return np.array([min(exact << e, longest) for e in range(design.adc.bits)], dtype=np.int64)
 
 

@@ -3,20 +3,17 @@
 import pytest
 
 from bench.large import growth
-from tfra.model.fixed.coefficients import coefficient_bits
 
 
-@pytest.mark.parametrize("form", growth.STORED)
 @pytest.mark.parametrize("size", [4, 5, 8])
-def test_bits_by_hand_are_the_models(size, form):
-    assert growth.bits(size, form) == coefficient_bits(growth.square(size, 4, form))
+def test_bits_by_hand_are_the_models(size):
+    assert growth.bits(size) == growth.square(size, 4).coefficient_bits
 
 
-@pytest.mark.parametrize("form", growth.STORED)
 @pytest.mark.parametrize("blocks", growth.DEVICES.values())
-def test_one_taxel_more_does_not_fit(blocks, form):
-    size, room = growth.largest(blocks, form), blocks * growth.WORDS * growth.WORD_BITS
-    assert growth.bits(size, form) <= room < growth.bits(size + 1, form)
+def test_one_taxel_more_does_not_fit(blocks):
+    size, room = growth.largest(blocks), blocks * growth.WORDS * growth.WORD_BITS
+    assert growth.bits(size) <= room < growth.bits(size + 1)
 
 
 def test_everything_grows():
@@ -24,7 +21,7 @@ def test_everything_grows():
     for key in ("products", "latency", "interval"):
         values = [row[key] for row in rows]
         assert values == sorted(set(values)), key
-    assert rows[-1]["bits"]["gram"] < rows[-1]["bits"]["pinv"] <= rows[-1]["blocks"] * growth.WORDS * growth.WORD_BITS
+    assert rows[-1]["bits"] <= rows[-1]["blocks"] * growth.WORDS * growth.WORD_BITS
     assert len({line.count("|") for line in growth.table(rows).splitlines()}) == 1
     rows[0]["estimated"] = {"luts": 12345, "blocks": 7}
     assert "| 12,345, 7 |" in growth.table(rows)

@@ -9,17 +9,17 @@ from bench.parts.blocks import row
 from bench.parts.flat import Flat
 from tfra.hdl.parallel.tfra.core import make_blocks
 from tfra.hdl.parallel.tfra.weights import Weights
-from tfra.model.design import Architecture, Design
+from tfra.model.choices import Architecture
 from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.weights import weights
-from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 DESIGN = Design(SensorArray(2, 2, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
 
 
 def test_ports_are_the_members_of_the_streams_but_for_constants() -> None:
-    vector = 4 * widths(DESIGN).vector
+    vector = 4 * DESIGN.widths.vector
     flat = {name: len(Flat(block).signature.members) for name, block in make_blocks(DESIGN).items()}
     assert all(flat.values())
     ports = {name: member.shape for name, member in Flat(Weights(DESIGN)).signature.members.items()}
@@ -28,7 +28,7 @@ def test_ports_are_the_members_of_the_streams_but_for_constants() -> None:
 
 
 def test_words_pass_as_they_do_without_it() -> None:
-    flat, bits = Flat(Weights(DESIGN)), widths(DESIGN).vector
+    flat, bits = Flat(Weights(DESIGN)), DESIGN.widths.vector
     solution = butterfly(np.array([[[900, -1000, 5, -77]]]))
     seen = []
 

@@ -11,8 +11,9 @@ import pytest
 from bench.speed import c_program, c_speed
 from bench.speed.c_program import Library, Program
 from bench.speed.c_speed import EXACT, compare
+from tfra.model.choices import Adc, Architecture
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
-from tfra.model.design import Adc, Architecture, Design
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, Tfra
 

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats, Search
+from tfra.model.choices import FORMATS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.butterfly import butterfly, to_quads
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.normaliser import Normalised, normaliser
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.tfra.centroids import Direction, centroids
 from tfra.model.fixed.tfra.dependent import Dependent, dependent, gather_sums
 from tfra.model.fixed.tfra.weights import weights
-from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
@@ -73,7 +73,7 @@ def random_direction(design: Design, rng: random.Random, frames: int) -> Directi
 
 def random_affine(design: Design, rng: random.Random, frames: int) -> Dependent:
     """Any words, as no frame would have them together."""
-    operand, vector = design.formats.operand, widths(design).vector
+    operand, vector = design.formats.operand, design.widths.vector
     alpha, beta = words(rng, operand, (2, frames))
     significant = np.array([rng.randrange(vector) for _ in range(frames)])
     return Dependent(alpha, beta, bits_of(rng, frames), words(rng, operand, (frames, 3, 3)), significant)

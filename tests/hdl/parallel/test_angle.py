@@ -16,8 +16,9 @@ from tfra.hdl.lib.streams import Facts, flow
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.cordic import cordic_modulus, cordic_vector, cordic_word
-from tfra.model.design import FORMATS, Architecture, Design
+from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.cordic import cordic
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.widths import DIVISION_GUARD
 from tfra.model.sensor import SensorArray
 

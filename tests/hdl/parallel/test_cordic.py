@@ -16,8 +16,9 @@ from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import flow
 from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, cordic_vector, cordic_word
-from tfra.model.design import FORMATS, Architecture, Design, Formats
+from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, cordic, cordic_gain, iterations
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
 SENSOR = SensorArray(4, 4, 4e-3, 4e-3, 3e-3)

@@ -15,13 +15,13 @@ from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.gain import Gain
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
+from tfra.model.choices import FORMATS, Adc, Architecture, Formats
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import gain, normal_gain
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.resultant import Resultant
-from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
@@ -75,7 +75,7 @@ def facts(d: Design, contact: Any, traction: Any, magnitude: Any) -> Normalised:
 
 def random_case(d: Design, n: int, seed: int) -> Case:
     """Any resultants that are normalised, or not even that."""
-    rng, w = np.random.default_rng(seed), widths(d)
+    rng, w = np.random.default_rng(seed), d.widths
     top = (1 << (w.division - 1)) - 1
     words = rng.integers(-top - 1, top + 1, (n, 3)) >> rng.integers(0, w.division, (n, 3))
     words = np.where(rng.random((n, 3)) < 0.25, rng.choice([0, 1, -1, top, -top, -top - 1], (n, 3)), words)
@@ -86,7 +86,7 @@ def random_case(d: Design, n: int, seed: int) -> Case:
 
 def corner_case(d: Design) -> Case:
     """Every triple of zeros, units and limits, with the smallest and the largest magnitude."""
-    w = widths(d)
+    w = d.widths
     top = (1 << (w.division - 1)) - 1
     words = np.array([(x, y, z) for x in (0, top) for y in (0, -top - 1) for z in (0, 1, -top - 1)])
     # tangential and four times normal close together: where mu leaves its range
@@ -146,7 +146,7 @@ def test_survives_stalls(stall_in, stall_out):
 def test_rules_in_literal_numbers():
     """No normal force: mu is at its limit.  No force at all: so is the gain.  Not regular: the plain gain."""
     d = DESIGNS["4x4"]
-    top = (1 << (widths(d).division - 1)) - 1
+    top = (1 << (d.widths.division - 1)) - 1
     words = np.array([[top, 0, 0], [0, 0, 0], [top, top, top], [0, 0, -top], [top // 2, 0, -top]])
     regular = np.array([True, True, False, True, True])
     frame = facts(d, np.full(5, True), regular, np.full(5, 1 << 16))

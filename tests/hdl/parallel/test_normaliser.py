@@ -9,8 +9,9 @@ import pytest
 
 from tests.hdl.harness import PATTERNS, flowing, run
 from tfra.hdl.parallel.normaliser import Normaliser
-from tfra.model.design import FORMATS, Adc, Architecture, Design
+from tfra.model.choices import FORMATS, Adc, Architecture
 from tfra.model.fixed.butterfly import to_quads
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import normaliser
 from tfra.model.sensor import SensorArray
 

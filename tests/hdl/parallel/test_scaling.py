@@ -11,15 +11,15 @@ import pytest
 from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.scaling import FACTS, Scaling
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
+from tfra.model.choices import FORMATS, Adc, Architecture, Formats
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Gain
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.scaling import scaling
 from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.resultant import Resultant
-from tfra.model.fixed.widths import widths
-from tfra.model.fixed.words import encode, frame_words
+from tfra.model.fixed.words import encode
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
 
@@ -40,7 +40,7 @@ DESIGNS = {
 
 def facts(d: Design, n: int, seed: int) -> SimpleNamespace:
     """Random facts of ``n`` frames: words within their formats, the last ones at their ends."""
-    rng, w, operand = np.random.default_rng(seed), widths(d), d.formats.operand
+    rng, w, operand = np.random.default_rng(seed), d.widths, d.formats.operand
 
     def word(bits: int, *shape: int) -> np.ndarray:
         top = (1 << (bits - 1)) - 1
@@ -157,11 +157,11 @@ def test_saturation_of_one_word_reaches_its_status_only(first):
     f.unscaled[:], f.total.words[:] = 0, 0
     f.gain.overflow[:], f.gain.mantissa[:], f.gain.force_shift[:], f.gain.resultant_shift[:] = False, 1, 0, 0
     f.frame.contact[:], f.frame.traction[:] = True, True
-    limit = 1 << (widths(d).output - 1)
+    limit = 1 << (d.widths.output - 1)
     f.unscaled[:, 2, -1] = -limit
     if first:
         f.gain.resultant_shift[1], f.gain.mantissa[1] = 0, (1 << d.formats.operand) - 1
-        f.total.words[1, 0] = (1 << (widths(d).division - 1)) - 1
+        f.total.words[1, 0] = (1 << (d.widths.division - 1)) - 1
         f.unscaled[1, 2, -1] = 0
     else:
         f.unscaled[1, 2, -1] -= 1
@@ -210,7 +210,7 @@ def test_words_of_the_whole_model(size, monkeypatch):
 def test_latency_and_throughput(name):
     d = DESIGNS[name]
     dut, f = Scaling(d), facts(d, 3, 6)
-    seen = run(dut, streams(d, f), {"result": 3 * frame_words(d)}).cycles
+    seen = run(dut, streams(d, f), {"result": 3 * d.frame_words}).cycles
     out = seen["result"]
     assert out[0] == 2 + dut.latency  # facts are valid in the first cycle, number 1, and the gain before its turn
     by_frame = np.reshape(out, (3, -1))

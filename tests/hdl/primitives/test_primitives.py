@@ -12,7 +12,7 @@ import pytest
 
 from tests.hdl.primitives.harness import in_amaranth, in_icarus
 from tfra.hdl.primitives import Multiplier, Rom, cell_models
-from tfra.model.design import TARGETS
+from tfra.model.choices import TARGETS
 
 CYCLES = 120
 KINDS = ["amaranth", *TARGETS]

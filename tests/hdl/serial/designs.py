@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import random
 
-from tfra.model.design import FORMATS, SERIAL, Adc, Design, Formats, Search
+from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
+from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
 DESIGNS = {

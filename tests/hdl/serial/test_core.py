@@ -10,10 +10,9 @@ from amaranth.sim import Simulator
 
 from tests.hdl.harness import bursts, flowing, random_stalls, run
 from tests.hdl.serial.designs import DESIGNS
-from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.product import DELAY, Product
 from tfra.hdl.serial.program.memory import store_image
-from tfra.hdl.serial.timing import Timing
+from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.tfra import Status
@@ -22,11 +21,11 @@ from tfra.model.tfra import Status
 def stream(design, codes, **stalls):
     want = FixedTfra(design)(codes).words
     inputs = {"load": store_image(design).ravel().tolist(), "taxel": codes.ravel().tolist()}
-    seen = run(SerialCore(design), inputs, {"result": want.size}, **stalls)
+    seen = run(Serial(design).build(), inputs, {"result": want.size}, **stalls)
     words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
     last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
     taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
-    return Timing(design), words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
+    return Serial(design), words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
 
 
 def test_words_and_cycles():

@@ -11,11 +11,10 @@ from amaranth.back import rtlil
 
 from tests.hdl.serial.designs import DESIGNS
 from tfra.codegen.verilog import PASSES, run_yosys
-from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.program.memory import store_image
+from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import word_bits
 from tfra.sim.tools import choose
 
 DESIGN = DESIGNS["short"]
@@ -28,7 +27,7 @@ CODES = contact_codes(DESIGN, 2, seed=6)
 def verilog(tmp_path_factory):
     """Folder of ``core.v``."""
     folder = tmp_path_factory.mktemp("serial")
-    (folder / "core.il").write_text(rtlil.convert(SerialCore(DESIGN), name="serial", emit_src=False))
+    (folder / "core.il").write_text(rtlil.convert(Serial(DESIGN).build(), name="serial", emit_src=False))
     run_yosys(f"read_rtlil core.il; {PASSES} core.v", folder)
     return folder
 
@@ -45,7 +44,7 @@ def simulate(folder, image):
     write_hex(folder / "load.hex", image, coefficient)
     write_hex(folder / "taxel.hex", CODES, DESIGN.adc.bits)
     sizes = {"COEFFICIENT": coefficient, "LOADS": image.size, "ADC": DESIGN.adc.bits, "TAXELS": CODES.size}
-    defines = [f"-D{name}={value}" for name, value in (sizes | {"WORD": word_bits(DESIGN), "WORDS": want.size}).items()]
+    defines = [f"-D{name}={value}" for name, value in (sizes | {"WORD": DESIGN.word_bits, "WORDS": want.size}).items()]
     bench = Path(__file__).parent / "bench.v"
     subprocess.run(["iverilog", "-g2012", *defines, "-o", "bench.vvp", "core.v", bench], cwd=folder, check=True)
     done = subprocess.run(["vvp", "-n", "bench.vvp"], cwd=folder, check=True, capture_output=True, text=True)

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from itertools import product
-from typing import get_args
-
 import numpy as np
 import pytest
 
 from tests.model.cases import make_design
 from tfra.model.boussinesq import operators
 from tfra.model.cover.scenes import SENSORS
-from tfra.model.design import Form
 from tfra.model.fixed.butterfly import EE, OO, OX, OY, butterfly, distinct, taxel_index, to_quads, to_taxels
-from tfra.model.fixed.coefficients import coefficient_bits, products, quantise_rows, stacks, stored, taxel_matrix
+from tfra.model.fixed.coefficients import quantise_rows
+from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
 
 
-@pytest.fixture(params=product(SENSORS, get_args(Form)), ids="-".join, name="design")
+@pytest.fixture(params=SENSORS, name="design")
 def _design(request):
-    name, form = request.param
-    return replace(make_design(SENSORS[name]), operators=form)
+    return make_design(SENSORS[request.param])
 
 
 def taxels(design, seed):
@@ -56,24 +51,11 @@ def dense(design):
     }
 
 
-def test_either_form_makes_the_same_forces(design):
-    """A-dagger from the quantised operators, the scale of y included."""
-    by_name, pinv = stacks(design), operators(design.sensor).pinv / design.sensor.thickness**2
-    gram = design.operators == "gram"
-    first = taxel_matrix(design, by_name["gram"].operators[0]) if gram else np.eye(design.sensor.taxels)
-    for place, op in enumerate(by_name["force"].operators):
-        exact = np.split(pinv, 3)[place]
-        np.testing.assert_allclose(taxel_matrix(design, op) @ first, exact, atol=1e-3 * np.abs(exact).max())
-        if gram:  # the very words of the residual product, in the same order behind its sums
-            assert op.rows is by_name["residual"].operators[place + 1].rows
-
-
-def test_gram_stores_a_quarter_less(design):
-    q, bits = design.quads, coefficient_bits(design)
-    operators_stored = {"pinv": 8, "gram": 6}[design.operators]
-    assert bits == 4 * q * (operators_stored * q + 4) * design.formats.coefficient  # four quads of rows that sum
-    assert set(products(design)) == set(stacks(design))
-    assert set(stored(design)) <= set(stacks(design))
+def test_every_coefficient_is_stored_once(design):
+    q, bits = design.quads, design.coefficient_bits
+    assert bits == 4 * q * (8 * q + 4) * design.formats.coefficient  # eight operators, four quads of rows that sum
+    assert tuple(design.stacks) == STACKS
+    assert set(PRODUCTS) == set(STACKS)
 
 
 def apply(design, op, x):
@@ -85,7 +67,7 @@ def apply(design, op, x):
 
 def test_folded_operators_are_the_dense_ones_within_their_rounding(design):
     x, matrices = taxels(design, 2), dense(design)
-    for stack in stacks(design).values():
+    for stack in design.stacks.values():
         for op in stack.operators:
             if op.name not in matrices:
                 continue
@@ -99,7 +81,7 @@ def test_folded_operators_are_the_dense_ones_within_their_rounding(design):
 
 def test_running_sums_are_rounded_to_nearest(design):
     """For a constant operand the errors of a row add up to half a unit at most."""
-    for stack in stacks(design).values():
+    for stack in design.stacks.values():
         for op in stack.operators:
             exact = dense(design).get(op.name)
             if exact is None or op.flip:
@@ -142,7 +124,7 @@ def test_sum_rows_are_the_sums_of_the_candidates(design):
     a += n.sum() * np.array([[0, 1, 0], [0, 0, 1], [-1, 0, 0]])
     sums = {}
     for name, which, operand in (("contact", "sums_b", b), ("residual", "sums_n", n)):
-        op = next(op for op in stacks(design)[name].operators if op.name == which)
+        op = next(op for op in design.stacks[name].operators if op.name == which)
         folded = butterfly(to_quads(design, operand[None])).astype(float)[0]
         sums[name] = np.einsum("qpj,jp->qp", op.rows / 2.0**op.fraction, folded)
     s, t = sums["contact"], sums["residual"]

@@ -9,11 +9,11 @@ from math import floor
 import numpy as np
 import pytest
 
+from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.cover.scenes import SENSORS
-from tfra.model.design import FORMATS, Architecture, Design, Formats
-from tfra.model.fixed.coefficients import STACKS, stacks
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec, operand
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.tfra.operators import STACKS
 
 LONGEST = Formats("longest", coefficient=27, operand=27, vector_fraction=16, force_fraction=4)
 TOP = 1 << (LONGEST.operand - 1)
@@ -30,7 +30,7 @@ def half_up(value):
 def exact(design, stack, vector):
     """Result quads of one ``vector (Q, 4)`` of Python integers that are multiplier words times a power of two."""
     quads = []
-    for op in stacks(design)[stack].operators:
+    for op in design.stacks[stack].operators:
         for rows in op.rows.tolist():
             sums = [sum(c * v[p ^ op.flip] for c, v in zip(rows[p], vector, strict=True)) for p in range(4)]
             quads.append([half_up(Fraction(s) / Fraction(2) ** op.fraction) for s in sums])
@@ -52,7 +52,7 @@ def rounded(design, vector):
 @pytest.mark.parametrize("formats", [*FORMATS.values(), LONGEST], ids=lambda formats: formats.name)
 def test_any_vector(formats, stack):
     design, rng = make(formats), np.random.default_rng(1)
-    for bits in (1, 8, 20, widths(design).vector - 1):
+    for bits in (1, 8, 20, design.widths.vector - 1):
         vectors = rng.integers(-(1 << bits), 1 << bits, (3, design.quads, 4))
         vectors[0] = np.sign(vectors[0]) << bits - 1
         want = [exact(design, stack, rounded(design, vector)) for vector in vectors]
@@ -71,7 +71,7 @@ def below_a_tie(row, shift):
 
 def hardest(design, op, row, parity):
     """A vector ``(Q, 4)`` of full length whose sum in ``row`` doubles would round to the next result."""
-    significant = widths(design).vector - 1
+    significant = design.widths.vector - 1
     vector = np.zeros((design.quads, 4), dtype=np.int64)
     words = below_a_tie(row, op.fraction + design.formats.operand - 1 - significant)
     vector[:, parity ^ op.flip] = words << (significant - design.formats.operand + 1)
@@ -83,7 +83,7 @@ def test_sums_beyond_doubles_are_exact(name):
     """The largest sums of every row, half of them odd ones beyond 2^53."""
     design, beyond = make(LONGEST, name), set()
     for stack in STACKS:
-        for op in stacks(design)[stack].operators:
+        for op in design.stacks[stack].operators:
             places = [(i, p) for i, p in product(range(op.quads), range(4)) if (op.rows[i, p] & 1).any()]
             hard = [hardest(design, op, op.rows[i, p], p) for i, p in places]
             vectors = np.array([vector for vector, _ in hard])

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.cover.scenes import directed_codes, wild_codes
-from tfra.model.design import Adc, Architecture, Design, Formats, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import normaliser
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import field, layout
+from tfra.model.fixed.words import field
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
 from tfra.model.two_variable import TwoVariable
@@ -108,7 +109,7 @@ def test_below_all_is_zero_and_above_nothing_changes(threshold: int, seed: int) 
     words, plain = FixedTfra(made)(codes).words, FixedTfra(off)(codes).words
     below = np.where(codes < 0, -codes - 1, codes).max(axis=(1, 2)) < threshold
     np.testing.assert_array_equal(words[~below], plain[~below])
-    for name in (f.name for f in layout(made)):
+    for name in (f.name for f in made.layout):
         seen, before = (field(made, w, name)[below] for w in (words, plain))
         if name in ("frame", "exponent"):
             np.testing.assert_array_equal(seen, before)

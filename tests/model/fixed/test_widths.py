@@ -7,11 +7,10 @@ import pytest
 
 from tests.model.cases import make_design
 from tfra.model.cover.scenes import SENSORS
-from tfra.model.fixed.coefficients import split, stacks, taxel_matrix
+from tfra.model.fixed.coefficients import Folding
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.tfra.dependent import gather_sums
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 COARSE = {
@@ -27,7 +26,7 @@ def largest(values):
 
 def signs_of_rows(design, names):
     """Codes ``(n, rows, columns)`` that are extreme with the signs of a row of an operator, and the reverse."""
-    rows = [taxel_matrix(design, op) for s in stacks(design).values() for op in s.operators if op.name in names]
+    rows = [Folding(design).taxel_matrix(op) for s in design.stacks.values() for op in s.operators if op.name in names]
     top = (1 << (design.adc.bits - 1)) - 1
     up = np.where(np.concatenate(rows) < 0, -top - 1, top)
     return np.concatenate([up, ~up]).reshape(-1, design.sensor.rows, design.sensor.columns)
@@ -40,17 +39,17 @@ def test_sums_are_the_longest_words_of_a_coarse_array(name):
     They are added up as if both could be largest at once; that costs a bit at most.
     """
     design = make_design(COARSE[name])
-    vector, signs = widths(design).vector, signs_of_rows(design, {"c33_inv"})
+    vector, signs = design.widths.vector, signs_of_rows(design, {"c33_inv"})
     top = (1 << (design.adc.bits - 1)) - 1
     flat = np.array([top, -top - 1])[:, None, None] * np.ones(signs.shape[1:], np.int64)
     products = FixedTfra(design)(np.concatenate([flat, signs])).stages["matvec"]
-    contact = sum(op.quads for op in stacks(design)["contact"].operators)
-    residual = contact + sum(op.quads for op in stacks(design)["residual"].operators)
+    contact = sum(op.quads for op in design.stacks["contact"].operators)
+    residual = contact + sum(op.quads for op in design.stacks["residual"].operators)
     parts = [
-        split(design, stack, products[:, start:end])[sums]
+        design.stacks[stack].split(products[:, start:end])[sums]
         for stack, sums, start, end in (("contact", "sums_b", 0, contact), ("residual", "sums_n", contact, residual))
     ]
-    full, (_, sums_b) = top + 1 << design.formats.vector_fraction, stacks(design)["contact"].operators
+    full, (_, sums_b) = top + 1 << design.formats.vector_fraction, design.stacks["contact"].operators
     assert 0.99 * sums_b.gain * full < largest(parts[0]) <= sums_b.gain * full + 2
     for words in (*parts, gather_sums(*parts)):
         assert signed_bits(largest(words)) <= vector
@@ -62,9 +61,9 @@ def test_sums_are_the_longest_words_of_a_coarse_array(name):
 def test_products_reach_their_bounds(name):
     """C33⁻¹ b of codes with the signs of its rows: the bound allows for roundings alone."""
     design = make_design(SENSORS[name])
-    op = stacks(design)["contact"].operators[0]
+    op = design.stacks["contact"].operators[0]
     frames = signs_of_rows(design, {"c33_inv"})
-    found = split(design, "contact", FixedTfra(design)(frames).stages["matvec"][:, : design.quads + 1])["c33_inv"]
+    found = design.stacks["contact"].split(FixedTfra(design)(frames).stages["matvec"][:, : design.quads + 1])["c33_inv"]
     full = 1 << (design.adc.bits - 1 + design.formats.vector_fraction)
     unfolded = largest(found @ np.array([[1, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])) / 4
     assert 0.98 * op.gain * full < unfolded <= op.gain * full + 2

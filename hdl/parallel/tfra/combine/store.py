@@ -12,8 +12,7 @@ from tfra.hdl.lib.arithmetic import count, magnitude_bits
 from tfra.hdl.lib.pipeline import delayed, fill, register, walk, zeros_later
 from tfra.hdl.parallel.parts import in_quad, part_number
 from tfra.hdl.parallel.payloads import vector_part
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 FRAMES = 4
 """Frames in flight between the contact product and the force product; memories have a place for each."""
@@ -28,7 +27,7 @@ place = count(FRAMES - 1)
 
 def headrooms(design: Design, words: int) -> data.ArrayLayout:
     """Bits that so many parities of a vector leave free."""
-    return data.ArrayLayout(count(widths(design).vector - 1), words)
+    return data.ArrayLayout(count(design.widths.vector - 1), words)
 
 
 class Store(wiring.Component):
@@ -89,7 +88,7 @@ class Store(wiring.Component):
 
         Masks go round with the parts of a quad, so that those of the part at hand are always in the same place.
         """
-        design, size, length = self._design, self._design.architecture.vector_words, widths(self._design).vector - 1
+        design, size, length = self._design, self._design.architecture.vector_words, self._design.widths.vector - 1
         in_place = in_quad(design, self.write_number)
         depth = FRAMES * self._vectors * design.parts
         m.submodules.rooms = rooms = memory.Memory(shape=headrooms(design, size), depth=depth, init=[])

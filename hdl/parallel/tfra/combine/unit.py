@@ -15,9 +15,8 @@ from tfra.hdl.lib.streams import TOKEN, Spare, Tokens, flow
 from tfra.hdl.parallel.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.parallel.payloads import affine, chosen, direction, operand, vector_part, vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE, Level, Store, headrooms, place
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.widths import widths
 
 _READ_X = 1
 """Stage beside which x is read: what enters is in a register."""
@@ -354,7 +353,7 @@ class Combine(wiring.Component):
 
         Either shift takes two steps, the low bits of the headroom the second.
         """
-        fmt, bits = self._design.formats, widths(self._design).vector
+        fmt, bits = self._design.formats, self._design.widths.vector
         drop = scalar_fraction(self._design) + fmt.operand - bits
         size = self._design.architecture.vector_words
         aligned = Signal(vector_part(self._design), reset_less=True)
@@ -408,7 +407,7 @@ class _Wires:
         rooms, part = headrooms(design, size), vector_part(design)
         self.room = {k: Signal(rooms, name=f"room{k}", reset_less=True) for k in range(_FOUND + 1, _SUM - 1)}
         self.words, self.base, self.sum = (Signal(part, name=n, reset_less=True) for n in ("words", "base", "sum"))
-        longer = data.ArrayLayout(signed(widths(design).vector + 1), size)
+        longer = data.ArrayLayout(signed(design.widths.vector + 1), size)
         self.shifted = Signal(longer, reset_less=True)
 
 

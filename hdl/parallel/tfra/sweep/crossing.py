@@ -10,8 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import add_carry, add_or_subtract, count
 from tfra.hdl.lib.pipeline import delayed, driver, register
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 
 def quotient_bits(design: Design) -> int:
@@ -43,7 +42,7 @@ class Crossing(wiring.Component):
 
     def __init__(self, design: Design, first_bits: int) -> None:
         self._design = design
-        step = widths(design).vector
+        step = design.widths.vector
         super().__init__(
             {
                 "first": In(signed(first_bits)),

@@ -14,9 +14,8 @@ from tfra.hdl.lib.pipeline import delayed, driver, register, walk
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.tfra.sweep.sums import at_once, rows
 from tfra.hdl.parallel.tfra.sweep.terms import measured_sum, unit_shift
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.sweep import tolerance
-from tfra.model.fixed.widths import widths
 
 _DISTANCE = 2
 """Cycles from a row to its B^xy: difference, magnitude."""
@@ -28,7 +27,7 @@ _SMALLER = 2
 
 def row_layout(design: Design) -> data.StructLayout:
     """The sums of one candidate."""
-    w = widths(design)
+    w = design.widths
     return data.StructLayout({"z": unsigned(w.b_z), "xy": unsigned(w.b_xy)})
 
 
@@ -111,7 +110,7 @@ class Judge(wiring.Component):
 
     def _distances(self, m: Module) -> list[Signal]:
         """B^xy of the candidates."""
-        bits = widths(self._design).b_xy
+        bits = self._design.widths.b_xy
         distances = []
         for row in self.rows:
             difference, distance = Signal(signed(bits + 1), reset_less=True), Signal(bits, reset_less=True)

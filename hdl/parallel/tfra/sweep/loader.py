@@ -14,9 +14,8 @@ from tfra.hdl.lib.arithmetic import count
 from tfra.hdl.lib.pipeline import READ, delayed, register, walk
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.parts import nth_part
-from tfra.model.design import Design
 from tfra.model.fixed.butterfly import distinct
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 PLACES = 4
 """Cycles a quad of q takes: one per word."""
@@ -32,7 +31,7 @@ _READ = FOLDED - READ
 
 def folded_taxel(design: Design) -> data.StructLayout:
     """One taxel behind the butterfly with what its frame's facts say of it."""
-    w = widths(design)
+    w = design.widths
     words = {"p": signed(w.vector), "q": signed(w.vector), "stress": signed(w.stress)}
     facts = {"negative": 1, "exponent": payloads.frame_facts(design)["exponent"].shape}
     return data.StructLayout({**words, **facts, "valid": 1})
@@ -169,7 +168,7 @@ class Loader(wiring.Component):
 
     def _butterfly(self, m: Module, took_e0: Value, took_e1: Value) -> list[Value]:
         """``butterfly(e0 - g)`` or ``butterfly(e1)`` modulo the word, which holds p and q by proof."""
-        bits = widths(self._design).vector
+        bits = self._design.widths.vector
         vector = Signal(payloads.vector_quad(self._design), reset_less=True)
         offset = Signal(payloads.vector_quad(self._design), reset_less=True)
         curved = Signal(reset_less=True)

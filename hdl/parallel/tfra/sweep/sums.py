@@ -12,8 +12,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import count
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.parallel.tfra.sweep.crossing import Crossing, crossing_latency
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 _UPDATE = 5
 """Cycles from a crossing to the memory that holds it: read, its register, choice, sum, write."""
@@ -55,7 +54,7 @@ def sums_wait(design: Design) -> int:
 
 def slope_bits(design: Design) -> int:
     """Bits of the sum of all |q|."""
-    return widths(design).vector - 1 + design.sensor.taxels.bit_length()
+    return design.widths.vector - 1 + design.sensor.taxels.bit_length()
 
 
 class Sums(wiring.Component):
@@ -98,8 +97,8 @@ class Sums(wiring.Component):
         super().__init__(
             {
                 "first": In(signed(first_bits)),
-                "step": In(signed(widths(design).vector)),
-                "size": In(unsigned(widths(design).vector)),
+                "step": In(signed(design.widths.vector)),
+                "size": In(unsigned(design.widths.vector)),
                 "i_valid": In(1),
                 "ended": In(1),
                 "sums": Out(unsigned(sum_bits)).array(at_once(design)),

@@ -11,9 +11,8 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.pipeline import delayed, driver, product_latency, registered_product
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.tfra.sweep.loader import PLACES, TAXEL, folded_taxel
-from tfra.model.design import Design
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.sweep import sweep_unit
-from tfra.model.fixed.widths import widths
 
 
 def unit_shift(design: Design) -> int:
@@ -23,12 +22,12 @@ def unit_shift(design: Design) -> int:
 
 def measured_sum(design: Design) -> int:
     """Bits of K times the sum of all positive stress."""
-    return widths(design).magnitude + design.search.steps.bit_length()
+    return design.widths.magnitude + design.search.steps.bit_length()
 
 
 def term(design: Design) -> data.StructLayout:
     """One taxel: ``x + k q`` counts for B^z, ``y + k r`` for B^xy, where positive; ``r = -q``, ``size = |q|``."""
-    w = widths(design)
+    w = design.widths
     y = max(w.candidate, w.stress + design.search.steps.bit_length() + unit_shift(design)) + 1
     steps = {"q": signed(w.vector), "r": signed(w.vector), "size": unsigned(w.vector)}
     return data.StructLayout({"x": signed(w.candidate), "y": signed(y), **steps})
@@ -66,7 +65,7 @@ class Terms(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        w, i, steps = widths(self._design), self.i, self._design.search.steps
+        w, i, steps = self._design.widths, self.i, self._design.search.steps
         start = Signal(signed(w.vector + 1), reset_less=True)
         m.d.sync += start.eq(i.p - Mux(i.negative, i.q, 0))
         wait = product_latency(steps)

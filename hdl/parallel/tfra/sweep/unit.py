@@ -36,8 +36,7 @@ from tfra.hdl.parallel.tfra.sweep.judge import Judge, judge_latency
 from tfra.hdl.parallel.tfra.sweep.loader import PLACES, TURN, Loader
 from tfra.hdl.parallel.tfra.sweep.sums import Sums, first_row, rows, sums_wait
 from tfra.hdl.parallel.tfra.sweep.terms import Terms, term, terms_latency
-from tfra.model.design import Design
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.design import Design
 
 _FRAMES = 4
 """Frames on their way from the first quad of q to an index that is taken: terms, sums, judge and one to wait."""
@@ -136,7 +135,7 @@ class Sweep(wiring.Component):
         m.submodules.loader = loader = Loader(self._design)
         m.submodules.terms = terms = Terms(self._design)
         m.submodules.judge = judge = Judge(self._design)
-        words, w = term(self._design), widths(self._design)
+        words, w = term(self._design), self._design.widths
         m.submodules.z = z = Sums(self._design, words["x"].width, w.b_z)
         m.submodules.xy = xy = Sums(self._design, words["y"].width, w.b_xy)
         self._wait(m, loader)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from tfra.hdl.parallel.matvec.images import bases, lane_images, passes
-from tfra.model.design import FORMATS, Architecture, Design
-from tfra.model.fixed.coefficients import STACKS, stacks
+from tfra.model.choices import FORMATS, Architecture
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.sensor import SensorArray
 
 
@@ -26,7 +27,7 @@ def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
     left = image.copy()
     for name in STACKS:
         quad = 0
-        for op in stacks(design)[name].operators:
+        for op in design.stacks[name].operators:
             for i in range(op.quads):
                 for parity in range(4):
                     row = 4 * quad + (parity ^ op.flip)
@@ -39,11 +40,11 @@ def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
 
 def test_images_of_a_small_design_are_what_they_were_when_checked_by_hand():
     design = make(2, 2, 4)
-    contact, sums = stacks(design)["contact"].operators
+    contact, sums = design.stacks["contact"].operators
     image = lane_images(design)
     assert image.shape == (4, 2 + 6 + 1 + 3)
     assert image[:, 0].tolist() == contact.rows[0, :, 0].tolist()
     assert image[:, 1].tolist() == sums.rows[0, :, 0].tolist()
-    c31 = stacks(design)["residual"].operators[2]
+    c31 = design.stacks["residual"].operators[2]
     assert c31.flip == 1
     assert image[:, 6].tolist() == c31.rows[0, [1, 0, 3, 2], 0].tolist()

@@ -9,10 +9,10 @@ from tests.hdl.harness import PATTERNS, Recording, bursts, random_stalls, run
 from tfra.hdl.parallel.matvec.operand import codes_fit
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import MatVec
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
-from tfra.model.fixed.coefficients import PRODUCTS, STACKS, kinds, stacks
+from tfra.model.choices import FORMATS, Adc, Architecture, Formats
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
-from tfra.model.fixed.widths import widths
+from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
 from tfra.model.sensor import SensorArray
 
 SHORT = Formats("short", coefficient=12, operand=27, vector_fraction=0, force_fraction=0)
@@ -52,8 +52,8 @@ def label(design: Design) -> str:
 def draw(design: Design, frames: int, seed: int) -> np.ndarray:
     """Operands ``(frames, 5, Q, 4)``: random words of random lengths, one length for each parity of a vector."""
     rng = np.random.default_rng(seed)
-    limit = 1 << (widths(design).vector - 1)
-    length = rng.integers(0, widths(design).vector, (frames, len(PRODUCTS), 1, 4))
+    limit = 1 << (design.widths.vector - 1)
+    length = rng.integers(0, design.widths.vector, (frames, len(PRODUCTS), 1, 4))
     return with_codes(design, rng.integers(-limit, limit, (frames, len(PRODUCTS), design.quads, 4)) >> length)
 
 
@@ -67,7 +67,7 @@ def with_codes(design: Design, frames: np.ndarray) -> np.ndarray:
 
 def corners(design: Design) -> np.ndarray:
     """Six frames of extremes: zeros, ones, both ends of the word, and sign patterns that line up with nothing."""
-    top = (1 << (widths(design).vector - 1)) - 1
+    top = (1 << (design.widths.vector - 1)) - 1
     shape = (len(PRODUCTS), design.quads, 4)
     alternating = np.where(np.indices(shape).sum(axis=0) % 2, top, -top - 1)
     one = np.zeros(shape, dtype=np.int64)
@@ -81,12 +81,12 @@ def expected(design: Design, frames: np.ndarray) -> dict[str, list[list[int]]]:
 
     Operands that no frame can lead to may have results longer than a vector's word; those wrap.
     """
-    half = 1 << (widths(design).vector - 1)
-    results: dict[str, list[list[int]]] = {name: [] for name in kinds(design)}
+    half = 1 << (design.widths.vector - 1)
+    results: dict[str, list[list[int]]] = {name: [] for name in design.kinds}
     for frame in frames:
         for number, name in enumerate(PRODUCTS):
             rows = (matvec(design, name, frame[number][None])[0] + half) % (2 * half) - half
-            for op in stacks(design)[name].operators:
+            for op in design.stacks[name].operators:
                 results[op.name] += rows[: op.quads].tolist()
                 rows = rows[op.quads :]
     return results
@@ -105,7 +105,7 @@ def operands(design: Design, frames: np.ndarray) -> dict[str, list]:
 
 
 def send(design: Design, frames: np.ndarray, unit: MatVec | None = None, **stalls) -> Recording:
-    number = len(frames) * sum(stacks(design)[name].quads for name in PRODUCTS)
+    number = len(frames) * sum(design.stacks[name].quads for name in PRODUCTS)
     return offer(design, operands(design, frames), {"result": number}, unit, **stalls)
 
 
@@ -121,9 +121,9 @@ def offer(design: Design, inputs: dict[str, list], outputs: dict[str, int], unit
 
 
 def by_operator(design: Design, seen: Recording) -> dict[str, list[list[int]]]:
-    results: dict[str, list[list[int]]] = {name: [] for name in kinds(design)}
+    results: dict[str, list[list[int]]] = {name: [] for name in design.kinds}
     for quad in seen.values["result"]:
-        results[kinds(design)[quad["kind"].bit_length() - 1]].append(quad["words"])
+        results[design.kinds[quad["kind"].bit_length() - 1]].append(quad["words"])
     return results
 
 
@@ -169,7 +169,7 @@ def test_latency_and_duration_are_as_told(design, name):
     tokens = {"frame": [0], "planes": [0]}
     # Behind a reset a pass's time goes by before the first.
     how = {"leave": {"b": lambda quad, record, cycle: cycle > spacing(design)}}
-    seen = offer(design, {port: quads} | tokens, {"result": stacks(design)[name].quads}, unit, **how)
+    seen = offer(design, {port: quads} | tokens, {"result": design.stacks[name].quads}, unit, **how)
     start = seen.cycles[port][-1]
     assert seen.cycles["result"][0] - start == unit.latency(name)
     assert seen.cycles["result"][-1] - start == unit.duration(name)
@@ -200,7 +200,7 @@ def test_a_contact_waits_for_its_frame_and_for_room_for_its_weights():
     """Without a third n taken, no more than two contacts are multiplied; without a token, none."""
     design = make(4, 4, 16)
     everything = operands(design, draw(design, 4, 12))
-    both = 2 * stacks(design)["contact"].quads
+    both = 2 * design.stacks["contact"].quads
     seen = run(MatVec(design), {"b": everything["b"], "frame": [0] * 4}, {"result": both})
     assert len(seen.values["result"]) == both
     with pytest.raises(AssertionError, match="no end"):
@@ -222,11 +222,12 @@ def test_there_is_room_for_two_vectors_and_again_when_one_is_multiplied():
 
 
 def test_closed_forms_of_a_ten_by_ten_array():
-    unit = MatVec(make(10, 10, 16))
+    design = make(10, 10, 16)
+    unit = MatVec(design)
     unit._MustUse__silence = True  # figures alone are wanted
     assert [unit.passes(name) for name in PRODUCTS] == [7, 20, 7, 7, 19]
     assert unit.depth == (7 + 20 + 7 + 19) * 25
-    assert unit.multiplications == 4 * 25 * (26 + 78 + 25 + 25 + 75)
+    assert design.multiplications == 4 * 25 * (26 + 78 + 25 + 25 + 75)
     assert unit.busy_cycles == (7 + 20 + 7 + 7 + 19) * 25
     assert unit.latency("normal") == 25 + 20
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from tests.hdl.harness import run
 from tfra.hdl.parallel.tfra.core import Core
-from tfra.model.design import Adc, Architecture, Design, Search
+from tfra.model.choices import Adc, Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 

@@ -7,7 +7,8 @@ import pytest
 
 from tests.hdl.harness import PATTERNS, flowing, run
 from tfra.hdl.parallel.tfra.centroids import Centroids, shift_distances
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
+from tfra.model.choices import FORMATS, Adc, Architecture, Formats
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.centroids import centroids, pitch_ratio
 from tfra.model.sensor import SensorArray
 

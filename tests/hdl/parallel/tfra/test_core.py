@@ -13,13 +13,12 @@ from tests.hdl.harness import bursts, flowing, random_stalls
 from tests.hdl.parallel.tfra.cores import random_design, stream
 from tfra.hdl.parallel.matvec.schedule import Schedule
 from tfra.hdl.parallel.tfra.core import Core
-from tfra.hdl.parallel.tfra.timeline import Timeline
-from tfra.hdl.parallel.tfra.timing import Timing
+from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
-from tfra.model.fixed.coefficients import STACKS
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import layout
 from tfra.model.sensor import SensorArray
 
 CASES = [
@@ -55,7 +54,7 @@ def test_every_word_equals_the_model(design, stall_in, stall_out):
     scenes = contact_codes(design, 3, seed=1), directed[:7], directed[-4:], wild_codes(design, 2, seed=2)
     codes = np.concatenate(scenes)
     words, want, last, *_ = stream(design, codes, stall_in=stall_in, stall_out=stall_out, seed=3)
-    names = [f.name for f in layout(design) for _ in range(f.count)]
+    names = [f.name for f in design.layout for _ in range(f.count)]
     bad = np.argwhere(words != want)
     assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
     assert last[:, -1].all()
@@ -85,7 +84,7 @@ def test_a_reset_at_any_time_forgets_all(seed, held):
     codes = contact_codes(design, 3, seed)
     want, reset = FixedTfra(design)(codes).words.ravel(), Signal()
     core, found = Core(design), []
-    timing = Timing(design)
+    timing = Parallel(design)
     interrupted = [rng.randrange(1, timing.frame_latency + 3 * timing.initiation_interval) for _ in range(2)]
 
     async def bench(ctx):
@@ -124,7 +123,7 @@ def test_timing_is_what_the_gateware_does(seed):
     design = random_design(seed)
     codes = contact_codes(design, 8, seed)
     words, want, _, taken, cycles = stream(design, codes)
-    timeline = Timeline(design, len(codes))
+    timeline = Parallel(design).timeline(len(codes))
     assert (words == want).all()
     start = taken[0]
     assert (taken - start).tolist() == [frame.taxel for frame in timeline.frames]
@@ -135,7 +134,7 @@ def test_timing_is_what_the_gateware_does(seed):
 def test_a_single_frame_takes_the_stated_latency(seed):
     design = random_design(seed)
     words, want, _, taken, cycles = stream(design, contact_codes(design, 1, seed))
-    timing = Timing(design)
+    timing = Parallel(design)
     assert (words == want).all()
     assert cycles[0, 0] - taken[0] == timing.latency
     assert cycles[0, -1] - taken[0] == timing.frame_latency
@@ -157,7 +156,7 @@ def test_products_begin_when_the_timeline_says(seed, monkeypatch):
     codes = contact_codes(design, 6, seed)
     launches, taxels = launched(design, codes, seen)
     start = taxels[design.sensor.taxels - 1]
-    timeline = Timeline(design, len(codes))
+    timeline = Parallel(design).timeline(len(codes))
     spans = [(span.start - 1, span.what) for span in timeline.spans if span.unit == "matvec"]
     assert [(cycle - start, stack) for cycle, stack in launches] == spans[: len(launches)]
     assert len(launches) == 5 * len(codes)

@@ -22,12 +22,11 @@ from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.fixed.tfra.dependent import dependent, gather_sums
-from tfra.model.fixed.widths import widths
 
 
 def split(design, exact, rng):
     """Sum quads whose A_pq are ``exact (n, 3, 3)``; the words they do not use are noise."""
-    bits = widths(design).vector
+    bits = design.widths.vector
     low, high = -1 << (bits - 1), (1 << (bits - 1)) - 1
     b, n = words(rng, bits, (len(exact), 1, 4)), words(rng, bits, (len(exact), 3, 4))
     for row, parity, quad, place in ((0, OX, 0, OX), (1, OY, 0, OY), (2, EE, 2, EE)):
@@ -67,7 +66,7 @@ def check(design, frame, direction, b, n, **stalls):
 
 def anything(design, seed, frames):
     rng = random.Random(seed)
-    exact = words(rng, widths(design).vector, (frames, 3, 3))
+    exact = words(rng, design.widths.vector, (frames, 3, 3))
     b, n = split(design, exact, rng)
     return random_frames(design, rng, frames), random_direction(design, rng, frames), b, n
 
@@ -91,7 +90,7 @@ def test_any_words(name):
 def test_corners(name):
     """Zeros, units and the ends of words, alone and together, in every direction."""
     design = DESIGNS[name]
-    top, turn = (1 << (widths(design).vector - 1)) - 1, (1 << (design.formats.operand - 1)) - 1
+    top, turn = (1 << (design.widths.vector - 1)) - 1, (1 << (design.formats.operand - 1)) - 1
     exact = [np.full((3, 3), value) for value in (0, 1, -1, top, -top - 1)]
     exact += [np.eye(3, dtype=np.int64) * top, np.eye(3, dtype=np.int64)[::-1] * (-top - 1)]
     exact += [np.array([[top, 1, -1], [-top - 1, top, 0], [0, -top - 1, top]])]
@@ -166,5 +165,5 @@ def test_a_wrong_bit_is_noticed():
     design = DESIGNS["standard"]
     frame, direction, b, n = real_sums(design, random_codes(design, 8, 5))
     seen = run(Dependent(design), inputs(frame, direction, b, n), {"affine": 5})
-    n[3, 1, OO] ^= 1 << (widths(design).vector - 6)
+    n[3, 1, OO] ^= 1 << (design.widths.vector - 6)
     assert seen.values["affine"] != transfers(expected(design, frame, direction, b, n))

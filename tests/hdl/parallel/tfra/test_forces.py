@@ -7,10 +7,11 @@ import pytest
 
 from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 from tfra.hdl.parallel.tfra.forces import Forces
-from tfra.model.design import FORMATS, Architecture, Design, Formats
+from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.fixed.butterfly import butterfly, to_taxels
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import round_shift
-from tfra.model.fixed.widths import force_drop, widths
+from tfra.model.fixed.widths import force_drop
 from tfra.model.sensor import SensorArray
 
 
@@ -43,7 +44,7 @@ def _name(design):
 def _folded(design, seed, frames=FRAMES):
     """Folded planes ``(3 frames, Q, 4)`` whose taxels are within a vector's proven bound, corners first."""
     rng = np.random.default_rng(seed)
-    limit = (1 << (widths(design).vector - 3)) - (1 << force_drop(design)) - 4
+    limit = (1 << (design.widths.vector - 3)) - (1 << force_drop(design)) - 4
     taxels = rng.integers(-limit, limit, (3 * frames, design.quads, 4), endpoint=True)
     corners = [[limit] * 4, [-limit] * 4, [0] * 4, [1] * 4, [-1] * 4, [limit, -limit, 0, 1]]
     taxels.reshape(-1, 4)[: len(corners)] = corners[: taxels.size // 4]

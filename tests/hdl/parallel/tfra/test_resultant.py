@@ -23,7 +23,6 @@ from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import Friction, friction
 from tfra.model.fixed.tfra.resultant import resultant
-from tfra.model.fixed.widths import widths
 
 
 def inputs(frame, affine, chosen):
@@ -82,7 +81,7 @@ def test_corners(name):
     sums[:, 2] = np.roll(sums[:, 2], 1, axis=0)
     zero, true = np.zeros(number, dtype=np.int64), np.ones(number, dtype=np.bool_)
     regular = np.arange(number) % 3 > 0
-    significant = np.where(regular, 0, widths(design).vector - 1)
+    significant = np.where(regular, 0, design.widths.vector - 1)
     frame = Normalised(zero[:, None], zero, zero, true, regular, ~true)
     check(
         design,

@@ -10,10 +10,10 @@ from amaranth.lib import wiring
 from tests.hdl.harness import PATTERNS, apart, flowing, run
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.parallel.tfra.weights import Weights
-from tfra.model.design import FORMATS, Architecture, Design
+from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.weights import weights
-from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
@@ -29,7 +29,7 @@ FACTS = [(1, 1), (1, 0), (0, 1), (0, 0), (1, 1)]
 def _solutions(design, seed):
     """Frames of folded solutions whose taxels are within a vector's proven bound, corners first."""
     rng = np.random.default_rng(seed)
-    limit = (1 << (widths(design).vector - 3)) - 4
+    limit = (1 << (design.widths.vector - 3)) - 4
     taxels = rng.integers(-limit, limit, (len(FACTS), design.quads, 4), endpoint=True)
     corners = [[limit] * 4, [-limit] * 4, [0] * 4, [1] * 4, [-1] * 4, [limit, -limit, 0, 1], [-1, 2, 1, -2]]
     taxels.reshape(-1, 4)[: len(corners)] = corners[: taxels.size // 4]

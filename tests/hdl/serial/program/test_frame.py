@@ -12,11 +12,11 @@ from tfra.hdl.serial.program.frame import program
 from tfra.hdl.serial.program.interpreter import Interpreter
 from tfra.hdl.serial.program.memory import bases, groups, store_image
 from tfra.hdl.serial.sizes import sizes
+from tfra.model.choices import SERIAL, Adc, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
-from tfra.model.design import SERIAL, Adc, Design, Search
-from tfra.model.fixed.coefficients import STACKS, stacks
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import layout
 from tfra.model.sensor import SensorArray
 
 
@@ -36,7 +36,7 @@ def interpret(design, codes, store=None):
 def check(design, codes):
     want = FixedTfra(design)(codes).words
     words, ends = interpret(design, codes)
-    names = [f.name for f in layout(design) for _ in range(f.count)]
+    names = [f.name for f in design.layout for _ in range(f.count)]
     bad = np.argwhere(words != want)
     assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
     assert (np.diff(ends) == program(design).interval).all()
@@ -98,7 +98,7 @@ def test_a_wrong_coefficient_is_noticed():
 def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
     image, start, lanes, q = store_image(design), bases(design), sizes(design).lanes, design.quads
     for stack in STACKS:
-        for op in stacks(design)[stack].operators:
+        for op in design.stacks[stack].operators:
             for quad in range(op.quads):
                 for parity in range(4):
                     row = start[op.name] + (parity * groups(design, op) + quad // lanes) * q

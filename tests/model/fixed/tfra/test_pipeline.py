@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 import pytest
 
 from tests.model.cases import make_design
+from tfra.model.choices import Adc, Formats
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
-from tfra.model.design import Adc, Form, Formats
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.widths import widths
-from tfra.model.fixed.words import decode, encode, field, frame_words, layout, quantise, word_bits
+from tfra.model.fixed.words import decode, encode, field, quantise
 from tfra.model.tfra import Status, Tfra
 
 SWEPT = Status.NO_CONTACT | Status.COMPRESSION_ONLY | Status.NO_DIRECTION
@@ -29,9 +27,8 @@ def both(design, codes):
 
 @pytest.mark.parametrize(("formats", "share"), [("standard", 0.97), ("wide", 0.995)])
 @pytest.mark.parametrize("name", SENSORS)
-@pytest.mark.parametrize("form", get_args(Form))
-def test_random_contacts(form, name, formats, share):
-    design = replace(make_design(SENSORS[name], formats), operators=form)
+def test_random_contacts(name, formats, share):
+    design = make_design(SENSORS[name], formats)
     got, exact = both(design, contact_codes(design, 300, seed=17))
     assert (got.status == exact.status).all()
     swept = (exact.status & SWEPT) == 0
@@ -90,34 +87,33 @@ def test_scaled_frames_give_the_same_words_with_another_exponent():
     design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     codes = contact_codes(design, 50, seed=6) // 8
     small, large = (FixedTfra(design)(c).words for c in (codes, codes * 4))
-    for f in layout(design):
+    for f in design.layout:
         difference = field(design, small, f.name) - field(design, large, f.name)
         assert (difference == (2 if f.name == "exponent" else 0)).all()
 
 
-@pytest.mark.parametrize("form", get_args(Form))
-def test_stages_stay_within_their_proven_widths(form):
+def test_stages_stay_within_their_proven_widths():
     """Extremes in every taxel: nothing needs more bits than the widths say."""
     for name in ("5×7, 3×3 mm, h 2 mm", "8×8, 2×2 mm, h 3 mm"):
-        design = replace(make_design(SENSORS[name]), operators=form)
+        design = make_design(SENSORS[name])
         rng = np.random.default_rng(8)
         codes = rng.choice([-8192, 8191], size=(300, design.sensor.rows, design.sensor.columns))
         stages = FixedTfra(design)(np.concatenate([codes, directed_codes(design)])).stages
         for key in ("matvec", "weights", "combine"):
-            assert signed_bits(float(np.abs(stages[key]).max())) <= widths(design).vector, key
+            assert signed_bits(float(np.abs(stages[key]).max())) <= design.widths.vector, key
 
 
 def test_words_fit_their_fields_and_chunks_do_not_matter():
     design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     codes = np.concatenate([wild_codes(design, 2100, seed=1), directed_codes(design)])
     words = FixedTfra(design)(codes).words
-    assert words.shape == (len(codes), frame_words(design))
-    for f in layout(design):
+    assert words.shape == (len(codes), design.frame_words)
+    for f in design.layout:
         column = field(design, words, f.name)
         low, high = (-(1 << (f.bits - 1)), (1 << (f.bits - 1)) - 1) if f.signed else (0, (1 << f.bits) - 1)
         assert column.min() >= low, f.name
         assert column.max() <= high, f.name
-        assert f.bits + (not f.signed) <= word_bits(design)
+        assert f.bits + (not f.signed) <= design.word_bits
     tail = FixedTfra(design)(codes[2090:], first_frame=2090).words
     assert (tail == words[2090:]).all()
 
@@ -125,21 +121,21 @@ def test_words_fit_their_fields_and_chunks_do_not_matter():
 def test_an_unsigned_field_that_is_the_longest_has_a_place_for_its_sign():
     formats = Formats("short", coefficient=18, operand=18, vector_fraction=4, force_fraction=0)
     design = replace(make_design(SENSORS["4×6, 5×3 mm, h 2 mm"]), adc=Adc(6), formats=formats)
-    assert max(f.bits for f in layout(design)) == 18
-    assert word_bits(design) == 19
+    assert max(f.bits for f in design.layout) == 18
+    assert design.word_bits == 19
 
 
 def test_no_frames_give_no_words():
     design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     words = FixedTfra(design)(np.empty((0, 4, 6), dtype=np.int64)).words
-    assert words.shape == (0, frame_words(design))
+    assert words.shape == (0, design.frame_words)
     assert decode(design, words).forces.shape == (0, 3, 4, 6)
 
 
 def test_encode_and_decode_are_inverse():
     design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     words = FixedTfra(design)(contact_codes(design, 3, seed=1)).words
-    assert (encode(design, {f.name: field(design, words, f.name) for f in layout(design)}) == words).all()
+    assert (encode(design, {f.name: field(design, words, f.name) for f in design.layout}) == words).all()
 
 
 def test_full_scale():

@@ -9,15 +9,15 @@ import pytest
 
 from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 from tfra.hdl.parallel.tfra.combine.unit import Combine
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Formats
+from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import centroids
 from tfra.model.fixed.tfra.combine import combine
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
@@ -98,7 +98,7 @@ class Frames:
         planes = np.split(self.products, 3, axis=1)
         forces = [combine(design, z, s, self.n) for z, s in zip(planes, scalars, strict=True)]
         seen = {"vector": np.concatenate([e0, e1, d], axis=1), "forces": np.concatenate(forces, axis=1)}
-        limit = 1 << (widths(design).vector - 1)
+        limit = 1 << (design.widths.vector - 1)
         assert all(np.all((v >= -limit) & (v < limit)) for v in seen.values()), "a test vector leaves its word"
         return seen
 
@@ -106,7 +106,7 @@ class Frames:
 def _random(design, seed, number=5):
     """Every parity of every vector has its own size; the first frames are corners: extremes, zeros, small words."""
     rng = np.random.default_rng(seed)
-    q, bits, operand = design.quads, widths(design).vector, design.formats.operand
+    q, bits, operand = design.quads, design.widths.vector, design.formats.operand
 
     def vector(top, quads=q):
         limit = np.int64(1) << rng.integers(0, top, (number, 1, 4), endpoint=True)

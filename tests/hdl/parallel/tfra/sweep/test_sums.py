@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from tfra.hdl.parallel.tfra.sweep.crossing import Crossing, crossing_latency
 from tfra.hdl.parallel.tfra.sweep.sums import Sums, first_row, slope_bits, sums_wait
-from tfra.model.design import Architecture, Design, Search
+from tfra.model.choices import Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import signed_bits
-from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
@@ -79,7 +79,7 @@ def test_crossings_at_every_place(steps):
 def test_any_crossing(data):
     steps, bits = data.draw(st.integers(1, 200)), data.draw(st.integers(4, 60))
     design, top = make(steps), (1 << (bits - 1)) - 1
-    largest = (1 << (widths(design).vector - 1)) - 1
+    largest = (1 << (design.widths.vector - 1)) - 1
     term = st.tuples(st.integers(-top - 1, top), st.integers(-largest, largest) | st.integers(-9, 9))
     terms = data.draw(st.lists(term, min_size=1, max_size=40))
     assert found_crossings(design, bits, terms) == [crossing(*t, steps) for t in terms]
@@ -159,7 +159,7 @@ def test_a_reset_of_one_cycle_stops_crossings(steps, words):
 def test_the_longest_steps_of_all_taxels(words):
     """They fill slope and entries to the last bit: words that were shorter by one would lose it."""
     design = make(3, words)
-    m, largest = design.sensor.taxels, (1 << (widths(design).vector - 1)) - 1
+    m, largest = design.sensor.taxels, (1 << (design.widths.vector - 1)) - 1
     assert (m * largest).bit_length() == slope_bits(design)
     frames = [
         [(0, largest)] * m,  # the slope to begin with

@@ -17,14 +17,14 @@ from tfra.hdl.lib.pipeline import product_latency
 from tfra.hdl.lib.streams import Buffer, Queue
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
-from tfra.model.design import FORMATS, Adc, Architecture, Design, Search
+from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
-from tfra.model.fixed.coefficients import PRODUCTS, stacks
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import normaliser
 from tfra.model.fixed.tfra.centroids import centroids
+from tfra.model.fixed.tfra.operators import PRODUCTS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.sweep import sweep
-from tfra.model.fixed.widths import widths
 from tfra.model.sensor import SensorArray
 
 
@@ -69,7 +69,7 @@ def contacts(design, number, seed):
     codes >>= rng.integers(0, design.adc.bits - 2, (number, 1))
     model = FixedTfra(design)
     stages = model(codes.reshape(number, design.sensor.rows, design.sensor.columns)).stages
-    start = [0, *np.cumsum([stacks(design)[name].quads for name in PRODUCTS])]
+    start = [0, *np.cumsum([design.stacks[name].quads for name in PRODUCTS])]
     sums = 3  # quads of sums, ahead of g
     g = stages["matvec"][:, start[1] + sums : start[1] + sums + design.quads]
     normal = stages["matvec"][:, start[2] : start[4]]
@@ -83,13 +83,13 @@ def synthetic(design, stress, p, slope, negative, exponent, seed=0):
     # Odd parities of a middle line vanish in g as they do in every folded vector.
     g = butterfly(to_quads(design, to_taxels(design, g)))
     normal = np.concatenate([butterfly(to_quads(design, p)) + g, butterfly(to_quads(design, slope))], axis=1)
-    assert np.abs(normal).max() < 1 << (widths(design).vector - 1)
+    assert np.abs(normal).max() < 1 << (design.widths.vector - 1)
     return Frames(to_quads(design, stress), g, normal, np.asarray(negative, bool), np.asarray(exponent))
 
 
 def room(design):
     """Bound of |p| + |q| that keeps every sum in its word."""
-    return (1 << (widths(design).candidate - 4)) // design.search.steps
+    return (1 << (design.widths.candidate - 4)) // design.search.steps
 
 
 def adversaries(design):
@@ -278,7 +278,7 @@ def test_stress_of_all_frames_has_its_place(design):
     simulator.add_clock(1e-6)
     simulator.add_testbench(drive)
     simulator.run()
-    held = Butterfly(widths(design).stress).latency + 1
+    held = Butterfly(design.widths.stress).latency + 1
     assert sum(taken) == (FRAMES + 1) * design.quads + held
 
 

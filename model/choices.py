@@ -1,20 +1,17 @@
-"""The design: every choice that shapes the model, the gateware and the reports, in one frozen object.
+"""Every choice that shapes the model, the gateware and the reports, in one frozen object.
 
-Widths, bounds and coefficients follow from it in :mod:`tfra.model.fixed`; nothing is typed twice.
+What follows from them is in :class:`tfra.model.fixed.design.Design`; nothing is typed twice.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal, get_args
+from typing import Literal
 
 from tfra.model.errors import quoted
 from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter
-
-Form = Literal["pinv", "gram"]
-"""Which operators are stored: A-dagger itself, or (A A^T)^-1 and A (:mod:`tfra.model.fixed.coefficients`)."""
 
 Images = Literal["inline", "readmemh", "load"]
 """Where the Verilog has the initial contents of memories: in itself, or in files that it reads by ``$readmemh``; or in
@@ -135,10 +132,9 @@ SERIAL = Architecture(mac_lanes=0, vector_words=0, kind="serial")
 
 
 @dataclass(frozen=True, slots=True)
-class Design:
+class Choices:
     """One core: sensor, converter, search, formats and architecture; ``sparse`` drops small coefficients.
 
-    ``operators`` trades memory for time; docs/studies/memory.md has the numbers.
     ``images`` says where the Verilog has what memories start with, or that coefficients are loaded after a reset.
     ``target``, one of ``TARGETS``, chooses cells, never a result or a cycle.
 
@@ -152,8 +148,6 @@ class Design:
     formats: Formats = FORMATS["standard"]
     architecture: Architecture = field(default_factory=Architecture)
     sparse: Filter | None = None
-    operators: Form = "pinv"
-
     images: Images = "inline"
     target: str = "portable"
 
@@ -162,11 +156,6 @@ class Design:
         _require(self.target in TARGETS, "target.name", reason)
         mirrors = self.sparse is None or self.sparse.kind == "F2"
         _require(mirrors, "sparse", "only F2 keeps the mirror symmetry that operators are folded by")
-        forms = get_args(Form)
-        _require(self.operators in forms, "operators", f"one of {', '.join(forms)} is needed, got {self.operators!r}")
-        # Filtered matrices no longer satisfy A-dagger = A^T (A A^T)^-1.
-        exact = self.sparse is None or self.operators == "pinv"
-        _require(exact, "operators", "sparse operators need A-dagger itself: pinv")
         self._check_architecture()
         reason = f"the {self.adc.bits}-bit converter needs an operand of {self.adc.bits} bits or more"
         _require(self.formats.operand >= self.adc.bits, "formats.operand", reason)
@@ -180,7 +169,6 @@ class Design:
                 _require(given == 0, f"architecture.{key}", f"the serial core leaves nothing to choose, got {given}")
             reason = "a serial core is always loaded: inline or readmemh, for its program, is needed"
             _require(self.images != "load", "target.images", reason)
-            _require(self.operators == "pinv", "operators", "the serial core multiplies by A-dagger itself: pinv")
             return
         allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)
         reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"

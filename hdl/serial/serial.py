@@ -1,0 +1,97 @@
+"""The serial microarchitecture: one instruction of a program a cycle."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+
+from tfra.hdl.microarchitecture import Probe
+from tfra.hdl.primitives import models
+from tfra.hdl.serial.core import SerialCore
+from tfra.hdl.serial.program.frame import Program, program
+from tfra.hdl.serial.program.memory import store_image
+from tfra.hdl.serial.sizes import sizes
+from tfra.hdl.serial.store import cells
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.numbers import Ints
+
+_PORTS = 4
+"""Cycles of the two ports and of the datapath, beside the instructions between them."""
+
+_REFILL = 2
+"""Cycles in which the taxels' buffer hands one on and takes the next."""
+
+
+class Serial:
+    """:class:`tfra.hdl.microarchitecture.Microarchitecture` of a program.
+
+    The assembler counts its cycles: none depends on data.
+    """
+
+    settled = slice(None)
+    enough = 2
+    lane_choices: tuple[int, ...] = ()
+    probes: tuple[Probe, ...] = ()
+
+    def __init__(self, design: Design) -> None:
+        self.design = design
+
+    def check(self) -> None:
+        """Raise ``ValueError`` for words that can overflow and for a design that the memories can't hold."""
+        _ = self.design.widths, self.program, self.coefficients
+
+    def build(self) -> SerialCore:
+        """The core; raises as :meth:`check`."""
+        return SerialCore(self.design, self.program, self.coefficients)
+
+    @cached_property
+    def program(self) -> Program:
+        """The program of a frame."""
+        return program(self.design)
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the last taxel of a frame, which waits for the program in a buffer, to the first result word."""
+        return self._waits + self.program.first
+
+    @property
+    def frame_latency(self) -> int:
+        """Cycles from the last taxel of a frame to its last result word."""
+        return self._waits + self.program.last
+
+    @property
+    def initiation_interval(self) -> int:
+        """Cycles from one frame to the next."""
+        return self.program.interval
+
+    @property
+    def _waits(self) -> int:
+        return _PORTS + self.program.taxel - _REFILL
+
+    @property
+    def lanes(self) -> int:
+        """Multiply-accumulate lanes."""
+        return sizes(self.design).lanes
+
+    @property
+    def cell_models(self) -> tuple[Path, ...]:
+        """Verilog files with models of the cells that the core has instances of."""
+        return models(cells(self.design.target))
+
+    @cached_property
+    def coefficients(self) -> Ints:
+        """Words ``(depth, lanes)`` of the store in the order in which they are loaded and read."""
+        return store_image(self.design)
+
+    @property
+    def loaded(self) -> Ints:
+        """The same, one coefficient a transfer."""
+        return self.coefficients.ravel()
+
+    @property
+    def load_order(self) -> str:
+        """That order in words."""
+        return (
+            f"for every operator, parity of its results and group of {self.lanes} result quads (the last one filled up "
+            f"with zeros): {self.design.quads} times a coefficient of each quad of the group"
+        )

@@ -1,0 +1,70 @@
+"""A design: its choices, and what follows from them, made once and handed down."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tfra.model.choices import Choices
+from tfra.model.fixed.coefficients import Stack
+from tfra.model.fixed.layout import Field, make_layout
+from tfra.model.fixed.tfra.bounds import make_widths
+from tfra.model.fixed.tfra.operators import PRODUCTS, make_stacks
+from tfra.model.fixed.widths import Widths
+
+
+@dataclass(frozen=True)
+class Design(Choices):
+    """Choices with what follows from them.
+
+    Everything is computed when it is first asked for and stays with the object; a pickled design carries its choices
+    alone.
+    """
+
+    @cached_property
+    def stacks(self) -> dict[str, Stack]:
+        """Quantised operators by the name of their stack, in the order of the coefficient memories."""
+        return make_stacks(self)
+
+    @cached_property
+    def widths(self) -> Widths:
+        """Word lengths; raises ``ValueError`` as :func:`tfra.model.fixed.tfra.bounds.make_widths`."""
+        return make_widths(self, self.stacks)
+
+    @cached_property
+    def layout(self) -> tuple[Field, ...]:
+        """Fields of a result frame in order."""
+        return make_layout(self, self.widths.output)
+
+    @property
+    def frame_words(self) -> int:
+        """Words of a result frame."""
+        return self.layout[-1].start + self.layout[-1].count
+
+    @property
+    def word_bits(self) -> int:
+        """Bits of a transfer; shorter fields are extended by their sign or by zeros."""
+        return max(f.bits + (not f.signed) for f in self.layout)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Names of all operators, stack by stack: what a result can be a result of."""
+        return tuple(op.name for stack in self.stacks.values() for op in stack.operators)
+
+    @property
+    def multiplications(self) -> int:
+        """Real products of a frame."""
+        return sum(4 * self.stacks[name].quads * self.quads for name in PRODUCTS)
+
+    @property
+    def nonzero_products(self) -> int:
+        """Products of a frame whose coefficient is not zero."""
+        return int(sum(np.count_nonzero(op.rows) for name in PRODUCTS for op in self.stacks[name].operators))
+
+    @property
+    def coefficient_bits(self) -> int:
+        """Bits of all coefficients, each stored once."""
+        words = sum(op.rows.size for stack in self.stacks.values() for op in stack.operators)
+        return int(words) * self.formats.coefficient

@@ -1,0 +1,58 @@
+"""The operators of TFRA and the order of its products.
+
+Stacks group the operators that share an operand:
+
+    contact   b^ -> w = C33^-1 b,  and the sums of A-dagger b
+    residual  n^ -> the sums of A-dagger d plus w,  and g = C33 n, d1 = -C31 n, d2 = -C32 n
+    normal    e^ -> C33 A3-dagger e                 (twice: e0, then e1)
+    force     d^ -> A1-dagger d, A2-dagger d, A3-dagger d
+
+Sums are the A_pq of Eq. 12, one row each: the rows of a quad of sums work on the four parities.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfra.model.boussinesq import operators
+from tfra.model.choices import Choices
+from tfra.model.fixed.butterfly import EE, OO, OX, OY
+from tfra.model.fixed.coefficients import Folding, Operator, Stack
+from tfra.model.sparse import filtered
+
+STACKS = ("contact", "residual", "normal", "force")
+"""Stacks in the order of the coefficient memories."""
+
+PRODUCTS = ("contact", "residual", "normal", "normal", "force")
+"""The stack of each product of a frame, in order: b^, n^, e0^, e1^, d^."""
+
+
+def make_stacks(choices: Choices) -> dict[str, Stack]:
+    """Every stack by its name, in the order of ``STACKS``."""
+    ops, h2 = operators(choices.sensor), choices.sensor.thickness**2
+    if choices.sparse:
+        ops = filtered(ops, choices.sparse)
+    c31, c32, c33 = ops.c31 * h2, ops.c32 * h2, ops.c33 * h2
+    pinv1, pinv2, pinv3 = ops.pinv1 / h2, ops.pinv2 / h2, ops.pinv3 / h2
+    s1, s2, s3 = (p.sum(axis=0) for p in (pinv1, pinv2, pinv3))
+    one = np.ones(choices.sensor.taxels)
+    sums_n = [
+        {EE: one - s1 @ c31, OX: s1 @ c33, OY: s2 @ c33, OO: -s1 @ c32},  # A11, A10, A20, A12
+        {EE: one - s2 @ c32, OX: -s3 @ c31, OY: -s3 @ c32, OO: -s2 @ c31},  # A22, A31, A32, A21
+        {EE: s3 @ c33 - one},  # A30
+    ]
+    sums_b = [{EE: s3, OX: s1, OY: s2}]  # A30, A10, A20
+    fold = Folding(choices)
+    # The sums come first, so that alpha and beta are found while the vectors are still on their way.
+    groups: dict[str, tuple[Operator, ...]] = {
+        "contact": (fold.matrix("c33_inv", ops.c33_inv / h2), fold.sums("sums_b", sums_b)),
+        "residual": (
+            fold.sums("sums_n", sums_n),
+            fold.matrix("c33", c33),
+            fold.matrix("c31", -c31, OX),
+            fold.matrix("c32", -c32, OY),
+        ),
+        "normal": (fold.matrix("normal", c33 @ pinv3),),
+        "force": (fold.matrix("pinv1", pinv1, OX), fold.matrix("pinv2", pinv2, OY), fold.matrix("pinv3", pinv3)),
+    }
+    return {name: Stack(name, groups[name]) for name in STACKS}
