@@ -192,7 +192,7 @@ class Choices:
         return self.quad_rows * self.quad_columns
 
     @property
-    def parts(self) -> int:
+    def cycles_per_quad(self) -> int:
         """Cycles that a quad takes behind the lanes."""
         return 4 // self.architecture.vector_words
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from amaranth import Cat, Const, Mux, Shape, Value, signed, unsigned
+from amaranth import Array, Cat, Const, Mux, Shape, Value, signed, unsigned
 from amaranth.lib import data
 
 
@@ -51,7 +51,7 @@ def magnitude_bits(value: Value) -> Value:
     return (value ^ value[-1].replicate(len(value)))[: len(value) - 1]
 
 
-def count(top: int) -> Shape:
+def counter_shape(top: int) -> Shape:
     """Shape of a counter that holds 0 ... ``top``."""
     return unsigned(max(1, top.bit_length()))
 
@@ -112,3 +112,9 @@ def less(a: Value, b: Value) -> Value:
 def during(counter: Value, window: range) -> Value:
     """High while ``counter`` is in ``window``, whose step is one."""
     return (counter >= window.start) & (counter < window.stop)
+
+
+def nth_part(word: Value, number: Value, parts: int) -> Value:
+    """One of ``parts`` equal parts of ``word``: a multiplexer, where ``word_select`` would take a multiplier."""
+    size = len(word) // parts
+    return Array(word.word_select(k, size) for k in range(parts))[number] if parts > 1 else word

@@ -8,7 +8,7 @@ from amaranth import Cat, Module, Mux, Signal, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_or_subtract, count
+from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape
 from tfra.hdl.lib.pipeline import register
 
 
@@ -64,7 +64,7 @@ class Divider(wiring.Component):
         negative = Signal(reset_less=True)
         quotient = Signal.like(self.o.payload, reset_less=True)
         further = Signal.like(self.o.payload, reset_less=True)
-        left = Signal(count(self._digits - 1), reset_less=True)
+        left = Signal(counter_shape(self._digits - 1), reset_less=True)
         # A digit is used a cycle after it is found: sign of a long difference, it has two long words to turn.
         # Without a divisor all digits are one, whatever becomes of the remainder.
         positive, known, ends = Signal(reset_less=True), Signal(), Signal(reset_less=True)

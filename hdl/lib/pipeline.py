@@ -9,7 +9,7 @@ from typing import Any
 
 from amaranth import Cat, Module, Mux, Shape, Signal, Value, signed
 
-from tfra.hdl.lib.arithmetic import count, during, leading_zeros, magnitude_bits, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, during, leading_zeros, magnitude_bits, two_steps
 
 READ = 2
 """Cycles from an address to the word of a memory: the memory, and a register, since memories are slow."""
@@ -41,9 +41,9 @@ def ahead(m: Module, counter: Value, window: range) -> Signal:
     return register(m, during(counter, range(window.start - 1, window.stop - 1)), "ahead", control=True)
 
 
-def walk(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:
+def wrapping_counter(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:
     """Number of what ``step`` takes, from 0 to ``length - 1`` and again; whether it is the last, a register too."""
-    number, last = Signal(count(length - 1), name=name), Signal(init=length == 1, name=f"{name}_last")
+    number, last = Signal(counter_shape(length - 1), name=name), Signal(init=length == 1, name=f"{name}_last")
     with m.If(step):
         m.d.sync += number.eq(Mux(last, 0, number + 1))
         if length > 1:
@@ -51,7 +51,7 @@ def walk(m: Module, step: Value, length: int, name: str = "number") -> tuple[Sig
     return number, last
 
 
-def fill(m: Module, places: int, enter: Value, leave: Value, *, full: bool = False) -> Signal:
+def occupancy(m: Module, places: int, enter: Value, leave: Value, *, full: bool = False) -> Signal:
     """How many of ``places`` are taken, a bit each from the first: both ends are registers that others may look at.
 
     ``enter`` counts only while there is a place.
@@ -64,12 +64,12 @@ def fill(m: Module, places: int, enter: Value, leave: Value, *, full: bool = Fal
     return taken
 
 
-def level(m: Module, places: int, enter: Value, leave: Value) -> tuple[Signal, Signal]:
-    """Whether some of ``places`` are taken, and whether all are: registers, as of :func:`fill`, for many places.
+def occupancy_flags(m: Module, places: int, enter: Value, leave: Value) -> tuple[Signal, Signal]:
+    """Whether some of ``places`` are taken, and whether all are: registers, as of :func:`occupancy`, for many places.
 
     ``enter`` counts only while there is a place, ``leave`` only while one is taken.
     """
-    taken, some, full = Signal(count(places)), Signal(), Signal()
+    taken, some, full = Signal(counter_shape(places)), Signal(), Signal()
     with m.If(enter & ~leave):
         m.d.sync += taken.eq(taken + 1)
     with m.Elif(leave & ~enter):
@@ -101,7 +101,7 @@ def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tup
     """
     width = len(word)
     seen = Signal(width - 1, reset_less=True)
-    zeros = Signal(count(width - 1), reset_less=True)
+    zeros = Signal(counter_shape(width - 1), reset_less=True)
     aligned = Signal(signed(width), reset_less=True)
     coarse, fine = two_steps(zeros, _FINE)
     m.d.sync += [

@@ -1,6 +1,6 @@
 """Plumbing between blocks: streams of ``amaranth.lib.stream`` are split and routed here.
 
-Behind the products nothing waits: see :func:`flow`.
+Behind the products nothing waits: see :func:`always_ready_stream`.
 
 Per-frame facts travel as streams with one transfer a frame.  A block may look at such a transfer for as long as
 it needs it and takes it (``ready``) in the last cycle of use, so the sender holds it and no block keeps a copy.
@@ -16,15 +16,14 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count
-from tfra.hdl.lib.pipeline import fill, level, register, walk
-from tfra.hdl.parallel.parts import nth_part
+from tfra.hdl.lib.arithmetic import counter_shape, nth_part
+from tfra.hdl.lib.pipeline import occupancy, occupancy_flags, register, wrapping_counter
 
 TOKEN = unsigned(1)
 """Payload of a token, which means nothing; words without bits would not be portable Verilog."""
 
 
-def flow(shape: Any) -> stream.Signature:
+def always_ready_stream(shape: Any) -> stream.Signature:
     """A stream that never waits: whoever sends it holds a token for its place, and asks before it begins.
 
     No pipeline on its way needs an enable, which would have all its registers to drive.  Where words are handled in
@@ -69,14 +68,15 @@ class Router(wiring.Component):
         table: by that bit's number, the numbers of its sinks.
         ways: number of sinks.
 
-    Members: ``i``: stream in; ``o``: streams of ``words`` out; all of them are a :func:`flow`.
+    Members: ``i``: stream in; ``o``: streams of ``words`` out; all of them are a :func:`always_ready_stream`.
     """
 
     latency = 1
 
     def __init__(self, shape: data.StructLayout, table: Sequence[Sequence[int]], ways: int) -> None:
         self._kinds = [[kind for kind, sinks in enumerate(table) if way in sinks] for way in range(ways)]
-        super().__init__({"i": In(flow(shape)), "o": Out(flow(shape.members["words"])).array(ways)})
+        words = always_ready_stream(shape.members["words"])
+        super().__init__({"i": In(always_ready_stream(shape)), "o": Out(words).array(ways)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -134,9 +134,9 @@ class Queue(wiring.Component):
         m.submodules.places = places = Memory(shape=unsigned(size), depth=depth, init=[])
         write, read = places.write_port(), places.read_port()
         found, leave, move = Signal(), Signal(), Signal()
-        head, _ = walk(m, write.en, depth, "head")
-        tail, _ = walk(m, read.en, depth, "tail")
-        some, full = level(m, depth - 1, write.en, read.en)  # the output is the last place
+        head, _ = wrapping_counter(m, write.en, depth, "head")
+        tail, _ = wrapping_counter(m, read.en, depth, "tail")
+        some, full = occupancy_flags(m, depth - 1, write.en, read.en)  # the output is the last place
         number, ends = self._part(m, write.en, "put")
         _, complete = self._part(m, leave, "got")
         before = self._before(m, leave, read.data, len(into) - size)
@@ -168,14 +168,14 @@ class Queue(wiring.Component):
 
     def _part(self, m: Module, step: Value, name: str) -> tuple[Value, Value]:
         """Number of a transfer's part, and whether it is the last; no counter for a single one."""
-        return walk(m, step, self._parts, name) if self._parts > 1 else (Const(0, 0), Const(1))
+        return wrapping_counter(m, step, self._parts, name) if self._parts > 1 else (Const(0, 0), Const(1))
 
     def _kept(self, payload: Any) -> Value:
         """What is stored of a payload."""
         return Value.cast(payload)
 
 
-class Facts(Queue):
+class PerFrameQueue(Queue):
     """Per-frame facts on their way to one block: a queue for as many frames as the core holds, in LUTs.
 
     Only ``fields`` of the payload are kept, the ones the block looks at; the others are zero.  Without any, all is.
@@ -205,8 +205,8 @@ class Tokens(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        _, completes = walk(m, self.give, self._every, "parts")
-        left = fill(m, self._number, self.give & completes, self.o.valid & self.o.ready, full=True)
+        _, completes = wrapping_counter(m, self.give, self._every, "parts")
+        left = occupancy(m, self._number, self.give & completes, self.o.valid & self.o.ready, full=True)
         m.d.comb += self.o.valid.eq(left[0])
         return m
 
@@ -243,7 +243,7 @@ def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last:
     ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; behind
     cycle ``last`` stream ``leave`` is valid until it is taken.
     """
-    busy, valid, cycle = Signal(), Signal(), Signal(count(last))
+    busy, valid, cycle = Signal(), Signal(), Signal(counter_shape(last))
     m.d.comb += [enter.ready.eq(~busy), leave.valid.eq(valid)]
     with m.If(~busy):
         m.d.sync += busy.eq(enter.valid)

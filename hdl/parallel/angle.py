@@ -8,9 +8,9 @@ from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_or_subtract, count
+from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
-from tfra.hdl.lib.streams import Buffer, flow
+from tfra.hdl.lib.streams import Buffer, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table
@@ -43,8 +43,8 @@ class Angle(wiring.Component):
         self._design = design
         super().__init__(
             {
-                "vector": In(flow(cordic_vector(design))),
-                "turned": Out(flow(cordic_modulus(design))),
+                "vector": In(always_ready_stream(cordic_vector(design))),
+                "turned": Out(always_ready_stream(cordic_modulus(design))),
                 "direction": In(stream.Signature(payloads.direction(design))),
                 "phi": Out(stream.Signature(unsigned(design.formats.operand))),
             }
@@ -89,7 +89,7 @@ class Angle(wiring.Component):
         """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late."""
         table, half = angle_table(self._design), 1 << (ANGLE_GUARD - 1)
         angle = Signal(self._design.formats.operand + ANGLE_GUARD, name="turns", reset_less=True)
-        rotation = Signal(count(len(table)), reset_less=True)
+        rotation = Signal(counter_shape(len(table)), reset_less=True)
         table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared
         step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")
         up = register(m, (marks & negative).any(), "up")

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import add_or_subtract
 from tfra.hdl.lib.pipeline import delayed
-from tfra.hdl.lib.streams import flow
+from tfra.hdl.lib.streams import always_ready_stream
 from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.design import Design
 
@@ -66,8 +66,8 @@ class Cordic(wiring.Component):
         self._design = design
         super().__init__(
             {
-                "vector": In(flow(cordic_vector(design))),
-                "turned": Out(flow(cordic_modulus(design))),
+                "vector": In(always_ready_stream(cordic_vector(design))),
+                "turned": Out(always_ready_stream(cordic_modulus(design))),
                 "negative": Out(iterations(design)),
             }
         )

@@ -8,10 +8,10 @@ from amaranth import Cat, Const, Module, Mux, Shape, Signal, Value, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, two_steps
 from tfra.hdl.lib.divider import Divider
 from tfra.hdl.lib.pipeline import delayed, register, zeros_later
-from tfra.hdl.lib.streams import flow
+from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import cordic_latency, cordic_modulus, cordic_vector
 from tfra.model.fixed.design import Design
@@ -60,8 +60,8 @@ class Gain(wiring.Component):
             {
                 "total": In(stream.Signature(payloads.total(design))),
                 "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "vector": Out(flow(cordic_vector(design))),
-                "turned": In(flow(cordic_modulus(design))),
+                "vector": Out(always_ready_stream(cordic_vector(design))),
+                "turned": In(always_ready_stream(cordic_modulus(design))),
                 "gain": Out(stream.Signature(payloads.gain(design))),
             }
         )
@@ -159,7 +159,8 @@ class Gain(wiring.Component):
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
         assert digits < self._turn
-        left, busy = Signal(count(digits)), Signal()  # busy: some are left, a register, since it enables long words
+        left = Signal(counter_shape(digits))
+        busy = Signal()  # some are left; a register, since it enables long words
         m.d.sync += busy.eq(start | (busy & (left != 1)))
         with m.If(start):
             m.d.sync += left.eq(digits)

@@ -8,7 +8,7 @@ from amaranth import Cat, Elaboratable, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_carry, count, leading_zeros, magnitude_bits, two_steps
+from tfra.hdl.lib.arithmetic import add_carry, counter_shape, leading_zeros, magnitude_bits, two_steps
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.lib.streams import Spare
 from tfra.hdl.parallel.payloads import frame_facts, stress_quad
@@ -29,12 +29,12 @@ class Raster(Elaboratable):
         self._stride = design.quad_columns
         self._rows, self._columns = design.sensor.rows, design.sensor.columns
         self.transfer = Signal()
-        self.row = Signal(count(self._rows - 1))
-        self.column = Signal(count(self._columns - 1))
+        self.row = Signal(counter_shape(self._rows - 1))
+        self.column = Signal(counter_shape(self._columns - 1))
         self.row_start = Signal(init=1)
         self.row_end = Signal()
         self.last = Signal()
-        self.quad = Signal(count(design.quads - 1))
+        self.quad = Signal(counter_shape(design.quads - 1))
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -226,7 +226,7 @@ class _Pages(Elaboratable):
     def __init__(self, design: Design, raster: Raster) -> None:
         self._design, self._raster = design, raster
         self.code = Signal(signed(design.adc.bits))
-        self.quad = Signal(count(design.quads - 1))
+        self.quad = Signal(counter_shape(design.quads - 1))
         self.read = Signal()
         self.stored = Signal(stress_quad(design))
 

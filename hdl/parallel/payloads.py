@@ -5,7 +5,7 @@ from __future__ import annotations
 from amaranth import Shape, signed, unsigned
 from amaranth.lib import data
 
-from tfra.hdl.lib.arithmetic import count, quad
+from tfra.hdl.lib.arithmetic import counter_shape, quad
 from tfra.model.fixed.design import Design
 
 
@@ -20,7 +20,7 @@ def vector_quad(design: Design) -> data.ArrayLayout:
 
 
 def vector_part(design: Design) -> data.ArrayLayout:
-    """The words of a quad that are handled in a cycle, one of ``design.parts``."""
+    """The words of a quad that are handled in a cycle, one of ``design.cycles_per_quad``."""
     return data.ArrayLayout(signed(design.widths.vector), design.architecture.vector_words)
 
 
@@ -38,7 +38,7 @@ def frame_facts(design: Design) -> data.StructLayout:
     """What :class:`tfra.model.fixed.normaliser.Normalised` says of a frame beside its stress."""
     return data.StructLayout(
         {
-            "exponent": count(design.adc.bits - 1),
+            "exponent": counter_shape(design.adc.bits - 1),
             "magnitude": unsigned(design.widths.magnitude),
             "contact": 1,
             "traction": 1,
@@ -62,7 +62,7 @@ def affine(design: Design) -> data.StructLayout:
             "beta": word,
             "vanishing": 1,
             "sums": data.ArrayLayout(word, 9),
-            "significant": count(design.widths.vector - 1),
+            "significant": counter_shape(design.widths.vector - 1),
         }
     )
 
@@ -77,7 +77,7 @@ def chosen(design: Design) -> data.StructLayout:
 
 def sweep_index(design: Design) -> Shape:
     """A candidate's number, 0 ... K."""
-    return count(design.search.steps)
+    return counter_shape(design.search.steps)
 
 
 def total(design: Design) -> data.StructLayout:

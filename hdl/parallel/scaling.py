@@ -15,7 +15,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl import ports
-from tfra.hdl.lib.arithmetic import count, round_half, shift_right, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import Spare
 from tfra.hdl.parallel import payloads
@@ -217,7 +217,7 @@ class Scaling(wiring.Component):
 
     def _last_taxel(self, m: Module) -> Value:
         """Whether the next taxel is a plane's last one."""
-        number, last = Signal(count(self._design.sensor.taxels - 1)), Signal()
+        number, last = Signal(counter_shape(self._design.sensor.taxels - 1)), Signal()
         with m.If(self.taxel.valid & self.taxel.ready):
             m.d.sync += [number.eq(Mux(last, 0, number + 1)), last.eq(number == self._design.sensor.taxels - 2)]
         return last

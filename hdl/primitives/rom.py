@@ -11,7 +11,7 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.primitives.ecp5 import MEMORY_WORDS, Words
 from tfra.model.fixed.numbers import Ints
 
@@ -42,7 +42,7 @@ class Rom(wiring.Component):
         self._images, self._bits, self._target, self._loaded = 0 * images if loaded else images, bits, target, loaded
         super().__init__(
             {
-                "address": In(count(images.shape[1] - 1)),
+                "address": In(counter_shape(images.shape[1] - 1)),
                 "enable": In(1, init=1),
                 "words": Out(signed(bits)).array(len(images)),
                 **({"write": In(len(images)), "data": In(signed(bits))} if loaded else {}),

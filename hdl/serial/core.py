@@ -10,7 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl import ports
-from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.streams import Buffer, Spare
 from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import Dest, Op, Src
@@ -97,7 +97,8 @@ class SerialCore(wiring.Component):
         """Collect coefficients to words of the store; high until the last one is there."""
         loading = Signal(init=1)
         depth, ways, bits = len(self._store), sizes(self.design).lanes, self.design.formats.coefficient
-        lane, word, left = Signal(count(ways - 1)), Signal(bits * (ways - 1)), Signal(count(depth - 1), init=depth - 1)
+        lane, word = Signal(counter_shape(ways - 1)), Signal(bits * (ways - 1))
+        left = Signal(counter_shape(depth - 1), init=depth - 1)
         m.d.comb += [
             self.load.ready.eq(loading),
             lanes.load.eq(loading & self.load.valid & (lane == ways - 1)),

@@ -8,7 +8,7 @@ from typing import Any
 from amaranth import Cat, Elaboratable, Module, Mux, Signal, signed
 from amaranth.lib.memory import Memory
 
-from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.serial import product
 from tfra.hdl.serial.isa import MAC_DELAY
 from tfra.hdl.serial.product import Product
@@ -50,7 +50,8 @@ class Lanes(Elaboratable):
         m.submodules.operands = memory = Memory(shape=signed(self._sizes.operand), depth=self._operands, init=[])
         m.submodules.store = store = Store(len(self.word), self._depth, self._target)
         read, write = memory.read_port(), memory.write_port()
-        address, left, here = Signal.like(self.address), Signal(count(self._quads - 1)), Signal.like(self.pointer)
+        address, here = Signal.like(self.address), Signal.like(self.pointer)
+        left = Signal(counter_shape(self._quads - 1))
         run = Signal()
         flags = Signal(2 * _ARRIVAL)  # of each product on its way: first, last
         first = Signal()

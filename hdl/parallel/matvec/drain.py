@@ -10,9 +10,9 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count, round_half, shift_right, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
-from tfra.hdl.lib.streams import flow
+from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.operand import amount_quad, pick_word
 from tfra.hdl.parallel.payloads import product
@@ -50,7 +50,7 @@ def drain_latency(design: Design) -> int:
 
     With parts of quads, one more for the register that stands while those of the next quad come.
     """
-    return 5 + (design.parts > 1)
+    return 5 + (design.cycles_per_quad > 1)
 
 
 _FINE = 3
@@ -82,7 +82,7 @@ class Drain(wiring.Component):
         w = design.widths
         self._steps = self._table()
         self._offset = max(step.offset for step in self._steps)
-        self._shift = count(self._offset + w.vector - 1)
+        self._shift = counter_shape(self._offset + w.vector - 1)
         super().__init__(
             {
                 "sums": In(signed(w.accumulator)).array(self._lanes),
@@ -92,7 +92,7 @@ class Drain(wiring.Component):
                 "new": In(1),
                 "stack": In(2),
                 "drained": Out(1),
-                "result": Out(flow(product(design))),
+                "result": Out(always_ready_stream(product(design))),
             }
         )
 
@@ -146,7 +146,7 @@ class Drain(wiring.Component):
             ]
             rounded.append(round_half(shifted))
         self._assemble(m, round_marks, rounded, assembled.words)
-        if self._design.parts > 1:
+        if self._design.cycles_per_quad > 1:
             out = Signal.like(assembled, reset_less=True)  # which stands while parts of the next quad come
             with m.If(done):
                 m.d.sync += out.eq(assembled)
@@ -162,7 +162,8 @@ class Drain(wiring.Component):
         steps = drain_steps(self._design)
         words = [Signal.like(s, name=f"held{n}", reset_less=True) for n, s in enumerate(self.sums)]
         fresh, begun, full = Signal(init=1), Signal(), Signal()  # full: with sums of the pass before the first, too
-        capture, coming, last = Signal(), Signal(count(steps - 1)), Signal()  # coming: what leaves in the next cycle
+        capture, last = Signal(), Signal()
+        coming = Signal(counter_shape(steps - 1))  # what leaves in the next cycle
         m.d.comb += self.drained.eq(full & last & begun)
         m.d.sync += [
             fresh.eq(0),
@@ -197,7 +198,7 @@ class Drain(wiring.Component):
     def _part_counter(self, m: Module, leave: Value) -> tuple[Value, Value]:
         """Which words of their quad those that leave are, and whether they complete it."""
         parts = 4 // self._words
-        part = Signal(count(parts - 1))
+        part = Signal(counter_shape(parts - 1))
         if parts > 1:
             with m.If(leave):
                 m.d.sync += part.eq(part + 1)
@@ -205,9 +206,10 @@ class Drain(wiring.Component):
 
     def _place(self, m: Module, leave: Value) -> data.View:
         """Offset, flip, kind and fate of the quad that leaves the drain register; a product's first pass jumps."""
-        step, left = Signal(count(len(self._steps) - 1)), Signal(count(max(s.quads for s in self._steps) - 1))
+        step = Signal(counter_shape(len(self._steps) - 1))
+        left = Signal(counter_shape(max(s.quads for s in self._steps) - 1))
         kind = self.result.p.kind.shape()
-        place = Signal(data.StructLayout({"offset": count(self._offset), "flip": 2, "kind": kind, "send": 1}))
+        place = Signal(data.StructLayout({"offset": counter_shape(self._offset), "flip": 2, "kind": kind, "send": 1}))
         end = Signal()
         with m.Switch(step):
             for number, row in enumerate(self._steps):

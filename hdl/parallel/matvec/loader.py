@@ -8,8 +8,8 @@ from amaranth import Module, Signal, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count
-from tfra.hdl.lib.pipeline import walk
+from tfra.hdl.lib.arithmetic import counter_shape
+from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.hdl.parallel.matvec.images import depth
 from tfra.model.fixed.design import Design
 
@@ -33,7 +33,7 @@ class Loader(wiring.Component):
                 "loading": Out(1, init=1),
                 "writing": Out(1, init=1),
                 "write": Out(design.architecture.mac_lanes),
-                "address": Out(count(self._depth - 1)),
+                "address": Out(counter_shape(self._depth - 1)),
                 "data": Out(coefficient),
             }
         )
@@ -42,7 +42,7 @@ class Loader(wiring.Component):
         m = Module()
         taken = Signal()
         m.d.comb += [self.load.ready.eq(self.loading), taken.eq(self.load.valid & self.load.ready)]
-        address, last = walk(m, taken, self._depth, "address")
+        address, last = wrapping_counter(m, taken, self._depth, "address")
         lane = Signal(len(self.write), init=1)  # one bit, of the lane whose turn it is
         m.d.sync += [
             self.writing.eq(self.loading),

@@ -9,8 +9,8 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count, magnitude_bits, round_top, two_steps
-from tfra.hdl.lib.pipeline import READ, delayed, driver, register, walk, zeros_later
+from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_top, two_steps
+from tfra.hdl.lib.pipeline import READ, delayed, driver, register, wrapping_counter, zeros_later
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.design import Design
 
@@ -76,7 +76,7 @@ class OperandBuffer(wiring.Component):
                 "head": Out(1),
                 "full": Out(1),
                 "amounts": Out(amount_quad(design)),
-                "read": In(count(design.quads - 1).width + 1),
+                "read": In(counter_shape(design.quads - 1).width + 1),
                 "quad": Out(vector_quad(design)),
                 "free": In(1),
             }
@@ -89,7 +89,7 @@ class OperandBuffer(wiring.Component):
         write, read = memory.write_port(), memory.read_port()
         found = data.View(self.operand.p.shape(), delayed(m, read.data.as_value(), READ - 1, "found"))
         ended = Signal()
-        number, last = walk(m, write.en, self._design.quads)
+        number, last = wrapping_counter(m, write.en, self._design.quads)
         m.d.comb += [
             write.en.eq(self.operand.valid & self.operand.ready),
             write.addr.eq(Cat(number, self.filling)),
@@ -170,7 +170,7 @@ class Prepare(wiring.Component):
             {
                 "quad": In(vector_quad(design)),
                 "amounts": In(amount_quad(design)),
-                "part": In(count(operand_parts(design) - 1)),
+                "part": In(counter_shape(operand_parts(design) - 1)),
                 "words": Out(data.ArrayLayout(signed(design.formats.operand), self._words)),
             }
         )

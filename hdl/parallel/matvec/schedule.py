@@ -8,7 +8,7 @@ from amaranth import Array, Module, Mux, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.parallel.matvec.drain import drain_steps
 from tfra.hdl.parallel.matvec.images import bases, depth, passes
 from tfra.hdl.parallel.matvec.operand import operand_parts
@@ -62,11 +62,11 @@ class Schedule(wiring.Component):
                 "free": Out(len(SOURCES)),
                 "reading": Out(1),
                 "last": Out(1),
-                "quad": Out(count(design.quads - 1)),
+                "quad": Out(counter_shape(design.quads - 1)),
                 "read_source": Out(2),
                 "read_parity": Out(1),
-                "read_part": Out(count(operand_parts(design) - 1)),
-                "address": Out(count(depth(design) - 1)),
+                "read_part": Out(counter_shape(operand_parts(design) - 1)),
+                "address": Out(counter_shape(depth(design) - 1)),
             }
         )
 
@@ -97,7 +97,7 @@ class Schedule(wiring.Component):
 
         The buffers' states follow ``free`` by a cycle, so nothing is chosen while it is high.
         """
-        chosen, turn = Signal(), Signal(count(max(self._passes) - 1))
+        chosen, turn = Signal(), Signal(counter_shape(max(self._passes) - 1))
         ends, names = Signal(), {name: number for number, name in enumerate(STACKS)}
         m.d.comb += [self.new.eq(turn == 0), ends.eq(turn == Array(p - 1 for p in self._passes)[self.stack])]
         with m.If(~chosen & ~self.free.any()):
@@ -120,7 +120,7 @@ class Schedule(wiring.Component):
         """Two passes at most are on their way between launch and drain; they end in order."""
         busy, parts = Signal(2), operand_parts(self._design)
         wait = spacing(self._design) - 1  # the first pass has one before it, too: the drain's, with what sums begin
-        left, due = Signal(count(wait), init=wait), Signal()
+        left, due = Signal(counter_shape(wait), init=wait), Signal()
         with m.If(self.launch):
             m.d.sync += [left.eq(wait), due.eq(0)]
         with m.Elif(~due):

@@ -38,7 +38,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.pipeline import READ, delayed, register
-from tfra.hdl.lib.streams import TOKEN, Tokens, flow
+from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.matvec.drain import Drain, drain_latency, drain_steps, drain_words
 from tfra.hdl.parallel.matvec.images import depth, lane_images, passes
 from tfra.hdl.parallel.matvec.loader import Loader
@@ -92,9 +92,9 @@ class MatVec(wiring.Component):
         super().__init__(
             {
                 "b": In(stream.Signature(quad(design.adc.bits + 2))),
-                "n": In(flow(vector_quad(design))),
-                "vector": In(flow(operand(design))),
-                "result": Out(flow(product(design))),
+                "n": In(always_ready_stream(vector_quad(design))),
+                "vector": In(always_ready_stream(operand(design))),
+                "result": Out(always_ready_stream(product(design))),
                 "frame": In(stream.Signature(TOKEN)),
                 "planes": In(stream.Signature(TOKEN)),
                 "room": Out(stream.Signature(TOKEN)),

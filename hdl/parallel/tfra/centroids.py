@@ -12,7 +12,7 @@ from amaranth import Cat, Elaboratable, Module, Mux, Shape, Signal, Value, signe
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_carry, add_or_subtract, count, magnitude_bits, round_top
+from tfra.hdl.lib.arithmetic import add_carry, add_or_subtract, counter_shape, magnitude_bits, round_top
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.parallel.normaliser import Raster
 from tfra.hdl.parallel.payloads import direction
@@ -210,7 +210,7 @@ class _Solver(Elaboratable):
         self._term = _pair("term", signed(sizes.word))
         self._value = _pair("value", signed(sizes.product))
         self._by_pitch = Signal()
-        self._left = Signal(count(sizes.multiplier))
+        self._left = Signal(counter_shape(sizes.multiplier))
         self._step = Signal(len(sizes.shifts))
         self._distances = sorted(set(sizes.shifts))
         self._adding, self._shift = Signal(), Signal(len(self._distances))

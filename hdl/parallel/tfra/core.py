@@ -16,7 +16,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl import ports
 from tfra.hdl.lib.butterfly import Butterfly
-from tfra.hdl.lib.streams import Buffer, Facts, Fork, Router
+from tfra.hdl.lib.streams import Buffer, Fork, PerFrameQueue, Router
 from tfra.hdl.microarchitecture import Probe
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
@@ -272,6 +272,6 @@ class Core(wiring.Component):
         connect(m, angle.phi, self._facts(m, "phi", phi.payload.shape(), (), _HELD, phi))
 
     def _facts(self, m: Module, label: str, shape: Any, fields: tuple[str, ...], depth: int, sink: Any) -> Any:
-        m.submodules[f"{label}_facts"] = facts = Facts(shape, fields, depth)
+        m.submodules[f"{label}_facts"] = facts = PerFrameQueue(shape, fields, depth)
         connect(m, facts.o, sink)
         return facts.i

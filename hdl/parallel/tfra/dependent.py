@@ -10,7 +10,7 @@ from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_or_subtract, count, magnitude_bits, round_top
+from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape, magnitude_bits, round_top
 from tfra.hdl.lib.divider import Divider
 from tfra.hdl.lib.pipeline import ALIGN, ahead, align, register
 from tfra.hdl.parallel import payloads
@@ -111,7 +111,7 @@ class Dependent(wiring.Component):
 
     def _gather(self, m: Module, ring: list[Signal]) -> Value:
         """A_pq into the ring as their parts arrive; high from the last part until ``affine`` has left."""
-        step, full = Signal(count(len(_GATHER) - 1)), Signal()
+        step, full = Signal(counter_shape(len(_GATHER) - 1)), Signal()
         m.d.comb += self.sums.ready.eq(~full)
         begun: set[tuple[int, int]] = set()
         with m.If(self.sums.valid & ~full):
@@ -129,7 +129,7 @@ class Dependent(wiring.Component):
 
     def _control(self, m: Module, full: Value) -> Value:
         """Cycle of the schedule: zero until sums and facts are there, the one after the last until affine has left."""
-        cycle = Signal(count(_DIVIDE + 1))
+        cycle = Signal(counter_shape(_DIVIDE + 1))
         m.d.comb += [
             self.direction.ready.eq(self._at(m, cycle, _SWAP)),
             self.frame.ready.eq(self._at(m, cycle, _DIVIDE)),

@@ -10,8 +10,8 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.butterfly import Butterfly
-from tfra.hdl.lib.pipeline import READ, delayed, fill, register, walk
-from tfra.hdl.lib.streams import TOKEN, Queue, Tokens, flow
+from tfra.hdl.lib.pipeline import READ, delayed, occupancy, register, wrapping_counter
+from tfra.hdl.lib.streams import TOKEN, Queue, Tokens, always_ready_stream
 from tfra.hdl.parallel.normaliser import Raster
 from tfra.hdl.parallel.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.parallel.payloads import vector_quad
@@ -45,7 +45,7 @@ class Forces(wiring.Component):
         self._design = design
         super().__init__(
             {
-                "folded": In(flow(vector_quad(design))),
+                "folded": In(always_ready_stream(vector_quad(design))),
                 "taxel": Out(stream.Signature(signed(design.widths.force))),
                 "room": Out(stream.Signature(TOKEN)),
             }
@@ -59,7 +59,7 @@ class Forces(wiring.Component):
         The registers of the butterfly, of rounding, of the memory's cells, of its read port, behind that, of the word,
         and the queue; parts of a quad.
         """
-        return self._unfold.latency + 2 + self.read_latency + self._design.parts - 1
+        return self._unfold.latency + 2 + self.read_latency + self._design.cycles_per_quad - 1
 
     @property
     def read_latency(self) -> int:
@@ -80,7 +80,7 @@ class Forces(wiring.Component):
         wiring.connect(m, self._frames.o, wiring.flipped(self.room))
         m.submodules.plane = plane = memory.Memory(shape=words, depth=depth, init=[])
         entered, left = Signal(), Signal()
-        full = fill(m, PLANES, entered, left)
+        full = occupancy(m, PLANES, entered, left)
         m.d.comb += [
             self._unfold.i.valid.eq(self.folded.valid),
             self._unfold.i.payload.eq(self.folded.payload),
@@ -95,8 +95,8 @@ class Forces(wiring.Component):
         design, drop, unfolded = self._design, force_drop(self._design), self._unfold.o
         rounded = Signal(quad(design.widths.force), reset_less=True)
         plane, ends = Signal(range(PLANES)), Signal()
-        number, last = walk(m, port.en, design.quads * design.parts)
-        ends_quad = in_quad(design, number) == design.parts - 1
+        number, last = wrapping_counter(m, port.en, design.quads * design.cycles_per_quad)
+        ends_quad = in_quad(design, number) == design.cycles_per_quad - 1
         m.d.comb += [
             port.addr.eq(Cat(number, plane)),
             port.data.eq(pick_part(design, rounded, number)),

@@ -9,8 +9,8 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.pipeline import driver, fill, register, walk
-from tfra.hdl.lib.streams import flow
+from tfra.hdl.lib.pipeline import driver, occupancy, register, wrapping_counter
+from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.model.fixed.design import Design
@@ -43,21 +43,20 @@ class SumsQueue(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         shape = vector_quad(design)
-        super().__init__(
-            {"b": In(flow(shape)), "n": In(flow(shape)), "o": Out(stream.Signature(shape))}
-        )
+        arriving = In(always_ready_stream(shape))
+        super().__init__({"b": arriving, "n": arriving, "o": Out(stream.Signature(shape))})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.rows = rows = Memory(shape=self.o.payload.shape(), depth=FRAMES * ROWS, init=[])
         write, read = rows.write_port(), rows.read_port()
         put_b, put_n, get, got = self.b.valid, self.n.valid, Signal(name="get"), Signal(name="got")
-        b_frame, _ = walk(m, put_b, FRAMES, "b_frame")
-        n_row, n_last = walk(m, put_n, ROWS - 1, "n_row")
-        n_frame, _ = walk(m, put_n & n_last, FRAMES, "n_frame")
-        place, _ = walk(m, get, FRAMES * ROWS, "place")
+        b_frame, _ = wrapping_counter(m, put_b, FRAMES, "b_frame")
+        n_row, n_last = wrapping_counter(m, put_n, ROWS - 1, "n_row")
+        n_frame, _ = wrapping_counter(m, put_n & n_last, FRAMES, "n_frame")
+        place, _ = wrapping_counter(m, get, FRAMES * ROWS, "place")
         is_b = place[:_ROW_BITS] == 0
-        b, n = fill(m, FRAMES, put_b, get & is_b), fill(m, FRAMES * (ROWS - 1), put_n, get & ~is_b)
+        b, n = occupancy(m, FRAMES, put_b, get & is_b), occupancy(m, FRAMES * (ROWS - 1), put_n, get & ~is_b)
         at = Mux(put_b, Cat(Const(0, _ROW_BITS), b_frame), Cat((n_row + 1)[:_ROW_BITS], n_frame))
         out = driver(m, self.o.payload)
         m.d.comb += [

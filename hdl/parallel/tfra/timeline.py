@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 from amaranth.hdl import UnusedElaboratable
 
-from tfra.hdl.lib.streams import Buffer, Facts, Router
+from tfra.hdl.lib.streams import Buffer, PerFrameQueue, Router
 from tfra.hdl.parallel.gain import Gain
 from tfra.hdl.parallel.matvec.drain import drain_latency, drain_steps, drain_words
 from tfra.hdl.parallel.matvec.images import passes
@@ -294,18 +294,18 @@ class Timeline:
         f = self.frames[number]
         self._tokens["n"].give(last + 1)
         self._next["residual"] += 1
-        f.residual = results[-1] + self.design.parts - 1
+        f.residual = results[-1] + self.design.cycles_per_quad - 1
         taken = max(f.sums_b + SumsQueue.latency, self.frames[number - 1].affine + 1 if number else 0)
         for cycle in results[:3]:
             taken = max(cycle + SumsQueue.latency, taken + SumsQueue.interval)
-        f.affine = max(taken, f.direction + Buffer.latency + Facts.latency - 1) + self.wait.dependent
+        f.affine = max(taken, f.direction + Buffer.latency + PerFrameQueue.latency - 1) + self.wait.dependent
         self.spans.append(Span("dependent", "alpha, beta", number, taken, f.affine))
 
     def _after_normal(self, number: int, last: int, results: list[int]) -> None:
         f = self.frames[number]
         self._tokens["room"].give(last + 1)
         self._next["vector"] += 1
-        f.normal += [cycle + self.design.parts - 1 for cycle in results]
+        f.normal += [cycle + self.design.cycles_per_quad - 1 for cycle in results]
         if len(f.normal) == 2 * self.design.quads:
             self._sweep(number)
 
@@ -314,7 +314,7 @@ class Timeline:
         self._tokens["room"].give(last + 1)
         self._tokens["planes"].take()
         self._next["vector"] += 1
-        parts = self.design.parts
+        parts = self.design.cycles_per_quad
         f.force = [cycle + parts - 1 for cycle in results]
         self._entered |= {cycle + part for cycle in results for part in range(parts)}
         self._tokens["frame"].give(f.force[-1] + 1)
@@ -329,10 +329,10 @@ class Timeline:
         d, e = self._next["d"], self._next["e"]
         if d < e and self.frames[d].chosen:
             f = self.frames[d]
-            ready.append((max(f.chosen + Facts.latency + 1, f.e1 + MEASURE, self._step_update), "d", d))
+            ready.append((max(f.chosen + PerFrameQueue.latency + 1, f.e1 + MEASURE, self._step_update), "d", d))
         if e < self._next["residual"]:
             f = self.frames[e]
-            facts = max(f.affine, f.direction) + Buffer.latency + Facts.latency + 1
+            facts = max(f.affine, f.direction) + Buffer.latency + PerFrameQueue.latency + 1
             ready.append((max(f.residual + MEASURE, facts, self._step_candidates), "e1" if self._second else "e0", e))
         if not ready:
             return NEVER, "", 0
@@ -344,7 +344,7 @@ class Timeline:
         f, entry = self.frames[number], cycle
         first = 0
         self._tokens["room"].take()
-        for part in range(self.design.quads * self.design.parts):
+        for part in range(self.design.quads * self.design.cycles_per_quad):
             entry += 1
             while entry in self._entered:
                 entry += 1
@@ -380,11 +380,11 @@ class Timeline:
         f.index = entered + wait.sweep
         self.spans.append(Span("sweep", "candidates", number, start + wait.quad, f.index))
         f.chosen = f.index + wait.friction
-        begin = f.chosen + Facts.latency
+        begin = f.chosen + PerFrameQueue.latency
         if before:
             begin = max(begin, before.total + 1)
         f.total = begin + wait.resultant
-        begin = f.total + Facts.latency
+        begin = f.total + PerFrameQueue.latency
         if before:
             begin = max(begin, before.gain + 2)
         f.gain = begin + wait.gain
@@ -393,7 +393,7 @@ class Timeline:
     def _words(self, number: int) -> None:
         """Result words: the header behind the gain, forces as their planes come, never two in a cycle."""
         f, m, q, wait = self.frames[number], self.design.sensor.taxels, self.design.quads, self.wait
-        cycle = f.gain + Facts.latency + wait.scaling - 1
+        cycle = f.gain + PerFrameQueue.latency + wait.scaling - 1
         if number:
             cycle = max(cycle, self.frames[number - 1].words[-1] + 2)
         header = next(row.start for row in self.design.layout if row.name == "forces")

@@ -10,8 +10,8 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.butterfly import Butterfly
-from tfra.hdl.lib.pipeline import delayed, register, walk
-from tfra.hdl.lib.streams import flow
+from tfra.hdl.lib.pipeline import delayed, register, wrapping_counter
+from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.payloads import frame_facts, vector_quad
 from tfra.model.fixed.design import Design
 
@@ -37,9 +37,9 @@ class Weights(wiring.Component):
         self._design = design
         super().__init__(
             {
-                "solution": In(flow(vector_quad(design))),
+                "solution": In(always_ready_stream(vector_quad(design))),
                 "frame": In(stream.Signature(frame_facts(design))),
-                "n": Out(flow(vector_quad(design))),
+                "n": Out(always_ready_stream(vector_quad(design))),
             }
         )
         self._unfold = Butterfly(design.widths.vector)
@@ -60,12 +60,12 @@ class Weights(wiring.Component):
             fold.o.ready.eq(1),
         ]
         self._clip(m)
-        _, last = walk(m, unfold.o.valid, self._design.quads)
+        _, last = wrapping_counter(m, unfold.o.valid, self._design.quads)
         m.d.comb += [
             self.n.valid.eq(register(m, fold.o.valid, control=True)),
             self.n.payload.eq(register(m, fold.o.payload.as_value())),
             # Facts stand as long as the last quad does.
-            self.frame.ready.eq(delayed(m, unfold.o.valid & last, self._design.parts - 1, control=True)),
+            self.frame.ready.eq(delayed(m, unfold.o.valid & last, self._design.cycles_per_quad - 1, control=True)),
         ]
         return m
 

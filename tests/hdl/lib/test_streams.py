@@ -8,7 +8,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tests.hdl.harness import PATTERNS, run
-from tfra.hdl.lib.streams import TOKEN, Facts, Fork, Queue, Router, Spare, Tokens
+from tfra.hdl.lib.streams import TOKEN, Fork, PerFrameQueue, Queue, Router, Spare, Tokens
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)
@@ -52,16 +52,16 @@ def test_latency_of_a_queue(parts):
 def test_facts_keep_order_and_only_their_fields(stall_in, stall_out):
     shape = data.StructLayout({"mu": signed(7), "flag": 1, "rest": 5})
     values = [{"mu": number - 20, "flag": number & 1, "rest": number % 32} for number in range(40)]
-    facts = Facts(shape, ("mu", "flag"), 4)
+    facts = PerFrameQueue(shape, ("mu", "flag"), 4)
     seen = run(facts, {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
     assert seen.values["o"] == [value | {"rest": 0} for value in values]
 
 
 def test_facts_wait_for_as_long_and_for_as_many_frames_as_told():
-    seen = run(Facts(unsigned(8), (), 3), {"i": list(range(9))}, {"o": 9})
-    assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [Facts.latency] * 9
+    seen = run(PerFrameQueue(unsigned(8), (), 3), {"i": list(range(9))}, {"o": 9})
+    assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [PerFrameQueue.latency] * 9
     with pytest.raises(AssertionError, match="no end"):
-        run(Facts(unsigned(8), (), 3), {"i": list(range(4))}, {"o": 5}, limit=200)
+        run(PerFrameQueue(unsigned(8), (), 3), {"i": list(range(4))}, {"o": 5}, limit=200)
 
 
 def test_tokens_are_as_many_as_were_given():

@@ -14,7 +14,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.lib.pipeline import delayed
-from tfra.hdl.lib.streams import flow
+from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, cordic_vector, cordic_word
 from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, cordic, cordic_gain, iterations
@@ -36,7 +36,8 @@ class Turned(wiring.Component):
     def __init__(self, design: Design) -> None:
         self.cordic = Cordic(design)
         turned = data.StructLayout({"modulus": cordic_modulus(design), "negative": iterations(design)})
-        super().__init__({"vector": In(flow(cordic_vector(design))), "turned": Out(flow(turned))})
+        vector = always_ready_stream(cordic_vector(design))
+        super().__init__({"vector": In(vector), "turned": Out(always_ready_stream(turned))})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -8,8 +8,8 @@ from amaranth import Cat, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count, magnitude_bits
-from tfra.hdl.lib.pipeline import delayed, fill, register, walk, zeros_later
+from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
+from tfra.hdl.lib.pipeline import delayed, occupancy, register, wrapping_counter, zeros_later
 from tfra.hdl.parallel.parts import in_quad, part_number
 from tfra.hdl.parallel.payloads import vector_part
 from tfra.model.fixed.design import Design
@@ -21,13 +21,13 @@ MEASURE = 4
 """Cycles from the last part of a vector to its headroom being written: magnitudes, their OR, two halves of the zeros.
 It can be read in that cycle."""
 
-place = count(FRAMES - 1)
+place = counter_shape(FRAMES - 1)
 """Number of a frame's place."""
 
 
 def headrooms(design: Design, words: int) -> data.ArrayLayout:
     """Bits that so many parities of a vector leave free."""
-    return data.ArrayLayout(count(design.widths.vector - 1), words)
+    return data.ArrayLayout(counter_shape(design.widths.vector - 1), words)
 
 
 class Store(wiring.Component):
@@ -47,7 +47,7 @@ class Store(wiring.Component):
 
     def __init__(self, design: Design, vectors: int = 1, *, headroom: bool = False) -> None:
         self._design, self._vectors, self._headroom = design, vectors, headroom
-        number, vector = part_number(design), count(vectors - 1)
+        number, vector = part_number(design), counter_shape(vectors - 1)
         super().__init__(
             {
                 "write": In(1),
@@ -90,19 +90,19 @@ class Store(wiring.Component):
         """
         design, size, length = self._design, self._design.architecture.vector_words, self._design.widths.vector - 1
         in_place = in_quad(design, self.write_number)
-        depth = FRAMES * self._vectors * design.parts
+        depth = FRAMES * self._vectors * design.cycles_per_quad
         m.submodules.rooms = rooms = memory.Memory(shape=headrooms(design, size), depth=depth, init=[])
         write = rooms.write_port()
         read = rooms.read_port(transparent_for=[write])  # a vector is used as soon as it is there
         masks = Signal(4 * length, reset_less=True)
         latest = Signal(size * length)
-        first = register(m, self.write_number < design.parts)
+        first = register(m, self.write_number < design.cycles_per_quad)
         for k in range(size):
             before = Mux(first, 0, masks.word_select(k, length))
             m.d.comb += latest.word_select(k, length).eq(before | register(m, magnitude_bits(self.words[k])))
         with m.If(register(m, self.write, control=True)):
             m.d.sync += masks.eq(Cat(masks, latest)[len(latest) :])
-        ends = self.write & (self.write_number >= (design.quads - 1) * design.parts)
+        ends = self.write & (self.write_number >= (design.quads - 1) * design.cycles_per_quad)
         m.d.comb += write.en.eq(delayed(m, ends, MEASURE, "ends", control=True))
         m.d.comb += write.addr.eq(delayed(m, Cat(in_place, self._slot(self.write_vector, self.write_place)), MEASURE))
         for k in range(size):
@@ -124,7 +124,7 @@ class Level(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        taken = fill(m, FRAMES, self.enter, self.leave)
-        tail, _ = walk(m, self.leave, FRAMES, "left")
+        taken = occupancy(m, FRAMES, self.enter, self.leave)
+        tail, _ = wrapping_counter(m, self.leave, FRAMES, "left")
         m.d.comb += [self.tail.eq(tail), self.some.eq(taken[0])]
         return m

@@ -9,9 +9,9 @@ from amaranth import Array, C, Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count, quad, round_top, two_steps
-from tfra.hdl.lib.pipeline import READ, delayed, register, walk
-from tfra.hdl.lib.streams import TOKEN, Spare, Tokens, flow
+from tfra.hdl.lib.arithmetic import counter_shape, quad, round_top, two_steps
+from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
+from tfra.hdl.lib.streams import TOKEN, Spare, Tokens, always_ready_stream
 from tfra.hdl.parallel.parts import in_parts, in_quad, part_number, pick_part
 from tfra.hdl.parallel.payloads import affine, chosen, direction, operand, vector_part, vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE, Level, Store, headrooms, place
@@ -58,7 +58,8 @@ class Combine(wiring.Component):
           1       2, 3        4       5, 6      7, 8    9, 10   11, 12    13         (one register each)
 
     x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
-    is written.  A quad takes ``design.parts`` cycles, W = ``vector_words`` multipliers of operand x operand bits.
+    is written.  A quad takes ``design.cycles_per_quad`` cycles; there are W = ``vector_words`` multipliers of operand x
+    operand bits.
 
     Products enter as they come, before a vector's parts.  Of the vectors d goes before e0, so that the
     older of two frames does; a vector is begun when ``room`` says that its receiver can take it, since nothing in
@@ -81,10 +82,10 @@ class Combine(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        vector = flow(vector_quad(design))
+        vector = always_ready_stream(vector_quad(design))
         super().__init__(
             {
-                "b": In(flow(quad(design.adc.bits + 2))),
+                "b": In(always_ready_stream(quad(design.adc.bits + 2))),
                 "n": In(vector),
                 "residual": In(vector),
                 "direction": In(stream.Signature(direction(design))),
@@ -94,7 +95,7 @@ class Combine(wiring.Component):
                 "products": In(vector),
                 "room": In(stream.Signature(TOKEN)),
                 "frame": Out(stream.Signature(TOKEN)),
-                "vector": Out(flow(operand(design))),
+                "vector": Out(always_ready_stream(operand(design))),
                 "forces": Out(vector),
             }
         )
@@ -106,7 +107,7 @@ class Combine(wiring.Component):
         ``affine`` and ``direction`` are held by their senders; when one comes later, it is three less from the first
         clock edge that finds both valid.
         """
-        return MEASURE + self._design.parts + self.force_latency
+        return MEASURE + self._design.cycles_per_quad + self.force_latency
 
     @property
     def update_latency(self) -> int:
@@ -114,7 +115,7 @@ class Combine(wiring.Component):
 
         When the last e1 leaves later than that, cycles count from the second one behind its transfer.
         """
-        return _START + self._design.parts - 1 + self.force_latency
+        return _START + self._design.cycles_per_quad - 1 + self.force_latency
 
     @property
     def force_latency(self) -> int:
@@ -148,14 +149,14 @@ class Combine(wiring.Component):
     def _walk(self, m: Module, valid: Value) -> tuple[Value, Value, Value]:
         """A part is there; its number in the vector; it ends the vector."""
         design, step = self._design, Signal()
-        number, last = walk(m, step, design.quads * design.parts)
-        m.d.comb += step.eq(in_parts(m, valid, in_quad(design, number) == design.parts - 1))
+        number, last = wrapping_counter(m, step, design.quads * design.cycles_per_quad)
+        m.d.comb += step.eq(in_parts(m, valid, in_quad(design, number) == design.cycles_per_quad - 1))
         return step, number, step & last
 
     def _load_weights(self, m: Module, w: _Wires) -> None:
         """A cycle behind the transfer."""
         loaded, number, ends = self._walk(m, self.n.valid)
-        head, _ = walk(m, ends, FRAMES, "head")
+        head, _ = wrapping_counter(m, ends, FRAMES, "head")
         m.d.sync += w.n.write.eq(loaded)
         m.d.comb += [
             w.n.write_place.eq(register(m, head)),
@@ -170,8 +171,8 @@ class Combine(wiring.Component):
         """
         design, q, fraction = self._design, self._design.quads, self._design.formats.vector_fraction
         loaded, number, ends = self._walk(m, self.residual.valid)
-        step, whole = walk(m, ends, 3, "step")  # g, d1, d2
-        head, _ = walk(m, ends & whole, FRAMES, "head")
+        step, whole = wrapping_counter(m, ends, 3, "step")  # g, d1, d2
+        head, _ = wrapping_counter(m, ends & whole, FRAMES, "head")
         facts = {"step": 2, "place": place, "number": len(number)}
         put = Signal(data.StructLayout({"words": vector_part(design), **facts}), reset_less=True)
         valid = register(m, loaded, control=True)
@@ -181,12 +182,12 @@ class Combine(wiring.Component):
             put.place.eq(head),
             put.number.eq(number),
         ]
-        depth = (FRAMES + 1) << count(q - 1).width
+        depth = (FRAMES + 1) << counter_shape(q - 1).width
         m.submodules.b = bs = memory.Memory(shape=self.b.payload.shape(), depth=depth, init=[])
         b_write, b_read = bs.write_port(), bs.read_port()
-        b_number, b_last = walk(m, self.b.valid, q)
-        b_head, _ = walk(m, self.b.valid & b_last, FRAMES + 1, "b_head")
-        b_tail, _ = walk(m, register(m, ends & (step == 0), control=True), FRAMES + 1, "b_tail")
+        b_number, b_last = wrapping_counter(m, self.b.valid, q)
+        b_head, _ = wrapping_counter(m, self.b.valid & b_last, FRAMES + 1, "b_head")
+        b_tail, _ = wrapping_counter(m, register(m, ends & (step == 0), control=True), FRAMES + 1, "b_tail")
         m.d.comb += [
             b_write.en.eq(self.b.valid),
             b_write.addr.eq(Cat(b_number, b_head)),
@@ -217,10 +218,10 @@ class Combine(wiring.Component):
         m.submodules.forced = waiting = Spare(self.forced.payload.shape())
         wiring.connect(m, wiring.flipped(self.forced), waiting.i)
         take, number, ends = self._walk(m, self.products.valid)
-        plane, _ = walk(m, ends, 3, "plane")
-        _, last = walk(m, take, 3 * self._design.quads * self._design.parts, "part")
+        plane, _ = wrapping_counter(m, ends, 3, "plane")
+        _, last = wrapping_counter(m, take, 3 * self._design.quads * self._design.cycles_per_quad, "part")
         whole = take & last
-        tail, _ = walk(m, whole, FRAMES, "tail")
+        tail, _ = wrapping_counter(m, whole, FRAMES, "tail")
         minus_one = C(-1 << scalar_fraction(self._design), signed(self._design.formats.operand))
         forced, tag = waiting.o.payload, w.tag[0]
         # A cycle behind the entry, since the way from the products is long.
@@ -278,7 +279,8 @@ class Combine(wiring.Component):
     def _leave(self, m: Module, w: _Wires) -> None:
         """Stages move on in every cycle; behind the last, whole quads."""
         tag, valid = w.tag[_SUM], w.valid[_SUM]
-        force, whole = tag.job == Job.FORCE, valid & (in_quad(self._design, tag.number) == self._design.parts - 1)
+        force = tag.job == Job.FORCE
+        whole = valid & (in_quad(self._design, tag.number) == self._design.cycles_per_quad - 1)
         words = register(m, self._quad(m, w), "words")
         m.d.comb += [
             self.vector.valid.eq(register(m, whole & ~force, control=True)),
@@ -297,11 +299,11 @@ class Combine(wiring.Component):
     def _quad(self, m: Module, w: _Wires) -> Value:
         """The sums of a quad's parts; those of a force may come between those of a vector."""
         latest, force = w.sum.as_value(), w.tag[_SUM].job == Job.FORCE
-        if self._design.parts == 1:
+        if self._design.cycles_per_quad == 1:
             return latest
         kept = []
         for number, mine in enumerate((~force, force)):
-            parts = Signal((self._design.parts - 1) * len(latest), name=f"kept{number}", reset_less=True)
+            parts = Signal((self._design.cycles_per_quad - 1) * len(latest), name=f"kept{number}", reset_less=True)
             with m.If(w.valid[_SUM] & mine):
                 m.d.sync += parts.eq(Cat(parts, latest)[len(latest) :])
             kept.append(parts)
@@ -389,7 +391,7 @@ class _Wires:
     def __init__(self, design: Design) -> None:
         size, scalar = design.architecture.vector_words, signed(design.formats.operand)
         number = part_number(design)
-        self.last = design.quads * design.parts - 1
+        self.last = design.quads * design.cycles_per_quad - 1
         tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
         self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
         self.z, self.e0, self.e1 = Store(design, 3), Store(design), Store(design, headroom=True)

@@ -8,7 +8,7 @@ from amaranth import Cat, Const, Module, Mux, Value, signed, unsigned
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_carry, add_or_subtract, count
+from tfra.hdl.lib.arithmetic import add_carry, add_or_subtract, counter_shape
 from tfra.hdl.lib.pipeline import delayed, driver, register
 from tfra.model.fixed.design import Design
 
@@ -49,7 +49,7 @@ class Crossing(wiring.Component):
                 "rises": In(1),
                 "i_size": In(unsigned(step)),
                 "i_valid": In(1),
-                "before": Out(count(design.search.steps - 1)),
+                "before": Out(counter_shape(design.search.steps - 1)),
                 "size": Out(unsigned(step)),
                 "excess": Out(unsigned(step)),
                 "valid": Out(1),

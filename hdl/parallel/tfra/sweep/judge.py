@@ -9,8 +9,8 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count, less
-from tfra.hdl.lib.pipeline import delayed, driver, register, walk
+from tfra.hdl.lib.arithmetic import counter_shape, less
+from tfra.hdl.lib.pipeline import delayed, driver, register, wrapping_counter
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.tfra.sweep.sums import at_once, rows
 from tfra.hdl.parallel.tfra.sweep.terms import measured_sum, unit_shift
@@ -79,7 +79,7 @@ class Judge(wiring.Component):
         wait = _SMALLER * pair  # until the smaller B^z of a pair is there
         second, equal, z = self._smaller(m)
         valid = delayed(m, self.valid[0], wait, control=True)
-        number, last = walk(m, valid, rows(self._design))
+        number, last = wrapping_counter(m, valid, rows(self._design))
         lowest, none = Signal(len(z), reset_less=True), Signal(init=1)  # none: of this frame
         lower = none | less(z, lowest)
         with m.If(lower):  # what is not valid comes before the first
@@ -154,7 +154,7 @@ class Judge(wiring.Component):
         last, wait = rows(self._design) - 1, _REPLAY - 1
         m.submodules.rows = memory = Memory(shape=unsigned(len(row)), depth=max(2, last + 1), init=[])
         write, read = memory.write_port(), memory.read_port()
-        turn, turning = Signal(count(last)), Signal()
+        turn, turning = Signal(counter_shape(last)), Signal()
         with m.If(turning):
             m.d.sync += [turn.eq(turn + 1), turning.eq(turn != last)]
         with m.If(complete):

@@ -10,10 +10,9 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count
-from tfra.hdl.lib.pipeline import READ, delayed, register, walk
+from tfra.hdl.lib.arithmetic import counter_shape, nth_part
+from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
 from tfra.hdl.parallel import payloads
-from tfra.hdl.parallel.parts import nth_part
 from tfra.model.fixed.butterfly import distinct
 from tfra.model.fixed.design import Design
 
@@ -71,7 +70,7 @@ class Loader(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         sloping, place, took = Signal(), Signal(range(PLACES)), Signal()
-        number, last = walk(m, took, self._design.quads)
+        number, last = wrapping_counter(m, took, self._design.quads)
         begun = Signal()  # a register, since the way from here to the queues' reads is long
         ended = register(m, self.ends, "ended", control=True)
         with m.If(ended):
@@ -106,7 +105,8 @@ class Loader(wiring.Component):
     def _taxels(self, m: Module, place: Value, e0: Value, e1: Value) -> None:
         """Memory of p and the picking; bit k of ``e0`` and ``e1``: such a quad was taken k cycles ago."""
         i, words = Signal(self.taxel.shape(), reset_less=True), self._butterfly(m, e0[0], e1[0])
-        behind, _ = walk(m, e0[FOLDED] | e1[FOLDED], self._design.quads, "behind")  # leaves the butterfly next
+        # What leaves the butterfly next.
+        behind, _ = wrapping_counter(m, e0[FOLDED] | e1[FOLDED], self._design.quads, "behind")
         valid = Signal()
         m.d.comb += [self.stress.ready.eq(e1[PLACES - 1]), self.taxel.eq(i), self.taxel.valid.eq(valid)]
         keep = self._keep(m, behind, e1[FOLDED - 1])
@@ -128,17 +128,17 @@ class Loader(wiring.Component):
         """
         design, inside = self._design, (self._design.architecture.vector_words - 1).bit_length()
         shape = payloads.vector_part(design)
-        m.submodules.memory = memory = Memory(shape=shape, depth=design.parts << len(behind), init=[])
+        m.submodules.memory = memory = Memory(shape=shape, depth=design.cycles_per_quad << len(behind), init=[])
         write, read = memory.write_port(), memory.read_port()
         # Of the quad that leaves the butterfly; words without bits would not be portable Verilog.
-        part = Signal(count(design.parts - 1)) if design.parts > 1 else Const(0, 0)
-        stored = e0[FOLDED : FOLDED + design.parts].any()
+        part = Signal(counter_shape(design.cycles_per_quad - 1)) if design.cycles_per_quad > 1 else Const(0, 0)
+        stored = e0[FOLDED : FOLDED + design.cycles_per_quad].any()
         later = delayed(m, place, _READ - 1)
-        if design.parts > 1:
+        if design.cycles_per_quad > 1:
             m.d.sync += part.eq(Mux(stored, part + 1, 0))
         m.d.comb += [
             write.addr.eq(Cat(part, self._kept(m, behind, e0[FOLDED]))),
-            write.data.eq(nth_part(words, part, design.parts)),
+            write.data.eq(nth_part(words, part, design.cycles_per_quad)),
             write.en.eq(stored),
             read.addr.eq(register(m, Cat(later[inside:], self._kept(m, behind, e1[_READ - 1])))),
             read.en.eq(e1[_READ : _READ + PLACES].any()),

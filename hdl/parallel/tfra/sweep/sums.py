@@ -9,7 +9,7 @@ from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.parallel.tfra.sweep.crossing import Crossing, crossing_latency
 from tfra.model.fixed.design import Design
@@ -24,7 +24,7 @@ _PAIR = 2
 
 def at_once(design: Design) -> int:
     """Candidates whose sums come in a cycle: two in a core that handles all words of a quad in one."""
-    return 2 if design.parts == 1 else 1
+    return 2 if design.cycles_per_quad == 1 else 1
 
 
 def rows(design: Design) -> int:
@@ -123,7 +123,7 @@ class Sums(wiring.Component):
     def _turn(self, m: Module) -> tuple[Signal, Signal]:
         """Whether entries are walked through, and which ones are read; first of all, to clear the memory."""
         last = _reads(self._design) - 1
-        walking, number = Signal(init=1), Signal(count(last))
+        walking, number = Signal(init=1), Signal(counter_shape(last))
         ended = delayed(m, self.ended, crossing_latency(self._design) + _UPDATE - 2, "ended", control=True)
         with m.If(walking):
             m.d.sync += [walking.eq(number != last), number.eq(Mux(number == last, 0, number + 1))]

@@ -26,9 +26,9 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.fifo import SyncFIFO
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import count
+from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import register
-from tfra.hdl.lib.streams import Buffer, Queue, flow
+from tfra.hdl.lib.streams import Buffer, Queue, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.parts import in_parts
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
@@ -84,8 +84,8 @@ class Sweep(wiring.Component):
         super().__init__(
             {
                 "stress": In(stream.Signature(payloads.stress_quad(design))),
-                "g": In(flow(vector)),
-                "normal": In(flow(vector)),
+                "g": In(always_ready_stream(vector)),
+                "normal": In(always_ready_stream(vector)),
                 "direction": In(stream.Signature(payloads.direction(design))),
                 "frame": In(stream.Signature(payloads.frame_facts(design))),
                 "index": Out(stream.Signature(payloads.sweep_index(design))),
@@ -100,7 +100,7 @@ class Sweep(wiring.Component):
     @property
     def e0_interval(self) -> int:
         """Cycles between two quads of e0 at the shortest."""
-        return self._design.parts
+        return self._design.cycles_per_quad
 
     @property
     def quad_interval(self) -> int:
@@ -171,7 +171,7 @@ class Sweep(wiring.Component):
         """What comes before the loader needs it."""
         for name, vectors in _WAITING.items():
             port = getattr(self, name)
-            parts = 1 if name == "stress" else self._design.parts
+            parts = 1 if name == "stress" else self._design.cycles_per_quad
             m.submodules[name] = wait = Queue(port.payload.shape(), vectors * self._design.quads + _FOLDED, parts)
             wiring.connect(m, wait.o, getattr(loader, name))
             if name == "stress":
@@ -188,7 +188,7 @@ class Sweep(wiring.Component):
     def _free(self, m: Module, loader: Loader) -> Value:
         """The sums of the frame before leave room for another, and there is a place for its index."""
         wait = Signal(range(self.frame_interval), init=self.frame_interval - 2)
-        frames = Signal(count(_FRAMES))
+        frames = Signal(counter_shape(_FRAMES))
         begins, ends = (register(m, pulse, control=True) for pulse in (loader.begins, loader.ends))
         with m.If(ends):
             m.d.sync += wait.eq(self.frame_interval - 3)  # the loader begins a cycle later

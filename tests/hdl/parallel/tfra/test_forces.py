@@ -63,7 +63,7 @@ def _run(dut, design, folded, number, stall_in=flowing, stall_out=flowing):
         return len(record.cycles["room"]) > quad // (3 * design.quads)
 
     outputs = {"taxel": number, "room": len(folded) // 3}
-    how = {"stall_in": apart(stall_in, design.parts), "stall_out": stall_out, "leave": {"folded": leave}}
+    how = {"stall_in": apart(stall_in, design.cycles_per_quad), "stall_out": stall_out, "leave": {"folded": leave}}
     return run(dut, {"folded": folded.reshape(-1, 4).tolist()}, outputs, **how)
 
 
@@ -92,7 +92,7 @@ def test_latency_and_throughput(design):
     seen = _run(dut, design, folded, folded.shape[0] * plane)
     into, out = seen.cycles["folded"], seen.cycles["taxel"]
     assert out[0] - into[design.quads - 1] == dut.latency
-    assert out[plane] - out[0] == max(dut.plane_cycles, design.quads * design.parts)
+    assert out[plane] - out[0] == max(dut.plane_cycles, design.quads * design.cycles_per_quad)
     assert np.all(np.diff(np.reshape(out, (-1, plane))) == 1)
 
 

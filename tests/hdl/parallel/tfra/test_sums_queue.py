@@ -12,7 +12,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tests.hdl.harness import PATTERNS, run
-from tfra.hdl.lib.streams import Router, flow
+from tfra.hdl.lib.streams import Router, always_ready_stream
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sums_queue import ROWS, SumsQueue
@@ -28,7 +28,7 @@ class Routed(wiring.Component):
 
     def __init__(self):
         shape = data.StructLayout({"words": vector_quad(DESIGN), "kind": 2})
-        super().__init__({"i": In(flow(shape)), "o": Out(stream.Signature(vector_quad(DESIGN)))})
+        super().__init__({"i": In(always_ready_stream(shape)), "o": Out(stream.Signature(vector_quad(DESIGN)))})
 
     def elaborate(self, platform):
         m = Module()

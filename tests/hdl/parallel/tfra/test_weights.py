@@ -51,7 +51,7 @@ def _expected(solutions):
 
 def _run(dut, design, solutions, stall_in=flowing):
     """Facts are there when a frame's quads come, which are as far apart as the updates need."""
-    stall_in = apart(stall_in, design.parts)
+    stall_in = apart(stall_in, design.cycles_per_quad)
     return run(dut, _inputs(solutions), {"n": len(FACTS) * design.quads}, stall_in=stall_in, steady=("frame",))
 
 
@@ -79,7 +79,7 @@ def test_payloads_stand_for_as_many_cycles_as_a_quad_has_parts(stall_in):
             m.submodules.inner = inner
             for name in ("solution", "frame"):
                 wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(inner, name))
-            valid = delayed(m, inner.n.valid, design.parts - 1, control=True)
+            valid = delayed(m, inner.n.valid, design.cycles_per_quad - 1, control=True)
             m.d.comb += [self.n.valid.eq(valid), self.n.payload.eq(inner.n.payload)]
             return m
 
@@ -92,7 +92,7 @@ def test_latency_and_throughput(design):
     seen = _run(dut, design, solutions)
     into, out = np.array(seen.cycles["solution"]), np.array(seen.cycles["n"])
     assert np.all(out - into == dut.latency)
-    assert np.all(np.diff(out) == design.parts)
+    assert np.all(np.diff(out) == design.cycles_per_quad)
 
 
 def test_facts_are_held_until_the_last_quad():

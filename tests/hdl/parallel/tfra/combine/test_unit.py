@@ -158,7 +158,7 @@ def _send(design, frames, stall_in=flowing, late=None):
         usual = leave.get(late, lambda *_: True)
         leave[late] = lambda quad, record, cycle: cycle >= LATE - 1 and usual(quad, record, cycle)
     outputs = {"vector": 3 * q * number, "forces": 3 * q * number, "frame": number}
-    return run(Combine(design), frames.inputs(), outputs, stall_in=apart(stall_in, design.parts), leave=leave)
+    return run(Combine(design), frames.inputs(), outputs, stall_in=apart(stall_in, design.cycles_per_quad), leave=leave)
 
 
 def _check(design, frames, stall_in=flowing):
@@ -229,7 +229,7 @@ def _late(design, port, number=1):
 @pytest.mark.parametrize("port", ["residual", "affine", "direction"])
 def test_latency(design, port):
     dut, cycles = _late(design, port)
-    start = cycles["residual"][-1] + design.parts - 1 if port == "residual" else LATE
+    start = cycles["residual"][-1] + design.cycles_per_quad - 1 if port == "residual" else LATE
     assert cycles["vector"][0] - start == dut.latency - 3 * (port != "residual")
 
 
@@ -246,10 +246,10 @@ def test_force_latency_and_jobs(design):
     dut, cycles = _late(design, "products")
     q = design.quads
     assert cycles["products"][0] == LATE
-    latency = design.parts - 1 + dut.force_latency
+    latency = design.cycles_per_quad - 1 + dut.force_latency
     assert all(f - p == latency for p, f in zip(cycles["products"], cycles["forces"], strict=True))
-    assert cycles["vector"][q] - cycles["vector"][q - 1] == design.parts + dut.pause
-    assert np.all(np.diff(cycles["forces"]) == design.parts)
+    assert cycles["vector"][q] - cycles["vector"][q - 1] == design.cycles_per_quad + dut.pause
+    assert np.all(np.diff(cycles["forces"]) == design.cycles_per_quad)
 
 
 def test_the_next_stress_is_taken_while_the_search_runs():

@@ -143,7 +143,7 @@ def transfers(frames):
 
 def simulate(design, frames, stall_in=flowing, **how):
     """Vectors of ``FRAMES`` frames at most, quads as far apart as the queues need; normal ones behind the rest."""
-    q, passed = design.quads, Queue.latency + design.parts
+    q, passed = design.quads, Queue.latency + design.cycles_per_quad
 
     def leave(quads):
         return lambda quad, record, cycle: len(record.cycles["index"]) > quad // quads - FRAMES
@@ -153,7 +153,7 @@ def simulate(design, frames, stall_in=flowing, **how):
         return leave(2 * q)(quad, record, cycle) and all(last and cycle > last[0] + passed for last in before)
 
     places = {"g": leave(q), "normal": there}
-    stall_in = apart(stall_in, design.parts)
+    stall_in = apart(stall_in, design.cycles_per_quad)
     return run(Sweep(design), transfers(frames), {"index": len(frames.g)}, leave=places, stall_in=stall_in, **how)
 
 
@@ -217,7 +217,7 @@ def test_the_data_reaches_ties_and_both_ends():
 def predicted(design, cycles):
     """Cycle of every index from the transfers into the unit, by the rules of Sweep's docstring."""
     unit, q = Sweep(design), design.quads
-    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + Queue.latency + design.parts - 1
+    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + Queue.latency + design.cycles_per_quad - 1
     facts = np.maximum(cycles["direction"], cycles["frame"]) + Buffer.latency + 1
     found, entry, behind = [], 0, 0  # the memories are cleared behind a reset
     for n, frame in enumerate(normal):
@@ -286,9 +286,9 @@ def test_stress_of_all_frames_has_its_place(design):
 def test_cycles_are_what_the_docstrings_say(design):
     q, steps, unit = design.quads, design.search.steps, Sweep(design)
     levels, bits = product_latency(steps), (steps - 1).bit_length()
-    pairs = design.parts == 1
+    pairs = design.cycles_per_quad == 1
     assert unit.frame_interval == (17 + bits + (steps + 1) // 2 if pairs else 15 + bits + steps)
-    e0, turn = design.parts, max(4, design.parts)
+    e0, turn = design.cycles_per_quad, max(4, design.cycles_per_quad)
     assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 4 * q + e0 * (q - 1) + turn)
     once, again = (steps // 2 + 5, steps // 2 + 5) if pairs else (steps, steps + 3)
     assert unit.latency == 28 + levels + bits + once + (again if design.search.tolerance else 0)
