@@ -54,6 +54,15 @@ Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the rando
 Random = Annotated[int, typer.Option(min=0, max=100_000, help="Random frames to add.")]
 
 
+Waves = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE.vcd",
+        help="Write every signal of the first frame that differs, or of the first frame; look at it with GTKWave.",
+    ),
+]
+
+
 def verify(
     config: Config,
     frames: FramesOption = None,
@@ -61,19 +70,24 @@ def verify(
     seed: Seed = 0,
     random: Random = 200,
     netlist: NetlistOption = None,
+    waves: Waves = None,
     compression: CompressionOption = Compression.NEGATIVE,
     json: Json = False,
 ) -> None:
     """Run frames through the simulated core and compare every bit; exit 1 when something differs."""
     from tfra.codegen.config import load
+    from tfra.codegen.files import check_waves, write_vcd
+    from tfra.model.scratch import scratch, temporary
     from tfra.sim.verify import verify as check
 
     project = load(config)
     check_core(project)
+    if waves:
+        check_waves(waves, "verify", [config, *([frames] if frames else [])])
     stresses, known = _stimuli(project, frames, compression)
     core = _gates(project, netlist) if netlist else None
     chosen = Simulator.ICARUS if core and not simulator else simulator
-    with simulation_failures("verify"), progress("simulating the core") as advance:
+    with scratch(temporary()) as place, simulation_failures("verify"), progress("simulating the core") as advance:
         report = check(
             project.design,
             stresses,
@@ -83,11 +97,16 @@ def verify(
             references=known,
             progress=advance,
             core=core,
+            waves=place / "waves.vcd" if waves else None,
         )
+        if waves:
+            write_vcd(waves, place / "waves.vcd", "verify")
     if json:
         print_json(report.as_dict())
     else:
         report.render(Console())
+        if waves:
+            print(f"signals of frame {report.recorded}: {waves}")
     if not report.passed:
         raise typer.Exit(1)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tfra.codegen.ownership import directory_objection, file_objection, seal_archive, seal_directory
+from tfra.codegen.ownership import directory_objection, file_objection, seal_archive, seal_directory, seal_waves
 from tfra.codegen.staging import staged
 from tfra.model.errors import InputError
 
@@ -26,8 +27,17 @@ def check_archive(path: str | Path, command: str, inputs: Sequence[Path] = ()) -
 
     Worth knowing before a long computation.
     """
-    if Path(path).suffix != ".npz":
-        raise InputError(path, "", "the name of the output must end in .npz")
+    _check_file(path, ".npz", command, inputs)
+
+
+def check_waves(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """The same for ``write_vcd`` and a name that ends in .vcd."""
+    _check_file(path, ".vcd", command, inputs)
+
+
+def _check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Path]) -> None:
+    if Path(path).suffix != suffix:
+        raise InputError(path, "", f"the name of the output must end in {suffix}")
     with _told(path), suppress(_Rehearsal):
         target = _real(path)
         if any(_is_same(target, file) for file in inputs):
@@ -47,6 +57,13 @@ def write_npz(path: str | Path, arrays: Mapping[str, npt.NDArray[Any]], command:
         with open(new, "xb") as stream:
             np.savez(stream, allow_pickle=False, **dict(arrays))
         seal_archive(new, command)
+
+
+def write_vcd(path: str | Path, waves: Path, command: str) -> None:
+    """Write a copy of the VCD file ``waves``; ``path`` and errors as for ``write_npz``."""
+    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
+        shutil.copyfile(waves, new)
+        seal_waves(new, command)
 
 
 @contextmanager

@@ -1,7 +1,7 @@
 """What this program wrote, and whether it has stayed as it was written.
 
-A directory holds a manifest with the hash of every file, an archive (.npz) a seal behind its last byte.  Only what
-they vouch for is ever replaced or removed; all else belongs to somebody.
+A directory holds a manifest with the hash of every file, an archive (.npz) and waves (.vcd) a seal behind the last
+byte.  Only what they vouch for is ever replaced or removed; all else belongs to somebody.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ _COUNT = struct.Struct("<H")
 
 _SEAL = re.compile(rb"(?s)..tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})\Z")
 
+_WAVES_SEAL = re.compile(rb"\$comment tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64}) \$end\n\Z")
+
 _SEAL_LONGEST = 256
-"""Bytes at the end of an archive in which its seal is looked for."""
+"""Bytes at the end of a file in which its seal is looked for."""
 
 _CHUNK = 1 << 20
 
@@ -44,6 +46,13 @@ def seal_archive(path: Path, command: str) -> None:
         comment = f"tfra {version('tfra')} {command} sha256:{_digest_of(stream, length)}".encode()
         stream.seek(length)
         stream.write(_COUNT.pack(len(comment)) + comment)
+
+
+def seal_waves(path: Path, command: str) -> None:
+    """Append to the VCD file at ``path`` a comment with the hash of everything before it."""
+    seal = f"$comment tfra {version('tfra')} {command} sha256:{_digest(path)} $end\n"
+    with open(path, "ab") as stream:
+        stream.write(seal.encode())
 
 
 def directory_objection(directory: Path, command: str | None = None) -> str | None:
@@ -65,7 +74,7 @@ def directory_objection(directory: Path, command: str | None = None) -> str | No
 
 
 def file_objection(file: Path, command: str | None = None) -> str | None:
-    """The same of an archive."""
+    """The same of an archive or of waves."""
     if not _is_regular(file):
         return "it is not a regular file"
     with open(file, "rb") as stream:
@@ -73,12 +82,14 @@ def file_objection(file: Path, command: str | None = None) -> str | None:
         if not length:
             return None
         stream.seek(max(0, length - _SEAL_LONGEST))
-        seal = _SEAL.search(stream.read())
+        tail = stream.read()
+        zipped = _SEAL.search(tail)
+        seal = zipped or _WAVES_SEAL.search(tail)
         if not seal:
             return "tfra did not write it"
         if command not in (None, seal[1].decode()):
             return f"tfra {seal[1].decode()} wrote it, not tfra {command}"
-        counted = _COUNT.unpack_from(seal[0])[0] == len(seal[0]) - _COUNT.size
+        counted = not zipped or _COUNT.unpack_from(seal[0])[0] == len(seal[0]) - _COUNT.size
         unchanged = counted and _digest_of(stream, length - len(seal[0])) == seal[2].decode()
     return None if unchanged else "it has changed since tfra wrote it"
 

@@ -1,8 +1,9 @@
 """``python -m tfra.sim.launch``: cocotb's runner in a process of its own, with an environment made for it.
 
 The runner changes ``os.environ``, reads pytest's variables and ends in ``SystemExit``; none of that may happen to
-the program that wants a simulation.  Arguments: ``build|test SIMULATOR TOP``, then the sources to build.  All happens
-in the directory that it is started in.
+the program that wants a simulation.  Arguments: ``build|test SIMULATOR TOP``, then the sources to build;
+``build+waves`` and ``test+waves`` for a simulation that writes ``waves.vcd``.  All happens in the directory that it is
+started in.
 """
 
 from __future__ import annotations
@@ -15,7 +16,14 @@ from cocotb_tools.runner import VerilatorControlFile, get_runner
 
 TIMESCALE = ("1ns", "1ns")
 
+WAVES = "waves.vcd"
+"""What a simulation with waves writes."""
+
 BUILD_ARGUMENTS: dict[str, list[str]] = {"icarus": [], "verilator": ["-Wno-fatal", "-Wno-lint"]}
+
+
+WAVES_ARGUMENTS = {"icarus": ["-s", "tfra_waves"], "verilator": []}
+"""What a build with waves needs, too: cocotb's runner knows how Verilator does it, and writes FST with Icarus."""
 
 
 def main(arguments: list[str]) -> int:
@@ -32,12 +40,15 @@ def main(arguments: list[str]) -> int:
 
 def _carry_out(action: str, simulator: str, top: str, sources: list[Path]) -> None:
     runner, here = get_runner(simulator), Path.cwd()
+    action, _, waves = action.partition("+")
     if action == "build":
+        more = WAVES_ARGUMENTS[simulator] if waves else []
         runner.build(
             sources=[VerilatorControlFile(file) if file.suffix == ".vlt" else file for file in sources],
             hdl_toplevel=top,
             build_dir=here,
-            build_args=BUILD_ARGUMENTS[simulator],
+            build_args=[*BUILD_ARGUMENTS[simulator], *more],
+            waves=bool(waves) and simulator == "verilator",
             timescale=TIMESCALE,
             always=True,
         )
@@ -48,6 +59,8 @@ def _carry_out(action: str, simulator: str, top: str, sources: list[Path]) -> No
             hdl_toplevel_lang="verilog",
             build_dir=here,
             test_dir=here,
+            test_args=["--trace-file", WAVES] if waves and simulator == "verilator" else [],
+            waves=bool(waves) and simulator == "verilator",
         )
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
 from typing import Any
 
 from amaranth.sim import Simulator
@@ -13,10 +15,12 @@ from tfra.sim.protocol import Job, Outcome, Record, stalls
 _PERIOD = 1e-6
 
 
-def run(core: Any, job: Job, progress: Callable[[int], None] | None = None) -> Outcome:
+def run(
+    core: Any, job: Job, progress: Callable[[int], None] | None = None, waves: Path | None = None
+) -> Outcome:
     """Run ``job`` on ``core``, a component with the stream ports ``taxel`` and ``result``, and ``load`` if it loads.
 
-    Probes of the job are left out: their names are those of the Verilog.
+    Probes of the job are left out: their names are those of the Verilog.  ``waves`` is a VCD file to write.
     """
     record = Record(job)
     state = _State()
@@ -25,7 +29,8 @@ def run(core: Any, job: Job, progress: Callable[[int], None] | None = None) -> O
     simulator.add_testbench(_driver(core, record, state), background=True)
     simulator.add_testbench(_monitor(core, record, state, progress))
     simulator.add_testbench(_clock(record, state), background=True)
-    simulator.run()
+    with simulator.write_vcd(str(waves)) if waves else nullcontext():
+        simulator.run()
     record.cycles = state.cycle
     return record.outcome()
 

@@ -118,6 +118,8 @@ class Report:
     against_float: dict[str, FloatErrors]
     against_contact: ContactErrors | None
     accounts: tuple[Account, ...]
+    recorded: int | None = None
+    """The frame whose signals were written as waves."""
 
     @property
     def frames(self) -> int:

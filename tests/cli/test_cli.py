@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 from importlib.metadata import version
@@ -208,6 +209,7 @@ def test_a_failed_simulation_is_no_bad_input(
 class Report:
     def __init__(self, passed: bool) -> None:
         self.passed = passed
+        self.recorded: int | None = None
 
     def as_dict(self) -> dict[str, Any]:
         return {"passed": self.passed}
@@ -220,7 +222,7 @@ class Report:
 def test_verify(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], passed: bool
 ) -> None:
-    calls = []
+    calls, other = [], {"core": None, "waves": None}
 
     def verify(design: Any, frames: Any, **options: Any) -> Report:
         del options["progress"]
@@ -239,9 +241,32 @@ def test_verify(
     assert json.loads(capsys.readouterr().out) == {"passed": passed}
     known = ["resultant_ref", "mu_ref", "phi_ref_deg"]
     assert calls == [
-        ("skin", (3, 5, 6), False, {"simulator": None, "seed": 0, "random": 200, "references": known, "core": None}),
-        ("skin", (1, 5, 6), True, {"simulator": "verilator", "seed": 3, "random": 7, "references": [], "core": None}),
+        ("skin", (3, 5, 6), False, {"simulator": None, "seed": 0, "random": 200, "references": known, **other}),
+        ("skin", (1, 5, 6), True, {"simulator": "verilator", "seed": 3, "random": 7, "references": [], **other}),
     ]
+
+
+def test_verify_writes_waves(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Over what it wrote itself, and over nothing else."""
+
+    def verify(design: Any, frames: Any, waves: Path, **options: Any) -> Any:
+        waves.write_text("$enddefinitions $end\n")
+        report = Report(True)
+        report.recorded = 7
+        return report
+
+    monkeypatch.setattr("tfra.sim.verify.verify", verify)
+    for _ in range(2):
+        assert main(["verify", "skin.toml", "--waves", "w.vcd"]) == 0
+        assert capfd.readouterr().out.endswith("signals of frame 7: w.vcd\n")
+    written = Path("w.vcd").read_text()
+    assert re.fullmatch(r"\$enddefinitions \$end\n\$comment tfra \S+ verify sha256:[0-9a-f]{64} \$end\n", written)
+    Path("w.vcd").write_text(written + "#1\n")
+    said = "w.vcd: is not replaced: tfra did not write it: move it away, or choose another place"
+    assert refusal(capfd, "verify", "skin.toml", "--waves", "w.vcd") == said
+    assert refusal(capfd, "verify", "skin.toml", "--waves", "w.fst") == "w.fst: the name of the output must end in .vcd"
 
 
 def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

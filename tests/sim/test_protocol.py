@@ -135,12 +135,5 @@ def test_job_and_outcome_survive_their_files(tmp_path: Path) -> None:
 
 
 def test_probe_unpacks_the_first_word_lowest() -> None:
-    entry = {
-        "stage": "s",
-        "transfer": "t",
-        "words": "w",
-        "layout": [{"bits": 4, "signed": True}, {"bits": 3, "signed": False}],
-        "transfers": 1,
-    }
-    probe = Probe.from_sidecar(entry)
+    probe = Probe("s", "t", "w", ((4, True), (3, False)), 1)
     assert probe.unpack([0b111_1000, 0b010_0111]) == [-8, 7, 7, 2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -177,21 +178,21 @@ def test_a_damaged_build_is_built_again(cache: Path, codes: Ints, words: Ints, s
     assert {path.name for path in cache.iterdir()} == entries
 
 
-@pytest.mark.parametrize("change", ["verilog", "models", "sidecar", "programs"])
+@pytest.mark.parametrize("change", ["verilog", "models", "probes", "programs"])
 def test_another_core_or_compiler_has_another_build(
     tmp_path: Path, standin: Maker, monkeypatch: pytest.MonkeyPatch, change: str
 ) -> None:
     """Models of cells are compiled in; Verilator has to be told what probes look at."""
     named, core = list[str](), standin()
-    other = {"verilog": core.verilog + "\n", "models": ("module cell; endmodule",), "sidecar": {}}
+    other = {"verilog": core.verilog + "\n", "models": ("module cell; endmodule",), "probes": ()}
     monkeypatch.setattr(run_module, "kept", lambda place, make: named.append(place.name) or {"executable": b""})
-    run_module._build(core, "verilator", tmp_path)
-    run_module._build(core, "verilator", tmp_path)
+    run_module._build(core, "verilator", tmp_path, False)
+    run_module._build(core, "verilator", tmp_path, False)
     if change == "programs":
         monkeypatch.setattr(run_module.tools, "programs", lambda simulator: "g++ of tomorrow")
     else:
         core = replace(core, **{change: other[change]})
-    run_module._build(core, "verilator", tmp_path)
+    run_module._build(core, "verilator", tmp_path, False)
     assert named[0] == named[1] != named[2]
 
 
@@ -238,9 +239,29 @@ def test_a_build_that_fails_tells_why_and_leaves_nothing(tmp_path: Path, codes: 
 
 def test_a_testbench_that_fails_tells_why(cache: Path, codes: Ints, standin: Maker) -> None:
     core = standin()
-    core.sidecar["probes"][0]["words"] = "no_such_signal"
+    core = replace(core, probes=(replace(core.probes[0], words="no_such_signal"),))
     with pytest.raises(SimulationError, match=r"(?s)gave no outcome:.*there is no no_such_signal below standin"):
         simulate(DESIGN, codes, "icarus", build_dir=cache, core=core, probes=True)
+
+
+@pytest.mark.parametrize("simulator", ["icarus", "verilator", "amaranth"])
+def test_waves_hold_every_change_of_a_port(
+    simulator: str, cache: Path, tmp_path: Path, codes: Ints, words: Ints, standin: Maker
+) -> None:
+    """What the VCD file says of the result port when words pass it is what the simulation returned."""
+    file, core = tmp_path / "waves.vcd", None if simulator == "amaranth" else standin()
+    run = simulate(DESIGN, codes[:2], simulator, build_dir=cache, expected=words[:2], core=core, waves=file)
+    assert run.mismatches == 0
+    seen = changes(file.read_text(), "result__payload.data" if simulator == "amaranth" else "result_data")
+    mask = (1 << DESIGN.word_bits) - 1
+    assert {word & mask for word in run.words.ravel().tolist()} <= set(seen)
+
+
+def changes(vcd: str, name: str) -> list[int]:
+    """Every value of the first variable called ``name``."""
+    found = re.search(rf"\$var \w+ \d+ (\S+) \\?{re.escape(name)}[ \[]", vcd)
+    assert found, name
+    return [int(value, 2) for value in re.findall(rf"^b([01]+) {re.escape(found[1])}$", vcd, re.MULTILINE)]
 
 
 def test_no_frames(cache: Path) -> None:

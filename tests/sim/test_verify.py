@@ -20,11 +20,13 @@ from tfra.model.fixed.words import decode, quantise
 from tfra.model.metrics import ERRORS
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
+from tfra.sim import pattern_run
 from tfra.sim import verify as verify_module
+from tfra.sim.pattern_run import first_difference
 from tfra.sim.report import Account, Report
 from tfra.sim.run import Netlist, Run, generated
 from tfra.sim.stimuli import mixture
-from tfra.sim.verify import first_difference, verify
+from tfra.sim.verify import verify
 
 DESIGN = Design(
     SensorArray(3, 2, 4e-3, 4e-3, 3e-3),
@@ -172,9 +174,25 @@ def test_a_flipped_result_bit_is_found_behind_all_probes(cache: Path) -> None:
 
 
 @pytest.mark.usefixtures("few")
-def test_a_broken_stream_fails(cache: Path) -> None:
+def test_waves_are_of_the_frame_that_differs(cache: Path, tmp_path: Path) -> None:
+    """A core that is wrong from its fifth frame on: alone that frame is right, so those before it are played, too."""
+    old = "assign result_data = "
+    ends = "result_valid & result_ready & result_last"
+    counter = f"reg [15:0] taken = 0;\n  always @(posedge clk) if ({ends}) taken <= taken + 1;"
+    wrong = tampered(cache, old, f"{counter}\n  {old}(taken >= 4) ^ ")
+    file = tmp_path / "waves.vcd"
+    report = verify(DESIGN, simulator="icarus", random=0, core=wrong, waves=file)
+    assert report.first is not None
+    assert report.recorded == report.first.frame == 12  # the fifth of every third
+    assert verify(DESIGN, simulator="icarus", random=0, waves=tmp_path / "good.vcd").recorded == 0
+    assert (tmp_path / "good.vcd").stat().st_size < file.stat().st_size
+
+
+@pytest.mark.usefixtures("few")
+def test_a_broken_stream_fails(cache: Path, tmp_path: Path) -> None:
     wrong = tampered(cache, "assign result_last = ", "assign result_last = 0 & ")
-    report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
+    report = verify(DESIGN, simulator="icarus", random=0, core=wrong, waves=tmp_path / "waves.vcd")
+    assert (tmp_path / "waves.vcd").exists()
     assert not report.passed
     assert any("last is missing" in note for note in report.violations)
     accounts = check_accounts(report)
@@ -194,8 +212,8 @@ def test_a_wrong_timing_formula_fails(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("few")
 def test_words_that_were_not_compared_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    simulate = verify_module.simulate
-    monkeypatch.setattr(verify_module, "simulate", lambda *a, **k: replace(simulate(*a, **k), compared=0))
+    simulate = pattern_run.simulate
+    monkeypatch.setattr(pattern_run, "simulate", lambda *a, **k: replace(simulate(*a, **k), compared=0))
     assert not verify(DESIGN, simulator="icarus", random=0).passed
 
 

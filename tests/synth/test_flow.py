@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,6 @@ from tfra.synth.estimate import tally
 from tfra.synth.flow import Stall, options, read_route, route, synthesise
 from tfra.synth.targets import ECP5, TARGETS, find
 from tfra.synth.tools import StoppedError, ToolError, require, run, versions
-
-sys.path.insert(0, str(Path(__file__).parents[2]))  # bench is not installed
 
 SAMPLE = json.loads((Path(__file__).parent / "data" / "nextpnr_5x5.json").read_text())
 """What nextpnr-ecp5 0.11.1 reported of a 5x5 core, shortened to the resources that are read."""
