@@ -1,5 +1,6 @@
 # make demo    from a sensor description to forces out of the simulated core
-# make test    lint, types and tests
+# make test    lint, types and the tests of every block, simulator, target and command: five minutes on two cores
+# make test-all  these and the long ones: more designs, gates, place and route (docs/development.md)
 # make speed   speed and memory of the models
 # make cores, make formats, make campaign
 #              the other tables of the README: cycles, exactness, verification of many cores (half an hour)
@@ -32,11 +33,12 @@ PACKAGES := model hdl codegen sim synth cli paper
 VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra
+PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2
 
 STUDIES := campaign formats rest gates cores schedule timing estimates blocks baselines primitives speed c_speed \
   growth large sparse calibrate errors truth fem_convergence abuse misuse
 
-.PHONY: demo test clean icarus chromium $(STUDIES)
+.PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -50,7 +52,12 @@ test: $(READY) icarus chromium
 	@for package in $(PACKAGES); do ln -sfn "$(CURDIR)/$$package" $(TYPES)/$$package; done
 	$(VENV)/bin/ruff check
 	MYPYPATH=build/types $(VENV)/bin/mypy --strict $(PACKAGES:%=-p tfra.%)
-	OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2
+	$(PYTEST) -m "not long"
+
+test-rest: $(READY) icarus chromium
+	$(PYTEST) -m long
+
+test-all: test test-rest
 
 campaign formats rest gates: GROUP := exactness
 cores schedule timing: GROUP := cycles

@@ -140,6 +140,7 @@ def test_wrong_targets_and_folders(folder: Path, capfd: pytest.CaptureFixture[st
     assert refusal(capfd, "synth", "none.toml", *SYNTH[2:]) == "none.toml: cannot be read: No such file or directory"
 
 
+@pytest.mark.long
 def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*SIZE, "--frames-per-second", "100", "--latency-us", "1e5", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.marks import long
 from tfra.codegen.generate import generate
 from tfra.codegen.sidecar import LOADED
 from tfra.codegen.verilog import run_yosys
@@ -37,7 +38,7 @@ DESIGNS["loaded"] = replace(DESIGNS["even"], name="loaded", images="load")
 DESIGNS["narrow"] = replace(DESIGNS["even"], name="narrow", architecture=Architecture(4, 1))
 
 
-@pytest.fixture(scope="module", params=DESIGNS, name="made")
+@pytest.fixture(scope="module", params=["files", "serial", *long("even", "odd", "loaded", "narrow")], name="made")
 def _made(request, tmp_path_factory):
     design = DESIGNS[request.param]
     directory = tmp_path_factory.mktemp(design.name) / "core"
@@ -133,6 +134,7 @@ def test_files_beside_the_verilog_are_in_the_sidecar(made):
         assert max(int(line, 16) for line in lines) < 1 << image["bits"]
 
 
+@pytest.mark.long
 def test_the_testbench_notices_a_wrong_file(tmp_path):
     design = DESIGNS["files"]
     facts = generate(design, tmp_path / "core")

@@ -13,6 +13,7 @@ from functools import partial
 
 import pytest
 
+from tests.marks import long
 from tfra.codegen import testbench
 from tfra.codegen.sidecar import LOADED
 from tfra.codegen.verilog import to_verilog
@@ -98,7 +99,7 @@ def _few_frames(monkeypatch):
     monkeypatch.setattr("tfra.codegen.testbench.directed_codes", lambda design: directed_codes(design)[:1])
 
 
-@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("name", ["eight candidates", *long(*(name for name in DESIGNS if name != "eight candidates"))])
 def test_nothing_is_left_of_what_was_before_a_reset(name, tmp_path):
     design = DESIGNS[name]
     assert not microarchitecture(design).cell_models

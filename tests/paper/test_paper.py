@@ -213,6 +213,7 @@ def differing(one: Path, other: Path) -> set[str]:
     return {n for n in names if not (one / n).exists() or (one / n).read_bytes() != (other / n).read_bytes()}
 
 
+@pytest.mark.long
 def test_two_runs_write_the_same_bytes(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -42,6 +42,7 @@ def play(design: Design, core: Netlist, cache: Path) -> Run:
     return simulate(design, codes, "icarus", 5, "bursts", "bursts", cache, expected=expected, core=core)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design.name)
 def test_words_do_not_depend_on_collisions(design: Design, tmp_path: Path) -> None:
     place = tmp_path / "core"

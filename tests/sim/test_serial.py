@@ -69,6 +69,7 @@ def test_a_wrong_coefficient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.mismatches > 0
 
 
+@pytest.mark.long
 def test_gates(cache: Path) -> None:
     """A smaller core, since gates run at some hundred cycles a second."""
     design = replace(DESIGN, sensor=SensorArray(2, 2, 4e-3, 4e-3, 3e-3), adc=Adc(6), search=Search(1), target="ice40")

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from tests.marks import long
 from tfra.hdl.parallel.matvec.images import lane_images
 from tfra.hdl.parallel.tfra.parallel import Parallel
-from tfra.model.choices import TARGETS, Adc, Architecture, Search
+from tfra.model.choices import Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
@@ -45,7 +46,9 @@ def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPa
 
 @pytest.fixture
 def few(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
+    """Few frames of each kind."""
+    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 6)
+    monkeypatch.setattr("tfra.sim.stimuli.directed_codes", lambda design: directed_codes(design)[::3])
 
 
 def tampered(cache: Path, old: str, new: str) -> Netlist:
@@ -56,7 +59,7 @@ def tampered(cache: Path, old: str, new: str) -> Netlist:
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.parametrize("simulator", ["icarus", "verilator"])
+@pytest.mark.parametrize("simulator", long("icarus", "verilator"))
 def test_memory_files_pass_and_a_wrong_word_in_one_fails(cache: Path, simulator: str) -> None:
     design = replace(DESIGN, images="readmemh")
     assert verify(design, simulator=simulator, random=20).passed
@@ -69,7 +72,7 @@ def test_memory_files_pass_and_a_wrong_word_in_one_fails(cache: Path, simulator:
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.parametrize("target", TARGETS)
+@pytest.mark.parametrize("target", ["portable", *long("ecp5", "ice40")])
 def test_loaded_coefficients_pass_and_a_wrong_one_fails(monkeypatch: pytest.MonkeyPatch, target: str) -> None:
     design = replace(DESIGN, images="load", target=target)
     assert verify(design, simulator="icarus", random=20).passed
@@ -173,6 +176,7 @@ def test_a_flipped_result_bit_is_found_behind_all_probes(cache: Path) -> None:
     assert first.expected ^ first.observed == 1
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_waves_are_of_the_frame_that_differs(cache: Path, tmp_path: Path) -> None:
     """A core that is wrong from its fifth frame on: alone that frame is right, so those before it are played, too."""
@@ -210,6 +214,7 @@ def test_a_wrong_timing_formula_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not report.passed
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_words_that_were_not_compared_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     simulate = pattern_run.simulate

@@ -109,6 +109,7 @@ def test_a_serial_core() -> None:
     ]
 
 
+@pytest.mark.long
 def test_more_lanes_take_more() -> None:
     sensor = SensorArray(3, 3, 4e-3, 2e-3, 3e-3)
     base, mac = (estimate(Design(sensor, architecture=Architecture(lanes)), ECP5) for lanes in (4, 8))

@@ -132,6 +132,7 @@ def test_a_router_that_gets_nowhere_is_stopped() -> None:
         assert [stall(line) for line in _rounds(0, 19, 1) + _rounds(*worse, 100)] == [False] * 100 + [True]
 
 
+@pytest.mark.long
 def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A native nextpnr that routes without an end above 97 MHz, and places well enough with seed 202."""
     (tmp_path / "sample.json").write_text(json.dumps(SAMPLE))

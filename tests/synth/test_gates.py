@@ -53,6 +53,7 @@ def play(core: Netlist | None, cache: Path, design: Design = DESIGN, frames: int
     return simulate(design, CODES[:frames], "icarus", 1, "random", "none", cache, expected=expected, core=core)
 
 
+@pytest.mark.long
 def test_gates_equal_the_model(gates: Netlist, cache: Path) -> None:
     run = play(gates, cache)
     assert (run.compared, run.mismatches) == (run.words.size, 0)
@@ -60,6 +61,7 @@ def test_gates_equal_the_model(gates: Netlist, cache: Path) -> None:
     assert alone.latency[0] == gates.sidecar["latency_cycles"]
 
 
+@pytest.mark.long
 def test_cells_know_their_lanes(gates: Netlist) -> None:
     """By names that hdl gives: each lane has its multiplier, and as many cells of every kind as any other."""
     cells = re.findall(r"^  ([A-Z]\w+) (?:#\([^;]*?\n  \) )?(\S+) +\($", gates.verilog, re.MULTILINE)
@@ -81,6 +83,7 @@ def test_cells_know_their_lanes(gates: Netlist) -> None:
         assert {lane_of(name) for _, name in cells if re.search(register, name)} == set(lanes), register
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("gates", ["ecp5"], indirect=True)
 def test_a_fault_is_found(gates: Netlist, cache: Path) -> None:
     """The signs of the first coefficients are flipped in both memories."""

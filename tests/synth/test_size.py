@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from tests.marks import long
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import VECTOR_WORDS, Architecture, Search
 from tfra.model.fixed.design import Design
@@ -42,7 +43,7 @@ def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "estimate", cost)
 
 
-@pytest.mark.parametrize(("fps", "latency"), [(1e3, 1e4), (5e4, 30.0), (1e5, 1e3), (1e3, 11.0), (1.5e5, 12.0)])
+@pytest.mark.parametrize(("fps", "latency"), [(5e4, 30.0), *long((1e3, 1e4), (1e5, 1e3), (1e3, 11.0), (1.5e5, 12.0))])
 def test_the_cheapest_core(cheap: None, fps: float, latency: float) -> None:
     bounds = Bounds(100.0, fps, latency)
     every = [Architecture(lanes, words) for lanes in microarchitecture(DESIGN).lane_choices for words in VECTOR_WORDS]
@@ -71,6 +72,7 @@ def test_nothing_fits(cheap: None) -> None:
         size(DESIGN, tiny, Bounds(100.0, 1.0, 1e6))
 
 
+@pytest.mark.long
 def test_more_lanes_for_fewer_memories(cheap: None) -> None:
     shallow = replace(TARGET, name="shallow", available={"LUT": 1000, "BRAM": 10})
     assert size(DESIGN, shallow, Bounds(100.0, 1.0, 1e6)).architecture.mac_lanes == 4

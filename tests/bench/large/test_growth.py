@@ -16,6 +16,7 @@ def test_one_taxel_more_does_not_fit(blocks):
     assert growth.bits(size) <= room < growth.bits(size + 1)
 
 
+@pytest.mark.long
 def test_everything_grows():
     rows = [growth.measure(size, 16) for size in (4, 6, 8)]
     for key in ("products", "latency", "interval"):

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.primitives.harness import in_amaranth, in_icarus
+from tests.marks import long
 from tfra.hdl.primitives import Multiplier, Rom, cell_models
 from tfra.model.choices import TARGETS
 
@@ -51,7 +52,7 @@ def words(rng: np.random.Generator, bits: int) -> list[int]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("a_bits", "b_bits"), [(18, 18), (10, 14), (18, 19), (24, 24), (27, 18), (27, 27), (35, 20)])
+@pytest.mark.parametrize(("a_bits", "b_bits"), [(18, 18), (24, 24), *long((10, 14), (18, 19), (27, 18), (27, 27), (35, 20))])
 def test_multiplier(kind: str, a_bits: int, b_bits: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(a_bits * b_bits)
     inputs = {"a": words(rng, a_bits), "b": words(rng, b_bits)[::-1], "enable": enables(rng)}
@@ -71,11 +72,7 @@ SHAPES = [
     (2, 512, 18),
     (2, 513, 18),
     (3, 350, 18),
-    (4, 1325, 18),
-    (1, 2100, 18),
-    (2, 2600, 10),
-    (2, 900, 24),
-    (3, 2100, 27),
+    *long((4, 1325, 18), (1, 2100, 18), (2, 2600, 10), (2, 900, 24), (3, 2100, 27)),
 ]
 """Images, their depth, bits: shared memories, memories of their own, several behind one another and side by side."""
 
@@ -99,7 +96,7 @@ def test_rom(kind: str, number: int, depth: int, bits: int, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("number", "depth", "bits"), [(1, 5, 18), (3, 350, 18), (2, 1325, 18), (3, 900, 24)])
+@pytest.mark.parametrize(("number", "depth", "bits"), [(3, 350, 18), *long((1, 5, 18), (2, 1325, 18), (3, 900, 24))])
 def test_loaded(kind: str, number: int, depth: int, bits: int, tmp_path: Path) -> None:
     """What is written in any order is read, and nothing else was."""
     rng = np.random.default_rng(number)
