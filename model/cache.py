@@ -1,4 +1,7 @@
-"""Results that take long are kept between runs: each in a file that tells by a hash whether it is as it was written."""
+"""Results that take long are kept between runs: each in a file that tells by a hash whether it is as it was written.
+
+A file's time is that of its last use.  When all are larger than the limit, the longest unused go first.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ import errno
 import hashlib
 import json
 import os
+import re
 import stat
 import warnings
 from collections.abc import Callable, Mapping
@@ -14,13 +18,19 @@ from contextlib import ExitStack, suppress
 from functools import cache
 from pathlib import Path
 
-from tfra.model.errors import InputError, Notice
+from tfra.model.errors import InputError, Notice, quoted
 from tfra.model.scratch import discard, locked, part, scratch, sweep, temporary, writing
 
 Files = Mapping[str, bytes]
 """Contents by name."""
 
 _HASH = hashlib.sha256().digest_size
+
+_ENTRY = re.compile(r"(?:core|build|gates|fem)-.*[0-9a-f]{16}")
+"""Names of entries.  Nothing else in the folder is ever removed: it may be somebody's."""
+
+LIMIT_MB = 500
+"""All entries together, unless the variable ``TFRA_CACHE_MB`` says otherwise."""
 
 
 def cache_directory(chosen: str | Path | None = None) -> Path:
@@ -66,6 +76,7 @@ def kept(place: Path, make: Callable[[], Files]) -> dict[str, bytes]:
     Of several processes that want the same entry at once, one makes it and the others wait.  Nobody works inside an
     entry, so that replacing it takes nothing away from anyone.
     """
+    limit = _limit()
     if (found := _read(place)) is not None:
         return found
     folder = place.parent
@@ -76,7 +87,34 @@ def kept(place: Path, make: Callable[[], Files]) -> dict[str, bytes]:
                 return found
             files = dict(make())
             _write(place, files)
+            _prune(folder, limit, place)
     return files
+
+
+def _limit() -> int:
+    """Bytes that all entries may have; raises ``InputError`` for a variable that is no number of megabytes."""
+    wanted = os.environ.get("TFRA_CACHE_MB", str(LIMIT_MB))
+    if not wanted.isdecimal() or not int(wanted):
+        raise InputError("TFRA_CACHE_MB", "", f"a whole number of megabytes above 0 is needed, got {quoted(wanted)}")
+    return 1_000_000 * int(wanted)
+
+
+def _prune(folder: Path, limit: int, fresh: Path) -> None:
+    """Remove entries until all have ``limit`` bytes or fewer, the longest unused first; ``fresh`` stays."""
+    found = []
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            with suppress(OSError):  # another process has removed it
+                if _ENTRY.fullmatch(entry.name) and entry.is_file(follow_symlinks=False):
+                    about = entry.stat(follow_symlinks=False)
+                    found.append((entry.name == fresh.name, about.st_mtime_ns, about.st_size, entry.path))
+    total = sum(size for _, _, size, _ in found)
+    for newest, _, size, path in sorted(found):
+        if total <= limit or newest:
+            return
+        with suppress(OSError):
+            os.unlink(path)
+            total -= size
 
 
 def _write(place: Path, files: Files) -> None:
@@ -111,6 +149,8 @@ def _read(place: Path) -> dict[str, bytes] | None:
     for name, length in json.loads(content[_HASH:start]).items():
         files[name] = content[start : start + length]
         start += length
+    with suppress(OSError):
+        os.utime(place)  # it was used now
     return files
 
 

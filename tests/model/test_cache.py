@@ -209,3 +209,47 @@ print(place)
     assert warning.startswith("no cache in ~/.cache/tfra, nothing is kept between runs: ")
     assert Path(place).parent == tmp_path
     assert list(tmp_path.iterdir()) == []
+
+
+def entry(folder: Path, number: int, size: int, last_use: int) -> Path:
+    """An entry of ``size`` bytes and a little more that was used so many seconds after 1970."""
+    place = folder / f"core-c-{number:016x}"
+    kept(place, Maker({"a": bytes(size)}))
+    os.utime(place, (last_use, last_use))
+    return place
+
+
+def test_the_longest_unused_entries_go_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TFRA_CACHE_MB", "1")
+    first, second, third = (entry(tmp_path, number, 300_000, 10 + number) for number in range(3))
+    foreign = [tmp_path / "core-notes.txt", tmp_path / "thesis.tex", tmp_path / f"core-{7:016x}"]
+    for file in foreign[:2]:
+        file.write_bytes(bytes(2_000_000))
+    foreign[2].symlink_to(foreign[1])
+    assert kept(first, Maker()) == {"a": bytes(300_000)}  # used now
+    entry(tmp_path, 3, 300_000, 20)
+    assert [place.exists() for place in (first, second, third)] == [True, False, True]
+    assert all(file.exists() for file in foreign)
+    entry(tmp_path, 4, 1_500_000, 30)  # larger than the limit: it alone stays
+    assert sorted(place.name for place in tmp_path.glob("core-c-*")) == [f"core-c-{4:016x}"]
+    assert all(file.exists() for file in foreign)
+
+
+@pytest.mark.parametrize("value", ["", "0", "-1", "many", "1.5", "\u00b2"])
+def test_a_limit_that_is_no_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, value: str) -> None:
+    monkeypatch.setenv("TFRA_CACHE_MB", value)
+    with pytest.raises(InputError, match=r"^TFRA_CACHE_MB: a whole number of megabytes above 0 is needed, got "):
+        kept(tmp_path / "core-x", Maker())
+    assert not list(tmp_path.iterdir())
+
+
+def test_two_that_prune_at_once_lose_nothing_that_is_wanted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TFRA_CACHE_MB", "1")
+
+    def want(number: int) -> Files:
+        return kept(tmp_path / f"core-c-{number % 9:016x}", Maker({"a": bytes([number % 9]) * 200_000}))
+
+    with ThreadPoolExecutor(4) as pool:
+        made = pool.map(want, range(90))
+        assert [files["a"][:1] for files in made] == [bytes([n % 9]) for n in range(90)]
+    assert sum(place.stat().st_size for place in tmp_path.iterdir()) <= 1_000_000

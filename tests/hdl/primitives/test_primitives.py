@@ -52,7 +52,9 @@ def words(rng: np.random.Generator, bits: int) -> list[int]:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("a_bits", "b_bits"), [(18, 18), (24, 24), *long((10, 14), (18, 19), (27, 18), (27, 27), (35, 20))])
+@pytest.mark.parametrize(
+    ("a_bits", "b_bits"), [(18, 18), (24, 24), *long((10, 14), (18, 19), (27, 18), (27, 27), (35, 20))]
+)
 def test_multiplier(kind: str, a_bits: int, b_bits: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(a_bits * b_bits)
     inputs = {"a": words(rng, a_bits), "b": words(rng, b_bits)[::-1], "enable": enables(rng)}
