@@ -10,6 +10,7 @@ import numpy as np
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.tfra.pipeline import FixedResult, FixedTfra
+from tfra.model.fixed.tfra.stages import Stage
 from tfra.sim import tools
 from tfra.sim.report import Mismatch
 from tfra.sim.run import Netlist, Progress, ProtocolError, Run, SimulationError, simulate
@@ -17,9 +18,6 @@ from tfra.sim.stimuli import Stimuli
 
 PATTERNS = ("none", "random", "bursts")
 """Stalls on both ports; each pattern gets every third frame."""
-
-LAST_STAGE = "scaling"
-"""Where words go wrong that no probe saw."""
 
 
 class PatternRun:
@@ -163,7 +161,7 @@ def first_difference(run: Run, model: FixedResult, frame: int) -> tuple[str | No
     if not run.probes:
         return None, None
     for stage, found in run.probes.items():
-        expected = model.stages[stage][frame]
+        expected = model.stages[Stage(stage)][frame]
         words = expected.reshape(-1)
         if frame >= len(found) or found.shape[1] != words.size:
             return stage, None
@@ -171,4 +169,4 @@ def first_difference(run: Run, model: FixedResult, frame: int) -> tuple[str | No
         if len(different):
             per_transfer = expected.shape[-1] if expected.ndim > 1 else words.size
             return stage, int(different[0]) // per_transfer
-    return LAST_STAGE, None
+    return Stage.SCALING, None  # no probe saw it

@@ -21,7 +21,7 @@ from bench.parts.flat import Flat
 from bench.publish import ROOT, publish
 from tfra.codegen.config import load
 from tfra.codegen.verilog import to_rtlil, with_free_collisions
-from tfra.hdl.parallel.tfra.core import make_blocks
+from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.synth.flow import route, synthesise
 from tfra.synth.pins import Pins
 from tfra.synth.targets import find
@@ -55,8 +55,8 @@ def main(names: list[str]) -> None:
     path = ROOT / "bench" / "results" / "blocks.json"
     record = json.loads(path.read_text()) if path.exists() else {}
     design = load(ROOT / "examples" / "fast.toml").design
-    for name in names or make_blocks(design):
-        record[name] = measure(name, make_blocks(design)[name])
+    for name in names or [name for name, _ in Blocks.of(design)]:
+        record[name] = measure(name, getattr(Blocks.of(design), name))
         print(name, record[name], flush=True)
     lines = [
         "| block | LUT | FF | DSP | BRAM | MHz alone | longest path: logic, ns | wires, ns |",

@@ -14,9 +14,10 @@ from tests.marks import long
 from tfra.hdl.parallel.matvec.images import lane_images
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.model.choices import Adc, Architecture, Search
-from tfra.model.cover.scenes import directed_codes
+from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.fixed.words import decode, quantise
 from tfra.model.metrics import ERRORS
 from tfra.model.sensor import SensorArray
@@ -25,7 +26,7 @@ from tfra.sim import pattern_run
 from tfra.sim import verify as verify_module
 from tfra.sim.pattern_run import first_difference
 from tfra.sim.report import Account, Report
-from tfra.sim.run import Netlist, Run, generated
+from tfra.sim.run import Netlist, Run, generated, simulate
 from tfra.sim.stimuli import mixture
 from tfra.sim.verify import verify
 
@@ -145,6 +146,16 @@ def test_given_frames_and_references() -> None:
     assert report.timing.interval is None  # too few frames to tell
     with pytest.raises(ValueError, match=r"mu_ref: shape \(4,\) is needed, got \(3,\)"):
         verify(DESIGN, frames, "icarus", references=known | {"mu_ref": np.zeros(3)})
+
+
+def test_every_probe_shows_the_models_stage(cache: Path) -> None:
+    """Of frames that are alone in the core: those that overlap would interleave at some probes."""
+    for codes in (contact_codes(DESIGN, 1, 1), directed_codes(DESIGN)[:1], wild_codes(DESIGN, 1, 1)):
+        model = FixedTfra(DESIGN)(codes)
+        run = simulate(DESIGN, codes, "icarus", build_dir=cache, probes=True)
+        assert list(run.probes) == [stage for stage in Stage if stage != Stage.SCALING]
+        for stage, found in run.probes.items():
+            np.testing.assert_array_equal(found, model.stages[Stage(stage)].reshape(1, -1), stage)
 
 
 @pytest.mark.usefixtures("few")

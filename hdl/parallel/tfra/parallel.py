@@ -8,7 +8,8 @@ from pathlib import Path
 from tfra.hdl.microarchitecture import Probe
 from tfra.hdl.parallel.matvec.images import depth, lane_images
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
-from tfra.hdl.parallel.tfra.core import Core, probes
+from tfra.hdl.parallel.tfra.core import Core
+from tfra.hdl.parallel.tfra.probes import probes
 from tfra.hdl.parallel.tfra.timeline import BlockCycles, Timeline
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design

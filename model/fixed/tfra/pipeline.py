@@ -21,6 +21,7 @@ from tfra.model.fixed.tfra.dependent import dependent, gather_sums
 from tfra.model.fixed.tfra.forces import forces
 from tfra.model.fixed.tfra.friction import friction
 from tfra.model.fixed.tfra.resultant import resultant
+from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.fixed.tfra.sweep import sweep
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.fixed.widths import DIVISION_GUARD
@@ -35,10 +36,10 @@ class FixedResult:
     """``words (n, frame_words)`` as the core sends them."""
 
     words: Ints
-    parts: tuple[dict[str, Ints], ...]
+    parts: tuple[dict[Stage, Ints], ...]
 
     @property
-    def stages(self) -> dict[str, Ints]:
+    def stages(self) -> dict[Stage, Ints]:
         """What flows between blocks, by name: the first axis is the frame, then come transfers in their order."""
         return {name: np.concatenate([part[name] for part in self.parts]) for name in self.parts[0]}
 
@@ -62,7 +63,7 @@ class FixedTfra:
         """C33 A3-dagger e, folded."""
         return matvec(self.design, "normal", e)
 
-    def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[str, Ints]]:
+    def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[Stage, Ints]]:
         design = self.design
         frame = normaliser(design, codes)
         direction = centroids(design, codes)
@@ -96,7 +97,8 @@ class FixedTfra:
         unscaled = forces(design, force, chosen, n)
         total = resultant(design, affine, chosen, frame.regular)
         factor = gain(design, total, frame)
-        scaled = scaling(design, frame, factor, to_taxels(design, unscaled), total)
+        planes = to_taxels(design, unscaled)
+        scaled = scaling(design, frame, factor, planes, total)
         _, phi = cordic(design, direction.cos << DIVISION_GUARD, direction.sin << DIVISION_GUARD)
         status = (
             np.where(frame.contact, 0, Status.NO_CONTACT)
@@ -123,15 +125,18 @@ class FixedTfra:
             },
         )
         stages = {
-            "normaliser": stress,
-            "centroids": np.stack([direction.cos, direction.sin], axis=1),
-            "matvec": np.concatenate([contact, residual, *normal, force], axis=1),
-            "weights": n,
-            "dependent": np.stack([affine.alpha, affine.beta], axis=1),
-            "combine": np.concatenate([e0, e1, d], axis=1),
-            "sweep": found.index[:, None],
-            "friction": np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
-            "resultant": total.words,
-            "gain": np.stack([factor.mantissa, factor.mu], axis=1),
+            Stage.NORMALISER: stress,
+            Stage.CENTROIDS: np.stack([direction.cos, direction.sin], axis=1),
+            Stage.MATVEC: np.concatenate([contact, residual, *normal, force], axis=1),
+            Stage.WEIGHTS: n,
+            Stage.DEPENDENT: np.stack([affine.alpha, affine.beta], axis=1),
+            Stage.COMBINE: np.concatenate([e0, e1, d], axis=1),
+            Stage.SWEEP: found.index[:, None],
+            Stage.FRICTION: np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
+            Stage.RESULTANT: total.words,
+            Stage.GAIN: np.stack([factor.mantissa, factor.mu], axis=1),
+            Stage.FORCES: planes.reshape(len(codes), -1, 1),
+            Stage.ANGLE: phi[:, None],
+            Stage.SCALING: words,
         }
         return words, stages

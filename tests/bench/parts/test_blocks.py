@@ -7,7 +7,7 @@ from amaranth.sim import Simulator
 
 from bench.parts.blocks import row
 from bench.parts.flat import Flat
-from tfra.hdl.parallel.tfra.core import make_blocks
+from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.hdl.parallel.tfra.weights import Weights
 from tfra.model.choices import Architecture
 from tfra.model.fixed.butterfly import butterfly
@@ -20,7 +20,7 @@ DESIGN = Design(SensorArray(2, 2, 4e-3, 2e-3, 3e-3), architecture=Architecture(4
 
 def test_ports_are_the_members_of_the_streams_but_for_constants() -> None:
     vector = 4 * DESIGN.widths.vector
-    flat = {name: len(Flat(block).signature.members) for name, block in make_blocks(DESIGN).items()}
+    flat = {name: len(Flat(block).signature.members) for name, block in Blocks.of(DESIGN)}
     assert all(flat.values())
     ports = {name: member.shape for name, member in Flat(Weights(DESIGN)).signature.members.items()}
     assert (ports["solution_payload"], ports["solution_valid"], ports["frame_ready"]) == (vector, 1, 1)
