@@ -135,7 +135,7 @@ class FixedTfra:
             Stage.FRICTION: np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
             Stage.RESULTANT: total.words,
             Stage.GAIN: np.stack([factor.mantissa, factor.mu], axis=1),
-            Stage.FORCES: planes.reshape(len(codes), -1, 1),
+            Stage.FORCES: planes.reshape(len(codes), 3 * design.sensor.taxels, 1),
             Stage.ANGLE: phi[:, None],
             Stage.SCALING: words,
         }
