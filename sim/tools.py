@@ -56,9 +56,10 @@ def environment(simulator: str, folder: Path, waves: bool = False) -> dict[str, 
         _write_wrapper(folder / "verilator", _verilator(root), "--public-flat-rw", {"VERILATOR_ROOT": root})
         if root is not None:
             variables["MAKEFLAGS"] = _MAKEFLAGS
-    elif waves:  # cocotb's runner tells vvp to write none
+    if waves and simulator == "icarus":  # cocotb's runner tells vvp to write none
         _write_wrapper(folder / "vvp", Path(shutil.which("vvp") or "vvp"), "-none", {"IVERILOG_DUMPER": "vcd"})
-    variables["PATH"] = os.pathsep.join([str(folder), variables.get("PATH", "")])
+    if waves or simulator == "verilator":
+        variables["PATH"] = os.pathsep.join([str(folder), variables.get("PATH", "")])
     return variables
 
 

@@ -1,8 +1,19 @@
-"""One hypothesis profile for all tests: none depends on the machine's speed, and any failure can be repeated."""
+"""What all tests share: one hypothesis profile, and one cache of generated cores and simulators' executables."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import pytest
 from hypothesis import HealthCheck, settings
 
+# None depends on the machine's speed, and any failure can be repeated.
 settings.register_profile("tfra", deadline=None, print_blob=True, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("tfra")
+
+
+@pytest.fixture(scope="session")
+def builds(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cache that the processes of this run have in common: the same core is built once."""
+    own = tmp_path_factory.getbasetemp()
+    return (own.parent if own.name.startswith("popen") else own) / "builds"

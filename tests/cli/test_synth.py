@@ -74,6 +74,7 @@ def test_synth(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["resources"]["LUT"]["used"] == 4
 
 
+@pytest.mark.long
 def test_synth_where_only_yosys_runs(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["synth", "skin.toml", "--target", "xc7", "--out", "fpga", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)

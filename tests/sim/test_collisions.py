@@ -51,6 +51,7 @@ def test_words_do_not_depend_on_collisions(design: Design, tmp_path: Path) -> No
     assert (run.compared, run.mismatches) == (run.words.size, 0)
 
 
+@pytest.mark.long
 def test_an_unknown_word_is_seen(tmp_path: Path) -> None:
     """Memories give unknown words whenever anything is written to them."""
     design, place = DESIGNS[0], tmp_path / "core"

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from bench.abuse.damages import DAMAGES
+from tests.marks import long
 from tfra.hdl import ports
 from tfra.model.cache import kept
 from tfra.model.choices import Architecture, Search
@@ -244,7 +245,7 @@ def test_a_testbench_that_fails_tells_why(cache: Path, codes: Ints, standin: Mak
         simulate(DESIGN, codes, "icarus", build_dir=cache, core=core, probes=True)
 
 
-@pytest.mark.parametrize("simulator", ["icarus", "verilator", "amaranth"])
+@pytest.mark.parametrize("simulator", ["icarus", *long("verilator", "amaranth")])
 def test_waves_hold_every_change_of_a_port(
     simulator: str, cache: Path, tmp_path: Path, codes: Ints, words: Ints, standin: Maker
 ) -> None:
@@ -282,6 +283,7 @@ def test_the_core_in_every_simulator(cache: Path, codes: Ints, words: Ints) -> N
     assert runs["amaranth"].interval.tolist() == runs["icarus"].interval.tolist()
 
 
+@pytest.mark.long
 def test_amaranth_with_stalls(codes: Ints, words: Ints) -> None:
     for pattern in ("random", "bursts"):
         told: list[int] = []

@@ -33,10 +33,9 @@ FRAMES = 5
 
 
 @pytest.fixture(autouse=True)
-def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    place = tmp_path_factory.getbasetemp() / "cache"
-    monkeypatch.setenv("TFRA_CACHE", str(place))
-    return place
+def cache(builds: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("TFRA_CACHE", str(builds))
+    return builds
 
 
 def verified(design: Design) -> Report:
@@ -59,6 +58,7 @@ def test_in_amaranth() -> None:
         simulate(replace(DESIGN, target="ice40"), codes, "amaranth")
 
 
+@pytest.mark.long
 def test_a_wrong_coefficient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     image = microarchitecture(DESIGN).loaded
     assert image is not None

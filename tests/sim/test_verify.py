@@ -39,10 +39,9 @@ DESIGN = Design(
 
 
 @pytest.fixture(autouse=True)
-def cache(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
-    place = tmp_path_factory.getbasetemp() / "cache"
-    monkeypatch.setenv("TFRA_CACHE", str(place))
-    return place
+def cache(builds: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("TFRA_CACHE", str(builds))
+    return builds
 
 
 @pytest.fixture
@@ -73,7 +72,7 @@ def test_memory_files_pass_and_a_wrong_word_in_one_fails(cache: Path, simulator:
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.parametrize("target", ["portable", *long("ecp5", "ice40")])
+@pytest.mark.parametrize("target", long(*TARGETS))
 def test_loaded_coefficients_pass_and_a_wrong_one_fails(monkeypatch: pytest.MonkeyPatch, target: str) -> None:
     design = replace(DESIGN, images="load", target=target)
     assert verify(design, simulator="icarus", random=20).passed
@@ -99,8 +98,8 @@ def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
     return found
 
 
-@pytest.mark.usefixtures("few")
-def test_a_good_core_passes() -> None:
+def test_a_good_core_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
     told: list[int] = []
     report = verify(DESIGN, simulator="icarus", random=62, progress=told.append)
     assert report.passed
@@ -174,6 +173,7 @@ def test_wrong_coefficients_are_traced_to_their_stage(cache: Path) -> None:
     assert "first mismatch: frame" in console.export_text()
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_a_flipped_result_bit_is_found_behind_all_probes(cache: Path) -> None:
     old = "assign result_data = "
@@ -216,6 +216,7 @@ def test_a_broken_stream_fails(cache: Path, tmp_path: Path) -> None:
     json.dumps(report.as_dict(), allow_nan=False)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_a_wrong_timing_formula_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     stated = verify_module._stated
@@ -274,6 +275,7 @@ def test_directed_frames_reach_the_special_cases() -> None:
         assert (status & flag != 0).any(), flag
 
 
+@pytest.mark.long
 def test_plain_units_in_json() -> None:
     """True values that are off by a known amount: every error is in the unit of its key."""
     frames = np.random.default_rng(3).normal(0.0, 2e4, (6, 3, 2))

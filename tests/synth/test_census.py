@@ -81,6 +81,7 @@ def test_blocks_by_name(path: str, block: str) -> None:
     assert block_of(path) == block
 
 
+@pytest.mark.long
 def test_a_core() -> None:
     design = Design(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
     blocks = census(design)

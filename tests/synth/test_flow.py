@@ -170,6 +170,7 @@ cp sample.json $report
         route(find("ecp5-45"), tmp_path, 2, 1000.0)
 
 
+@pytest.mark.long
 def test_one_block_through_all_tools() -> None:
     """The CORDIC against its baseline, and against a corrupted one."""
     from bench.parts.baselines import FOLDER, SUBJECTS, measure

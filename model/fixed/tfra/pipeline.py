@@ -12,14 +12,14 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import gain
 from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.matvec import matvec
-from tfra.model.fixed.normaliser import normaliser
+from tfra.model.fixed.normaliser import Normalised, normaliser
 from tfra.model.fixed.numbers import Ints
-from tfra.model.fixed.scaling import scaling
-from tfra.model.fixed.tfra.centroids import centroids
+from tfra.model.fixed.scaling import Scaled, scaling
+from tfra.model.fixed.tfra.centroids import Direction, centroids
 from tfra.model.fixed.tfra.combine import combine
-from tfra.model.fixed.tfra.dependent import dependent, gather_sums
+from tfra.model.fixed.tfra.dependent import Dependent, dependent, gather_sums
 from tfra.model.fixed.tfra.forces import forces
-from tfra.model.fixed.tfra.friction import friction
+from tfra.model.fixed.tfra.friction import Friction, friction
 from tfra.model.fixed.tfra.resultant import resultant
 from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.fixed.tfra.sweep import sweep
@@ -59,10 +59,6 @@ class FixedTfra:
         ]
         return FixedResult(np.concatenate([words for words, _ in parts]), tuple(stages for _, stages in parts))
 
-    def _normal(self, e: Ints) -> Ints:
-        """C33 A3-dagger e, folded."""
-        return matvec(self.design, "normal", e)
-
     def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[Stage, Ints]]:
         design = self.design
         frame = normaliser(design, codes)
@@ -81,16 +77,10 @@ class FixedTfra:
         d_ind, d_dep = np.where(swap, d2, d1), np.where(swap, d1, d2)
         e0 = combine(design, d0, affine.alpha, d_dep)
         e1 = combine(design, d_ind, affine.beta, d_dep)
-        normal = [self._normal(e) for e in (e0, e1)]
+        normal = [matvec(design, "normal", e) for e in (e0, e1)]
         p, slope = butterfly(normal[0] - g), butterfly(normal[1])
-        found = sweep(
-            design,
-            frame.stress,
-            to_taxels(design, p),
-            to_taxels(design, slope),
-            direction.negative,
-            frame.exponent,
-        )
+        p, slope = to_taxels(design, p), to_taxels(design, slope)
+        found = sweep(design, frame.stress, p, slope, direction.negative, frame.exponent)
         chosen = friction(design, found.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
         force = matvec(design, "force", d)
@@ -100,15 +90,6 @@ class FixedTfra:
         planes = to_taxels(design, unscaled)
         scaled = scaling(design, frame, factor, planes, total)
         _, phi = cordic(design, direction.cos << DIVISION_GUARD, direction.sin << DIVISION_GUARD)
-        status = (
-            np.where(frame.contact, 0, Status.NO_CONTACT)
-            | np.where(frame.contact & ~frame.traction, Status.COMPRESSION_ONLY, 0)
-            | np.where(frame.regular & direction.vanishing, Status.NO_DIRECTION, 0)
-            | np.where(frame.regular & affine.vanishing, Status.VANISHING_DENOMINATOR, 0)
-            | np.where(frame.regular & chosen.out_of_range, Status.DEPENDENT_OUT_OF_RANGE, 0)
-            | np.where(frame.saturated, Status.INPUT_SATURATED, 0)
-            | np.where(scaled.saturated, Status.OUTPUT_SATURATED, 0)
-        )
         words = encode(
             design,
             {
@@ -121,7 +102,7 @@ class FixedTfra:
                 "mu_y": chosen.mu_y,
                 "resultant": scaled.resultant,
                 "forces": scaled.forces.reshape(len(codes), 3 * design.sensor.taxels),
-                "status": np.asarray(status, dtype=np.int64),
+                "status": status(frame, direction, affine, chosen, scaled),
             },
         )
         stages = {
@@ -140,3 +121,17 @@ class FixedTfra:
             Stage.SCALING: words,
         }
         return words, stages
+
+
+def status(frame: Normalised, direction: Direction, affine: Dependent, chosen: Friction, scaled: Scaled) -> Ints:
+    """Status bits of every frame, ``(n,)``."""
+    bits = (
+        np.where(frame.contact, 0, Status.NO_CONTACT)
+        | np.where(frame.contact & ~frame.traction, Status.COMPRESSION_ONLY, 0)
+        | np.where(frame.regular & direction.vanishing, Status.NO_DIRECTION, 0)
+        | np.where(frame.regular & affine.vanishing, Status.VANISHING_DENOMINATOR, 0)
+        | np.where(frame.regular & chosen.out_of_range, Status.DEPENDENT_OUT_OF_RANGE, 0)
+        | np.where(frame.saturated, Status.INPUT_SATURATED, 0)
+        | np.where(scaled.saturated, Status.OUTPUT_SATURATED, 0)
+    )
+    return np.asarray(bits, dtype=np.int64)

@@ -118,6 +118,7 @@ def generic(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: float) -
     return np.asarray(reactions[np.lexsort(np.rint(place[1::-1, vertical] * 1e9))])
 
 
+@pytest.mark.long
 def test_agrees_with_the_generic_solve() -> None:
     contact = replace(CONTACT, shape=ContactShape.UNIFORM)  # its load is integrated exactly
     expected = generic(SENSOR, contact, THIN, 0.0)
@@ -147,6 +148,7 @@ def test_agrees_with_the_series(shape: str, poisson: float, size: float, bound: 
     assert worst(found, wrong) > bound
 
 
+@pytest.mark.long
 def test_does_not_lock() -> None:
     """Nearly incompressible is as good as nu = 0.48 on the same mesh."""
     soft, stiff = (

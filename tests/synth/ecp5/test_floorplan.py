@@ -104,6 +104,7 @@ class _Lanes(wiring.Component):
         return m
 
 
+@pytest.mark.long
 def test_nextpnr_takes_the_sites_that_are_asked_for(tmp_path: Path) -> None:
     target = find("ecp5-25")
     synthesise(to_rtlil(_Lanes(), "top"), "top", target, tmp_path)
