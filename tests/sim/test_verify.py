@@ -72,7 +72,7 @@ def test_memory_files_pass_and_a_wrong_word_in_one_fails(cache: Path, simulator:
 
 
 @pytest.mark.usefixtures("few")
-@pytest.mark.parametrize("target", long(*TARGETS))
+@pytest.mark.parametrize("target", long("portable", "ecp5", "ice40"))
 def test_loaded_coefficients_pass_and_a_wrong_one_fails(monkeypatch: pytest.MonkeyPatch, target: str) -> None:
     design = replace(DESIGN, images="load", target=target)
     assert verify(design, simulator="icarus", random=20).passed
