@@ -13,10 +13,8 @@ from typing import Any
 from tfra.codegen.processes import ToolError
 from tfra.codegen.verilog import STRICT
 from tfra.synth.census import block_of
-from tfra.synth.ecp5.copies import spread
-from tfra.synth.ecp5.floorplan import pin
 from tfra.synth.ecp5.placement import is_constant, place
-from tfra.synth.ecp5.registers import absorb
+from tfra.synth.ecp5.prepare import prepare
 from tfra.synth.estimate import tally
 from tfra.synth.targets import Family, Target
 from tfra.synth.tools import YOSYS, StoppedError, has, run
@@ -80,11 +78,8 @@ def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthes
     cells: dict[str, int] = json.loads((directory / _CELLS).read_text())["design"]["num_cells_by_type"]
     if family.registers:
         netlist = json.loads((directory / NETLIST).read_text())
-        cells["TRELLIS_FF"] -= absorb(netlist, top)
-        for kind, added in spread(netlist, top).items():
+        for kind, added in prepare(netlist, top, target.floor).items():
             cells[kind] += added
-        if target.floor:
-            pin(netlist, top, target.floor)
         (directory / NETLIST).write_text(json.dumps(netlist))
     for leftover in (_RTLIL, _CELLS, _YOSYS_ERRORS):
         (directory / leftover).unlink()

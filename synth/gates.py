@@ -21,8 +21,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.scratch import scratch, temporary
 from tfra.sim import tools
 from tfra.sim.run import Netlist, SimulationError, digest, sources, texts
-from tfra.synth.ecp5.copies import spread
-from tfra.synth.ecp5.registers import absorb
+from tfra.synth.ecp5.prepare import prepare
 
 FAMILIES = {
     "ecp5": "synth_ecp5",
@@ -65,8 +64,8 @@ def _synthesise(design: Design, family: str) -> Files:
         try:
             run_yosys(f"read_rtlil core.il; {FAMILIES[family]} -top {design.name}; write_json core.json", place)
             netlist = json.loads((place / "core.json").read_text())
-            absorb(netlist, design.name)
-            spread(netlist, design.name)
+            if family == "ecp5":
+                prepare(netlist, design.name)
             rename_wires(netlist["modules"][design.name])
             (place / "core.json").write_text(json.dumps(netlist))
             run_yosys("read_json core.json; write_verilog -noattr gates.v", place)
