@@ -26,9 +26,9 @@ TOKEN = unsigned(1)
 def always_ready_stream(shape: Any) -> stream.Signature:
     """A stream that never waits: whoever sends it holds a token for its place, and asks before it begins.
 
-    No pipeline on its way needs an enable, which would have all its registers to drive.  Where words are handled in
-    parts, transfers are as many cycles apart, and payloads stand until then: see
-    :func:`tfra.hdl.parallel.parts.in_parts`.
+    No pipeline on its way needs an enable, which would have all its registers to drive.  Where a quad is handled in
+    beats, transfers are as many cycles apart, and payloads stand until then: see
+    :mod:`tfra.hdl.parallel.beats`.
     """
     return stream.Signature(shape, always_ready=True)
 

@@ -19,8 +19,8 @@ def vector_quad(design: Design) -> data.ArrayLayout:
     return quad(design.widths.vector)
 
 
-def vector_part(design: Design) -> data.ArrayLayout:
-    """The words of a quad that are handled in a cycle, one of ``design.cycles_per_quad``."""
+def vector_beat(design: Design) -> data.ArrayLayout:
+    """A beat: the words of a quad that move in one cycle, of ``design.cycles_per_quad``."""
     return data.ArrayLayout(signed(design.widths.vector), design.architecture.vector_words)
 
 

@@ -13,7 +13,7 @@ from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import READ, delayed, occupancy, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Queue, Tokens, always_ready_stream
 from tfra.hdl.parallel.normaliser import Raster
-from tfra.hdl.parallel.parts import in_parts, in_quad, part_number, pick_part
+from tfra.hdl.parallel.beats import beat_valid, beat_in_quad, beat_number, select_beat
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.widths import force_drop
@@ -74,7 +74,7 @@ class Forces(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         words = data.ArrayLayout(self.taxel.payload.shape(), self._design.architecture.vector_words)
-        depth = PLANES << part_number(self._design).width
+        depth = PLANES << beat_number(self._design).width
         m.submodules.unfold = self._unfold
         m.submodules.frames = self._frames = Tokens(PLANES // 3, every=3)
         wiring.connect(m, self._frames.o, wiring.flipped(self.room))
@@ -96,11 +96,11 @@ class Forces(wiring.Component):
         rounded = Signal(quad(design.widths.force), reset_less=True)
         plane, ends = Signal(range(PLANES)), Signal()
         number, last = wrapping_counter(m, port.en, design.quads * design.cycles_per_quad)
-        ends_quad = in_quad(design, number) == design.cycles_per_quad - 1
+        ends_quad = beat_in_quad(design, number) == design.cycles_per_quad - 1
         m.d.comb += [
             port.addr.eq(Cat(number, plane)),
-            port.data.eq(pick_part(design, rounded, number)),
-            port.en.eq(in_parts(m, register(m, unfolded.valid, control=True), ends_quad)),
+            port.data.eq(select_beat(design, rounded, number)),
+            port.en.eq(beat_valid(m, register(m, unfolded.valid, control=True), ends_quad)),
             ends.eq(port.en & last),
         ]
         with m.If(unfolded.valid):
@@ -122,7 +122,7 @@ class Forces(wiring.Component):
         place = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
         size = self._design.architecture.vector_words
         inside = (size - 1).bit_length()  # bits of the place that a part has words for; the others are address
-        number = Cat(place[inside:], raster.quad)[: part_number(self._design).width]
+        number = Cat(place[inside:], raster.quad)[: beat_number(self._design).width]
         words = data.View(port.data.shape(), register(m, port.data.as_value(), "words"))
         chosen = Array(words[k] for k in range(size))[delayed(m, place[:inside], READ)] if inside else words[0]
         m.d.comb += [

@@ -61,7 +61,7 @@ class Frame:
     sums_b: int = 0
     affine: int = 0
     residual: int = 0
-    """Last part of d2 at the vector updates."""
+    """Last beat of d2 at the vector updates."""
     e1: int = 0
     normal: list[int] = field(default_factory=list)
     """Quads of p and q at the queue of the sweep."""
@@ -314,9 +314,9 @@ class Timeline:
         self._tokens["room"].give(last + 1)
         self._tokens["planes"].take()
         self._next["vector"] += 1
-        parts = self.design.cycles_per_quad
-        f.force = [cycle + parts - 1 for cycle in results]
-        self._entered |= {cycle + part for cycle in results for part in range(parts)}
+        beats = self.design.cycles_per_quad
+        f.force = [cycle + beats - 1 for cycle in results]
+        self._entered |= {cycle + beat for cycle in results for beat in range(beats)}
         self._tokens["frame"].give(f.force[-1] + 1)
         self.spans.append(Span("combine", "forces", number, results[0], f.force[-1] + 1))
         self._words(number)
@@ -340,15 +340,15 @@ class Timeline:
         return next((cycle, name, frame) for seen, name, frame in ready if seen <= cycle)
 
     def _vector(self, cycle: int, name: str, number: int) -> None:
-        """Parts of quads enter where none of a product does."""
+        """Beats of a vector enter where none of a product does."""
         f, entry = self.frames[number], cycle
         first = 0
         self._tokens["room"].take()
-        for part in range(self.design.quads * self.design.cycles_per_quad):
+        for beat in range(self.design.quads * self.design.cycles_per_quad):
             entry += 1
             while entry in self._entered:
                 entry += 1
-            first = first if part else entry
+            first = first if beat else entry
         self._begin_from = entry + 1
         out = entry + self.wait.combine
         self._vectors.append((out, name == "d", number))

@@ -10,8 +10,8 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
 from tfra.hdl.lib.pipeline import delayed, occupancy, register, wrapping_counter, zeros_later
-from tfra.hdl.parallel.parts import in_quad, part_number
-from tfra.hdl.parallel.payloads import vector_part
+from tfra.hdl.parallel.beats import beat_in_quad, beat_number
+from tfra.hdl.parallel.payloads import vector_beat
 from tfra.model.fixed.design import Design
 
 FRAMES = 4
@@ -47,18 +47,18 @@ class Store(wiring.Component):
 
     def __init__(self, design: Design, vectors: int = 1, *, headroom: bool = False) -> None:
         self._design, self._vectors, self._headroom = design, vectors, headroom
-        number, vector = part_number(design), counter_shape(vectors - 1)
+        number, vector = beat_number(design), counter_shape(vectors - 1)
         super().__init__(
             {
                 "write": In(1),
                 "write_place": In(place),
                 "write_vector": In(vector),
                 "write_number": In(number),
-                "words": In(vector_part(design)),
+                "words": In(vector_beat(design)),
                 "read_place": In(place),
                 "read_vector": In(vector),
                 "read_number": In(number),
-                "part": Out(vector_part(design)),
+                "part": Out(vector_beat(design)),
                 "room": Out(headrooms(design, design.architecture.vector_words)),
             }
         )
@@ -89,7 +89,7 @@ class Store(wiring.Component):
         Masks go round with the parts of a quad, so that those of the part at hand are always in the same place.
         """
         design, size, length = self._design, self._design.architecture.vector_words, self._design.widths.vector - 1
-        in_place = in_quad(design, self.write_number)
+        in_place = beat_in_quad(design, self.write_number)
         depth = FRAMES * self._vectors * design.cycles_per_quad
         m.submodules.rooms = rooms = memory.Memory(shape=headrooms(design, size), depth=depth, init=[])
         write = rooms.write_port()
@@ -108,7 +108,7 @@ class Store(wiring.Component):
         for k in range(size):
             m.d.comb += write.data[k].eq(register(m, zeros_later(m, masks.word_select(4 - size + k, length))))
         m.d.comb += [
-            read.addr.eq(Cat(in_quad(design, self.read_number), self._slot(self.read_vector, self.read_place))),
+            read.addr.eq(Cat(beat_in_quad(design, self.read_number), self._slot(self.read_vector, self.read_place))),
             self.room.eq(register(m, read.data.as_value(), "room")),
         ]
 

@@ -12,8 +12,8 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape, quad, round_top, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Spare, Tokens, always_ready_stream
-from tfra.hdl.parallel.parts import in_parts, in_quad, part_number, pick_part
-from tfra.hdl.parallel.payloads import affine, chosen, direction, operand, vector_part, vector_quad
+from tfra.hdl.parallel.beats import beat_valid, beat_in_quad, beat_number, select_beat
+from tfra.hdl.parallel.payloads import affine, chosen, direction, operand, vector_beat, vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE, Level, Store, headrooms, place
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
@@ -150,7 +150,7 @@ class Combine(wiring.Component):
         """A part is there; its number in the vector; it ends the vector."""
         design, step = self._design, Signal()
         number, last = wrapping_counter(m, step, design.quads * design.cycles_per_quad)
-        m.d.comb += step.eq(in_parts(m, valid, in_quad(design, number) == design.cycles_per_quad - 1))
+        m.d.comb += step.eq(beat_valid(m, valid, beat_in_quad(design, number) == design.cycles_per_quad - 1))
         return step, number, step & last
 
     def _load_weights(self, m: Module, w: _Wires) -> None:
@@ -161,7 +161,7 @@ class Combine(wiring.Component):
         m.d.comb += [
             w.n.write_place.eq(register(m, head)),
             w.n.write_number.eq(register(m, number)),
-            w.n.words.eq(register(m, pick_part(self._design, self.n.payload, number))),
+            w.n.words.eq(register(m, select_beat(self._design, self.n.payload, number))),
         ]
 
     def _load_residuals(self, m: Module, w: _Wires) -> None:
@@ -174,10 +174,10 @@ class Combine(wiring.Component):
         step, whole = wrapping_counter(m, ends, 3, "step")  # g, d1, d2
         head, _ = wrapping_counter(m, ends & whole, FRAMES, "head")
         facts = {"step": 2, "place": place, "number": len(number)}
-        put = Signal(data.StructLayout({"words": vector_part(design), **facts}), reset_less=True)
+        put = Signal(data.StructLayout({"words": vector_beat(design), **facts}), reset_less=True)
         valid = register(m, loaded, control=True)
         m.d.sync += [
-            put.words.eq(pick_part(design, self.residual.payload, number)),
+            put.words.eq(select_beat(design, self.residual.payload, number)),
             put.step.eq(step),
             put.place.eq(head),
             put.number.eq(number),
@@ -192,7 +192,7 @@ class Combine(wiring.Component):
             b_write.en.eq(self.b.valid),
             b_write.addr.eq(Cat(b_number, b_head)),
             b_write.data.eq(self.b.payload),
-            b_read.addr.eq(Cat((number >> len(in_quad(design, number)))[: len(b_number)], b_tail)),
+            b_read.addr.eq(Cat((number >> len(beat_in_quad(design, number)))[: len(b_number)], b_tail)),
             w.d_level.enter.eq(delayed(m, ends & whole, MEASURE - 1, control=True)),
             w.x.write.eq(register(m, loaded & (step != 0), control=True)),
             w.x.write_place.eq(put.place),
@@ -202,7 +202,7 @@ class Combine(wiring.Component):
         ]
         later = data.View(put.shape(), register(m, put.as_value()))
         found = data.View(b_read.data.shape(), register(m, b_read.data.as_value()))
-        codes = pick_part(design, found, later.number)
+        codes = select_beat(design, found, later.number)
         m.d.sync += w.z.write.eq(register(m, valid, control=True))
         m.d.comb += [
             w.z.write_place.eq(register(m, later.place)),
@@ -228,7 +228,7 @@ class Combine(wiring.Component):
         left, entered = register(m, whole, "left", control=True), register(m, plane, "entered")
         m.d.comb += [
             w.take.eq(take),
-            w.product.eq(pick_part(self._design, self.products.payload, number)),
+            w.product.eq(select_beat(self._design, self.products.payload, number)),
             w.forced.eq(Array([forced.mu_x, forced.mu_y, minus_one])[entered]),
             waiting.o.ready.eq(left),
             frames.give.eq(left),
@@ -280,7 +280,7 @@ class Combine(wiring.Component):
         """Stages move on in every cycle; behind the last, whole quads."""
         tag, valid = w.tag[_SUM], w.valid[_SUM]
         force = tag.job == Job.FORCE
-        whole = valid & (in_quad(self._design, tag.number) == self._design.cycles_per_quad - 1)
+        whole = valid & (beat_in_quad(self._design, tag.number) == self._design.cycles_per_quad - 1)
         words = register(m, self._quad(m, w), "words")
         m.d.comb += [
             self.vector.valid.eq(register(m, whole & ~force, control=True)),
@@ -337,7 +337,7 @@ class Combine(wiring.Component):
     def _products(self, m: Module, w: _Wires) -> Value:
         """The z of forces: what enters meets its x n where other parts' z comes from the store."""
         wait = _READ_Z + 1
-        m.submodules.products = ring = memory.Memory(shape=vector_part(self._design), depth=16, init=[])
+        m.submodules.products = ring = memory.Memory(shape=vector_beat(self._design), depth=16, init=[])
         write, read = ring.write_port(), ring.read_port()
         cycle = Signal(range(ring.depth))
         assert wait < ring.depth
@@ -358,7 +358,7 @@ class Combine(wiring.Component):
         fmt, bits = self._design.formats, self._design.widths.vector
         drop = scalar_fraction(self._design) + fmt.operand - bits
         size = self._design.architecture.vector_words
-        aligned = Signal(vector_part(self._design), reset_less=True)
+        aligned = Signal(vector_beat(self._design), reset_less=True)
         scalar = Signal(signed(fmt.operand), reset_less=True)
         words = Signal(data.ArrayLayout(signed(fmt.operand), size), reset_less=True)
         # A register for each word: yosys packs one of all words into the SB_MAC16 of the first and loses the rest.
@@ -390,7 +390,7 @@ class _Wires:
 
     def __init__(self, design: Design) -> None:
         size, scalar = design.architecture.vector_words, signed(design.formats.operand)
-        number = part_number(design)
+        number = beat_number(design)
         self.last = design.quads * design.cycles_per_quad - 1
         tag = data.StructLayout({"job": 2, "place": place, "number": number, "swap": 1, "scalar": scalar})
         self.n, self.x = Store(design, headroom=True), Store(design, 2, headroom=True)
@@ -400,13 +400,13 @@ class _Wires:
         enter when their headroom can be read."""
         self.busy, self.vector = Signal(), Signal(tag, reset_less=True)
         """A vector is in hand; its next part."""
-        self.take, self.product = Signal(), Signal(vector_part(design))
+        self.take, self.product = Signal(), Signal(vector_beat(design))
         """A part of products enters."""
         self.forced = Signal(scalar)
         """The scalar of what entered a cycle ago, if it is of a force."""
         self.valid = [Signal(name=f"valid{k}") for k in range(_SUM + 1)]
         self.tag = [Signal(tag, name=f"tag{k}", reset_less=k > 0) for k in range(_SUM + 1)]
-        rooms, part = headrooms(design, size), vector_part(design)
+        rooms, part = headrooms(design, size), vector_beat(design)
         self.room = {k: Signal(rooms, name=f"room{k}", reset_less=True) for k in range(_FOUND + 1, _SUM - 1)}
         self.words, self.base, self.sum = (Signal(part, name=n, reset_less=True) for n in ("words", "base", "sum"))
         longer = data.ArrayLayout(signed(design.widths.vector + 1), size)

@@ -127,7 +127,7 @@ class Loader(wiring.Component):
         Words stand behind the butterfly until the next quad comes, which is as many cycles as it has parts.
         """
         design, inside = self._design, (self._design.architecture.vector_words - 1).bit_length()
-        shape = payloads.vector_part(design)
+        shape = payloads.vector_beat(design)
         m.submodules.memory = memory = Memory(shape=shape, depth=design.cycles_per_quad << len(behind), init=[])
         write, read = memory.write_port(), memory.read_port()
         # Of the quad that leaves the butterfly; words without bits would not be portable Verilog.

@@ -30,7 +30,7 @@ from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.lib.streams import Buffer, Queue, always_ready_stream
 from tfra.hdl.parallel import payloads
-from tfra.hdl.parallel.parts import in_parts
+from tfra.hdl.parallel.beats import beat_valid
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sweep.judge import Judge, judge_latency
 from tfra.hdl.parallel.tfra.sweep.loader import PLACES, TURN, Loader
@@ -177,7 +177,7 @@ class Sweep(wiring.Component):
             if name == "stress":
                 wiring.connect(m, wiring.flipped(port), wait.i)
             else:
-                valid = in_parts(m, port.valid, wait.i.ready)
+                valid = beat_valid(m, port.valid, wait.i.ready)
                 m.d.comb += [wait.i.valid.eq(valid), wait.i.payload.eq(port.payload)]
         for name in ("direction", "frame"):
             port = getattr(self, name)
