@@ -1,7 +1,7 @@
 """Beats: the ``vector_words`` words of a quad that move in one cycle.
 
-A quad is ``design.cycles_per_quad`` beats, a vector is Q quads.  Streams carry whole quads: a quad's transfer is the cycle
-of its first beat, and its payload stands until the cycle of its last one.
+A quad is ``design.cycles_per_quad`` beats, a vector is Q quads.  Streams carry whole quads: a transfer is the cycle
+of a quad's first beat, and the payload stands until the cycle of its last one.
 """
 
 from __future__ import annotations

@@ -79,8 +79,9 @@ class MatVec(wiring.Component):
             and residuals, d among them.  Quads of b come in every cycle once a frame's first was taken, if codes fit
             an operand.
         result: stream out, the result quads of a product's stack, operator by operator.
-        frame, planes: tokens taken at the launch of a contact product and of a force product.
-        room: tokens out, one for each vector that a bank is free for.
+        frame_token: tokens, one taken at the launch of each contact product.
+        plane_token: tokens, one taken at the launch of each force product.
+        bank_token: tokens out, one for each bank of ``vector`` that is free.
         load, loading: coefficients in after a reset, until which no frame may come, if ``design.images`` is "load".
     """
 
@@ -95,9 +96,9 @@ class MatVec(wiring.Component):
                 "n": In(always_ready_stream(vector_quad(design))),
                 "vector": In(always_ready_stream(operand(design))),
                 "result": Out(always_ready_stream(product(design))),
-                "frame": In(stream.Signature(TOKEN)),
-                "planes": In(stream.Signature(TOKEN)),
-                "room": Out(stream.Signature(TOKEN)),
+                "frame_token": In(stream.Signature(TOKEN)),
+                "plane_token": In(stream.Signature(TOKEN)),
+                "bank_token": Out(stream.Signature(TOKEN)),
                 **(self._load_ports() if design.images == "load" else {}),
             }
         )
@@ -205,26 +206,26 @@ class MatVec(wiring.Component):
 
     def _leave_to_go(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
         """Operands that may be multiplied: their results have a place."""
-        m.submodules.room = room = Tokens(BANKS["vector"])
-        m.submodules.weights = weights = Tokens(BANKS["n"])
-        wiring.connect(m, room.o, wiring.flipped(self.room))
+        m.submodules.bank_tokens = bank_tokens = Tokens(BANKS["vector"])
+        m.submodules.weight_tokens = weight_tokens = Tokens(BANKS["n"])
+        wiring.connect(m, bank_tokens.o, wiring.flipped(self.bank_token))
         is_force = self._is_force(m, buffers["vector"])
         # Tokens are taken a cycle behind the launch, from registers, in time for the next choice.
         start = schedule.launch & schedule.new
         starts = {name: register(m, start & (schedule.stack == n), control=True) for n, name in enumerate(STACKS)}
         wanted = {
-            "vector": buffers["vector"].full & (~is_force | self.planes.valid),
+            "vector": buffers["vector"].full & (~is_force | self.plane_token.valid),
             "n": buffers["n"].full,
-            "b": buffers["b"].full & self.frame.valid & weights.o.valid,
+            "b": buffers["b"].full & self.frame_token.valid & weight_tokens.o.valid,
         }
         m.d.comb += [
             schedule.force.eq(is_force),
             schedule.wanted.eq(sum(wanted[name] << place for place, name in enumerate(SOURCES))),
-            self.planes.ready.eq(starts["force"]),
-            self.frame.ready.eq(starts["contact"]),
-            weights.o.ready.eq(starts["contact"]),
-            weights.give.eq(buffers["n"].free),
-            room.give.eq(buffers["vector"].free),
+            self.plane_token.ready.eq(starts["force"]),
+            self.frame_token.ready.eq(starts["contact"]),
+            weight_tokens.o.ready.eq(starts["contact"]),
+            weight_tokens.give.eq(buffers["n"].free),
+            bank_tokens.give.eq(buffers["vector"].free),
             *(buffers[name].free.eq(schedule.free[place]) for place, name in enumerate(SOURCES)),
         ]
 

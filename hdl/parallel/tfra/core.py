@@ -107,9 +107,9 @@ class Core(wiring.Component):
             m.d.comb += [block.n.valid.eq(n.valid), block.n.payload.eq(n.payload)]
         connect(m, combine.vector, matvec.vector)
         connect(m, combine.forces, forces.folded)
-        connect(m, combine.frame, matvec.frame)
-        connect(m, forces.room, matvec.planes)
-        connect(m, matvec.room, combine.room)
+        connect(m, combine.frame_token, matvec.frame_token)
+        connect(m, forces.plane_token, matvec.plane_token)
+        connect(m, matvec.bank_token, combine.bank_token)
 
     def _wire_results(self, m: Module, blocks: Blocks) -> None:
         """Results of the products to those who wait for them."""

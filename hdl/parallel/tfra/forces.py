@@ -12,8 +12,8 @@ from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import READ, delayed, occupancy, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Queue, Tokens, always_ready_stream
+from tfra.hdl.parallel.beats import beat_in_quad, beat_number, beat_valid, select_beat
 from tfra.hdl.parallel.normaliser import Raster
-from tfra.hdl.parallel.beats import beat_valid, beat_in_quad, beat_number, select_beat
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.widths import force_drop
@@ -38,7 +38,7 @@ class Forces(wiring.Component):
     Members:
         folded: 3 Q quads a frame, for which a token was taken: folded f_x, f_y, f_z.
         taxel: 3 m words a frame: f_x, f_y, f_z, each row-major.
-        room: tokens out, one for each frame that the memory has room for.
+        plane_token: tokens out, one for three planes of the memory that are free.
     """
 
     def __init__(self, design: Design) -> None:
@@ -47,7 +47,7 @@ class Forces(wiring.Component):
             {
                 "folded": In(always_ready_stream(vector_quad(design))),
                 "taxel": Out(stream.Signature(signed(design.widths.force))),
-                "room": Out(stream.Signature(TOKEN)),
+                "plane_token": Out(stream.Signature(TOKEN)),
             }
         )
         self._unfold = Butterfly(design.widths.vector)
@@ -77,7 +77,7 @@ class Forces(wiring.Component):
         depth = PLANES << beat_number(self._design).width
         m.submodules.unfold = self._unfold
         m.submodules.frames = self._frames = Tokens(PLANES // 3, every=3)
-        wiring.connect(m, self._frames.o, wiring.flipped(self.room))
+        wiring.connect(m, self._frames.o, wiring.flipped(self.plane_token))
         m.submodules.plane = plane = memory.Memory(shape=words, depth=depth, init=[])
         entered, left = Signal(), Signal()
         full = occupancy(m, PLANES, entered, left)

@@ -174,8 +174,8 @@ class Timeline:
         self._tokens = {
             "frame": _Tokens(FRAMES),
             "n": _Tokens(BANKS["n"]),
-            "room": _Tokens(BANKS["vector"]),
-            "planes": _Tokens(PLANES // 3),
+            "bank": _Tokens(BANKS["vector"]),
+            "plane": _Tokens(PLANES // 3),
         }
         self._b_free = 0
         self._quad_left = -NEVER
@@ -237,7 +237,7 @@ class Timeline:
         wanted = []
         if self._next["vector"] < len(self._vectors):
             last, force, frame = self._vectors[self._next["vector"]]
-            leave = self._tokens["planes"].seen() if force else 0
+            leave = self._tokens["plane"].seen() if force else 0
             wanted.append((max(last + FULL, leave), "force" if force else "normal", frame))
         for stack, operand in (("residual", "n"), ("contact", "b")):
             number = self._next[stack]
@@ -303,7 +303,7 @@ class Timeline:
 
     def _after_normal(self, number: int, last: int, results: list[int]) -> None:
         f = self.frames[number]
-        self._tokens["room"].give(last + 1)
+        self._tokens["bank"].give(last + 1)
         self._next["vector"] += 1
         f.normal += [cycle + self.design.cycles_per_quad - 1 for cycle in results]
         if len(f.normal) == 2 * self.design.quads:
@@ -311,8 +311,8 @@ class Timeline:
 
     def _after_force(self, number: int, last: int, results: list[int]) -> None:
         f = self.frames[number]
-        self._tokens["room"].give(last + 1)
-        self._tokens["planes"].take()
+        self._tokens["bank"].give(last + 1)
+        self._tokens["plane"].take()
         self._next["vector"] += 1
         beats = self.design.cycles_per_quad
         f.force = [cycle + beats - 1 for cycle in results]
@@ -336,14 +336,14 @@ class Timeline:
             ready.append((max(f.residual + MEASURE, facts, self._step_candidates), "e1" if self._second else "e0", e))
         if not ready:
             return NEVER, "", 0
-        cycle = max(self._begin_from, min(r[0] for r in ready), self._tokens["room"].seen())
+        cycle = max(self._begin_from, min(r[0] for r in ready), self._tokens["bank"].seen())
         return next((cycle, name, frame) for seen, name, frame in ready if seen <= cycle)
 
     def _vector(self, cycle: int, name: str, number: int) -> None:
         """Beats of a vector enter where none of a product does."""
         f, entry = self.frames[number], cycle
         first = 0
-        self._tokens["room"].take()
+        self._tokens["bank"].take()
         for beat in range(self.design.quads * self.design.cycles_per_quad):
             entry += 1
             while entry in self._entered:
@@ -403,5 +403,5 @@ class Timeline:
             if taxel == 0 and 0 <= plane < 3:
                 cycle = max(cycle, f.force[(plane + 1) * q - 1] + wait.plane)
             f.words.append(cycle)
-        self._tokens["planes"].give(f.words[header + 3 * m - 1] - wait.read + 1)
+        self._tokens["plane"].give(f.words[header + 3 * m - 1] - wait.read + 1)
         self.spans.append(Span("scaling", "result", number, f.words[0], f.words[-1] + 1))

@@ -12,7 +12,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape, quad, round_top, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Spare, Tokens, always_ready_stream
-from tfra.hdl.parallel.beats import beat_valid, beat_in_quad, beat_number, select_beat
+from tfra.hdl.parallel.beats import beat_in_quad, beat_number, beat_valid, select_beat
 from tfra.hdl.parallel.payloads import affine, chosen, direction, operand, vector_beat, vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE, Level, Store, headrooms, place
 from tfra.model.fixed.design import Design
@@ -62,7 +62,7 @@ class Combine(wiring.Component):
     operand bits.
 
     Products enter as they come, before a vector's parts.  Of the vectors d goes before e0, so that the
-    older of two frames does; a vector is begun when ``room`` says that its receiver can take it, since nothing in
+    older of two frames does; a vector is begun when ``bank_token`` says that its receiver can take it, since nothing in
     the pipeline waits.  ``combine_store.FRAMES`` frames have a place each in the stores: whoever sends something of
     a frame holds its token.
 
@@ -74,8 +74,8 @@ class Combine(wiring.Component):
         chosen: one transfer a frame, taken a cycle behind the entry of the last part of d.
         forced: the same, taken when the forces of the frame before are on their way.
         products: 3 Q quads a frame, behind its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
-        room: tokens, one taken for each vector.
-        frame: tokens out, one for each frame that has a place in the stores; its forces return it.
+        bank_token: tokens, one taken for each vector.
+        frame_token: tokens out, one for each frame that has a place in the stores; its forces return it.
         vector: 3 Q quads a frame: e0, e1, and later d.
         forces: 3 Q quads a frame: folded f_x, f_y, f_z.
     """
@@ -93,8 +93,8 @@ class Combine(wiring.Component):
                 "chosen": In(stream.Signature(chosen(design))),
                 "forced": In(stream.Signature(chosen(design))),
                 "products": In(vector),
-                "room": In(stream.Signature(TOKEN)),
-                "frame": Out(stream.Signature(TOKEN)),
+                "bank_token": In(stream.Signature(TOKEN)),
+                "frame_token": Out(stream.Signature(TOKEN)),
                 "vector": Out(always_ready_stream(operand(design))),
                 "forces": Out(vector),
             }
@@ -135,7 +135,7 @@ class Combine(wiring.Component):
         for name in ("d_level", "e_level"):
             m.submodules[name] = getattr(w, name)
         m.submodules.frame_tokens = frames = Tokens(FRAMES)
-        wiring.connect(m, frames.o, wiring.flipped(self.frame))
+        wiring.connect(m, frames.o, wiring.flipped(self.frame_token))
         self._load_weights(m, w)
         self._load_residuals(m, w)
         self._enter(m, w, frames)
@@ -262,8 +262,10 @@ class Combine(wiring.Component):
         with m.If(step):
             m.d.sync += [vector.number.eq(vector.number + 1), final.eq(vector.number == w.last - 1), w.busy.eq(~final)]
         # A cycle late, since the way to the tokens is long; until then the unit is busy.
-        m.d.comb += self.room.ready.eq(register(m, ~w.busy & self.room.valid & (begin_d | begin_e), control=True))
-        with m.If(~w.busy & self.room.valid):
+        m.d.comb += self.bank_token.ready.eq(
+            register(m, ~w.busy & self.bank_token.valid & (begin_d | begin_e), control=True)
+        )
+        with m.If(~w.busy & self.bank_token.valid):
             m.d.sync += [w.busy.eq(begin_d | begin_e), vector.number.eq(0), final.eq(w.last == 0)]
             with m.If(begin_d):
                 m.d.sync += [vector.job.eq(Job.D), vector.place.eq(w.e_level.tail), vector.scalar.eq(winner.mu_ind)]

@@ -99,8 +99,8 @@ def operands(design: Design, frames: np.ndarray) -> dict[str, list]:
         "b": (frames[:, 0] >> design.formats.vector_fraction).reshape(-1, 4).tolist(),
         "n": frames[:, 1].reshape(-1, 4).tolist(),
         "vector": vectors,
-        "frame": [0] * len(frames),
-        "planes": [0] * len(frames),
+        "frame_token": [0] * len(frames),
+        "plane_token": [0] * len(frames),
     }
 
 
@@ -114,9 +114,9 @@ def offer(design: Design, inputs: dict[str, list], outputs: dict[str, int], unit
     if codes_fit(design):
         how["steady"] = {"b"}
     if vectors := len(inputs.get("vector", ())) // design.quads:
-        outputs = {"room": vectors} | outputs
-        room = {"vector": lambda quad, record, cycle: len(record.cycles["room"]) > quad // design.quads}
-        how["leave"] = how.get("leave", {}) | room
+        outputs = {"bank_token": vectors} | outputs
+        token = {"vector": lambda quad, record, cycle: len(record.cycles["bank_token"]) > quad // design.quads}
+        how["leave"] = how.get("leave", {}) | token
     return run(unit or MatVec(design), inputs, outputs, **how)
 
 
@@ -166,7 +166,7 @@ def test_latency_and_duration_are_as_told(design, name):
     unit, everything, q = MatVec(design), operands(design, draw(design, 1, 9)), design.quads
     port = PORTS[name]
     quads = {"normal": everything["vector"][:q], "force": everything["vector"][2 * q :]}.get(name, everything[port])
-    tokens = {"frame": [0], "planes": [0]}
+    tokens = {"frame_token": [0], "plane_token": [0]}
     # Behind a reset a pass's time goes by before the first.
     how = {"leave": {"b": lambda quad, record, cycle: cycle > spacing(design)}}
     seen = offer(design, {port: quads} | tokens, {"result": design.stacks[name].quads}, unit, **how)
@@ -180,7 +180,7 @@ def test_lanes_are_never_idle_while_operands_are_there(design):
     unit, q = MatVec(design), design.quads
     vectors = operands(design, draw(design, 4, 10))["vector"]
     force = [v for v in vectors if v["force"]]
-    seen = offer(design, {"vector": force, "planes": [0] * 4}, {"result": 12 * q}, unit)
+    seen = offer(design, {"vector": force, "plane_token": [0] * 4}, {"result": 12 * q}, unit)
     ends = np.array(seen.cycles["result"])[3 * q - 1 :: 3 * q]
     passes = unit.passes("force")
     assert ends[3] - ends[1] == passes * unit.pair_interval
@@ -201,10 +201,10 @@ def test_a_contact_waits_for_its_frame_and_for_room_for_its_weights():
     design = make(4, 4, 16)
     everything = operands(design, draw(design, 4, 12))
     both = 2 * design.stacks["contact"].quads
-    seen = run(MatVec(design), {"b": everything["b"], "frame": [0] * 4}, {"result": both})
+    seen = run(MatVec(design), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both})
     assert len(seen.values["result"]) == both
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design), {"b": everything["b"], "frame": [0] * 4}, {"result": both + 1}, limit=2000)
+        run(MatVec(design), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both + 1}, limit=2000)
     with pytest.raises(AssertionError, match="no end"):
         run(MatVec(design), {"b": everything["b"]}, {"result": 1}, limit=2000)
     d = everything["vector"][2 * design.quads : 3 * design.quads]
@@ -212,13 +212,13 @@ def test_a_contact_waits_for_its_frame_and_for_room_for_its_weights():
         run(MatVec(design), {"vector": d}, {"result": 1}, limit=2000)
 
 
-def test_there_is_room_for_two_vectors_and_again_when_one_is_multiplied():
+def test_there_are_banks_for_two_vectors_and_again_when_one_is_multiplied():
     design = make(4, 4, 16)
     quads = operands(design, draw(design, 1, 13))["vector"]
-    seen = run(MatVec(design), {"vector": quads[: design.quads]}, {"room": 3})
-    assert seen.cycles["room"][1] < seen.cycles["vector"][-1] < seen.cycles["room"][2]
+    seen = run(MatVec(design), {"vector": quads[: design.quads]}, {"bank_token": 3})
+    assert seen.cycles["bank_token"][1] < seen.cycles["vector"][-1] < seen.cycles["bank_token"][2]
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design), {"vector": quads[: design.quads]}, {"room": 4}, limit=2000)
+        run(MatVec(design), {"vector": quads[: design.quads]}, {"bank_token": 4}, limit=2000)
 
 
 def test_closed_forms_of_a_ten_by_ten_array():

@@ -60,9 +60,9 @@ def _run(dut, design, folded, number, stall_in=flowing, stall_out=flowing):
     """Three planes for every token, their quads as far apart as the memory needs."""
 
     def leave(quad, record, cycle):
-        return len(record.cycles["room"]) > quad // (3 * design.quads)
+        return len(record.cycles["plane_token"]) > quad // (3 * design.quads)
 
-    outputs = {"taxel": number, "room": len(folded) // 3}
+    outputs = {"taxel": number, "plane_token": len(folded) // 3}
     how = {"stall_in": apart(stall_in, design.cycles_per_quad), "stall_out": stall_out, "leave": {"folded": leave}}
     return run(dut, {"folded": folded.reshape(-1, 4).tolist()}, outputs, **how)
 

@@ -83,7 +83,7 @@ class Frames:
                 for x, y in zip(self.mu_x, self.mu_y, strict=True)
             ],
             "products": quads(self.products),
-            "room": [0] * (3 * len(self.n)),
+            "bank_token": [0] * (3 * len(self.n)),
         }
 
     def expected(self, design):
@@ -149,15 +149,15 @@ def _send(design, frames, stall_in=flowing, late=None):
         return sum(v["force"] for v in record.values["vector"]) >= (quad // (3 * q) + 1) * q
 
     leave = {
-        "b": behind(own=q, frame=1),
-        "n": behind(own=q, frame=1),
-        "residual": behind(own=3 * q, frame=1, b=q, n=q),
+        "b": behind(own=q, frame_token=1),
+        "n": behind(own=q, frame_token=1),
+        "residual": behind(own=3 * q, frame_token=1, b=q, n=q),
         "products": after_d,
     }
     if late:
         usual = leave.get(late, lambda *_: True)
         leave[late] = lambda quad, record, cycle: cycle >= LATE - 1 and usual(quad, record, cycle)
-    outputs = {"vector": 3 * q * number, "forces": 3 * q * number, "frame": number}
+    outputs = {"vector": 3 * q * number, "forces": 3 * q * number, "frame_token": number}
     return run(Combine(design), frames.inputs(), outputs, stall_in=apart(stall_in, design.cycles_per_quad), leave=leave)
 
 
