@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from amaranth import Const
+from amaranth import Const, Value
 from amaranth.lib import data
 from amaranth.sim import Simulator
 
@@ -49,6 +49,41 @@ def plain(value: Any) -> Any:
     return int(value)
 
 
+def port(dut: Any, path: str) -> Any:
+    """What lies at a dotted path of attributes, with numbers for arrays."""
+    node = dut
+    for part in path.split("."):
+        node = node[int(part)] if part.isdigit() else getattr(node, part)
+    return node
+
+
+def play(
+    dut: Any, cycles: Iterable[Mapping[str, Any]], watched: Sequence[str], record: list[dict[str, Any]] | None = None
+) -> list[dict[str, Any]]:
+    """Set inputs cycle by cycle and return what the ``watched`` ports show in each; those not set are zero.
+
+    ``cycles`` may be a generator that looks at the ``record`` of the cycles before.
+    """
+    record = [] if record is None else record
+    simulator = Simulator(dut)
+    simulator.add_clock(1e-6)
+
+    async def process(ctx: Any) -> None:
+        last: set[str] = set()
+        for inputs in cycles:
+            for name in last - inputs.keys():
+                ctx.set(Value.cast(port(dut, name)), 0)
+            for name, value in inputs.items():
+                ctx.set(port(dut, name), value)
+            last = set(inputs)
+            record.append({name: plain(ctx.get(port(dut, name))) for name in watched})
+            await ctx.tick()
+
+    simulator.add_testbench(process)
+    simulator.run()
+    return record
+
+
 def run(
     dut: Any,
     inputs: Mapping[str, Sequence[Any]],
@@ -73,12 +108,6 @@ def run(
     simulator.add_clock(1e-6)
     missing, leave = {"ports": len(outputs)}, leave or {}
 
-    def port(path: str) -> Any:
-        node = dut
-        for part in path.split("."):
-            node = node[int(part)] if part.isdigit() else getattr(node, part)
-        return node
-
     async def cycles(ctx: Any) -> None:
         while True:
             await ctx.tick()
@@ -90,7 +119,7 @@ def run(
         record.cycles[name], record.values[name] = [], list(values)
 
         async def process(ctx: Any) -> None:
-            s = port(name)
+            s = port(dut, name)
             for number, value in enumerate(values):
                 while name in leave and not leave[name](number, record, clock["cycle"]):
                     await ctx.tick()
@@ -111,7 +140,7 @@ def run(
         record.cycles[name], record.values[name] = [], []
 
         async def process(ctx: Any) -> None:
-            s = port(name)
+            s = port(dut, name)
             held, never_waits = None, isinstance(s.ready, Const)
             while len(record.values[name]) < number:
                 ready = never_waits or not next(stalls)

@@ -8,40 +8,15 @@ import numpy as np
 import pytest
 
 from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS, make, name
 from tfra.hdl.parallel.tfra.combine.unit import Combine
-from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.butterfly import butterfly
-from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import centroids
 from tfra.model.fixed.tfra.combine import combine
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.sensor import SensorArray
-
-
-def _design(rows, columns, formats=FORMATS["standard"], bits=14, words=4):
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(4, words))
-
-
-DESIGNS = [
-    _design(4, 4),
-    _design(5, 7, FORMATS["wide"]),
-    _design(2, 2),
-    _design(4, 6, Formats("long vectors", 12, 10, 16, 4), bits=10),
-    _design(3, 2, Formats("short vectors", 12, 27, 0, 0), bits=6),
-    _design(3, 4, words=2),
-    _design(2, 2, words=1),
-    _design(5, 4, words=1),
-]
-
-
-def _name(design):
-    words = design.architecture.vector_words
-    return f"{design.sensor.rows}x{design.sensor.columns}-{words}-{design.formats.name.replace(' ', '-')}"
-
 
 RUNS = [(d, s) for d in DESIGNS for s in (PATTERNS if d.quads < 5 else (bursts, random_stalls))]
 
@@ -162,7 +137,7 @@ def _send(design, frames, stall_in=flowing, late=None):
 
 
 def _check(design, frames, stall_in=flowing):
-    expected = {name: v.reshape(-1, 4).tolist() for name, v in frames.expected(design).items()}
+    expected = {port: v.reshape(-1, 4).tolist() for port, v in frames.expected(design).items()}
     seen = _send(design, frames, stall_in)
     return seen, words(design, seen, len(frames.b)) == expected
 
@@ -175,13 +150,13 @@ def words(design, seen, number):
     return {"vector": np.concatenate([e, d], axis=1).reshape(-1, 4).tolist(), "forces": seen.values["forces"]}
 
 
-@pytest.mark.parametrize(("design", "stall_in"), RUNS, ids=[_name(d) for d, _ in RUNS])
+@pytest.mark.parametrize(("design", "stall_in"), RUNS, ids=[name(d) for d, _ in RUNS])
 def test_equals_the_model(design, stall_in):
     _, same = _check(design, _random(design, seed=7), stall_in)
     assert same, "seed 7"
 
 
-@pytest.mark.parametrize("design", DESIGNS[:2], ids=_name)
+@pytest.mark.parametrize("design", DESIGNS[:2], ids=name)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equals_the_model_for_more_seeds(design, seed):
     _, same = _check(design, _random(design, seed, number=8))
@@ -189,7 +164,7 @@ def test_equals_the_model_for_more_seeds(design, seed):
 
 
 def test_real_frames():
-    design, rng = _design(10, 10), np.random.default_rng(1)
+    design, rng = make(10, 10), np.random.default_rng(1)
     codes = rng.integers(-(1 << 13), 1 << 13, (3, design.sensor.taxels), endpoint=False)
     stages, q = FixedTfra(design)(codes).stages, design.quads
     _, g, d1, d2 = np.split(matvec(design, "residual", stages["weights"]), (3, q + 3, 2 * q + 3), axis=1)
@@ -218,14 +193,14 @@ LATE = 250
 def _late(design, port, number=1):
     frames = _random(design, seed=9, number=number)
     seen = _send(design, frames, late=port)
-    expected = {name: v.reshape(-1, 4).tolist() for name, v in frames.expected(design).items()}
+    expected = {port: v.reshape(-1, 4).tolist() for port, v in frames.expected(design).items()}
     assert words(design, seen, number) == expected
     unit = Combine(design)
     unit._MustUse__silence = True  # figures alone are wanted
     return unit, seen.cycles
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+@pytest.mark.parametrize("design", DESIGNS, ids=name)
 @pytest.mark.parametrize("port", ["residual", "affine", "direction"])
 def test_latency(design, port):
     dut, cycles = _late(design, port)
@@ -233,7 +208,7 @@ def test_latency(design, port):
     assert cycles["vector"][0] - start == dut.latency - 3 * (port != "residual")
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+@pytest.mark.parametrize("design", DESIGNS, ids=name)
 def test_update_latency(design):
     dut, cycles = _late(design, "chosen")
     assert cycles["vector"][2 * design.quads] - LATE == dut.update_latency
@@ -241,7 +216,7 @@ def test_update_latency(design):
     assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == dut.update_latency + 2
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+@pytest.mark.parametrize("design", DESIGNS, ids=name)
 def test_force_latency_and_jobs(design):
     dut, cycles = _late(design, "products")
     q = design.quads

@@ -1,0 +1,121 @@
+"""Operands of ``z + s * x``: each has the stores that it comes from, and a choice among them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Array, Module, Mux, Signal, Value
+from amaranth.lib import memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.pipeline import register
+from tfra.hdl.parallel.payloads import vector_beat
+from tfra.hdl.parallel.tfra.combine.stages import Job, Stage, tag_layout
+from tfra.hdl.parallel.tfra.combine.store import Store, beat_headroom, store_write
+from tfra.model.fixed.design import Design
+
+
+class Multiplicand(wiring.Component):
+    """x: d_dep for e0 and e1, e1 for d, n for a force.
+
+    Members:
+        n: beats to be written.
+        residual: beats of d1 (vector 0) and d2 (vector 1) to be written.
+        e1: beats to be written.
+        address: tag of the beat in stage ``X_ADDRESS``.
+        job: that of the beat in stage ``X_READ``.
+        words: x of the beat in stage ``X_CHOSEN``.
+        headroom: that of ``words``.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "n": In(store_write(design)),
+                "residual": In(store_write(design, 2)),
+                "e1": In(store_write(design)),
+                "address": In(tag_layout(design)),
+                "job": In(Job),
+                "words": Out(vector_beat(design)),
+                "headroom": Out(beat_headroom(design)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        design, address = self._design, self.address
+        m.submodules.n_store = n = Store(design, headroom=True)
+        m.submodules.residual_store = residual = Store(design, 2, headroom=True)
+        m.submodules.e1_store = e1 = Store(design, headroom=True)
+        for store, port in ((n, self.n), (residual, self.residual), (e1, self.e1)):
+            wiring.connect(m, wiring.flipped(port), store.write)
+            m.d.comb += [store.read.place.eq(address.place), store.read.number.eq(address.number)]
+        m.d.comb += residual.read.vector.eq(~address.swap)
+        sources = {Job.E0: residual, Job.E1: residual, Job.D: e1, Job.FORCE: n}
+        words = Signal(self.words.shape(), reset_less=True)
+        headroom = Signal(self.headroom.shape(), reset_less=True)
+        m.d.sync += [
+            words.eq(Array(sources[job].beat.as_value() for job in Job)[self.job]),
+            headroom.eq(Array(sources[job].headroom.as_value() for job in Job)[self.job]),
+        ]
+        m.d.comb += [self.words.eq(words), self.headroom.eq(headroom)]
+        return m
+
+
+class Addend(wiring.Component):
+    """z: d0 for e0, d_ind for e1, e0 for d, a product for a force.
+
+    Members:
+        residual: beats of d0, d1, d2 (vectors 0, 1, 2) to be written.
+        e0: beats to be written.
+        product: words of the beat in stage ``ENTRY``, if it is of a product.
+        address: tag of the beat in stage ``Z_ADDRESS``.
+        job: that of the beat in stage ``Z_READ``.
+        words: z of the beat in stage ``Z``.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "residual": In(store_write(design, 3)),
+                "e0": In(store_write(design)),
+                "product": In(vector_beat(design)),
+                "address": In(tag_layout(design)),
+                "job": In(Job),
+                "words": Out(vector_beat(design)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        design, address = self._design, self.address
+        m.submodules.residual_store = residual = Store(design, 3)
+        m.submodules.e0_store = e0 = Store(design)
+        for store, port in ((residual, self.residual), (e0, self.e0)):
+            wiring.connect(m, wiring.flipped(port), store.write)
+            m.d.comb += [store.read.place.eq(address.place), store.read.number.eq(address.number)]
+        m.d.comb += residual.read.vector.eq(Mux(address.job == Job.E0, 0, Mux(address.swap, 2, 1)))
+        chosen = register(m, Mux(self.job == Job.D, e0.beat.as_value(), residual.beat.as_value()), "chosen")
+        is_force = register(m, self.job == Job.FORCE, "is_force")
+        words = Signal(self.words.shape(), reset_less=True)
+        m.d.sync += words.eq(Mux(is_force, self._product(m), chosen))
+        m.d.comb += self.words.eq(words)
+        return m
+
+    def _product(self, m: Module) -> Value:
+        """The product of the beat in stage ``Z_CHOSEN``: a ring of what has entered, a place for each cycle."""
+        m.submodules.products = ring = memory.Memory(shape=vector_beat(self._design), depth=16, init=[])
+        write, read = ring.write_port(), ring.read_port()
+        cycles = Stage.Z_CELL - Stage.ENTRY
+        assert cycles < ring.depth
+        cycle = Signal(range(ring.depth))
+        m.d.sync += cycle.eq(cycle + 1)
+        m.d.comb += [
+            write.en.eq(1),
+            write.addr.eq(cycle),
+            write.data.eq(self.product),
+            read.addr.eq(cycle - cycles),
+        ]
+        return register(m, read.data.as_value(), "product_found")

@@ -1,0 +1,109 @@
+"""``z + s * x``: W multipliers between two shifts, and an adder that rounds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import C, Cat, Module, Signal, Value, signed
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import round_top, two_steps
+from tfra.hdl.lib.pipeline import register
+from tfra.hdl.parallel.payloads import vector_beat
+from tfra.hdl.parallel.tfra.combine.stages import Stage, staged
+from tfra.hdl.parallel.tfra.combine.store import beat_headroom
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.scalars import scalar_fraction
+
+_FINE = 2
+"""Bits of a headroom by which the second step of a shift moves: a word's whole shift would be a long path."""
+
+
+class ScaleAdd(wiring.Component):
+    """A beat of ``z + round(s * x)``, where x is a multiplier operand: x is moved left by its headroom and rounded.
+
+    ::
+
+        x -> coarse -> aligned -> rounded -> operand -> product -> cut -> coarse_back -> shifted -> sum
+        s ---------------------------------> scalar -'                             z -----------'
+
+    Each name is a register and a stage of :class:`tfra.hdl.parallel.tfra.combine.stages.Stage`.  The headroom that
+    moved x to the left moves the product back to the right.
+
+    Members:
+        x: of the beat in stage ``X_CHOSEN``.
+        headroom: that of ``x``, beside it.
+        scalar: s of the beat in stage ``ROUNDED``.
+        z: of the beat in stage ``Z``.
+        sum: of the beat in stage ``SUM``.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "x": In(vector_beat(design)),
+                "headroom": In(beat_headroom(design)),
+                "scalar": In(signed(design.formats.operand)),
+                "z": In(vector_beat(design)),
+                "sum": Out(vector_beat(design)),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        headroom = staged(m, self.headroom, Stage.X_CHOSEN, Stage.COARSE_BACK, "headroom")
+        scalar = Signal(self.scalar.shape(), reset_less=True)
+        m.d.sync += scalar.eq(self.scalar)
+        operands = self._operands(m, headroom)
+        shifted = self._multiply(m, operands, scalar, headroom)
+        total = Signal(self.sum.shape(), name="sum", reset_less=True)
+        m.d.comb += self.sum.eq(total)
+        for k in range(len(total)):
+            # z + round_half(shifted) in one adder: half a unit is added below z.
+            m.d.sync += total[k].eq((Cat(1, self.z[k]).as_signed() + shifted[k]) >> 1)
+        return m
+
+    def _operands(self, m: Module, headroom: dict[Stage, Any]) -> Any:
+        """x, moved left by its headroom in two steps and rounded to multiplier operands."""
+        bits = self._design.formats.operand
+        aligned = Signal(self.x.shape(), reset_less=True)
+        operands = Signal(data.ArrayLayout(signed(bits), len(self.x)), reset_less=True)
+        for k in range(len(self.x)):
+            coarse_amount, _ = two_steps(headroom[Stage.X_CHOSEN][k], _FINE)
+            _, fine_amount = two_steps(headroom[Stage.COARSE][k], _FINE)
+            coarse = register(m, self.x[k] << coarse_amount, f"coarse{k}")
+            m.d.sync += [
+                aligned[k].eq(coarse << fine_amount),
+                operands[k].eq(register(m, round_top(aligned[k], bits), f"rounded{k}")),
+            ]
+        return operands
+
+    def _multiply(self, m: Module, operands: Any, scalar: Value, headroom: dict[Stage, Any]) -> Any:
+        """Products on the grid of z with one bit below the point, moved right by the headroom of x in two steps."""
+        size, bits = len(operands), self._design.formats.operand
+        drop = scalar_fraction(self._design) + bits - self._design.widths.vector
+        # A register for each word: yosys packs one of all words into the SB_MAC16 of the first and loses the rest.
+        product = [Signal(signed(2 * bits), name=f"product{k}", reset_less=True) for k in range(size)]
+        shifted = Signal(data.ArrayLayout(signed(self._design.widths.vector + 1), size), reset_less=True)
+        for k in range(size):
+            # TIMING: multiplier -> shift back
+            # Of the bits that are read alone: yosys packs a register of all into an SB_MAC16 and loses it.
+            cut = register(m, _drop(product[k], drop), f"cut{k}")
+            coarse_amount, _ = two_steps(headroom[Stage.CUT][k], _FINE)
+            _, fine_amount = two_steps(headroom[Stage.COARSE_BACK][k], _FINE)
+            coarse_back = register(m, cut >> coarse_amount, f"coarse_back{k}")
+            m.d.sync += [
+                product[k].eq(operands[k] * scalar),
+                shifted[k].eq(coarse_back >> fine_amount),
+            ]
+        return shifted
+
+
+def _drop(product: Value, drop: int) -> Value:
+    """``product / 2^drop`` with one bit below the point; what is left to shift is the headroom of x.
+
+    The bits cut off can't reach the rounding; vectors longer than operands make ``drop`` negative.
+    """
+    return product[drop - 1 :].as_signed() if drop > 0 else Cat(C(0, 1 - drop), product).as_signed()

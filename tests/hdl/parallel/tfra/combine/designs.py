@@ -1,0 +1,48 @@
+"""Small designs of every kind: words a cycle, and vectors longer and shorter than multiplier operands."""
+
+from __future__ import annotations
+
+from tfra.model.choices import FORMATS, Adc, Architecture, Formats
+from tfra.model.fixed.design import Design
+from tfra.model.sensor import SensorArray
+
+
+def make(rows, columns, formats=FORMATS["standard"], bits=14, words=4):
+    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
+    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(4, words))
+
+
+DESIGNS = [
+    make(4, 4),
+    make(5, 7, FORMATS["wide"]),
+    make(2, 2),
+    make(4, 6, Formats("long vectors", 12, 10, 16, 4), bits=10),
+    make(3, 2, Formats("short vectors", 12, 27, 0, 0), bits=6),
+    make(3, 4, words=2),
+    make(2, 2, words=1),
+    make(5, 4, words=1),
+]
+
+
+def name(design):
+    words = design.architecture.vector_words
+    return f"{design.sensor.rows}x{design.sensor.columns}-{words}-{design.formats.name.replace(' ', '-')}"
+
+
+def beats(design, quads):
+    """The words of ``quads (n, 4)`` beat by beat."""
+    size = design.architecture.vector_words
+    return [[int(word) for word in quad[first : first + size]] for quad in quads for first in range(0, 4, size)]
+
+
+def transfers(design, rng, port, quads):
+    """Cycles in which ``quads`` come at a port that is always ready: at random, payloads stand for a quad's beats."""
+    for quad in quads:
+        for cycle in range(design.cycles_per_quad + rng.randrange(3)):
+            yield {f"{port}.payload": [int(word) for word in quad], f"{port}.valid": int(cycle == 0)}
+
+
+def words(rng, bits, number):
+    """Signed words of ``bits`` and less; every length is as likely, ends of the range among them."""
+    lengths = (rng.randrange(bits) for _ in range(number))
+    return [rng.choice([rng.randrange(-1 << n, 1 << n), -1 << n, (1 << n) - 1]) for n in lengths]
