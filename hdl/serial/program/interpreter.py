@@ -1,4 +1,5 @@
-"""The serial core as integers: runs a program cycle by cycle, as the gateware does, and objects to hazards."""
+"""The serial core as integers: executes a program instruction by instruction, bit-exact to the gateware, and objects to
+hazards."""
 
 from __future__ import annotations
 
@@ -29,18 +30,37 @@ class Hazard(Exception):
     """A program that reads what is not there yet, or leaves a word's range."""
 
 
+class _NoTaxel(Exception):
+    """The program asks for a taxel, and there is none left."""
+
+
 def wrap(value: int, bits: int) -> int:
     """``value`` as a signed word of ``bits``."""
     half = 1 << (bits - 1)
     return (value + half) % (2 * half) - half
 
 
+@dataclass(frozen=True)
+class Step:
+    """An instruction that was executed in ``cycle``, from place ``pc`` of the program.
+
+    ``value`` is what it wrote, as it stands in the destination; ``None`` if it wrote nothing.  ``address`` is the
+    one that it meant, whether it used it or not.
+    """
+
+    cycle: int
+    pc: int
+    instruction: Instruction
+    address: int
+    value: int | None
+
+
 @dataclass
 class Interpreter:
     """State of the machine; ``memory``, ``store`` (words of ``lanes`` coefficients) and ``program`` are given.
 
-    ``run`` yields result words ``(value, last)`` until the taxels are used up.  ``cycle`` counts instructions: a
-    cycle each.  With ``strict`` a result that is too long for a word raises ``Hazard``.
+    ``cycle`` counts instructions: a cycle each.  With ``strict`` a result that is too long for a word raises
+    ``Hazard``.
     """
 
     sizes: Sizes
@@ -49,44 +69,56 @@ class Interpreter:
     memory: list[int]
     store: Sequence[Sequence[int]]
     strict: bool = True
+
+    # What the gateware has, too
     cycle: int = 0
     pc: int = 0
     link: int = 0
+    loops: list[list[int]] = field(default_factory=list)  # first instruction, turns left
     registers: list[int] = field(default_factory=lambda: [0] * REGISTERS)
     pointers: list[int] = field(default_factory=lambda: [0] * (POINTERS + 1))
-    loops: list[list[int]] = field(default_factory=list)
     flags: list[bool] = field(default_factory=lambda: [False, False])
+    limited: int = 0
     t: int = 0
     k: int = 0
     y: int = 0
     sh: int = 0
     sp: int = 0
     product: int = 0
-    products: list[tuple[int, int]] = field(default_factory=list)
     sums: list[int] = field(default_factory=list)
-    pending: list[tuple[int, list[int]]] = field(default_factory=list)
-    limited: int = 0
-    written: dict[int, int] = field(default_factory=dict)
-    pointed: dict[int, int] = field(default_factory=dict)
-    last: Instruction = field(default_factory=Instruction)
-    mac_free: int = 0
+
+    # On their way, with the cycle of their arrival
+    coming_products: list[tuple[int, int]] = field(default_factory=list)
+    coming_sums: list[tuple[int, list[int]]] = field(default_factory=list)
+
+    # For hazards: when words and pointers were written, the instruction before, when the lanes are free
+    word_written: dict[int, int] = field(default_factory=dict)
+    pointer_written: dict[int, int] = field(default_factory=dict)
+    before: Instruction = field(default_factory=Instruction)
+    lanes_free: int = 0
 
     def run(self, taxels: Iterator[int]) -> Iterator[tuple[int, bool]]:
-        """Execute until ``taxels`` end; yields words of the result stream."""
-        delayed: int | None = None
+        """Execute until ``taxels`` end; yields the result stream: words, and whether each is the last of its frame."""
+        for step in self.steps(taxels):
+            if step.value is not None and step.instruction.written in (Dest.OUT, Dest.LAST):
+                yield step.value, step.instruction.dest == Dest.LAST
+
+    def steps(self, taxels: Iterator[int]) -> Iterator[Step]:
+        """Execute until ``taxels`` end; yields every instruction, after it was executed."""
+        target: int | None = None
         while True:
-            instruction = self.program[self.pc]
-            following = self.pc + 1 if delayed is None else delayed
-            delayed = self._sequence(instruction)
+            instruction, pc = self.program[self.pc], self.pc
+            following = pc + 1 if target is None else target  # behind the delay slot
+            target = self._sequence(instruction)
             try:
-                out = self._execute(instruction, taxels)
-            except StopIteration:
+                address, value = self._execute(instruction, taxels)
+            except _NoTaxel:
                 return
-            if out is not None:
-                yield out
+            yield Step(self.cycle, pc, instruction, address, value)
             self.pc, self.cycle = following, self.cycle + 1
 
     def _sequence(self, i: Instruction) -> int | None:
+        """Where the program goes on behind the next instruction, if elsewhere."""
         if i.op == Op.DO:
             self.loops.append([self.pc + 1, i.immediate])
             return None
@@ -103,7 +135,7 @@ class Interpreter:
         return None
 
     def _address(self, i: Instruction) -> int:
-        if i.dest != Dest.P and self.cycle - self.pointed.get(i.pointer, -SETTLE) < SETTLE:
+        if i.dest != Dest.P and self.cycle - self.pointer_written.get(i.pointer, -SETTLE) < SETTLE:
             raise Hazard(f"instruction {self.pc}: pointer {i.pointer} is used too early")
         address = (self.pointers[i.pointer] + i.immediate) % (1 << ADDRESS_BITS)
         if i.pointer != NO_POINTER:
@@ -117,7 +149,7 @@ class Interpreter:
         if Src.R0 <= s < Src.R0 + REGISTERS:
             return self.registers[s - Src.R0]
         if s == Src.M:
-            if self.cycle - self.written.get(address, -STORED) < STORED:
+            if self.cycle - self.word_written.get(address, -STORED) < STORED:
                 raise Hazard(f"instruction {self.pc}: word {address} is read too early")
             return self.memory[address]
         if s == Src.FLOOR:
@@ -129,7 +161,7 @@ class Interpreter:
         if s == Src.SUM:
             return self.sums.pop(0)
         if s == Src.IN:
-            return next(taxels)
+            return self._taxel(taxels)
         if s == Src.K:
             return self.k
         if s == Src.LIMITED:
@@ -137,32 +169,45 @@ class Interpreter:
             return value
         return 0
 
-    def _execute(self, i: Instruction, taxels: Iterator[int]) -> tuple[int, bool] | None:
-        while self.products and self.products[0][0] <= self.cycle:
-            self.product = self.products.pop(0)[1]
-        while self.pending and self.pending[0][0] <= self.cycle:
-            self.sums = self.pending.pop(0)[1]
-        if i.waits_for(self.last, 1):
+    def _taxel(self, taxels: Iterator[int]) -> int:
+        for taxel in taxels:
+            return taxel
+        raise _NoTaxel
+
+    def _execute(self, i: Instruction, taxels: Iterator[int]) -> tuple[int, int | None]:
+        """Address of an instruction, and the value it writes."""
+        while self.coming_products and self.coming_products[0][0] <= self.cycle:
+            self.product = self.coming_products.pop(0)[1]
+        while self.coming_sums and self.coming_sums[0][0] <= self.cycle:
+            self.sums = self.coming_sums.pop(0)[1]
+        if i.waits_for(self.before, 1):
             raise Hazard(f"instruction {self.pc}: comes too early")
-        self.last = i
+        self.before = i
         address = self._address(i)
         source = self._source(i, address, taxels)
-        flag = self.flags[i.when >> 1 == 2] ^ (i.when & 1) if i.when else True
-        if not flag:
-            return None
-        left = self._left(i)
+        if not self._acts(i):
+            return address, None
         if i.op in (Op.SHIFT, Op.LENGTH):
             self.t, self.k = 2 * source.bit_length() - (source > 0) if i.op == Op.LENGTH else self._shifted(source), 0
-        elif i.op == Op.MUL:
-            bits = self.sizes.multiplicand
-            if self.strict and wrap(source, bits) != source:
-                raise Hazard(f"instruction {self.pc}: {source} is longer than a multiplicand")
-            self.products.append((self.cycle + MUL_DELAY, wrap(wrap(source, bits) * self.y, self.sizes.word)))
+            return address, self.t
+        if i.op == Op.MUL:
+            self._multiply(source)
         elif i.op == Op.MAC:
             self._mac(address)
         if i.op in NO_RESULT:
-            return None
-        return self._deliver(i, address, self._result(i, left, source))
+            return address, None
+        result = self._result(i, self._left(i), source)
+        return address, None if result is None else self._deliver(i, address, result)
+
+    def _acts(self, i: Instruction) -> bool:
+        """Whether the condition holds: bit 0 of ``when`` negates, the others name the flag."""
+        return not i.when or self.flags[i.when >> 1 == 2] != bool(i.when & 1)
+
+    def _multiply(self, source: int) -> None:
+        bits = self.sizes.multiplicand
+        if self.strict and wrap(source, bits) != source:
+            raise Hazard(f"instruction {self.pc}: {source} is longer than a multiplicand")
+        self.coming_products.append((self.cycle + MUL_DELAY, wrap(wrap(source, bits) * self.y, self.sizes.word)))
 
     def _left(self, i: Instruction) -> int:
         if i.left == Left.ZERO:
@@ -177,6 +222,7 @@ class Interpreter:
         return wrap(value, self.sizes.word + 1)
 
     def _result(self, i: Instruction, left: int, source: int) -> int | None:
+        """The result; ``None`` for a step of a division that leaves the dividend as it is."""
         if i.op == Op.ADD:
             value = left + source
         elif i.op == Op.SUB:
@@ -208,32 +254,30 @@ class Interpreter:
         return wrap(value, self.sizes.word)
 
     def _mac(self, address: int) -> None:
-        if self.cycle < self.mac_free:
+        if self.cycle < self.lanes_free:
             raise Hazard(f"instruction {self.pc}: sums are still running")
-        self.mac_free = self.cycle + self.quads
+        self.lanes_free = self.cycle + self.quads
         operands = [wrap(self.memory[address + j], self.sizes.operand) for j in range(self.quads)]
         rows = [self.store[self.sp + j] for j in range(self.quads)]
         sums = [sum(o * row[lane] for o, row in zip(operands, rows, strict=True)) for lane in range(self.sizes.lanes)]
-        self.pending.append((self.cycle + self.quads + MAC_DELAY, sums))
+        self.coming_sums.append((self.cycle + self.quads + MAC_DELAY, sums))
         self.sp += self.quads
 
-    def _deliver(self, i: Instruction, address: int, result: int | None) -> tuple[int, bool] | None:
-        if result is None:
-            return None
+    def _deliver(self, i: Instruction, address: int, result: int) -> int:
+        """Write ``result``; returns it as it stands in the destination."""
         if i.flag:
             self.flags[i.flag - 1] = result < 0
         if i.dest == Dest.M:
-            self.memory[address], self.written[address] = result, self.cycle
+            self.memory[address], self.word_written[address] = result, self.cycle
         elif Dest.R0 <= i.dest < Dest.R0 + REGISTERS:
             self.registers[i.dest - Dest.R0] = result
-        elif i.dest in (Dest.OUT, Dest.LAST):
-            return result, i.dest == Dest.LAST
         elif i.dest == Dest.P:
-            self.pointers[i.pointer], self.pointed[i.pointer] = result % (1 << ADDRESS_BITS), self.cycle
+            result %= 1 << ADDRESS_BITS
+            self.pointers[i.pointer], self.pointer_written[i.pointer] = result, self.cycle
         elif i.dest == Dest.Y:
-            self.y = wrap(result, self.sizes.multiplier)
+            self.y = result = wrap(result, self.sizes.multiplier)
         elif i.dest == Dest.SH:
-            self.sh = wrap(result, self.sizes.shift)
+            self.sh = result = wrap(result, self.sizes.shift)
         elif i.dest == Dest.SP:
             self.sp = result
-        return None
+        return result

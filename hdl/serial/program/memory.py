@@ -1,4 +1,4 @@
-"""Where everything lies: the data memory's map and first contents, and the image of the coefficient store."""
+"""The data memory's map and first contents, and the image of the coefficient store."""
 
 from __future__ import annotations
 
@@ -12,33 +12,48 @@ from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.tfra.operators import STACKS
 
 
-class Map:
+class MemoryMap:
     """Addresses of the data memory, handed out in order; constants are in its first contents.
 
-    Vectors are stored parity by parity, Q words each; maps of taxels row-major.  The operand vectors come first:
-    the multiplier lanes read them from a copy of the memory's lowest ``operands`` words.
+    Vectors are stored parity by parity, Q words each; maps of taxels row-major.  The operand vectors come first: the
+    multiplier lanes read them from a copy of the memory's lowest ``operands`` words.  Words that are used no more
+    hold something else:
+
+    ===============  =======================================  =========================================
+    words            hold first                               hold then
+    ===============  =======================================  =========================================
+    ``operand``      the operand of the current product
+    ``weights``      n as an operand
+    ``stress``       codes, normalised in place
+    ``d``            b, then d0, e0 and d                     taxels of a plane of forces
+    ``independent``  d_ind, then e1                           ``p``, by taxels
+    ``result``       C33^-1 b, then n; normal product of e0   q, by taxels; A-dagger d of a plane
+    ``dependent``    d_dep, then the normal product of e1     ``tables`` of the sweep
+    ``g``            C33 n                                    ``tables``
+    ``sums_b``       sums of A-dagger b                       ``tables``
+    ``sums_n``       sums of n, then A_pq
+    ===============  =======================================  =========================================
     """
 
     def __init__(self, design: Design) -> None:
-        self.design = design
         self.contents: dict[int, int] = {}
         self._constants: dict[tuple[int, ...], int] = {}
         self._scalars: dict[str, int] = {}
         self._end = 0
         vector, spill = 4 * design.quads, sizes(design).lanes - 1
-        taxels, table = design.sensor.taxels, 1 << sweep_bits(design)
+        taxels, table = design.sensor.taxels, 1 << sweep_bits(design)  # a division's quotient can't leave a table
         self.operand, self.weights = self.reserve(vector), self.reserve(vector)
         self.operands = self._end
         self.stress = self.reserve(taxels)
         self.d, self.p = self.reserve(vector), self.reserve(max(vector + spill, taxels))
         self.independent = self.p
         self.result = self.reserve(max(vector + spill, taxels))
-        first = self._end
+        tables = self._end
         self.dependent, self.g = self.reserve(vector + spill), self.reserve(vector + spill)
         sums_b, sums_n = (4 * stride(design, operator_of(design, name)) for name in ("sums_b", "sums_n"))
         self.sums_b = self.reserve(sums_b)
-        self.reserve(max(0, first + 4 * table - self._end))  # the sweep's tables take the place of what is read no more
-        self.tables = [first + number * table for number in range(4)]
+        self.reserve(max(0, tables + 4 * table - self._end))
+        self.tables = [tables + number * table for number in range(4)]
         self.sums_n = self.reserve(sums_n)
 
     def reserve(self, words: int) -> int:
@@ -63,6 +78,12 @@ class Map:
             start = self._constants[values] = self.reserve(len(values))
             self.contents |= dict(enumerate(values, start))
         return self._constants[values]
+
+    @property
+    def names(self) -> dict[int, str]:
+        """Names of single words, by address; a constant's is its value behind ``#``."""
+        scalars = sorted((address, name) for name, address in self._scalars.items())
+        return dict(scalars) | {address: f"#{value}" for address, value in self.contents.items()}
 
     @property
     def words(self) -> list[int]:

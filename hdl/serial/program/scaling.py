@@ -1,0 +1,41 @@
+"""Scaling to result words, with saturation (Eq. 31)."""
+
+from __future__ import annotations
+
+from tfra.hdl.serial.isa import MUL_DELAY, PRODUCT, R0, R1, R2, ZERO, Dest, Op, Post, mem
+from tfra.hdl.serial.program.routines import Writer
+
+
+def resultant_words(w: Writer) -> None:
+    """F times the gain, to the result stream."""
+    a, total = w.assembler, w.map.scalar("total", 3)
+    a.move(Dest.SH, w.at("resultant_shift"))
+    for number, (word, factor) in enumerate(zip((R0, R1, R2), ("tangential", "tangential", "normal"), strict=True)):
+        a.move(Dest.Y, w.at(f"{factor}_factor"))
+        a.act(Op.MUL, mem(total + number))
+        a.nop(MUL_DELAY - 1)
+        w.round_shift(word, PRODUCT)
+    for word in (R0, R1, R2):
+        a.op(Op.LIMIT, Dest.OUT, ZERO, word)
+
+
+def plane_words(w: Writer) -> None:
+    """A plane of forces, in d, times the word ``factor``, to the result stream.
+
+    A product takes as long as a turn of the loop, so two multiplications stand before it.
+    """
+    a = w.assembler
+    w.points(p0=w.map.d)
+    a.move(Dest.Y, w.at("factor"))
+    a.move(Dest.SH, w.at("force_shift"))
+    a.act(Op.MUL, mem(0, 0, Post.UP))
+    a.nop(MUL_DELAY - 2)
+    a.act(Op.MUL, mem(0, 0, Post.UP))
+    a.act(Op.SHIFT, PRODUCT)
+    a.rounded(R0)
+    with a.loop(w.design.sensor.taxels - 1):
+        a.act(Op.MUL, mem(0, 0, Post.UP))
+        a.act(Op.SHIFT, PRODUCT)
+        a.op(Op.LIMIT, Dest.OUT, ZERO, R0)
+        a.rounded(R0)
+    a.op(Op.LIMIT, Dest.OUT, ZERO, R0)

@@ -1,0 +1,26 @@
+"""Weights of the compressive solution, n = -min(0, C33^-1 b) (Eq. 9)."""
+
+from __future__ import annotations
+
+from tfra.hdl.serial.isa import R0, R1, R2, R3, R4, R5, ZERO, Dest, Op, Post, When, imm
+from tfra.hdl.serial.program.butterfly import butterfly, butterfly_of_registers, quad
+from tfra.hdl.serial.program.matvec import operand
+from tfra.hdl.serial.program.routines import Writer
+
+
+def weights(w: Writer) -> None:
+    """n, folded, in place of C33^-1 b, and as multiplier words; frames that are not swept keep both signs."""
+    a, result = w.assembler, w.map.result
+    w.set_flag(1, w.at("regular"))
+    a.move(Dest.SH, imm(2))
+    w.points(p4=0)
+    taxels = (R1, R3, R4, R0)
+    with a.loop(w.quads):
+        butterfly(w, quad(w, result, 4, Post.KEEP), taxels)
+        for word in taxels:
+            w.round_shift(word, word)
+        for word in taxels:
+            a.op(Op.LESS, word, ZERO, word, When.F1)
+            a.sub(word, ZERO, word, When.NOT_F1)
+        butterfly_of_registers(w, taxels, (R2, R5), quad(w, result, 4))
+    operand(w, result, w.map.weights, w.at("bits_n", 4))
