@@ -1,0 +1,96 @@
+"""What the stages of a frame leave in the memory is what the model's blocks hand on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.hdl.serial.designs import DESIGNS
+from tfra.hdl.serial.isa import Dest
+from tfra.hdl.serial.program.frame import ANALYSIS, RESULT, program
+from tfra.hdl.serial.program.memory import MemoryMap
+from tfra.hdl.serial.program.routines import label
+from tfra.hdl.serial.program.trace import trace
+from tfra.model.cover.scenes import contact_codes
+from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+
+DESIGN = DESIGNS["3×4"]
+CODES = contact_codes(DESIGN, 1, seed=6)
+MAP = MemoryMap(DESIGN)
+Q = DESIGN.quads
+
+
+@pytest.fixture(scope="module")
+def memories():
+    """Words of the memory at the end of every stage, by the stage's name."""
+    found, words, running = {}, list(program(DESIGN).memory), ""
+    for traced in trace(DESIGN, CODES):
+        stage = traced.stage.partition(",")[0]
+        if stage != running:
+            found[running], running = list(words), stage
+        step = traced.step
+        if step.instruction.written == Dest.M and step.value is not None:
+            words[step.address] = step.value
+    return found
+
+
+@pytest.fixture(scope="module")
+def model():
+    return {name: values[0] for name, values in FixedTfra(DESIGN)(CODES).stages.items()}
+
+
+def vector(words, start):
+    """Quads ``(Q, 4)`` of the vector at ``start``."""
+    return np.array(words[start : start + 4 * Q]).reshape(4, Q).T
+
+
+def scalars(words, *names):
+    places = {name: address for address, name in program(DESIGN).names.items()}
+    return [words[places[name]] for name in names]
+
+
+@pytest.mark.parametrize(
+    ("stage", "start", "block", "quads"),
+    [
+        ("weights.weights", MAP.result, "weights", slice(None)),
+        ("combine.residuals", MAP.d, "combine", slice(0, Q)),
+        ("combine.residuals", MAP.independent, "combine", slice(Q, 2 * Q)),
+        ("combine.winner", MAP.d, "combine", slice(2 * Q, 3 * Q)),
+    ],
+)
+def test_vectors(memories, model, stage, start, block, quads):
+    want = model[block].reshape(-1, 4)[quads]
+    assert (vector(memories[stage], start) == want).all()
+    assert (vector(memories["normaliser.fold"], start) != want).any()
+
+
+def test_the_fold(memories, model):
+    want = butterfly(model["normaliser"].reshape(-1, 4)) << DESIGN.formats.vector_fraction
+    assert (vector(memories["normaliser.fold"], MAP.d) == want).all()
+
+
+@pytest.mark.parametrize(
+    ("stage", "names", "block"),
+    [
+        ("centroids.direction", ("cos", "sin"), "centroids"),
+        ("dependent.dependent", ("alpha", "beta"), "dependent"),
+        ("friction.friction", ("sweep_index",), "sweep"),
+        ("friction.dependent_friction", ("mu_ind", "mu_x", "mu_y"), "friction"),
+        ("gain.mu", ("normal_factor", "mu"), "gain"),
+    ],
+)
+def test_scalars(memories, model, stage, names, block):
+    assert scalars(memories[stage], *names) == model[block].tolist()
+    assert scalars(memories["reset"], *names) != model[block].tolist()
+
+
+def test_the_resultant(memories, model):
+    (start,) = (address for address, name in program(DESIGN).names.items() if name == "total")
+    assert memories["resultant.resultant"][start : start + 3] == model["resultant"].tolist()
+
+
+def test_stages_follow_each_other_as_in_the_table(memories):
+    names = [label(stage) for stage in (*ANALYSIS, *RESULT)]
+    assert list(memories)[3:-1] == names[:-1]
+    assert len(set(names)) == len(names)
