@@ -26,13 +26,15 @@ from tfra.model.fixed.numbers import Ints
 class SerialCore(wiring.Component):
     """Triaxial contact forces of a stream of tactile frames, one instruction of a fixed program a cycle.
 
-    Members:
-        load: coefficients ``store (depth, lanes)`` after a reset, row by row.
-        taxel: converter codes, row-major, ``m`` transfers a frame.
-        result: words of ``design.layout``, ``last`` on a frame's final word.
-
     Both streams of frames may stall at any time; then the program waits.  Latency and interval are stated by
     :class:`tfra.hdl.serial.serial.Serial`.
+
+    Members:
+        load: stream in, coefficients ``store (depth, lanes)`` after a reset, row by row.
+        taxel: stream in, converter codes, row-major, ``m`` transfers a frame.
+        result: stream out, words of ``design.layout``, ``last`` on a frame's final word.
+
+    ``datapath`` is an attribute so that a simulation can watch the instructions that are executed.
     """
 
     def __init__(self, design: Design, program: Program, store: Ints) -> None:
@@ -44,68 +46,106 @@ class SerialCore(wiring.Component):
                 "result": Out(stream.Signature(ports.result(design))),
             }
         )
+        self.datapath = Datapath(sizes(design), self.taxel.payload.shape())
 
     def elaborate(self, platform: Any) -> Module:
-        m, size, code = Module(), sizes(self.design), self.program
+        m, size, depth = Module(), sizes(self.design), len(self._store)
+        m.submodules.datapath = self.datapath
+        m.submodules.sequencer = sequencer = Sequencer(self.program.instructions)
+        m.submodules.lanes = lanes = Lanes(
+            size, self.design.quads, self.program.operands, depth, self.design.target
+        )
+        m.submodules.product = product = Product(size.multiplicand, size.multiplier, size.word)
+        loading = self._load(m, lanes)
+        self._wire_streams(m, loading)
+        self._wire_sequencer(m, sequencer)
+        self._wire_memory(m, sequencer, lanes)
+        self._wire_product(m, product)
+        self._wire_lanes(m, lanes)
+        return m
+
+    def _load(self, m: Module, lanes: Lanes) -> Signal:
+        """Collect coefficients to words of the store; high until the last one is there."""
+        depth, count, bits = len(self._store), sizes(self.design).lanes, self.design.formats.coefficient
+        loading = Signal(init=1)
+        lane = Signal(counter_shape(count - 1))
+        word = Signal(bits * (count - 1))  # the coefficients of the lanes before
+        words_left = Signal(counter_shape(depth - 1), init=depth - 1)
+        m.d.comb += [
+            self.load.ready.eq(loading),
+            lanes.load.eq(loading & self.load.valid & (lane == count - 1)),
+            lanes.word.eq(Cat(word, self.load.payload)),
+        ]
+        with m.If(loading & self.load.valid):
+            m.d.sync += [lane.eq(Mux(lane == count - 1, 0, lane + 1)), word.eq(Cat(word, self.load.payload)[bits:])]
+            with m.If(lane == count - 1):
+                m.d.sync += [words_left.eq(words_left - 1), loading.eq(words_left != 0)]
+        return loading
+
+    def _wire_streams(self, m: Module, loading: Signal) -> None:
+        """Taxels and results; the program waits for either, and until the coefficients are loaded."""
+        path = self.datapath
         m.submodules.taxels = taxels = Buffer(self.taxel.payload.shape())
         m.submodules.results = results = Spare(self.result.payload.shape())
-        m.submodules.sequencer = sequencer = Sequencer(code.instructions)
-        m.submodules.memory = memory = Memory(shape=signed(size.word), depth=len(code.memory), init=code.memory)
-        m.submodules.lanes = lanes = Lanes(size, self.design.quads, code.operands, len(self._store), self.design.target)
-        m.submodules.product = product = Product(size.multiplicand, size.multiplier, size.word)
-        m.submodules.datapath = path = Datapath(size, self.taxel.payload.shape())
         connect(m, flipped(self.taxel), taxels.i)
         connect(m, results.o, flipped(self.result))
-        loading, o, e, read, write = self._load(m, lanes), path.o, path.e, memory.read_port(), memory.write_port()
         m.d.comb += [
             path.advance.eq(~loading & ~(path.takes & ~taxels.o.valid) & ~(path.gives & ~results.i.ready)),
-            sequencer.advance.eq(path.advance),
-            path.decoded.eq(Cat(sequencer.instruction, sequencer.address, sequencer.valid)),
-            sequencer.set_pointer.eq(path.delivers & (e.instruction.dest == Dest.P)),
-            sequencer.number.eq(e.instruction.pointer),
-            sequencer.value.eq(path.total),
-            read.addr.eq(sequencer.address),
-            read.en.eq(path.advance),
-            path.memory.eq(read.data),
-            write.data.eq(path.last),
-            product.a.eq(path.source),
-            product.b.eq(path.y),
-            product.start.eq(e.instruction.op == Op.MUL),
-            product.enable.eq(path.advance),
-            path.product.eq(product.o),
-            lanes.write.eq(write.en & (write.addr[len(lanes.write_address) :] == 0)),
-            lanes.write_address.eq(write.addr),
-            lanes.write_data.eq(path.last),
-            lanes.start.eq(path.acts & (e.instruction.op == Op.MAC)),
-            lanes.address.eq(e.address),
-            lanes.next.eq(path.advance & o.valid & (o.instruction.source == Src.SUM)),
-            lanes.set_pointer.eq(path.delivers & (e.instruction.dest == Dest.SP)),
-            lanes.pointer.eq(path.total),
-            path.sum.eq(lanes.sum),
             taxels.o.ready.eq(path.takes & path.advance),
             path.taxel.eq(taxels.o.payload),
             results.i.valid.eq(path.gives & path.advance),
             results.i.payload.data.eq(path.last),
             results.i.payload.last.eq(path.ends),
         ]
-        m.d.sync += write.en.eq(path.delivers & (e.instruction.dest == Dest.M))
-        with m.If(path.advance):
-            m.d.sync += write.addr.eq(e.address)
-        return m
 
-    def _load(self, m: Module, lanes: Lanes) -> Signal:
-        """Collect coefficients to words of the store; high until the last one is there."""
-        loading = Signal(init=1)
-        depth, ways, bits = len(self._store), sizes(self.design).lanes, self.design.formats.coefficient
-        lane, word = Signal(counter_shape(ways - 1)), Signal(bits * (ways - 1))
-        left = Signal(counter_shape(depth - 1), init=depth - 1)
+    def _wire_sequencer(self, m: Module, sequencer: Sequencer) -> None:
+        path, i = self.datapath, self.datapath.executing.instruction
         m.d.comb += [
-            self.load.ready.eq(loading),
-            lanes.load.eq(loading & self.load.valid & (lane == ways - 1)),
-            lanes.word.eq(Cat(word, self.load.payload)),
+            sequencer.advance.eq(path.advance),
+            path.decoded.instruction.eq(sequencer.instruction),
+            path.decoded.address.eq(sequencer.address),
+            path.decoded.valid.eq(sequencer.valid),
+            sequencer.set_pointer.eq(path.delivers & (i.dest == Dest.P)),
+            sequencer.pointer_number.eq(i.pointer),
+            sequencer.pointer_value.eq(path.total),
         ]
-        with m.If(loading & self.load.valid):
-            m.d.sync += [lane.eq(Mux(lane == ways - 1, 0, lane + 1)), word.eq(Cat(word, self.load.payload)[bits:])]
-            with m.If(lane == ways - 1):
-                m.d.sync += [left.eq(left - 1), loading.eq(left != 0)]
-        return loading
+
+    def _wire_memory(self, m: Module, sequencer: Sequencer, lanes: Lanes) -> None:
+        """The data memory, and the lanes' copy of its lowest words; a result is written when it is in ``last``."""
+        path, code = self.datapath, self.program
+        shape = signed(sizes(self.design).word)
+        m.submodules.memory = memory = Memory(shape=shape, depth=len(code.memory), init=code.memory)
+        read, write = memory.read_port(), memory.write_port()
+        m.d.comb += [
+            read.addr.eq(sequencer.address),
+            read.en.eq(path.advance),
+            path.memory.eq(read.data),
+            write.data.eq(path.last),
+            lanes.write.eq(write.en & (write.addr[len(lanes.write_address) :] == 0)),
+            lanes.write_address.eq(write.addr),
+            lanes.write_data.eq(path.last),
+        ]
+        m.d.sync += write.en.eq(path.delivers & (path.executing.instruction.dest == Dest.M))
+        with m.If(path.advance):
+            m.d.sync += write.addr.eq(path.executing.address)
+
+    def _wire_product(self, m: Module, product: Product) -> None:
+        path = self.datapath
+        m.d.comb += [
+            product.a.eq(path.source),
+            product.b.eq(path.y),
+            product.start.eq(path.executing.instruction.op == Op.MUL),
+            product.enable.eq(path.advance),
+            path.product.eq(product.o),
+        ]
+
+    def _wire_lanes(self, m: Module, lanes: Lanes) -> None:
+        path, i = self.datapath, self.datapath.executing.instruction
+        m.d.comb += [
+            lanes.start.eq(path.acts & (i.op == Op.MAC)),
+            lanes.address.eq(path.executing.address),
+            lanes.next.eq(path.advance & path.fetching.valid & (path.fetching.instruction.source == Src.SUM)),
+            lanes.set_pointer.eq(path.delivers & (i.dest == Dest.SP)),
+            lanes.pointer.eq(path.total),
+            path.sum.eq(lanes.sum),
+        ]

@@ -4,97 +4,166 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Const, Elaboratable, Module, Mux, Shape, Signal, Value, signed
-from amaranth.lib import data
+from amaranth import Cat, Const, Module, Mux, Shape, Signal, Value, signed
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.serial.alu import ADDS, FINE, Alu, coarse, signs
 from tfra.hdl.serial.isa import ADDRESS_BITS, NO_RESULT, REGISTERS, Dest, Left, Op, Src
-from tfra.hdl.serial.sequencer import LAYOUT
+from tfra.hdl.serial.sequencer import INSTRUCTION
 from tfra.hdl.serial.sizes import Sizes
 
-STAGE = data.StructLayout({"instruction": LAYOUT, "address": ADDRESS_BITS, "valid": 1})
+STAGE = data.StructLayout({"instruction": INSTRUCTION, "address": ADDRESS_BITS, "valid": 1})
+"""A stage of the pipeline: an instruction, the address that it means, and whether there is one."""
 
 
-class Datapath(Elaboratable):
-    """Registers, T, K, Y, SH, the flags, and the way around them.
+class Datapath(wiring.Component):
+    """Registers R0 to R5, T, K, Y, SH and the flags, and the ways between them.
 
-    ``decoded`` enters ``o``, which fetches operands, and then ``e``, which is executed, in cycles with ``advance``.
-    ``source`` and ``result`` are those of ``e`` (``total`` if it is a sum), ``acts`` says that its condition holds and
-    ``delivers`` that it has a result, too.  ``last`` is the result before, for the result stream if it ``gives``;
-    ``takes``: ``o`` needs ``taxel``.
+    ::
+
+        decoded ─▶ fetching ─▶ executing ─▶ last
+                   operands    ALU          the result, on its way to a register, a flag or the memory
+
+    An instruction in ``fetching`` reads registers; the one in ``executing`` has not written its own yet.  The result in
+    ``last`` is read in the register's place, and the one that the ALU computes replaces the operand a cycle later.
+
+    Members:
+        advance: in, all stages go on.
+        decoded: ``STAGE``, in, what enters ``fetching``.
+        fetching: ``STAGE``, out, the instruction that fetches operands.
+        executing: ``STAGE``, out, the instruction that is executed.
+        memory: word, in, the data memory's word for ``fetching``.
+        product: word, in, the multiplier's last product.
+        sum: word, in, the next lane's sum.
+        taxel: ``taxel``, in, the next code.
+        takes: out, ``fetching`` needs ``taxel``.
+        acts: out, the condition of ``executing`` holds; high in a cycle with ``advance``.
+        delivers: out, ``acts``, and the operation has a result.
+        source: word, out, second operand of ``executing``.
+        y: ``signed(multiplier)``, out, the register Y.
+        total: word, out, the result of ``executing`` if it is a sum: sooner than ``result``.
+        result: word, out, the result of ``executing``.
+        shifted: T of ``executing``, out, if that is SHIFT or LENGTH.
+        last: word, out, the result before.
+        gives: out, ``last`` is a word of the result stream.
+        ends: out, it is a frame's last word.
     """
 
     def __init__(self, sizes: Sizes, taxel: Shape) -> None:
         self._sizes = sizes
         word = signed(sizes.word)
-        self.advance, self.takes, self.gives, self.ends, self.acts, self.delivers = (Signal() for _ in range(6))
-        self.decoded, self.o, self.e = Signal(STAGE), Signal(STAGE), Signal(STAGE)
-        self.memory, self.product, self.sum, self.taxel = Signal(word), Signal(word), Signal(word), Signal(taxel)
-        self.source, self.result, self.total, self.last = (Signal(word) for _ in range(4))
-        self.y = Signal(signed(sizes.multiplier))
+        super().__init__(
+            {
+                "advance": In(1),
+                "decoded": In(STAGE),
+                "fetching": Out(STAGE),
+                "executing": Out(STAGE),
+                "memory": In(word),
+                "product": In(word),
+                "sum": In(word),
+                "taxel": In(taxel),
+                "takes": Out(1),
+                "acts": Out(1),
+                "delivers": Out(1),
+                "source": Out(word),
+                "y": Out(signed(sizes.multiplier)),
+                "total": Out(word),
+                "result": Out(word),
+                "shifted": Out(signed(sizes.word + 1)),
+                "last": Out(word),
+                "gives": Out(1),
+                "ends": Out(1),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.alu = alu = Alu(self._sizes)
-        t, k = Signal(signed(self._sizes.word + 1)), Signal(self._sizes.quotient)
-        limited, divided, written = Signal(), Signal(), Signal(REGISTERS)
-        e, go, shifts, writes = self.e.instruction, Signal(), Signal(), Signal(REGISTERS)
-        gives_result = go & ~Cat(e.op == op for op in NO_RESULT).any()
+        acts = Signal()  # as self.acts, but for the enable
+        shifts = Signal()
+        writes = Signal(REGISTERS)  # the registers that executing writes
+        written = Signal(REGISTERS)  # the registers that last is for
+        divided = Signal()  # last is the result of DIV
+        e = self.executing.instruction
+        has_result = acts & ~Cat(e.op == op for op in NO_RESULT).any()
         m.d.comb += [
-            go.eq(self.e.valid & self._condition(m)),
-            shifts.eq(go & ((e.op == Op.SHIFT) | (e.op == Op.LENGTH))),
-            writes.eq(Cat(gives_result & (e.dest == Dest.R0 + number) for number in range(REGISTERS))),
-            self.acts.eq(self.advance & go),
-            self.delivers.eq(self.advance & gives_result),
-            self.takes.eq(self.o.valid & (self.o.instruction.source == Src.IN)),
+            acts.eq(self.executing.valid & self._condition(m)),
+            shifts.eq(acts & ((e.op == Op.SHIFT) | (e.op == Op.LENGTH))),
+            writes.eq(Cat(has_result & (e.dest == Dest.R0 + number) for number in range(REGISTERS))),
+            self.acts.eq(self.advance & acts),
+            self.delivers.eq(self.advance & has_result),
+            self.takes.eq(self.fetching.valid & (self.fetching.instruction.source == Src.IN)),
             self.result.eq(alu.result),
             self.total.eq(alu.total),
+            self.shifted.eq(alu.shifted),
         ]
         with m.If(self.advance):
             m.d.sync += [
-                self.o.eq(self.decoded),
-                self.e.eq(self.o),
+                self.fetching.eq(self.decoded),
+                self.executing.eq(self.fetching),
                 self.last.eq(alu.result),
                 written.eq(writes),
                 divided.eq(e.op == Op.DIV),
-                self.gives.eq(gives_result & ((e.dest == Dest.OUT) | (e.dest == Dest.LAST))),
+                self.gives.eq(has_result & ((e.dest == Dest.OUT) | (e.dest == Dest.LAST))),
                 self.ends.eq(e.dest == Dest.LAST),
             ]
-            with m.If(divided & written.any()):
-                m.d.sync += k.eq(Cat(~self.last[-1], k))
-            with m.If(shifts):
-                m.d.sync += [t.eq(alu.shifted), k.eq(0)]
-            with m.If(go & (e.op == Op.DIV)):
-                m.d.sync += t.eq(t >> 1)
-            with m.If(self.o.valid & (self.o.instruction.source == Src.LIMITED)):
-                m.d.sync += limited.eq(0)
-            with m.If(go & (e.op == Op.LIMIT) & alu.limited):
-                m.d.sync += limited.eq(1)
-        left, source = self._fetch(m, t, k, limited, Mux(divided & self.last[-1], 0, written))
-        self._operands(m, alu, left, source, writes, shifts, t[0])
+        t, k = self._divide(m, acts, shifts, divided & written.any())
+        limited = self._limit(m, acts, alu.limited)
+        arrived = Mux(divided & self.last[-1], 0, written)  # a negative difference of DIV is dropped
+        left, source = self._fetch(m, t, k, limited, arrived)
+        self._execute(m, alu, left, source, writes, shifts, t[0])
         return m
 
     def _condition(self, m: Module) -> Value:
-        """Whether the flags let an instruction act; nearly all of it is known before, but for the sign in ``last``."""
-        o, e, flags, sets, now = self.o.instruction, self.e.instruction, Signal(2), Signal(2), Signal(2)
-        asks = Cat(o.when >> 1 == 1, o.when >> 1 == 2)
-        follows, given, follow = Signal(), Signal(), Signal()
+        """Whether flags let ``executing`` act: known when it enters, but for the sign of a flag that was just set."""
+        f, e = self.fetching.instruction, self.executing.instruction
+        flags = Signal(2)
+        last_sets = Signal(2)  # the flags that take the sign of last
+        flags_now = Signal(2)
+        asks = Cat(f.when >> 1 == 1, f.when >> 1 == 2)  # for F0, for F1
+        asks_executing = Signal()  # for a flag that executing sets
+        known = Signal()  # the condition, with zero for a flag that is on its way
+        asked_last = Signal()  # such a flag was asked for
         m.d.comb += [
-            now.eq(Cat(Mux(new, self.last[-1], flag) for new, flag in zip(sets, flags, strict=True))),
-            follow.eq(self.delivers & (asks & e.flag).any()),
+            flags_now.eq(Cat(Mux(new, self.last[-1], flag) for new, flag in zip(last_sets, flags, strict=True))),
+            asks_executing.eq(self.delivers & (asks & e.flag).any()),
         ]
         with m.If(self.advance):
             m.d.sync += [
-                flags.eq(now),
-                sets.eq(Mux(self.delivers, e.flag, 0)),
-                follows.eq(follow),
-                given.eq(Mux(asks.any(), o.when[0] ^ (~follow & (asks & now).any()), 1)),
+                flags.eq(flags_now),
+                last_sets.eq(Mux(self.delivers, e.flag, 0)),
+                asked_last.eq(asks_executing),
+                known.eq(Mux(asks.any(), f.when[0] ^ (~asks_executing & (asks & flags_now).any()), 1)),
             ]
-        return given ^ (follows & self.last[-1])
+        return known ^ (asked_last & self.last[-1])
+
+    def _divide(self, m: Module, acts: Value, shifts: Value, step_ends: Value) -> tuple[Signal, Signal]:
+        """T, with a bit below the point, and the quotient K."""
+        t = Signal(signed(self._sizes.word + 1))
+        k = Signal(self._sizes.quotient)
+        with m.If(self.advance):
+            with m.If(step_ends):
+                m.d.sync += k.eq(Cat(~self.last[-1], k))
+            with m.If(shifts):
+                m.d.sync += [t.eq(self.shifted), k.eq(0)]
+            with m.If(acts & (self.executing.instruction.op == Op.DIV)):
+                m.d.sync += t.eq(t >> 1)
+        return t, k
+
+    def _limit(self, m: Module, acts: Value, limits: Value) -> Signal:
+        """Whether LIMIT has changed a word; reading it clears it."""
+        limited = Signal()
+        with m.If(self.advance):
+            with m.If(self.fetching.valid & (self.fetching.instruction.source == Src.LIMITED)):
+                m.d.sync += limited.eq(0)
+            with m.If(acts & (self.executing.instruction.op == Op.LIMIT) & limits):
+                m.d.sync += limited.eq(1)
+        return limited
 
     def _fetch(self, m: Module, t: Value, k: Value, limited: Value, arrived: Value) -> tuple[Signal, Signal]:
-        """Operands of ``o``; registers take the last result where it has ``arrived``."""
-        i, word = self.o.instruction, signed(self._sizes.word)
+        """Operands of ``fetching``; registers take the last result where it has ``arrived``."""
+        i, word = self.fetching.instruction, signed(self._sizes.word)
         lefts: dict[int, Any] = {Left.ZERO: Const(0), Left.T: t[1:].as_signed()}
         sources: dict[int, Any] = {
             Src.M: self.memory,
@@ -112,7 +181,8 @@ class Datapath(Elaboratable):
             lefts[Left.R0 + number] = sources[Src.R0 + number] = value
             with m.If(self.advance):
                 m.d.sync += register.eq(value)
-        left, source = Signal(word), Signal(word)
+        left = Signal(word)
+        source = Signal(word)
         for target, choices, select in ((left, lefts, i.left), (source, sources, i.source)):
             with m.Switch(select):
                 for choice, value in choices.items():
@@ -120,44 +190,56 @@ class Datapath(Elaboratable):
                         m.d.comb += target.eq(value)
         return left, source
 
-    def _operands(
+    def _execute(
         self, m: Module, alu: Alu, left: Value, source: Value, writes: Value, shifts: Value, half: Value
     ) -> None:
-        """Operands from ``o`` to the ALU, but the last result where ``e`` writes what ``o`` reads."""
-        o, e, word = self.o.instruction, self.e.instruction, self._sizes.word
-        first, addend, left_is_last, source_is_last = Signal.like(left), Signal.like(left), Signal(), Signal()
-        inverts, carry, rounds, adds, amount = Signal(), Signal(), Signal(), Signal(), Signal(self._sizes.shift)
-        shifted = Signal.like(alu.coarse)
-        subtract, drop = signs(o.op, source[-1])
+        """Operands to the ALU, but the last result where ``executing`` writes what ``fetching`` reads."""
+        f, word = self.fetching.instruction, self._sizes.word
+        left_operand = Signal.like(left)
+        addend = Signal.like(left)
+        left_is_last = Signal()
+        source_is_last = Signal()
+        last_inverted = Signal()  # where last is the addend; LATE operations never have it
+        carry = Signal()
+        rounds = Signal()
+        adds = Signal()
+        subtract, drop = signs(f.op, source[-1])
 
-        def follows(choice: Value, registers: int, shifted: int) -> Value:
+        def reads_result(choice: Value, registers: int, shifted: int) -> Value:
             same = Cat(writes[n] & (choice == registers + n) for n in range(REGISTERS))
             return same.any() | (shifts & (choice == shifted))
 
         with m.If(self.advance):
             m.d.sync += [
-                first.eq(left),
+                left_operand.eq(left),
                 self.source.eq(source),
-                shifted.eq(coarse(self._sizes, source, amount)),
                 addend.eq(Mux(drop, 0, source) ^ subtract.replicate(word).as_signed()),
-                left_is_last.eq(follows(o.left, Left.R0, Left.T)),
-                source_is_last.eq(follows(o.source, Src.R0, Src.FLOOR)),
-                inverts.eq((o.op == Op.SUB) | (o.op == Op.DIV)),
+                left_is_last.eq(reads_result(f.left, Left.R0, Left.T)),
+                source_is_last.eq(reads_result(f.source, Src.R0, Src.FLOOR)),
+                last_inverted.eq((f.op == Op.SUB) | (f.op == Op.DIV)),
                 carry.eq(subtract),
-                rounds.eq(o.left == Left.T),
-                adds.eq(Cat(o.op == op for op in ADDS).any()),
+                rounds.eq(f.left == Left.T),
+                adds.eq(Cat(f.op == op for op in ADDS).any()),
             ]
+        m.d.comb += [
+            alu.op.eq(self.executing.instruction.op),
+            alu.left.eq(Mux(left_is_last, self.last, left_operand)),
+            alu.source.eq(self.source),
+            alu.addend.eq(Mux(source_is_last, self.last ^ last_inverted.replicate(word).as_signed(), addend)),
+            alu.adds.eq(adds),
+            alu.carry.eq(carry | (rounds & half)),
+        ]
+        self._shift(m, alu, source)
+
+    def _shift(self, m: Module, alu: Alu, source: Value) -> None:
+        """Y and SH; the coarse half of a shift, which is done while the operand is fetched."""
+        e = self.executing.instruction
+        amount = Signal(self._sizes.shift)  # SH + reach, which is not negative
+        shifted = Signal.like(alu.coarse)
+        with m.If(self.advance):
+            m.d.sync += shifted.eq(coarse(self._sizes, source, amount))
         with m.If(self.delivers & (e.dest == Dest.Y)):
             m.d.sync += self.y.eq(alu.total)
         with m.If(self.delivers & (e.dest == Dest.SH)):
             m.d.sync += amount.eq(alu.total + self._sizes.reach)
-        m.d.comb += [
-            alu.op.eq(e.op),
-            alu.left.eq(Mux(left_is_last, self.last, first)),
-            alu.source.eq(self.source),
-            alu.addend.eq(Mux(source_is_last, self.last ^ inverts.replicate(word).as_signed(), addend)),
-            alu.adds.eq(adds),
-            alu.carry.eq(carry | (rounds & half)),
-            alu.coarse.eq(shifted),
-            alu.fine.eq(amount[:FINE]),
-        ]
+        m.d.comb += [alu.coarse.eq(shifted), alu.fine.eq(amount[:FINE])]

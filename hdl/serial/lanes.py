@@ -5,8 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any
 
-from amaranth import Cat, Elaboratable, Module, Mux, Signal, signed
+from amaranth import Cat, Module, Mux, Signal, Value, signed
+from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.serial import product
@@ -21,78 +23,112 @@ _ARRIVAL = 2 + product.DELAY
 assert MAC_DELAY == 2 + _ARRIVAL
 
 
-class Lanes(Elaboratable):
-    """Lanes that multiply the operand words from ``address`` on by the coefficients from ``pointer`` on.
+class Lanes(wiring.Component):
+    """Every lane multiplies Q operand words by its coefficients and sums up the products.
 
     ::
 
-        operands --\\
-        store -----> product -> accumulator -> sums (shifted out by ``next``)
+        operands ──┐
+        store ─────┴─▶ products ─▶ totals ─▶ sums (shifted out by ``next``)
 
-    ``start`` begins a group of ``quads`` products; its sums are in ``sum``, lane by lane, MAC_DELAY cycles after the
-    last one.  ``set_pointer`` and ``load`` (a whole word) move the coefficients' pointer; ``write`` enters an operand.
+    The sums of a group are there ``MAC_DELAY`` cycles after its last product has begun, until those of the next one.
+
+    Members:
+        start: in, begin a group.
+        address: in, of the group's first operand.
+        next: in, hand out the next lane's sum.
+        sum: ``signed(accumulator)``, out, of the lanes in their order.
+        set_pointer: in, ``pointer`` is the address of the next coefficients.
+        pointer: ``range(depth)``, in.
+        load: in, write ``word`` to the store, at the coefficients' address, which goes on.
+        word: a coefficient of every lane, in.
+        write: in, write an operand.
+        write_address: in, of that operand.
+        write_data: ``signed(operand)``, in.
     """
 
     def __init__(self, sizes: Sizes, quads: int, operands: int, depth: int, target: str) -> None:
         self._sizes, self._quads, self._depth, self._target = sizes, quads, depth, target
         self._operands = 1 << max(1, (operands - 1).bit_length())
-        self.address = Signal(range(self._operands))
-        self.start, self.next = Signal(), Signal()
-        self.sum = Signal(signed(sizes.accumulator))
-        self.pointer = Signal(range(depth))
-        self.set_pointer, self.load = Signal(), Signal()
-        self.word = Signal(sizes.lanes * sizes.coefficient)
-        self.write, self.write_address = Signal(), Signal(range(self._operands))
-        self.write_data = Signal(signed(sizes.operand))
+        super().__init__(
+            {
+                "start": In(1),
+                "address": In(range(self._operands)),
+                "next": In(1),
+                "sum": Out(signed(sizes.accumulator)),
+                "set_pointer": In(1),
+                "pointer": In(range(depth)),
+                "load": In(1),
+                "word": In(sizes.lanes * sizes.coefficient),
+                "write": In(1),
+                "write_address": In(range(self._operands)),
+                "write_data": In(signed(sizes.operand)),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.operands = memory = Memory(shape=signed(self._sizes.operand), depth=self._operands, init=[])
+        m.submodules.operands = operands = Memory(shape=signed(self._sizes.operand), depth=self._operands, init=[])
         m.submodules.store = store = Store(len(self.word), self._depth, self._target)
-        read, write = memory.read_port(), memory.write_port()
-        address, here = Signal.like(self.address), Signal.like(self.pointer)
-        left = Signal(counter_shape(self._quads - 1))
-        run = Signal()
-        flags = Signal(2 * _ARRIVAL)  # of each product on its way: first, last
-        first = Signal()
+        read, write = operands.read_port(), operands.write_port()
+        operand_address = Signal.like(self.address)
+        coefficient_address = Signal.like(self.pointer)
         m.d.comb += [
             write.en.eq(self.write),
             write.addr.eq(self.write_address),
             write.data.eq(self.write_data),
-            read.addr.eq(address),
-            store.address.eq(here),
-            store.i.eq(self.word),
+            read.addr.eq(operand_address),
+            store.address.eq(coefficient_address),
+            store.write_data.eq(self.word),
             store.write.eq(self.load),
         ]
-        m.d.sync += flags.eq(Cat(run & first, run & (left == 0), flags))
-        with m.If(run):
-            m.d.sync += [address.eq(address + 1), left.eq(left - 1), first.eq(0), run.eq(left != 0)]
-        with m.If(self.start):
-            m.d.sync += [run.eq(1), address.eq(self.address), left.eq(self._quads - 1), first.eq(1)]
+        running, first, last = self._run(m, operand_address)
         with m.If(self.set_pointer):
-            m.d.sync += here.eq(self.pointer)
-        with m.Elif(run | self.load):
-            m.d.sync += here.eq(here + 1)
-        self._sum(m, read.data, store.o, flags[-2], flags[-1])
+            m.d.sync += coefficient_address.eq(self.pointer)
+        with m.Elif(running | self.load):
+            m.d.sync += coefficient_address.eq(coefficient_address + 1)
+        self._multiply(m, read.data, store.data, first, last)
         return m
 
-    def _sum(self, m: Module, operand: Any, word: Any, first: Any, last: Any) -> None:
+    def _run(self, m: Module, operand_address: Signal) -> tuple[Value, Value, Value]:
+        """Whether a product begins, and whether the one that arrives is the first, or the last, of its group."""
+        running = Signal()
+        is_first = Signal()
+        products_left = Signal(counter_shape(self._quads - 1))
+        marks = Signal(2 * _ARRIVAL)  # first and last of each product on its way
+        m.d.sync += marks.eq(Cat(running & is_first, running & (products_left == 0), marks))
+        with m.If(running):
+            m.d.sync += [
+                operand_address.eq(operand_address + 1),
+                products_left.eq(products_left - 1),
+                is_first.eq(0),
+                running.eq(products_left != 0),
+            ]
+        with m.If(self.start):
+            m.d.sync += [
+                running.eq(1),
+                operand_address.eq(self.address),
+                products_left.eq(self._quads - 1),
+                is_first.eq(1),
+            ]
+        return running, marks[-2], marks[-1]
+
+    def _multiply(self, m: Module, operand: Value, coefficients: Value, first: Value, last: Value) -> None:
+        """Products and running totals of all lanes, and the register of sums that hands them out."""
         bits, sizes = self._sizes.coefficient, self._sizes
         sums = [Signal(signed(sizes.accumulator), name=f"sum{lane}") for lane in range(sizes.lanes)]
         m.d.comb += self.sum.eq(sums[0])
         with m.If(self.next):
             m.d.sync += [here.eq(behind) for here, behind in pairwise(sums)]
         for lane, result in enumerate(sums):
-            m.submodules[f"product{lane}"] = one = Product(sizes.operand, bits, sizes.operand + bits)
+            m.submodules[f"product{lane}"] = lane_product = Product(sizes.operand, bits, sizes.operand + bits)
             total = Signal(signed(sizes.accumulator), name=f"total{lane}")
-            new = Signal.like(total, name=f"new{lane}")
+            new_total = Signal.like(total, name=f"new_total{lane}")
             m.d.sync += [
-                one.a.eq(operand),
-                one.b.eq(word[lane * bits : (lane + 1) * bits].as_signed()),
+                lane_product.a.eq(operand),
+                lane_product.b.eq(coefficients[lane * bits : (lane + 1) * bits].as_signed()),
+                total.eq(new_total),
             ]
-            m.d.comb += [
-                new.eq(Mux(first, 0, total) + one.o),
-            ]
-            m.d.sync += total.eq(new)
+            m.d.comb += new_total.eq(Mux(first, 0, total) + lane_product.o)
             with m.If(last):
-                m.d.sync += result.eq(new)
+                m.d.sync += result.eq(new_total)

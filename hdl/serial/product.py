@@ -6,29 +6,44 @@ from functools import reduce
 from operator import add
 from typing import Any
 
-from amaranth import Const, Elaboratable, Module, Mux, Signal, Value, signed
+from amaranth import Const, Module, Mux, Signal, Value, signed
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
 
 DELAY = 2
 """Cycles from the operands to their product: registers of partial products, and of the sum."""
 
 _BLOCK, _SLICE, _LOGIC = 16, 15, 3
+"""Bits of a signed block's operand, of each further slice, and as many as logic multiplies for less than a block."""
 
 
 def low_bits(bits: int) -> int:
-    """Bits of a word that logic multiplies, so that the rest fills blocks: a signed block has 16 bits, others 15."""
+    """Low bits of a word that logic multiplies, so that blocks hold the rest."""
     rest = (bits - _BLOCK) % _SLICE
     return rest if bits > _BLOCK and rest <= _LOGIC else 0
 
 
-class Product(Elaboratable):
-    """``o`` = ``a`` * ``b`` of the last ``start``, ``DELAY`` cycles later; ``o`` wraps to its ``bits``.
+class Product(wiring.Component):
+    """``o = a * b``, ``DELAY`` cycles later.
 
-    ``enable`` stops all of it.
+    Members:
+        a: ``signed(a_bits)``, in.
+        b: ``signed(b_bits)``, in.
+        start: in, take the operands; without it the last ones are kept.
+        enable: in, stops all registers while it is low.
+        o: ``signed(bits)``, out, registered; a longer product wraps.
     """
 
     def __init__(self, a_bits: int, b_bits: int, bits: int) -> None:
-        self.a, self.b, self.o = (Signal(signed(n)) for n in (a_bits, b_bits, bits))
-        self.start, self.enable = Signal(init=1), Signal(init=1)
+        super().__init__(
+            {
+                "a": In(signed(a_bits)),
+                "b": In(signed(b_bits)),
+                "start": In(1, init=1),
+                "enable": In(1, init=1),
+                "o": Out(signed(bits)),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -40,14 +55,14 @@ class Product(Elaboratable):
         with m.If(self.enable & self.start):
             m.d.sync += [
                 blocks.eq(a_high * b_high),
-                logic.eq(_few(b, a[:a_low]) + (_few(a_high, b[:b_low]) << a_low)),
+                logic.eq(_by_additions(b, a[:a_low]) + (_by_additions(a_high, b[:b_low]) << a_low)),
             ]
         with m.If(self.enable):
             m.d.sync += self.o.eq((blocks << (a_low + b_low)) + logic if a_low + b_low else blocks)
         return m
 
 
-def _few(word: Value, bits: Value) -> Value:
-    """``word`` times a few unsigned ``bits``, by additions."""
+def _by_additions(word: Value, bits: Value) -> Value:
+    """``word`` times a few unsigned ``bits``."""
     parts = [Mux(bit, word, 0).as_signed() << place for place, bit in enumerate(bits)]
     return reduce(add, parts) if parts else Const(0)

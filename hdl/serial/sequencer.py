@@ -6,68 +6,88 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-from amaranth import Array, Const, Elaboratable, Module, Mux, Signal
-from amaranth.lib import data
+from amaranth import Array, Const, Module, Mux, Signal
+from amaranth.lib import data, wiring
 from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.serial.isa import ADDRESS_BITS, FIELDS, LOOPS, POINTERS, Instruction, Left, Op, Post
 
-LAYOUT = data.StructLayout(FIELDS)
+INSTRUCTION = data.StructLayout(FIELDS)
 
 
-class Sequencer(Elaboratable):
-    """Program, loops and pointers.
+class Sequencer(wiring.Component):
+    """Program, program counter, stack of loops and pointers.
 
-    In a cycle with ``advance``, ``instruction`` with its ``address`` goes on to be executed; ``valid`` is low for the
-    first of them after reset.  ``set_pointer`` writes ``value`` to pointer ``number``.
+    An instruction decides where the program goes on while the one behind it is read: that one, in the delay slot, is
+    executed in any case.
+
+    Members:
+        advance: in, ``instruction`` goes on to be executed, and the next one comes.
+        instruction: ``INSTRUCTION``, out.
+        address: ``ADDRESS_BITS``, out, the one that the instruction means.
+        valid: out, low for the first instruction after reset, which is none.
+        set_pointer: in, write ``pointer_value`` to pointer ``pointer_number``; goes before a step of that pointer.
+        pointer_number: in, below ``POINTERS``.
+        pointer_value: ``ADDRESS_BITS``, in.
     """
 
     def __init__(self, program: Sequence[Instruction]) -> None:
         self._program = [instruction.word for instruction in program]
-        self.advance, self.valid = Signal(), Signal()
-        self.instruction = Signal(LAYOUT)
-        self.address = Signal(ADDRESS_BITS)
-        self.set_pointer, self.number, self.value = Signal(), Signal(FIELDS["pointer"]), Signal(ADDRESS_BITS)
+        super().__init__(
+            {
+                "advance": In(1),
+                "instruction": Out(INSTRUCTION),
+                "address": Out(ADDRESS_BITS),
+                "valid": Out(1),
+                "set_pointer": In(1),
+                "pointer_number": In(FIELDS["pointer"]),
+                "pointer_value": In(ADDRESS_BITS),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         bits = sum(FIELDS.values())
         m.submodules.program = memory = Memory(shape=bits, depth=len(self._program), init=self._program)
         read = memory.read_port()
-        counter = Signal(range(len(self._program)))
-        m.d.comb += [read.addr.eq(counter), read.en.eq(self.advance), self.instruction.eq(read.data)]
+        program_counter = Signal(range(len(self._program)))
+        m.d.comb += [read.addr.eq(program_counter), read.en.eq(self.advance), self.instruction.eq(read.data)]
         with m.If(self.advance):
-            m.d.sync += [self.valid.eq(1), counter.eq(counter + 1)]
+            m.d.sync += [self.valid.eq(1), program_counter.eq(program_counter + 1)]
             with m.If(self.valid):
-                self._jump(m, counter)
-        self._point(m)
+                self._jump(m, program_counter)
+        self._move_pointers(m)
         return m
 
-    def _jump(self, m: Module, counter: Signal) -> None:
+    def _jump(self, m: Module, program_counter: Signal) -> None:
+        """Calls, returns, jumps, and loops: stacks of first instructions and of turns left, the innermost first."""
         i = self.instruction
-        link = Signal.like(counter)
-        starts = [Signal.like(counter, name=f"start{depth}") for depth in range(LOOPS)]
+        link = Signal.like(program_counter)
+        starts = [Signal.like(program_counter, name=f"start{depth}") for depth in range(LOOPS)]
         turns = [Signal(ADDRESS_BITS, name=f"turns{depth}") for depth in range(LOOPS)]
         with m.If(i.op == Op.JUMP):
-            m.d.sync += counter.eq(Mux(i.left == Left.T, link, i.immediate))
+            m.d.sync += program_counter.eq(Mux(i.left == Left.T, link, i.immediate))
             with m.If(i.left == Left.R0):
-                m.d.sync += link.eq(counter + 1)
+                m.d.sync += link.eq(program_counter + 1)
         with m.Elif(i.op == Op.DO):
-            for stack, top in ((starts, counter), (turns, i.immediate)):
-                m.d.sync += [below.eq(above) for above, below in pairwise(stack)]
+            for stack, top in ((starts, program_counter), (turns, i.immediate)):
+                m.d.sync += [outer.eq(inner) for inner, outer in pairwise(stack)]
                 m.d.sync += stack[0].eq(top)
         with m.Elif(i.end):
             with m.If(turns[0] != 0):
-                m.d.sync += [turns[0].eq(turns[0] - 1), counter.eq(starts[0])]
+                m.d.sync += [turns[0].eq(turns[0] - 1), program_counter.eq(starts[0])]
             with m.Else():
                 for stack in (starts, turns):
-                    m.d.sync += [above.eq(below) for above, below in pairwise(stack)]
+                    m.d.sync += [inner.eq(outer) for inner, outer in pairwise(stack)]
 
-    def _point(self, m: Module) -> None:
+    def _move_pointers(self, m: Module) -> None:
+        """The address, and what becomes of its pointer."""
         i = self.instruction
         pointers = [Signal(ADDRESS_BITS, name=f"pointer{number}") for number in range(POINTERS)]
-        base, moved = Signal(ADDRESS_BITS), Signal(ADDRESS_BITS)
         choices = Array([*pointers, Const(0, ADDRESS_BITS)])
+        base = Signal(ADDRESS_BITS)
+        moved = Signal(ADDRESS_BITS)
         m.d.comb += [base.eq(choices[i.pointer]), self.address.eq(base + i.immediate)]
         with m.Switch(i.post):
             with m.Case(Post.MOVE):
@@ -77,5 +97,5 @@ class Sequencer(Elaboratable):
         for number, pointer in enumerate(pointers):
             with m.If(self.advance & self.valid & (i.pointer == number)):
                 m.d.sync += pointer.eq(moved)
-            with m.If(self.set_pointer & (self.number == number)):
-                m.d.sync += pointer.eq(self.value)
+            with m.If(self.set_pointer & (self.pointer_number == number)):
+                m.d.sync += pointer.eq(self.pointer_value)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import ClockSignal, Const, Elaboratable, Instance, Module, Signal, unsigned
+from amaranth import ClockSignal, Const, Instance, Module, Signal, unsigned
+from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
 
 _CELL, _WIDTH, _DEPTH = "SB_SPRAM256KA", 16, 1 << 14
 
@@ -15,39 +17,50 @@ def cells(target: str) -> tuple[str, ...]:
     return (_CELL,) if target == "ice40" else ()
 
 
-class Store(Elaboratable):
-    """``depth`` words of ``bits``: ``o`` is the word at ``address`` a cycle later, unless ``write`` puts ``i`` there.
+class Store(wiring.Component):
+    """``depth`` words of ``bits``, which have no first contents.
 
-    For ``target`` "ice40" it is made of SB_SPRAM256KA, which have no first contents; otherwise a plain memory.
+    For ``target`` "ice40" it is made of SB_SPRAM256KA, otherwise it is a plain memory.
+
+    Members:
+        address: ``range(depth)``, in.
+        write: in, write ``write_data`` in this cycle instead of reading.
+        write_data: ``bits``, in.
+        data: ``bits``, out, the word at the address of the cycle before.
     """
 
     def __init__(self, bits: int, depth: int, target: str) -> None:
         self._bits, self._depth, self._target = bits, depth, target
-        self.address = Signal(range(depth))
-        self.i, self.o, self.write = Signal(bits), Signal(bits), Signal()
+        super().__init__(
+            {"address": In(range(depth)), "write": In(1), "write_data": In(bits), "data": Out(bits)}
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         if cells(self._target):
-            self._blocks(m)
+            self._wire_cells(m)
         else:
-            m.submodules.memory = memory = Memory(shape=unsigned(self._bits), depth=self._depth, init=[])
-            read, write = memory.read_port(), memory.write_port()
-            m.d.comb += [
-                read.addr.eq(self.address),
-                read.en.eq(~self.write),
-                self.o.eq(read.data),
-                write.addr.eq(self.address),
-                write.data.eq(self.i),
-                write.en.eq(self.write),
-            ]
+            self._wire_memory(m)
         return m
 
-    def _blocks(self, m: Module) -> None:
+    def _wire_memory(self, m: Module) -> None:
+        m.submodules.memory = memory = Memory(shape=unsigned(self._bits), depth=self._depth, init=[])
+        read, write = memory.read_port(), memory.write_port()
+        m.d.comb += [
+            read.addr.eq(self.address),
+            read.en.eq(~self.write),
+            self.data.eq(read.data),
+            write.addr.eq(self.address),
+            write.data.eq(self.write_data),
+            write.en.eq(self.write),
+        ]
+
+    def _wire_cells(self, m: Module) -> None:
         count = -(-self._bits // _WIDTH)
-        padded, found = Signal(count * _WIDTH), Signal(count * _WIDTH)
+        padded = Signal(count * _WIDTH)
+        found = Signal(count * _WIDTH)
         address = Signal(range(_DEPTH))
-        m.d.comb += [padded.eq(self.i), self.o.eq(found), address.eq(self.address)]
+        m.d.comb += [padded.eq(self.write_data), self.data.eq(found), address.eq(self.address)]
         for number in range(count):
             part = slice(number * _WIDTH, (number + 1) * _WIDTH)
             m.submodules[f"block{number}"] = Instance(

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import random
-
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 
 from tests.hdl.harness import bursts, flowing, random_stalls, run
 from tests.hdl.serial.designs import DESIGNS
-from tfra.hdl.serial.product import DELAY, Product
 from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes, directed_codes
@@ -61,25 +57,3 @@ def test_wide_words():
     design = DESIGNS["wide"]
     _, words, want, *_ = stream(design, contact_codes(design, 1, seed=2), stall_in=flowing)
     assert (words == want).all()
-
-
-@pytest.mark.parametrize(("a_bits", "b_bits"), [(18, 18), (34, 21), (33, 19), (16, 16), (24, 24), (10, 12)])
-def test_products_are_exact(a_bits, b_bits):
-    dut, rng = Product(a_bits, b_bits, a_bits + b_bits), random.Random(a_bits * b_bits)
-    ends = [(a, b) for a in (-1 << (a_bits - 1), (1 << (a_bits - 1)) - 1) for b in (-1 << (b_bits - 1), -1, 0)]
-    pairs = ends + [(rng.randrange(-1 << a_bits, 1 << a_bits) >> 1, rng.randrange(-1 << b_bits, 1 << b_bits) >> 1)
-                    for _ in range(100)]
-
-    async def bench(ctx):
-        for number, (a, b) in enumerate([*pairs, *[(0, 0)] * (DELAY - 1)]):
-            ctx.set(dut.a, a)
-            ctx.set(dut.b, b)
-            await ctx.tick()
-            if number >= DELAY - 1:
-                want = pairs[number - DELAY + 1]
-                assert ctx.get(dut.o) == want[0] * want[1]
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(bench)
-    simulator.run()
