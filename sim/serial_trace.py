@@ -1,0 +1,159 @@
+"""The serial core's gateware beside its interpreter: the first instruction that writes something else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from amaranth import Value
+from amaranth.sim import Simulator
+
+from tfra.hdl.serial.core import SerialCore
+from tfra.hdl.serial.datapath import Datapath
+from tfra.hdl.serial.isa import ADDRESS_BITS, NO_RESULT, Dest, Instruction, Op
+from tfra.hdl.serial.program.interpreter import wrap
+from tfra.hdl.serial.program.trace import TracedStep, trace
+from tfra.hdl.serial.serial import Serial
+from tfra.hdl.serial.sizes import Sizes, sizes
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.numbers import Ints
+
+_PERIOD = 1e-6
+_PATIENCE = 1000
+"""Cycles without an instruction, beside those of loading, after which the core stands still."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first instruction at which gateware and interpreter differ."""
+
+    step: TracedStep
+    expected: str
+    observed: str
+
+    @property
+    def address(self) -> int:
+        """Its place in the program."""
+        return self.step.step.pc
+
+    def __str__(self) -> str:
+        where = f"instruction {self.address}, cycle {self.step.step.cycle}, {self.step.stage}"
+        return f"{where}: {self.step.text}: expected {self.expected}, observed {self.observed}"
+
+
+@dataclass(frozen=True)
+class _Executed:
+    """What the datapath shows of the instruction that it executes, in the cycle in which it goes on."""
+
+    word: int
+    address: int
+    acts: int
+    total: int
+    result: int
+    shifted: int
+
+    @staticmethod
+    def signals(path: Datapath) -> tuple[Value, ...]:
+        """Signals of ``path`` in the order of the fields."""
+        e = path.executing
+        return Value.cast(e.instruction), e.address, path.acts, path.total, path.result, path.shifted
+
+    def value(self, i: Instruction, size: Sizes) -> int | None:
+        """The value that is written if this is ``i``; ``None`` if nothing is."""
+        if not self.acts:
+            return None
+        if i.op in (Op.SHIFT, Op.LENGTH):
+            return self.shifted
+        if i.op in NO_RESULT or (i.op == Op.DIV and self.result < 0):
+            return None
+        if i.dest == Dest.P:
+            return self.total % (1 << ADDRESS_BITS)
+        short: dict[int, int] = {Dest.Y: size.multiplier, Dest.SH: size.shift, Dest.SP: size.word}
+        return wrap(self.total, short[i.dest]) if i.dest in short else self.result
+
+
+def first_difference(design: Design, codes: Ints, core: SerialCore | None = None) -> Difference | None:
+    """The first instruction of the frames ``codes (n, rows, columns)`` that writes another value, or to another word,
+    in ``core`` than in the interpreter; ``None`` if there is none.
+
+    The core is the gateware of ``design`` by default, with a plain memory as its store; it runs in Amaranth's
+    simulator.
+    """
+    serial = Serial(replace(design, target="portable"))
+    core = core or serial.build()
+    found: list[Difference] = []
+    simulator = Simulator(core)
+    simulator.add_clock(_PERIOD)
+    simulator.add_testbench(_sender(core.load, serial.loaded.tolist()), background=True)
+    simulator.add_testbench(_sender(core.taxel, codes.ravel().tolist()), background=True)
+    simulator.add_testbench(_watcher(core, _frames(design, codes), _PATIENCE + serial.loaded.size, found))
+    simulator.run()
+    return found[0] if found else None
+
+
+def _frames(design: Design, codes: Ints) -> Iterator[TracedStep]:
+    """The interpreter's instructions up to the last result word."""
+    frames = 0
+    for traced in trace(design, codes):
+        yield traced
+        frames += traced.step.instruction.written == Dest.LAST
+        if frames == len(codes):
+            return
+
+
+def _sender(port: Any, values: Sequence[int]) -> Callable[[Any], Any]:
+    async def process(ctx: Any) -> None:
+        ctx.set(port.valid, 1)
+        for value in values:
+            ctx.set(port.payload, value)
+            taken = False
+            while not taken:
+                *_, taken = await ctx.tick().sample(port.ready)
+        ctx.set(port.valid, 0)
+
+    return process
+
+
+def _watcher(
+    core: SerialCore, steps: Iterator[TracedStep], patience: int, found: list[Difference]
+) -> Callable[[Any], Any]:
+    """Compare every executed instruction with the next of ``steps``; the first difference goes to ``found``."""
+    path, size = core.datapath, sizes(core.design)
+
+    async def process(ctx: Any) -> None:
+        ctx.set(core.result.ready, 1)
+        tick = ctx.tick().sample(path.advance & path.executing.valid, *_Executed.signals(path))
+        for traced in steps:
+            for _ in range(patience):
+                _, _, goes_on, *seen = await tick
+                if goes_on:
+                    break
+            difference = _compare(traced, _Executed(*seen), size) if goes_on else _standstill(traced)
+            if difference:
+                found.append(difference)
+                return
+
+    return process
+
+
+def _compare(traced: TracedStep, seen: _Executed, size: Sizes) -> Difference | None:
+    step, i = traced.step, traced.step.instruction
+    if seen.word != i.word:
+        return Difference(traced, f"the word {i.word:#x}", f"another instruction, {seen.word:#x}")
+    if not traced.destination:
+        return None
+    value = seen.value(i, size)
+    if value == step.value and (value is None or i.written != Dest.M or seen.address == step.address):
+        return None
+    return Difference(traced, _write(i, step.value, step.address), _write(i, value, seen.address))
+
+
+def _standstill(traced: TracedStep) -> Difference:
+    return Difference(traced, "its execution", "a standstill")
+
+
+def _write(i: Instruction, value: int | None, address: int) -> str:
+    if value is None:
+        return "nothing written"
+    return f"{value} to word {address}" if i.written == Dest.M else str(value)
