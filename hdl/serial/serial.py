@@ -16,16 +16,16 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import Ints
 
 _PORTS = 4
-"""Cycles of the two ports and of the datapath, beside the instructions between them."""
+"""Cycles of the registers at both ports and of the datapath's pipeline."""
 
 _REFILL = 2
-"""Cycles in which the taxels' buffer hands one on and takes the next."""
+"""Cycles from a taxel that leaves its buffer to the next one in it."""
 
 
 class Serial:
-    """:class:`tfra.hdl.microarchitecture.Microarchitecture` of a program.
+    """:class:`tfra.hdl.microarchitecture.Microarchitecture` of one core and its program.
 
-    The assembler counts its cycles: none depends on data.
+    The assembler counts the cycles, none of which depends on data.
     """
 
     settled = slice(None)
@@ -66,6 +66,7 @@ class Serial:
 
     @property
     def _waits(self) -> int:
+        """Cycles of a taxel at the ports and in its buffer, until the program takes it."""
         return _PORTS + self.program.taxel - _REFILL
 
     @property
@@ -85,12 +86,12 @@ class Serial:
 
     @property
     def loaded(self) -> Ints:
-        """The same, one coefficient a transfer."""
+        """Coefficients in the order of the port ``load``, one a transfer."""
         return self.coefficients.ravel()
 
     @property
     def load_order(self) -> str:
-        """That order in words."""
+        """The order of :attr:`loaded` in words."""
         return (
             f"for every operator, parity of its results and group of {self.lanes} result quads (the last one filled up "
             f"with zeros): {self.design.quads} times a coefficient of each quad of the group"

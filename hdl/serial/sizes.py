@@ -8,36 +8,40 @@ from tfra.hdl.serial.isa import ADDRESS_BITS
 from tfra.model.fixed.design import Design
 
 STORE_BITS, STORE_DEPTH = 64, 1 << 14
-"""The coefficient store: four SB_SPRAM256KA side by side."""
+"""Bits and number of words of the coefficient store: four SB_SPRAM256KA side by side."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Of one design; bits are signed."""
+    """Bits of signed words, but where it says otherwise."""
 
     word: int
     """Data word: holds every exact integer of the model."""
     coefficient: int
+    """Word of an operator in the store."""
     operand: int
+    """Word of a vector in a product."""
     result: int
     """Forces and resultants."""
     lanes: int
-    """Coefficients in a word of the store, and so sums at a time."""
+    """Number of coefficients in a word of the store, and so of sums at a time."""
     accumulator: int
+    """Sum of a lane."""
     multiplicand: int
+    """Source of MUL."""
     multiplier: int
+    """Y."""
     reach: int
-    """Longest shift to the left; a power of two, which is soon added."""
+    """Longest shift to the left, in bits; a power of two, so that adding it takes little."""
     shift: int
-    """Bits of a shift's amount."""
+    """SH."""
     quotient: int
-    """Bits of K."""
+    """K, unsigned."""
 
 
 def sizes(design: Design) -> Sizes:
-    """Sizes of ``design``."""
+    """Sizes of ``design``; a word is as long as the longest of what the stages of a frame keep in one."""
     w, fmt = design.widths, design.formats
-    steps = design.search.steps
     word = max(
         w.direction,
         max(w.b_xy, w.b_z) + 2,
@@ -57,7 +61,7 @@ def sizes(design: Design) -> Sizes:
         lanes=STORE_BITS // fmt.coefficient,
         accumulator=w.accumulator,
         multiplicand=max(w.vector + 1, w.force, w.division, w.moment + 1, w.stress + fmt.vector_fraction),
-        multiplier=max(fmt.operand, w.magnitude, steps.bit_length()) + 1,
+        multiplier=max(fmt.operand, w.magnitude, design.search.steps.bit_length()) + 1,
         reach=1 << max(w.division, fmt.operand + 2, design.adc.bits - 1 + fmt.vector_fraction).bit_length(),
         shift=8,
         quotient=max(fmt.operand + 3, ADDRESS_BITS),
@@ -65,5 +69,5 @@ def sizes(design: Design) -> Sizes:
 
 
 def sweep_bits(design: Design) -> int:
-    """Bits of a number of candidates, 0 ... K + 1."""
+    """Bits of a candidate's number, 0 ... K, or of their count, K + 1; unsigned."""
     return design.candidates.bit_length()
