@@ -18,7 +18,8 @@ from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
-    from tfra.model.sensor import Floats, SensorArray
+    from tfra.model.arrays import Floats
+    from tfra.model.sensor import SensorArray
 
 PATIENCE = 2.0
 """Seconds of work before a progress bar appears."""

@@ -21,11 +21,11 @@ from rich.console import Console
 
 from tfra.codegen.processes import Stopped, stoppable
 from tfra.hdl.cores import microarchitecture
+from tfra.model.arrays import Floats
+from tfra.model.converter import quantise
 from tfra.model.errors import InputError
-from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import decode, quantise
+from tfra.model.fixed.words import decode
 from tfra.model.metrics import errors
-from tfra.model.sensor import Floats
 from tfra.model.tfra import Result, Tfra
 from tfra.model.truth import sentence
 from tfra.sim.run import ProtocolError, Run, SimulationError, simulate
@@ -113,7 +113,7 @@ def measure(path: Path, simulator: str | None = None) -> Sensor:
     design, contacts, layer = project.design, project.contacts, project.layer
     stress = layer.frames(design.sensor, contacts)
     codes = quantise(design, stress)
-    expected = FixedTfra(design)(codes).words
+    expected = design.model(codes).words
     run = simulate(design, codes, simulator, expected=expected)
     tfra = Tfra.of(design)
     return Sensor(

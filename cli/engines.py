@@ -15,8 +15,8 @@ from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
-    from tfra.model.sensor import Floats
-    from tfra.model.tfra import Ints, Result
+    from tfra.model.arrays import Floats, Ints
+    from tfra.model.tfra import Result
 
 CHUNK = 512  # frames between two steps of the progress bar
 
@@ -69,10 +69,9 @@ def _two_variable(project: Project, frames: Floats, advance: Advance) -> list[Re
 
 
 def _fixed(project: Project, codes: Ints, advance: Advance) -> list[Result]:
-    from tfra.model.fixed.tfra.pipeline import FixedTfra
     from tfra.model.fixed.words import decode
 
-    fixed = FixedTfra(project.design)
+    fixed = project.design.model
     return _in_chunks(lambda part: decode(project.design, fixed(part).words), codes, advance)
 
 
@@ -97,8 +96,8 @@ def codes(project: Project, frames: Floats, source: Path) -> Ints:
 
     Formats that can overflow are an ``InputError`` too, naming the CONFIG file.
     """
+    from tfra.model.converter import quantise
     from tfra.model.diagnosis import over_full_scale
-    from tfra.model.fixed.words import quantise
 
     check_core(project)
     try:

@@ -17,6 +17,8 @@ import sys
 import warnings
 from contextlib import suppress
 
+from tfra.cli.complaint import say
+
 TYPE_CHECKING = False  # the one of typing takes milliseconds
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -91,10 +93,7 @@ def _finished(code: int, output: _Output) -> int:
     return code or 1
 
 
-def say(message: str) -> None:
-    """Print a line on standard error, if somebody is left to be told."""
-    with suppress(OSError):
-        print(message, file=sys.stderr, flush=True)
+
 
 
 def _interrupt_again(ignored: UnraisableHookArgs) -> None:

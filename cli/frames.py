@@ -12,7 +12,7 @@ from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
-    from tfra.model.sensor import Floats
+    from tfra.model.arrays import Floats
 
 CHUNK = 64  # contacts between two steps of the progress bar
 

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from tfra.cli import later
-from tfra.cli.entry import say
+from tfra.cli.complaint import say
 from tfra.cli.estimate import estimate
 from tfra.cli.frames import frames
 from tfra.cli.generate import generate

@@ -26,7 +26,7 @@ from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
-    from tfra.model.sensor import Floats
+    from tfra.model.arrays import Floats
     from tfra.sim.run import Netlist
 
 

@@ -34,6 +34,7 @@ from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.errors import InputError, Notice, quoted
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 MOST_TAXELS = 4096
@@ -137,7 +138,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
     with _blame(file, "formats"):
         formats = _formats(document.formats)
     with _blame(file, ""):
-        return Design(
+        return TfraDesign(
             sensor=sensor,
             name=name_from(file.stem) if document.name is None else checked(document.name),
             adc=adc,

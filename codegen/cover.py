@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 
+from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer, Sampling
 from tfra.model.cover.layer import frames as layer_frames
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 
 MOST_MODES = 50_000_000
 """Of the series: 400 MB for each of its arrays."""

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from tfra.codegen.inputfile import opened
+from tfra.model.arrays import Floats
 from tfra.model.errors import InputError, quoted
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 
 Line = tuple[int, list[str]]
 """Its number in the file, from 1, and its cells."""

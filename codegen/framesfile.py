@@ -11,8 +11,9 @@ import numpy.typing as npt
 from tfra.codegen.arrays import Array, Shape, archive, read_npy
 from tfra.codegen.csvfile import read_csv
 from tfra.codegen.inputfile import no_memory
+from tfra.model.arrays import Floats
 from tfra.model.errors import InputError, shortened
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 
 FRAMES = "frames"
 """The key of the stresses."""

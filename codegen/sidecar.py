@@ -11,10 +11,10 @@ import numpy as np
 from fxpmath import Fxp
 
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.microarchitecture import Microarchitecture
+from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
-from tfra.model.fixed.numbers import Ints
 
 LOADED = "coefficients/load.hex"
 """The file with the coefficients that a core is loaded with after a reset."""

@@ -9,10 +9,9 @@ import numpy as np
 
 from tfra.codegen.sidecar import LOADED
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.microarchitecture import Microarchitecture
+from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.pipeline import FixedTfra
 
 CONTACTS = 4
 """Simulated contacts; every directed frame comes behind them."""
@@ -112,7 +111,7 @@ def testbench(design: Design, interval: int) -> dict[str, str]:
     """Texts of the testbench's files by name; ``interval``: cycles from frame to frame without stalls."""
     core = microarchitecture(design)
     codes = np.concatenate([contact_codes(design, CONTACTS, SEED), directed_codes(design)])
-    words = FixedTfra(design)(codes).words
+    words = design.model(codes).words
     text = _TEMPLATE.substitute(
         name=design.name,
         cells="".join(f" {file.name}" for file in core.cell_models),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfra.hdl.microarchitecture import Microarchitecture
+from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.hdl.serial.serial import Serial
 from tfra.model.fixed.design import Design

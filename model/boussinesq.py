@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.arrays import Floats
+from tfra.model.sensor import SensorArray
 
 
 @dataclass(frozen=True, eq=False)

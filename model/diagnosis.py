@@ -11,10 +11,10 @@ from functools import cached_property
 
 import numpy as np
 
+from tfra.model.arrays import Floats, Ints
+from tfra.model.choices import Choices
 from tfra.model.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, words
-from tfra.model.fixed.design import Design
-from tfra.model.sensor import Floats
-from tfra.model.tfra import Ints, Result, Status
+from tfra.model.tfra import Result, Status
 
 UNITS = {"kPa": 1e3, "MPa": 1e6, "bar": 1e5, "hPa (mbar)": 1e2, "psi": 6894.76}
 """What stress is often recorded in, and how many Pa that is."""
@@ -95,7 +95,7 @@ class _Recording:
         return np.flatnonzero(still & (self.size[0] > STUCK_SHARE * self.largest))
 
 
-def warnings(design: Design, frames: Floats, found: Result, flipped: bool = False) -> list[str]:
+def warnings(design: Choices, frames: Floats, found: Result, flipped: bool = False) -> list[str]:
     """Return what is probably wrong with ``frames (n, rows, columns)`` in Pa or their results: a line each.
 
     ``flipped``: the file has the other sign, since somebody said that compression is positive there.
@@ -112,7 +112,7 @@ def _same(recording: _Recording) -> Iterator[str]:
         yield f"all {n} frames are the same: is the recording stuck?"
 
 
-def _values(design: Design, recording: _Recording, status: Ints, flipped: bool) -> Iterator[str]:
+def _values(design: Choices, recording: _Recording, status: Ints, flipped: bool) -> Iterator[str]:
     """Offset before sign before a sensor at rest: each looks like the next ones, too."""
     n = len(status)
     if recording.offset(min(10 * design.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
@@ -136,7 +136,7 @@ def _values(design: Design, recording: _Recording, status: Ints, flipped: bool) 
         )
 
 
-def _scale(design: Design, recording: _Recording) -> Iterator[str]:
+def _scale(design: Choices, recording: _Recording) -> Iterator[str]:
     """What is wrong with the size of the values: codes, another unit, or too much for the converter."""
     if said := _codes(design, recording) or _unit(design, recording) or _beyond(design, recording):
         yield said
@@ -157,7 +157,7 @@ def _share(status: Ints, flag: Status) -> float:
     return float(has(touched, flag).mean()) if len(touched) else 0.0
 
 
-def _codes(design: Design, recording: _Recording) -> str | None:
+def _codes(design: Choices, recording: _Recording) -> str | None:
     """Whole numbers within the converter's codes, where a code is more than a pascal."""
     lsb, codes = design.adc.lsb, 1 << design.adc.bits
     if lsb < 1.5 or not 1 < recording.largest < codes or not recording.whole:
@@ -168,7 +168,7 @@ def _codes(design: Design, recording: _Recording) -> str | None:
     )
 
 
-def _unit(design: Design, recording: _Recording) -> str | None:
+def _unit(design: Choices, recording: _Recording) -> str | None:
     largest, full = recording.largest, design.adc.full_scale
     if not 0 < largest < FAINT * full:
         return None
@@ -181,21 +181,21 @@ def _unit(design: Design, recording: _Recording) -> str | None:
     return f"{said}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?"
 
 
-def _beyond(design: Design, recording: _Recording) -> str | None:
+def _beyond(design: Choices, recording: _Recording) -> str | None:
     times = recording.largest / design.adc.full_scale
     if times < BEYOND:
         return None
     return f"the largest is {times:.0f} times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?"
 
 
-def over_full_scale(design: Design, frames: Floats) -> str:
+def over_full_scale(design: Choices, frames: Floats) -> str:
     """Return what may be behind stress far beyond full scale: a hint that begins with ``"; "``, or nothing."""
     recording = _Recording(frames)
     said = _codes(design, recording) or _beyond(design, recording)
     return f"; {said}" if said else ""
 
 
-def _stuck(design: Design, recording: _Recording) -> Iterator[str]:
+def _stuck(design: Choices, recording: _Recording) -> Iterator[str]:
     places = [divmod(int(taxel), design.sensor.columns) for taxel in recording.stuck()]
     if places:
         some = ", ".join(f"({row}, {column})" for row, column in places[:5]) + (" ..." if len(places) > 5 else "")

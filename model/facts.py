@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tfra.model.sensor import Floats
-from tfra.model.tfra import Bools, Ints, Result, Status
+from tfra.model.arrays import Bools, Floats, Ints
+from tfra.model.tfra import Result, Status
 
 MEANINGS = {
     Status.NO_CONTACT: "nothing presses, all results are zero",

@@ -11,8 +11,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.arrays import Floats
 from tfra.model.boussinesq import operators
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import TIE, Result, Status, check_frames
 
 

@@ -7,7 +7,8 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.arrays import Floats
+from tfra.model.sensor import SensorArray
 
 ERRORS = {
     "phi_deg": "φ / °",

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from tfra.model.arrays import Floats
 
 
 @dataclass(frozen=True, slots=True)

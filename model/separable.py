@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse.linalg import svds
 
+from tfra.model.arrays import Floats
 from tfra.model.boussinesq import gram_inverse, operators
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 
 MOST = 40
 """Terms that are looked for."""

@@ -16,9 +16,8 @@ from typing import Literal, get_args
 
 import numpy as np
 
+from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.boussinesq import Operators
-from tfra.model.sensor import Floats
-from tfra.model.tfra import Bools, Ints
 
 Kind = Literal["F1", "F2", "F3"]
 

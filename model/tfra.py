@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.boussinesq import Operators, operators
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 
 if TYPE_CHECKING:  # a design has a filter, whose module needs this one
     from tfra.model.choices import Choices
 
-Ints = npt.NDArray[np.int64]
-Bools = npt.NDArray[np.bool_]
 
 COEFFICIENT_LIMIT = 2.0
 """Eqs. 17/18: a coefficient of the dependent friction at or over this means a vanishing denominator."""

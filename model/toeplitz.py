@@ -12,7 +12,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.fft import irfft2, next_fast_len, rfft2
 
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.arrays import Floats
+from tfra.model.sensor import SensorArray
 
 Map = Callable[[Floats], Floats]
 

@@ -13,10 +13,11 @@ import numpy as np
 import numpy.typing as npt
 from scipy import optimize
 
+from tfra.model.arrays import Bools, Floats
 from tfra.model.boussinesq import operators
 from tfra.model.choices import Choices
-from tfra.model.sensor import Floats, SensorArray
-from tfra.model.tfra import Bools, Result, Status, check_frames, in_contact, unit_scaled
+from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Result, Status, check_frames, in_contact, unit_scaled
 
 GRID = 21
 """Points along each axis of the first look; its best peaks are refined."""

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
-from tfra.model.sensor import Floats
+from tfra.model.arrays import Floats
 from tfra.paper.picture import BLACK, BLUE, VERMILION, Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 

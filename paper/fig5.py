@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tfra.model.sensor import Floats
+from tfra.model.arrays import Floats
 from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text, rounded
 from tfra.paper.published import errors, largest, largest_plain, table
 from tfra.paper.setups import DIRECTIONS, Setup, near

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from tfra.model.arrays import Floats
 from tfra.model.literal import LiteralTfra
-from tfra.model.sensor import Floats
 from tfra.paper.picture import BLUE, GREEN, VERMILION, Column, Columns, Picture, Text
 from tfra.paper.setups import DIRECTIONS, Engine, Setup
 

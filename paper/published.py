@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model import metrics
-from tfra.model.sensor import Floats
+from tfra.model.arrays import Floats
 
 DATA = Path(__file__).parent / "data"
 

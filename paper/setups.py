@@ -14,10 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from tfra.codegen.config import Project, load
+from tfra.model.arrays import Floats
+from tfra.model.converter import quantise
 from tfra.model.cover.contact import Contact
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import decode, quantise
-from tfra.model.sensor import Floats
+from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Tfra
 from tfra.model.two_variable import TwoVariable
 from tfra.paper.published import Errors

@@ -11,8 +11,9 @@ from matplotlib.figure import Figure
 
 from tfra.model.boussinesq import operators
 from tfra.model.choices import Adc
+from tfra.model.converter import quantise
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import decode, quantise
+from tfra.model.fixed.words import decode
 from tfra.model.metrics import error_force
 from tfra.model.sparse import Filter, Kind, filtered, multiplications
 from tfra.model.tfra import Result, Tfra

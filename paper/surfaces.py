@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.figure import Figure
 
+from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
 from tfra.model.metrics import stress_from_force, tangential_stress
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 

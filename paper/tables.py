@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfra.model.arrays import Floats
 from tfra.model.cover.contact import ContactShape
-from tfra.model.sensor import Floats
 from tfra.model.tfra import Result
 from tfra.paper.picture import Text
 from tfra.paper.published import METHODS, PLAIN, Errors, errors, errors_of, largest, largest_plain, table

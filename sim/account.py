@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 from tfra.model.metrics import errors
-from tfra.model.tfra import Bools, Result, Status, Tfra
+from tfra.model.tfra import Result, Status, Tfra
 from tfra.sim.pattern_run import PatternRun
 from tfra.sim.report import NOT_RETURNED, UNKNOWN, Account, ContactErrors, FloatErrors
 from tfra.sim.stimuli import Stimuli

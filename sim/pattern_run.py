@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
-from tfra.model.fixed.tfra.pipeline import FixedResult, FixedTfra
-from tfra.model.fixed.tfra.stages import Stage
+from tfra.model.fixed.result import FixedResult
 from tfra.sim import tools
 from tfra.sim.report import Mismatch
 from tfra.sim.run import Netlist, Progress, ProtocolError, Run, SimulationError, simulate
@@ -35,7 +34,7 @@ class PatternRun:
     ) -> None:
         self.pattern, self.number = PATTERNS[number], number
         self.part = slice(number, None, len(PATTERNS))
-        self._codes, self._model = stimuli.codes[self.part], FixedTfra(design)
+        self._codes, self._model = stimuli.codes[self.part], design.model
         self._design, self._simulator, self._seed, self._core = design, simulator, seed, core
         self.frames = len(self._codes)
         self.run: Run | None = None
@@ -161,7 +160,7 @@ def first_difference(run: Run, model: FixedResult, frame: int) -> tuple[str | No
     if not run.probes:
         return None, None
     for stage, found in run.probes.items():
-        expected = model.stages[Stage(stage)][frame]
+        expected = model.stages[stage][frame]
         words = expected.reshape(-1)
         if frame >= len(found) or found.shape[1] != words.size:
             return stage, None
@@ -169,4 +168,4 @@ def first_difference(run: Run, model: FixedResult, frame: int) -> tuple[str | No
         if len(different):
             per_transfer = expected.shape[-1] if expected.ndim > 1 else words.size
             return stage, int(different[0]) // per_transfer
-    return Stage.SCALING, None  # no probe saw it
+    return next(reversed(model.stages)), None  # no probe saw it

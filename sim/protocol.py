@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tfra.model.fixed.numbers import Ints
+from tfra.model.arrays import Ints
 
 MOST_NOTES = 20
 """Violations and mismatches that are kept; all of them are counted."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from amaranth.sim import Simulator
 
-from tfra.model.fixed.numbers import Ints
+from tfra.model.arrays import Ints
 from tfra.sim.protocol import Job, Outcome, Record, stalls
 
 _PERIOD = 1e-6

@@ -16,12 +16,12 @@ from typing import Any
 import numpy as np
 
 from tfra.codegen.processes import ToolError, beyond, running
-from tfra.hdl import microarchitecture as hdl
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.interface import microarchitecture as hdl
+from tfra.model.arrays import Ints
 from tfra.model.cache import Files, cache_directory, kept
 from tfra.model.errors import InputError
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 from tfra.model.scratch import scratch, writing
 from tfra.sim import tools
 from tfra.sim.launch import WAVES

@@ -16,8 +16,8 @@ from tfra.hdl.serial.program.interpreter import wrap
 from tfra.hdl.serial.program.trace import TracedStep, trace
 from tfra.hdl.serial.serial import Serial
 from tfra.hdl.serial.sizes import Sizes, sizes
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 
 _PERIOD = 1e-6
 _PATIENCE = 1000

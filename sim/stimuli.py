@@ -8,13 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.arrays import Bools, Floats, Ints
+from tfra.model.converter import quantise
 from tfra.model.cover.layer import frames as layer_frames
 from tfra.model.cover.scenes import directed_codes, random_contacts, wild_codes
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
-from tfra.model.fixed.words import quantise
-from tfra.model.sensor import Floats
-from tfra.model.tfra import Bools
 
 CONTACTS = 60
 """Simulated contacts when no frames are given."""

@@ -18,7 +18,7 @@ from cocotb.clock import Clock
 from cocotb.triggers import First, RisingEdge, Timer
 from cocotb.utils import get_sim_time
 
-from tfra.model.fixed.numbers import Ints
+from tfra.model.arrays import Ints
 from tfra.sim.protocol import Job, Probe, Record, stalls
 
 PERIOD = 10  # steps of the simulator's time unit

@@ -11,9 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.hdl.cores import microarchitecture
+from tfra.model.converter import quantise
 from tfra.model.cover.scenes import wild_codes
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.words import decode, quantise
+from tfra.model.fixed.words import decode
 from tfra.model.tfra import Status
 from tfra.sim import tools
 from tfra.sim.account import Returned, accounts, contact_errors, float_errors, histogram, reasons

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Column, Table
 
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.microarchitecture import Microarchitecture
+from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.fixed.design import Design
 from tfra.synth.flow import Route, Synthesis, options
 from tfra.synth.targets import Target

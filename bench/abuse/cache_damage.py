@@ -16,13 +16,13 @@ from bench.abuse.damages import DAMAGES
 from tfra.model.cache import _read
 from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.cover.scenes import contact_codes
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.scratch import discard
 from tfra.model.sensor import SensorArray
 from tfra.sim.run import simulate
 
-DESIGN = Design(
+DESIGN = TfraDesign(
     SensorArray(2, 2, 4e-3, 4e-3, 3e-3),
     name="tiny",
     adc=Adc(6),

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from tfra.codegen.files import output_directory
+from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
-from tfra.model.sensor import Floats
 
 LSB = Adc().lsb
 """Stress of a code, in Pa."""

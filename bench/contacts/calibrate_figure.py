@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from bench.contacts.fits import Case, best, columns, estimates, misfit, placed
 from bench.publish import ROOT
-from tfra.model.sensor import Floats
+from tfra.model.arrays import Floats
 
 ORANGE, BLUE = "#D55E00", "#0072B2"  # Okabe and Ito
 LEVELS = (1, 1.5, 2, 2.5, 3, 4, 5, 7, 10)

@@ -20,12 +20,13 @@ from bench.contacts import truth
 from bench.contacts.half_space import half_space, taxel_forces
 from bench.publish import ROOT, insert, store
 from tfra.codegen.config import load
+from tfra.model.arrays import Floats
 from tfra.model.boussinesq import operators
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.metrics import error_force, error_mu, error_phi
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Tfra
 
 PAGE = "docs/studies/errors.md"

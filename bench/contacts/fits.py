@@ -14,9 +14,10 @@ import numpy as np
 
 from bench.publish import ROOT
 from tfra.codegen.config import load
+from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.cover.layer import Sampling, frames
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Tfra
 
 DATA = ROOT / "paper" / "data"

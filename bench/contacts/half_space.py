@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy import special
 
+from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact, ContactShape
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 
 
 def nodes(shape: ContactShape, order: int) -> tuple[Floats, Floats, Floats]:

@@ -12,6 +12,7 @@ from tfra.hdl.parallel.matvec.images import depth
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 CORES = ((1, 1), (4, 1), (12, 1), (12, 4), (16, 4), (32, 4), (52, 4), (100, 4))
@@ -20,7 +21,7 @@ CORES = ((1, 1), (4, 1), (12, 1), (12, 4), (16, 4), (32, 4), (52, 4), (100, 4))
 
 def design(mac_lanes: int, vector_words: int = 4) -> Design:
     """The 10x10 core with that parallelism."""
-    return Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=Architecture(mac_lanes, vector_words))
+    return TfraDesign(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=Architecture(mac_lanes, vector_words))
 
 
 def main() -> None:

@@ -16,6 +16,7 @@ from typing import Any
 from bench.publish import publish
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.sim.verify import verify
 
@@ -26,7 +27,7 @@ def design(
     """Lengths in mm; ``lanes``: MAC lanes."""
     sensor = SensorArray(rows, columns, pitch[0] / 1e3, pitch[1] / 1e3, height / 1e3)
     name = f"c{rows}x{columns}_{lanes}_{pitch[0]}x{pitch[1]}".replace(".", "p")
-    return Design(sensor, name, architecture=Architecture(lanes), **more)
+    return TfraDesign(sensor, name, architecture=Architecture(lanes), **more)
 
 
 DESIGNS = (

@@ -15,7 +15,7 @@ import numpy as np
 from bench.publish import publish
 from tfra.model.choices import FORMATS, Architecture
 from tfra.model.cover.scenes import SENSORS, contact_codes
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.sensor import SensorArray
@@ -26,7 +26,7 @@ SEED = 2024
 
 def measure(sensor: SensorArray, formats: str, contacts: int) -> dict[str, Any]:
     """Agreement of the two models on the swept ones of ``contacts`` random contacts."""
-    design = Design(sensor, formats=FORMATS[formats], architecture=Architecture(4))
+    design = TfraDesign(sensor, formats=FORMATS[formats], architecture=Architecture(4))
     codes = contact_codes(design, contacts, SEED)
     exact = Tfra(sensor)(codes * design.adc.lsb)
     found = decode(design, FixedTfra(design)(codes).words)

@@ -11,7 +11,7 @@ from dataclasses import replace
 from tfra.model.cache import cache_directory
 from tfra.model.choices import Architecture, Search
 from tfra.model.cover.scenes import contact_codes
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.run import simulate
@@ -19,8 +19,8 @@ from tfra.synth.gates import FAMILIES, synthesised
 
 FRAMES = 3
 DESIGNS = (
-    Design(SensorArray(4, 4, 4e-3, 4e-3, 3e-3), "gates4", search=Search(8), architecture=Architecture(4)),
-    Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), "gates10", architecture=Architecture(16)),
+    TfraDesign(SensorArray(4, 4, 4e-3, 4e-3, 3e-3), "gates4", search=Search(8), architecture=Architecture(4)),
+    TfraDesign(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), "gates10", architecture=Architecture(16)),
 )
 
 

@@ -13,18 +13,18 @@ from typing import Any
 import numpy as np
 
 from bench.publish import insert, store
+from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import SENSORS, random_contacts
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
-from tfra.model.sensor import Floats
 from tfra.model.tfra import Result, Status, Tfra
 
 PAGE = "docs/numerics.md"
 SENSOR = SENSORS["10×10, 4×2 mm, h 3 mm"]
-DESIGN = Design(SENSOR)
+DESIGN = TfraDesign(SENSOR)
 FULL = 1 << (DESIGN.adc.bits - 1)
 COUNT = 2000
 NOISE = (0.02, 0.05, 0.1, 0.15, 0.2)

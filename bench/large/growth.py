@@ -18,6 +18,7 @@ from tfra.hdl.parallel.matvec.images import depth
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.estimate import estimate
 from tfra.synth.targets import find
@@ -35,7 +36,7 @@ STORED = 8
 def square(size: int, lanes: int) -> Design:
     """A core of ``size x size`` taxels at 4 mm under 3 mm."""
     sensor = SensorArray(size, size, 4e-3, 4e-3, 3e-3)
-    return Design(sensor, architecture=Architecture(lanes))
+    return TfraDesign(sensor, architecture=Architecture(lanes))
 
 
 def estimated(design: Design) -> dict[str, int]:

@@ -19,11 +19,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bench.publish import ROOT, insert, store
+from tfra.model.arrays import Floats
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import codes_of, local_contacts
-from tfra.model.fixed.design import Design
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
 from tfra.model.separable import ORDER, Separable, SeparableProducts, separated
 from tfra.model.tfra import Dense, Products, Result, Tfra
 from tfra.model.toeplitz import IterativeProducts
@@ -147,7 +148,7 @@ def agreement(found: Result, exact: Result, part: slice) -> dict[str, Any]:
 
 def study(sensor: SensorArray, contacts: int) -> dict[str, Any]:
     """All candidates on the same frames."""
-    rng, design = np.random.default_rng(SEED), Design(sensor)
+    rng, design = np.random.default_rng(SEED), TfraDesign(sensor)
     stress = codes_of(design, frames(sensor, local_contacts(sensor, contacts, rng)), rng) * design.adc.lsb
     exact, parts = Tfra(sensor)(stress), separated(sensor)
     rows = []

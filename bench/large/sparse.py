@@ -19,17 +19,18 @@ from matplotlib.lines import Line2D
 
 from bench.publish import ROOT, publish
 from tfra.codegen.config import load
+from tfra.model.arrays import Floats
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.choices import Adc
+from tfra.model.converter import quantise
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.fixed.butterfly import HADAMARD, taxel_index
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import decode, quantise
+from tfra.model.fixed.words import decode
 from tfra.model.metrics import error_force, error_mu, error_phi
-from tfra.model.sensor import Floats
 from tfra.model.sparse import Filter, filtered, multiplications
 from tfra.model.tfra import Result, Tfra
 

@@ -19,6 +19,7 @@ from tfra.codegen.verilog import to_rtlil
 from tfra.hdl.parallel.cordic import Cordic
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.baseline import entry, key
 from tfra.synth.flow import route, synthesise
@@ -32,7 +33,7 @@ FOLDER = ROOT / "bench" / "baselines"
 
 def core(rows: int, columns: int, mac: int) -> Design:
     """A core on a grid of 4 mm x 2 mm."""
-    return Design(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), name="core", architecture=Architecture(mac))
+    return TfraDesign(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), name="core", architecture=Architecture(mac))
 
 
 @dataclass(frozen=True)

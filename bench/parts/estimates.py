@@ -18,6 +18,7 @@ from scipy.optimize import nnls
 from bench.publish import ROOT
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, census
 from tfra.synth.estimate import KINDS, Prices, features, price
@@ -33,7 +34,7 @@ TARGET = find("ecp5-85")
 def design(rows: int, columns: int, mac: int, **others: Any) -> Design:
     """A core on a grid of 4 mm x 2 mm."""
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, name=f"a{rows}x{columns}_l{mac}", architecture=Architecture(mac), **others)
+    return TfraDesign(sensor, name=f"a{rows}x{columns}_l{mac}", architecture=Architecture(mac), **others)
 
 
 FITTED = (

@@ -15,6 +15,7 @@ from bench.parts.estimates import asked, conclude
 from bench.publish import ROOT
 from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.flow import NETLIST, synthesise
 from tfra.synth.run import netlist
@@ -28,7 +29,7 @@ TARGET = find("ice40up5k")
 def design(rows: int, columns: int, **others: Any) -> Design:
     """A serial core on a grid of 4 mm x 2 mm."""
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, name=f"s{rows}x{columns}", architecture=SERIAL, target="ice40", **others)
+    return TfraDesign(sensor, name=f"s{rows}x{columns}", architecture=SERIAL, target="ice40", **others)
 
 
 FITTED = (

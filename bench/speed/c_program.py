@@ -14,11 +14,12 @@ import numpy as np
 import numpy.typing as npt
 
 from bench.publish import ROOT
+from tfra.model.arrays import Floats
 from tfra.model.boussinesq import operators
 from tfra.model.choices import Architecture
 from tfra.model.fixed.butterfly import HADAMARD, taxel_index
-from tfra.model.fixed.design import Design
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import COEFFICIENT_LIMIT, TIE, Result
 
 SOURCES = ROOT / "bench" / "c"
@@ -147,7 +148,7 @@ def folded_tables(sensor: SensorArray) -> dict[str, npt.NDArray[Any]]:
     """
     if sensor.rows % 2 or sensor.columns % 2:
         raise ValueError(f"rows, columns: even numbers are needed, got {sensor.rows}, {sensor.columns}")
-    index = taxel_index(Design(sensor, architecture=Architecture(mac_lanes=1)))
+    index = taxel_index(TfraDesign(sensor, architecture=Architecture(mac_lanes=1)))
     padded = _padded(sensor)
     ops, first = operators(sensor), index[:, 0]
     matrices = {

@@ -20,9 +20,10 @@ import numpy as np
 
 from bench.publish import ROOT, insert, publish
 from bench.speed.c_program import Library, Program, compiler
+from tfra.model.arrays import Floats
 from tfra.model.cover.scenes import contact_codes, wild_codes
-from tfra.model.fixed.design import Design
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, Tfra
 
 SENSOR = SensorArray(10, 10, 4e-3, 2e-3, 3e-3)
@@ -118,7 +119,7 @@ def examine(tally: Tally, program: Program, library: Library, stress: Floats, ex
 
 def measure(frames: int, batch: int = BATCH) -> dict[str, Any]:
     """Record of ``frames`` frames, half of them contacts and half noise, in batches."""
-    design = Design(SENSOR)
+    design = TfraDesign(SENSOR)
     model, contacts, noise = Tfra.of(design), np.random.default_rng(1), np.random.default_rng(2)
     tallies, shares = {name: Tally() for name in PROGRAMS}, []
     with tempfile.TemporaryDirectory() as directory:

@@ -23,12 +23,13 @@ def run(engine: str) -> dict[str, Any]:
     """Frames per second (median and best of ``REPEATS``) and peak memory of one engine, in this process."""
     from tfra.model.choices import FORMATS
     from tfra.model.cover.scenes import contact_codes
-    from tfra.model.fixed.design import Design
+    from tfra.model.fixed.tfra.design import TfraDesign
     from tfra.model.fixed.tfra.pipeline import FixedTfra
     from tfra.model.sensor import SensorArray
     from tfra.model.tfra import Tfra
 
-    design = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), formats=FORMATS["wide" if engine == "wide" else "standard"])
+    formats = FORMATS["wide" if engine == "wide" else "standard"]
+    design = TfraDesign(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), formats=formats)
     codes = contact_codes(design, FRAMES, seed=1)
     frames = codes * design.adc.lsb
     model, data = (Tfra(design.sensor), frames) if engine == "float" else (FixedTfra(design), codes)

@@ -14,7 +14,7 @@ from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl import ports
+from tfra.hdl.interface import ports
 from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import Spare

@@ -13,7 +13,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.primitives.ecp5 import MEMORY_WORDS, Words
-from tfra.model.fixed.numbers import Ints
+from tfra.model.arrays import Ints
 
 
 class Rom(wiring.Component):

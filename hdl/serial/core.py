@@ -9,7 +9,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tfra.hdl import ports
+from tfra.hdl.interface import ports
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.streams import Buffer, Spare
 from tfra.hdl.serial.datapath import Datapath
@@ -19,8 +19,8 @@ from tfra.hdl.serial.product import Product
 from tfra.hdl.serial.program.frame import Program
 from tfra.hdl.serial.sequencer import Sequencer
 from tfra.hdl.serial.sizes import sizes
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 
 
 class SerialCore(wiring.Component):

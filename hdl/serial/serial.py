@@ -5,15 +5,15 @@ from __future__ import annotations
 from functools import cached_property
 from pathlib import Path
 
-from tfra.hdl.microarchitecture import Probe
+from tfra.hdl.interface.microarchitecture import Probe
 from tfra.hdl.primitives import models
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.program.frame import Program, program
 from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.sizes import sizes
 from tfra.hdl.serial.store import cells
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 
 _PORTS = 4
 """Cycles of the registers at both ports and of the datapath's pipeline."""
@@ -23,7 +23,7 @@ _REFILL = 2
 
 
 class Serial:
-    """:class:`tfra.hdl.microarchitecture.Microarchitecture` of one core and its program.
+    """:class:`tfra.hdl.interface.microarchitecture.Microarchitecture` of one core and its program.
 
     The assembler counts the cycles, none of which depends on data.
     """

@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
+from tfra.model.arrays import Floats
 from tfra.model.errors import quoted
-from tfra.model.sensor import Floats
 
 
 class ContactShape(StrEnum):

@@ -37,11 +37,11 @@ import numpy as np
 from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
+from tfra.model.arrays import Floats, Ints
 from tfra.model.cache import cache_directory, kept
 from tfra.model.cover import contact as contact_module
 from tfra.model.cover.contact import Contact
-from tfra.model.sensor import Floats, SensorArray
-from tfra.model.tfra import Ints
+from tfra.model.sensor import SensorArray
 
 try:
     import skfem

@@ -26,8 +26,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact, ContactShape
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 
 Sampling = Literal["point", "area"]
 

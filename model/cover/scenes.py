@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from tfra.model.arrays import Floats, Ints
+from tfra.model.choices import Choices
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.cover.layer import frames
-from tfra.model.fixed.design import Design
-from tfra.model.sensor import Floats, SensorArray
-from tfra.model.tfra import Ints
+from tfra.model.sensor import SensorArray
 
 SENSORS = {
     "10×10, 4×2 mm, h 3 mm": SensorArray(10, 10, 4e-3, 2e-3, 3e-3),
@@ -56,20 +56,20 @@ def local_contacts(sensor: SensorArray, count: int, rng: np.random.Generator, sp
     ]
 
 
-def contact_codes(design: Design, count: int, seed: Seed) -> Ints:
+def contact_codes(design: Choices, count: int, seed: Seed) -> Ints:
     """Converter codes ``(count, rows, columns)`` of random contacts, their peak at 10 to 95 % of full scale."""
     rng = np.random.default_rng(seed)
     return codes_of(design, frames(design.sensor, random_contacts(design.sensor, count, rng)), rng)
 
 
-def codes_of(design: Design, stress: Floats, rng: np.random.Generator) -> Ints:
+def codes_of(design: Choices, stress: Floats, rng: np.random.Generator) -> Ints:
     """Converter codes of ``stress (n, rows, columns)``, each frame's peak at 10 to 95 % of full scale."""
     peak = np.abs(stress).max(axis=(1, 2), keepdims=True)
     level = rng.uniform(0.1, 0.95, size=(len(stress), 1, 1)) * 2 ** (design.adc.bits - 1)
     return np.asarray(np.rint(stress / peak * level), dtype=np.int64)
 
 
-def wild_codes(design: Design, count: int, seed: Seed) -> Ints:
+def wild_codes(design: Choices, count: int, seed: Seed) -> Ints:
     """Noise ``(count, rows, columns)`` of every amplitude and density: no contact at all, but legal input."""
     rng = np.random.default_rng(seed)
     top = 1 << (design.adc.bits - 1)
@@ -79,7 +79,7 @@ def wild_codes(design: Design, count: int, seed: Seed) -> Ints:
     return np.clip(np.rint(noise), -top, top - 1).astype(np.int64)
 
 
-def directed_codes(design: Design) -> Ints:
+def directed_codes(design: Choices) -> Ints:
     """Frames ``(n, rows, columns)`` for the corners of the input: silence, one sign only, extremes, single taxels,
     mirror symmetry (no direction), ramps, tiny amplitudes, and codes just within and beyond the contact threshold."""
     rng = np.random.default_rng(0)

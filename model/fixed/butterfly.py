@@ -11,8 +11,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.arrays import Ints
 from tfra.model.choices import Choices
-from tfra.model.fixed.numbers import Ints
 
 EE, OX, OY, OO = range(4)
 """Parities, and the places of mirror taxels, by their place in a quad: bit 0 mirrors x, bit 1 mirrors y."""

@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Choices
 from tfra.model.fixed.butterfly import EE, HADAMARD, distinct, taxel_index
-from tfra.model.fixed.numbers import Ints
-from tfra.model.sensor import Floats
 
 
 @dataclass(frozen=True, eq=False)

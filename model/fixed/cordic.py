@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 
 ANGLE_GUARD = 4
 """Bits of the angle beyond those of a result word."""

@@ -2,36 +2,48 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from tfra.model.arrays import Ints
 from tfra.model.choices import Choices
 from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.layout import Field, make_layout
-from tfra.model.fixed.tfra.bounds import make_widths
-from tfra.model.fixed.tfra.operators import PRODUCTS, make_stacks
+from tfra.model.fixed.result import FixedResult
 from tfra.model.fixed.widths import Widths
 
 
 @dataclass(frozen=True)
-class Design(Choices):
-    """Choices with what follows from them.
+class Design(Choices, ABC):
+    """Choices with what follows from them; each subclass is an estimator, an algorithm with its operators and bounds.
 
     Everything is computed when it is first asked for and stays with the object; a pickled design carries its choices
     alone.
     """
 
-    @cached_property
+    @property
+    @abstractmethod
     def stacks(self) -> dict[str, Stack]:
         """Quantised operators by the name of their stack, in the order of the coefficient memories."""
-        return make_stacks(self)
 
-    @cached_property
+    @property
+    @abstractmethod
+    def products(self) -> tuple[str, ...]:
+        """The stack of each product of a frame, in order."""
+
+    @property
+    @abstractmethod
     def widths(self) -> Widths:
-        """Word lengths; raises ``ValueError`` as :func:`tfra.model.fixed.tfra.bounds.make_widths`."""
-        return make_widths(self, self.stacks)
+        """Word lengths; raises ``ValueError`` that names a section where words could overflow."""
+
+    @property
+    @abstractmethod
+    def model(self) -> Callable[[Ints], FixedResult]:
+        """The bit-accurate model: from converter codes ``(n, rows, columns)`` to result words."""
 
     @cached_property
     def layout(self) -> tuple[Field, ...]:
@@ -56,12 +68,12 @@ class Design(Choices):
     @property
     def multiplications(self) -> int:
         """Real products of a frame."""
-        return sum(4 * self.stacks[name].quads * self.quads for name in PRODUCTS)
+        return sum(4 * self.stacks[name].quads * self.quads for name in self.products)
 
     @property
     def nonzero_products(self) -> int:
         """Products of a frame whose coefficient is not zero."""
-        return int(sum(np.count_nonzero(op.rows) for name in PRODUCTS for op in self.stacks[name].operators))
+        return int(sum(np.count_nonzero(op.rows) for name in self.products for op in self.stacks[name].operators))
 
     @property
     def coefficient_bits(self) -> int:

@@ -7,14 +7,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.cordic import cordic, cordic_gain
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import Normalised
-from tfra.model.fixed.numbers import Ints, bit_length, divide
+from tfra.model.fixed.numbers import bit_length, divide
 from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.tfra.resultant import Resultant
 from tfra.model.fixed.widths import MU_LIMIT, force_drop
-from tfra.model.tfra import Bools
+
+
+@dataclass(frozen=True)
+class Resultant:
+    """``words (n, 3)`` = F* on the vector grid times ``2^exponent (n,)``."""
+
+    words: Ints
+    exponent: Ints
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from tfra.model.arrays import Ints
 from tfra.model.fixed.coefficients import Operator
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints, normalise, round_shift, significant_bits
+from tfra.model.fixed.numbers import normalise, round_shift, significant_bits
 
 EXACT_DOUBLE = 1 << 53
 """Sums of integers stay exact in float64 while every partial sum is below this."""

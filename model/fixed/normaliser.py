@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfra.model.arrays import Bools, Ints
 from tfra.model.choices import Choices
-from tfra.model.fixed.numbers import Ints, significant_bits
-from tfra.model.tfra import Bools
+from tfra.model.fixed.numbers import significant_bits
 
 
 @dataclass(frozen=True)

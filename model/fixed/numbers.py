@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-Ints = npt.NDArray[np.int64]
+from tfra.model.arrays import Ints
 
 
 def signed_bits(magnitude: float) -> int:

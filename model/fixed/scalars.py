@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tfra.model.arrays import Ints
 from tfra.model.choices import Choices
-from tfra.model.fixed.numbers import Ints, divide
+from tfra.model.fixed.numbers import divide
 
 
 def scalar_fraction(choices: Choices) -> int:

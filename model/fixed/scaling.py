@@ -6,12 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.gain import Gain
+from tfra.model.fixed.gain import Gain, Resultant
 from tfra.model.fixed.normaliser import Normalised
-from tfra.model.fixed.numbers import Ints, round_shift, saturate
-from tfra.model.fixed.tfra.resultant import Resultant
-from tfra.model.tfra import Bools
+from tfra.model.fixed.numbers import round_shift, saturate
 
 
 @dataclass(frozen=True)

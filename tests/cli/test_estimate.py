@@ -12,8 +12,8 @@ import pytest
 from tests.cli.test_cli import CONFIG, refusal
 from tfra.cli.main import main
 from tfra.codegen.config import load
+from tfra.model.converter import quantise
 from tfra.model.facts import facts, lines
-from tfra.model.fixed.words import quantise
 from tfra.model.tfra import Status, Tfra
 from tfra.model.truth import sentence
 

@@ -13,7 +13,7 @@ from tfra.codegen.config import LayerSpec, Project, load
 from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.errors import InputError, Notice
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -64,7 +64,7 @@ def complaint(read: Any, tmp_path: Path) -> Any:
 
 def test_defaults(read: Any, tmp_path: Path) -> None:
     assert read(SENSOR) == Project(
-        design=Design(SensorArray(10, 10, 0.004, 0.002, 0.003), name="sensor"),
+        design=TfraDesign(SensorArray(10, 10, 0.004, 0.002, 0.003), name="sensor"),
         layer=LayerSpec(0.48, "point"),
         contacts=(),
         path=tmp_path / "sensor.toml",
@@ -81,7 +81,7 @@ def test_every_section(read: Any) -> None:
         + '[target]\nname = "portable"\nimages = "readmemh"\n[layer]\npoisson = 0.3\nsampling = "area"\n'
     )
     assert project.layer == LayerSpec(0.3, "area")
-    assert project.design == Design(
+    assert project.design == TfraDesign(
         sensor=SensorArray(10, 10, 0.004, 0.002, 0.003),
         name="skin_7",
         adc=Adc(12, 5e4, 9),

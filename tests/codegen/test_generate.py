@@ -18,13 +18,13 @@ from tfra.codegen.sidecar import LOADED
 from tfra.codegen.verilog import run_yosys
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.sim.tools import environment
 
 DESIGNS = {
-    "even": Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(10), architecture=Architecture(4)),
-    "odd": Design(
+    "even": TfraDesign(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(10), architecture=Architecture(4)),
+    "odd": TfraDesign(
         SensorArray(3, 5, 2e-3, 2e-3, 2e-3),
         "odd",
         search=Search(7),
@@ -32,7 +32,7 @@ DESIGNS = {
         architecture=Architecture(2),
     ),
 }
-DESIGNS["serial"] = Design(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), "serial", search=Search(3), architecture=SERIAL)
+DESIGNS["serial"] = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), "serial", search=Search(3), architecture=SERIAL)
 DESIGNS["files"] = replace(DESIGNS["even"], name="files", images="readmemh")
 DESIGNS["loaded"] = replace(DESIGNS["even"], name="loaded", images="load")
 DESIGNS["narrow"] = replace(DESIGNS["even"], name="narrow", architecture=Architecture(4, 1))

@@ -12,10 +12,10 @@ from tfra.codegen.memories import Image, extract
 from tfra.codegen.verilog import to_verilog
 from tfra.hdl.parallel.matvec.images import lane_images
 from tfra.model.choices import Architecture, Search
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
-DESIGN = Design(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), "small", search=Search(9), architecture=Architecture(4))
+DESIGN = TfraDesign(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), "small", search=Search(9), architecture=Architecture(4))
 
 MODULE = """\
 module \\top.lane (clk);

@@ -12,7 +12,7 @@ from tfra.codegen.keywords import KEYWORDS
 from tfra.codegen.names import PORTS, checked, name_from
 from tfra.codegen.verilog import Top
 from tfra.model.choices import Architecture
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 
@@ -23,7 +23,7 @@ def test_keywords_of_ieee_1800_2017() -> None:
 
 
 def test_ports() -> None:
-    design = Design(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(1), images="load")
+    design = TfraDesign(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(1), images="load")
     assert set(Top(design).signature.members) | {"clk", "rst"} == PORTS
 
 

@@ -20,21 +20,21 @@ from tfra.codegen.verilog import to_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.sim.tools import choose
 
 
 def parallel(steps, words, tolerance=0.0):
     sensor = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, adc=Adc(8), search=Search(steps, tolerance), architecture=Architecture(4, words))
+    return TfraDesign(sensor, adc=Adc(8), search=Search(steps, tolerance), architecture=Architecture(4, words))
 
 
 DESIGNS = {
     "two candidates": parallel(1, 4),
     "four candidates": parallel(3, 1, 1.5),
     "eight candidates": parallel(7, 4),
-    "serial": Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), adc=Adc(8), search=Search(3), architecture=SERIAL),
+    "serial": TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), adc=Adc(8), search=Search(3), architecture=SERIAL),
 }
 
 _REGISTER = re.compile(r"^(\s*reg (?:signed )?(?:\[(\d+):0\] )?\S+) += [^;]*;$", re.M)

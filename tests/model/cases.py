@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 
 def make_design(sensor: SensorArray, formats: str = "standard", steps: int = 100, tolerance: float = 0.0) -> Design:
     """A small architecture around ``sensor``; the model does not depend on it."""
-    return Design(
+    return TfraDesign(
         sensor,
         adc=Adc(14),
         search=Search(steps, tolerance),

@@ -7,13 +7,16 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
+from tfra.model.arrays import Floats
 from tfra.model.choices import Adc, Architecture
+from tfra.model.converter import quantise
 from tfra.model.cover.scenes import SENSORS, contact_codes
 from tfra.model.diagnosis import over_full_scale, warnings
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import decode, quantise
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.fixed.words import decode
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
 
 SQUARE, OBLONG = SENSORS["10×10, 4×2 mm, h 3 mm"], SENSORS["5×7, 3×3 mm, h 2 mm"]
@@ -21,7 +24,7 @@ REST, TOP = 12.0, 8191
 
 
 def design(sensor: SensorArray, adc: Adc | None = None) -> Design:
-    return Design(sensor, adc=adc or Adc(), architecture=Architecture(4))
+    return TfraDesign(sensor, adc=adc or Adc(), architecture=Architecture(4))
 
 
 @lru_cache

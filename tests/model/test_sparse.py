@@ -12,7 +12,7 @@ from tfra.model.boussinesq import Operators, operators
 from tfra.model.choices import Architecture
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import SENSORS, contact_codes, random_contacts
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.sensor import SensorArray
@@ -235,7 +235,7 @@ def test_unusable_filters_are_refused(kind, strength, message):
 def test_the_bit_accurate_model_takes_the_same_operators() -> None:
     sensor = SensorArray(4, 6, 5e-3, 3e-3, 2e-3)
     chosen = Filter("F2", 2)
-    dense = Design(sensor, architecture=Architecture(4))
+    dense = TfraDesign(sensor, architecture=Architecture(4))
     sparse = replace(dense, sparse=chosen)
     codes = contact_codes(sparse, 200, seed=4)
     found = decode(sparse, FixedTfra(sparse)(codes).words)
@@ -249,4 +249,4 @@ def test_the_bit_accurate_model_takes_the_same_operators() -> None:
 
 def test_a_design_takes_no_filter_that_breaks_the_mirrors() -> None:
     with pytest.raises(ValueError, match="sparse: only F2 keeps the mirror symmetry"):
-        Design(SensorArray(4, 6, 5e-3, 3e-3, 2e-3), architecture=Architecture(4), sparse=Filter("F1", 50))
+        TfraDesign(SensorArray(4, 6, 5e-3, 3e-3, 2e-3), architecture=Architecture(4), sparse=Filter("F1", 50))

@@ -11,7 +11,7 @@ from tfra.model.choices import Adc, Architecture
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import SENSORS, directed_codes, random_contacts
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.metrics import error_force
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra, check_frames
@@ -209,7 +209,7 @@ class TestDegenerate:
             np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-12)
 
     def test_below_the_contact_threshold_as_in_tfra(self) -> None:
-        design = Design(SMALL, adc=Adc(10), architecture=Architecture(4))
+        design = TfraDesign(SMALL, adc=Adc(10), architecture=Architecture(4))
         stress = directed_codes(design)[-4:] * design.adc.lsb
         found, expected = TwoVariable.of(design)(stress), Tfra.of(design)(stress)
         np.testing.assert_array_equal(found.status & Status.NO_CONTACT, [1, 1, 0, 0])

@@ -13,13 +13,14 @@ from tfra.codegen.sidecar import sidecar
 from tfra.codegen.verilog import PASSES, Top, run_yosys, to_rtlil, with_free_collisions
 from tfra.model.choices import Architecture, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.run import Netlist, Run, SimulationError, simulate
 
 DESIGNS = [
-    Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(20), architecture=Architecture(16)),
-    Design(SensorArray(3, 5, 3e-3, 3e-3, 2e-3), "odd", search=Search(7, 1.5), architecture=Architecture(4)),
+    TfraDesign(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(20), architecture=Architecture(16)),
+    TfraDesign(SensorArray(3, 5, 3e-3, 3e-3, 2e-3), "odd", search=Search(7, 1.5), architecture=Architecture(4)),
 ]
 
 

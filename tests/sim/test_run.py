@@ -15,19 +15,19 @@ import pytest
 
 from bench.abuse.damages import DAMAGES
 from tests.marks import long
-from tfra.hdl import ports
+from tfra.hdl.interface import ports
+from tfra.model.arrays import Ints
 from tfra.model.cache import kept
 from tfra.model.choices import Architecture, Search
 from tfra.model.errors import InputError
-from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim import run as run_module
 from tfra.sim.protocol import Probe
 from tfra.sim.run import Netlist, ProtocolError, SimulationError, simulate
 
-DESIGN = Design(
+DESIGN = TfraDesign(
     SensorArray(2, 2, 4e-3, 2e-3, 3e-3),
     name="tiny",
     search=Search(8),

@@ -13,6 +13,7 @@ from tfra.model.choices import SERIAL, Adc, Formats, Search
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.errors import InputError
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.report import Report
@@ -20,7 +21,7 @@ from tfra.sim.run import simulate
 from tfra.sim.verify import verify
 from tfra.synth.gates import synthesised
 
-DESIGN = Design(
+DESIGN = TfraDesign(
     SensorArray(4, 4, 4e-3, 2.5e-3, 3e-3),
     name="serial",
     adc=Adc(8),

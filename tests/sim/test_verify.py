@@ -14,11 +14,12 @@ from tests.marks import long
 from tfra.hdl.parallel.matvec.images import lane_images
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.model.choices import Adc, Architecture, Search
+from tfra.model.converter import quantise
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.stages import Stage
-from tfra.model.fixed.words import decode, quantise
+from tfra.model.fixed.words import decode
 from tfra.model.metrics import ERRORS
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
@@ -30,7 +31,7 @@ from tfra.sim.run import Netlist, Run, generated, simulate
 from tfra.sim.stimuli import mixture
 from tfra.sim.verify import verify
 
-DESIGN = Design(
+DESIGN = TfraDesign(
     SensorArray(3, 2, 4e-3, 4e-3, 3e-3),
     name="tiny",
     search=Search(8),

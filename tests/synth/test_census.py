@@ -10,7 +10,7 @@ from amaranth.back import rtlil
 from amaranth.lib.memory import Memory as AmaranthMemory
 
 from tfra.model.choices import Architecture
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, Memory, block_of, census, count
 
@@ -83,13 +83,13 @@ def test_blocks_by_name(path: str, block: str) -> None:
 
 @pytest.mark.long
 def test_a_core() -> None:
-    design = Design(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
+    design = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
     blocks = census(design)
     assert {"normaliser", "matvec", "combine", "sweep", "scaling"} <= blocks.keys()
     coefficients = [memory for memory in blocks["matvec"].memories if memory.rom]
     lanes = len(blocks["matvec"].multipliers) + blocks["matvec"].instances["MULT18X18D"]
     assert lanes == 4
     assert sum(memory.reads for memory in coefficients) == 4
-    more = census(Design(design.sensor, architecture=Architecture(8)))
+    more = census(TfraDesign(design.sensor, architecture=Architecture(8)))
     assert len(more["matvec"].multipliers) + more["matvec"].instances["MULT18X18D"] == 8
     assert more["gain"] == blocks["gain"]

@@ -8,7 +8,7 @@ from importlib.resources import files
 import pytest
 
 from tfra.model.choices import SERIAL, Architecture, Search
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, Memory
 from tfra.synth.estimate import KINDS, Prices, estimate, features, misfits, multipliers, place, price, prices
@@ -96,7 +96,7 @@ def test_prices_meet_the_measurements(kind: str, blocks: float, key: str) -> Non
 
 def test_a_serial_core() -> None:
     """By its own prices, block by block; its coefficients are cells of the target."""
-    design = Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=SERIAL, target="ice40")
+    design = TfraDesign(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=SERIAL, target="ice40")
     found = estimate(design, ICE40)
     assert found.blocks.keys() >= {"sequencer", "lanes", "product", "datapath"}
     assert found.total["SPRAM"] == 4
@@ -112,7 +112,7 @@ def test_a_serial_core() -> None:
 @pytest.mark.long
 def test_more_lanes_take_more() -> None:
     sensor = SensorArray(3, 3, 4e-3, 2e-3, 3e-3)
-    base, mac = (estimate(Design(sensor, architecture=Architecture(lanes)), ECP5) for lanes in (4, 8))
+    base, mac = (estimate(TfraDesign(sensor, architecture=Architecture(lanes)), ECP5) for lanes in (4, 8))
     assert mac.total["DSP"] == base.total["DSP"] + 4
     assert mac.total["LUT"] > base.total["LUT"]
     assert sum(row["LUT"] for row in base.blocks.values()) == pytest.approx(base.total["LUT"], abs=1)

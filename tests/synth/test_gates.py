@@ -13,6 +13,7 @@ import pytest
 from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.errors import InputError
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.run import Netlist, Run, SimulationError, generated, simulate
@@ -20,7 +21,7 @@ from tfra.synth import gates as netlist
 from tfra.synth.census import block_of, lane_of
 from tfra.synth.gates import FAMILIES, cells, synthesised
 
-DESIGN = Design(
+DESIGN = TfraDesign(
     SensorArray(2, 2, 4e-3, 4e-3, 3e-3),
     name="gates",
     adc=Adc(6),

@@ -10,13 +10,13 @@ import pytest
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.hdl.serial.serial import Serial
 from tfra.model.choices import SERIAL, Architecture
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.flow import CriticalPath, Route, Synthesis
 from tfra.synth.report import WIDTH, median_route, render, report
 from tfra.synth.targets import find
 
-DESIGN = Design(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), name="skin", architecture=Architecture(4))
+DESIGN = TfraDesign(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), name="skin", architecture=Architecture(4))
 PATH = CriticalPath("sweep", "matvec", "core.sweep.a", "core.matvec.b", 3.25, 6.75)
 USED = {"LUT": 12144, "FF": 6000, "DSP": 7, "BRAM": 14}
 ROUTES = [Route(seed, 130.0, mhz, USED, PATH) for seed, mhz in ((1, 100.0), (2, 90.0), (3, 125.0))]

@@ -11,12 +11,13 @@ from tests.marks import long
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import VECTOR_WORDS, Architecture, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth import size as module
 from tfra.synth.size import Bounds, Speed, size, speed
 from tfra.synth.targets import find
 
-DESIGN = Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=Architecture(4))
+DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=Architecture(4))
 TARGET = find("ecp5-85")
 
 

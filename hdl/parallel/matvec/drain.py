@@ -17,7 +17,6 @@ from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.operand import amount_quad, pick_word
 from tfra.hdl.parallel.payloads import product
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import STACKS
 
 
 @dataclass(frozen=True)
@@ -97,9 +96,9 @@ class Drain(wiring.Component):
         )
 
     def _table(self) -> list[_Step]:
-        """What leaves the drain register, product by product in the order of STACKS."""
+        """What leaves the drain register, product by product in the order of the stacks."""
         design, w, table = self._design, self._design.widths, []
-        for name in STACKS:
+        for name in self._design.stacks:
             stack, start = design.stacks[name], True
             for op in stack.operators:
                 offset = w.alignment + op.fraction + design.formats.operand - w.vector

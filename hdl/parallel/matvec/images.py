@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
-from tfra.model.fixed.tfra.operators import STACKS
 
 
 def passes(design: Design, stack: str) -> int:
@@ -20,14 +19,14 @@ def passes(design: Design, stack: str) -> int:
 
 
 def bases(design: Design) -> dict[str, int]:
-    """Address of every stack's first coefficient; stacks lie one behind the other in the order of ``STACKS``."""
-    ends = np.cumsum([0, *(passes(design, name) * design.quads for name in STACKS)])
-    return {name: int(start) for name, start in zip(STACKS, ends, strict=False)}
+    """Address of every stack's first coefficient; stacks lie one behind the other in the order of the design."""
+    ends = np.cumsum([0, *(passes(design, name) * design.quads for name in design.stacks)])
+    return {name: int(start) for name, start in zip(design.stacks, ends, strict=False)}
 
 
 def depth(design: Design) -> int:
     """Words of each lane's memory."""
-    return design.quads * sum(passes(design, name) for name in STACKS)
+    return design.quads * sum(passes(design, name) for name in design.stacks)
 
 
 def lane_images(design: Design) -> Ints:
@@ -35,7 +34,7 @@ def lane_images(design: Design) -> Ints:
 
     Rows past the end of a stack are zero.
     """
-    return np.concatenate([_stack_image(design, name) for name in STACKS], axis=1)
+    return np.concatenate([_stack_image(design, name) for name in design.stacks], axis=1)
 
 
 def _stack_image(design: Design, name: str) -> Ints:

@@ -13,7 +13,6 @@ from tfra.hdl.parallel.matvec.drain import drain_steps
 from tfra.hdl.parallel.matvec.images import bases, depth, passes
 from tfra.hdl.parallel.matvec.operand import operand_parts
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import STACKS
 
 SOURCES = ("vector", "n", "b")
 """Operand buffers, the one that helps the oldest frame first."""
@@ -38,7 +37,7 @@ class Schedule(wiring.Component):
         force: that of the vector is d.
         drained: the last words of a pass leave the drain register.
         launch, new, stack, parity: a pass begins with the next cycle; whether it is its product's first; its stack
-            in :data:`tfra.model.fixed.coefficients.STACKS`; passes count modulo two.
+            in ``design.stacks``; passes count modulo two.
         source: where its operand is.
         oldest: the pass whose words leave the drain register next, modulo two.
         free: by source, the last pass has begun.
@@ -98,7 +97,7 @@ class Schedule(wiring.Component):
         The buffers' states follow ``free`` by a cycle, so nothing is chosen while it is high.
         """
         chosen, turn = Signal(), Signal(counter_shape(max(self._passes) - 1))
-        ends, names = Signal(), {name: number for number, name in enumerate(STACKS)}
+        ends, names = Signal(), {name: number for number, name in enumerate(self._design.stacks)}
         m.d.comb += [self.new.eq(turn == 0), ends.eq(turn == Array(p - 1 for p in self._passes)[self.stack])]
         with m.If(~chosen & ~self.free.any()):
             m.d.sync += chosen.eq(self.wanted.any())
@@ -114,7 +113,7 @@ class Schedule(wiring.Component):
 
     @property
     def _passes(self) -> list[int]:
-        return [passes(self._design, name) for name in STACKS]
+        return [passes(self._design, name) for name in self._design.stacks]
 
     def _credit(self, m: Module, chosen: Value) -> None:
         """Two passes at most are on their way between launch and drain; they end in order."""
@@ -136,6 +135,6 @@ class Schedule(wiring.Component):
     def _walk(self, m: Module) -> None:
         """Coefficients are read in their order; only a product's first pass jumps, to its stack."""
         with m.If(self.launch & self.new):
-            m.d.sync += self.address.eq(Array(bases(self._design)[name] for name in STACKS)[self.stack])
+            m.d.sync += self.address.eq(Array(bases(self._design)[name] for name in self._design.stacks)[self.stack])
         with m.Elif(self.launch | (self.reading & ~self.last)):
             m.d.sync += self.address.eq(self.address + 1)

@@ -14,7 +14,7 @@ from amaranth import Const, Module, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tfra.hdl import ports
+from tfra.hdl.interface import ports
 from tfra.hdl.lib.streams import Buffer, Fork, PerFrameQueue, Router
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.tfra.blocks import Blocks

@@ -5,15 +5,15 @@ from __future__ import annotations
 from functools import cached_property
 from pathlib import Path
 
-from tfra.hdl.microarchitecture import Probe
+from tfra.hdl.interface.microarchitecture import Probe
 from tfra.hdl.parallel.matvec.images import depth, lane_images
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.core import Core
 from tfra.hdl.parallel.tfra.probes import probes
 from tfra.hdl.parallel.tfra.timeline import BlockCycles, Timeline
 from tfra.hdl.primitives import cell_models
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 
 SETTLED = 12
 """Frames after which the times between frames have settled; as many again are averaged."""
@@ -23,7 +23,7 @@ ENOUGH = 2 * SETTLED + 2 * FRAMES
 
 
 class Parallel:
-    """:class:`tfra.hdl.microarchitecture.Microarchitecture` of blocks; frames interleave in them."""
+    """:class:`tfra.hdl.interface.microarchitecture.Microarchitecture` of blocks; frames interleave in them."""
 
     settled = slice(SETTLED, 2 * SETTLED)
     enough = ENOUGH

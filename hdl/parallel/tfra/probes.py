@@ -7,10 +7,9 @@ from typing import Any
 from amaranth import Cat, Module, Shape, Signal, signed, unsigned
 from amaranth.lib import data
 
-from tfra.hdl.microarchitecture import Probe
+from tfra.hdl.interface.microarchitecture import Probe
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import PRODUCTS
 from tfra.model.fixed.tfra.stages import Stage
 
 _PLACES = (0, 1, 2, 3)
@@ -20,7 +19,7 @@ _PLACES = (0, 1, 2, 3)
 def probes(design: Design) -> tuple[Probe, ...]:
     """Every probe of the core of ``design``; each :class:`Stage` but the last, whose words the result port shows."""
     q, m, vector = design.quads, design.sensor.taxels, payloads.vector_quad(design)
-    products = sum(design.stacks[name].quads for name in PRODUCTS)
+    products = sum(design.stacks[name].quads for name in design.products)
     total = data.ArrayLayout(signed(design.widths.division), 3)
     return (
         _probe(Stage.NORMALISER, "quads", payloads.stress_quad(design), _PLACES, q),

@@ -6,9 +6,9 @@ import numpy as np
 
 from tfra.hdl.serial.isa import ADDRESS_BITS
 from tfra.hdl.serial.sizes import STORE_DEPTH, sizes, sweep_bits
+from tfra.model.arrays import Ints
 from tfra.model.fixed.coefficients import Operator
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.tfra.operators import STACKS
 
 

@@ -10,8 +10,8 @@ from tfra.hdl.serial.program.frame import program
 from tfra.hdl.serial.program.interpreter import Interpreter, Step
 from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.sizes import sizes
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
 
 
 @dataclass(frozen=True)

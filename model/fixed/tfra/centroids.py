@@ -11,9 +11,9 @@ from fractions import Fraction
 
 import numpy as np
 
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints, normalise, significant_bits
-from tfra.model.tfra import Bools
+from tfra.model.fixed.numbers import normalise, significant_bits
 
 
 @dataclass(frozen=True)

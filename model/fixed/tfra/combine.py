@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import operand
-from tfra.model.fixed.numbers import Ints, round_shift
+from tfra.model.fixed.numbers import round_shift
 from tfra.model.fixed.scalars import scalar_fraction
 
 

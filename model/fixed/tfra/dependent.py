@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints, divide, normalise, significant_bits
+from tfra.model.fixed.numbers import divide, normalise, significant_bits
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction
-from tfra.model.tfra import COEFFICIENT_LIMIT, Bools
+from tfra.model.tfra import COEFFICIENT_LIMIT
 
 
 @dataclass(frozen=True)

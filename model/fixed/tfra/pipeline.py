@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.design import Design
@@ -13,7 +12,7 @@ from tfra.model.fixed.gain import gain
 from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.normaliser import Normalised, normaliser
-from tfra.model.fixed.numbers import Ints
+from tfra.model.fixed.result import FixedResult
 from tfra.model.fixed.scaling import Scaled, scaling
 from tfra.model.fixed.tfra.centroids import Direction, centroids
 from tfra.model.fixed.tfra.combine import combine
@@ -31,19 +30,6 @@ from tfra.model.tfra import Status
 _CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cache
 
 
-@dataclass(frozen=True)
-class FixedResult:
-    """``words (n, frame_words)`` as the core sends them."""
-
-    words: Ints
-    parts: tuple[dict[Stage, Ints], ...]
-
-    @property
-    def stages(self) -> dict[Stage, Ints]:
-        """What flows between blocks, by name: the first axis is the frame, then come transfers in their order."""
-        return {name: np.concatenate([part[name] for part in self.parts]) for name in self.parts[0]}
-
-
 class FixedTfra:
     """Bit-accurate model of one design."""
 
@@ -59,7 +45,7 @@ class FixedTfra:
         ]
         return FixedResult(np.concatenate([words for words, _ in parts]), tuple(stages for _, stages in parts))
 
-    def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[Stage, Ints]]:
+    def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[str, Ints]]:
         design = self.design
         frame = normaliser(design, codes)
         direction = centroids(design, codes)
@@ -105,7 +91,7 @@ class FixedTfra:
                 "status": status(frame, direction, affine, chosen, scaled),
             },
         )
-        stages = {
+        stages: dict[str, Ints] = {
             Stage.NORMALISER: stress,
             Stage.CENTROIDS: np.stack([direction.cos, direction.sin], axis=1),
             Stage.MATVEC: np.concatenate([contact, residual, *normal, force], axis=1),

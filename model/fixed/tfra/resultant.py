@@ -2,24 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from tfra.model.arrays import Bools
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints, normalise, significant_bits
+from tfra.model.fixed.gain import Resultant
+from tfra.model.fixed.numbers import normalise, significant_bits
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import Friction
-from tfra.model.tfra import Bools
-
-
-@dataclass(frozen=True)
-class Resultant:
-    """``words (n, 3)`` = F* on the vector grid times ``2^exponent (n,)``."""
-
-    words: Ints
-    exponent: Ints
 
 
 def resultant(design: Design, affine: Dependent, chosen: Friction, regular: Bools) -> Resultant:

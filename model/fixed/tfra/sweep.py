@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import Ints
-from tfra.model.tfra import Bools
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.butterfly import butterfly
-from tfra.model.fixed.numbers import Ints, round_shift
-from tfra.model.tfra import Bools
+from tfra.model.fixed.numbers import round_shift
 
 
 def weights(solution: Ints, regular: Bools) -> Ints:

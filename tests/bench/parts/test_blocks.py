@@ -11,11 +11,11 @@ from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.hdl.parallel.tfra.weights import Weights
 from tfra.model.choices import Architecture
 from tfra.model.fixed.butterfly import butterfly
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.sensor import SensorArray
 
-DESIGN = Design(SensorArray(2, 2, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
+DESIGN = TfraDesign(SensorArray(2, 2, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
 
 
 def test_ports_are_the_members_of_the_streams_but_for_constants() -> None:

@@ -13,7 +13,7 @@ from bench.speed.c_program import Library, Program
 from bench.speed.c_speed import EXACT, compare
 from tfra.model.choices import Adc, Architecture
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, Tfra
 
@@ -28,7 +28,7 @@ THRESHOLD = Adc().threshold * Adc().lsb
 
 def scene(sensor, steps=100, count=100):
     """Frames in Pa and the float model's results."""
-    design = Design(sensor, architecture=Architecture(mac_lanes=1))
+    design = TfraDesign(sensor, architecture=Architecture(mac_lanes=1))
     stress = np.concatenate([contact_codes(design, count, 5), wild_codes(design, count, 6)]) * design.adc.lsb
     return stress, Tfra(sensor, steps, contact_threshold=THRESHOLD)(stress)
 
@@ -52,7 +52,7 @@ def test_doubles_equal_the_float_model(name, steps, flags, tmp_path):
 
 
 def test_frames_of_every_status(tmp_path):
-    design = Design(SENSORS["10x10"])
+    design = TfraDesign(SENSORS["10x10"])
     stress = directed_codes(design) * design.adc.lsb
     expected = Tfra.of(design)(stress)
     for flag in (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION):
@@ -89,7 +89,7 @@ def test_the_literal_loop_agrees(flags, tmp_path):
 @pytest.mark.parametrize("threshold", [0, 1, 64])
 @pytest.mark.parametrize(("source", "real"), [("tfra", "double"), ("tfra", "float"), ("literal", "double")])
 def test_the_contact_threshold_is_exact(source, real, threshold, tmp_path):
-    design = Design(SENSORS["10x10"], adc=Adc(full_scale=70.1e3, contact_threshold=threshold))
+    design = TfraDesign(SENSORS["10x10"], adc=Adc(full_scale=70.1e3, contact_threshold=threshold))
     noise = np.random.default_rng(3).integers(-threshold, max(1, threshold), (4, 10, 10))
     noise[:, 0, 0], noise[:, 5, 5] = -1, (-threshold - 1, -threshold, threshold - 1, threshold)
     expected = [0, 1, 1, 0] if threshold else [0, 0, 0, 0]

@@ -8,14 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from tfra.model.arrays import Ints
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.butterfly import butterfly, to_quads
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.normaliser import Normalised, normaliser
-from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.tfra.centroids import Direction, centroids
 from tfra.model.fixed.tfra.dependent import Dependent, dependent, gather_sums
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.sensor import SensorArray
 
@@ -23,7 +24,7 @@ from tfra.model.sensor import SensorArray
 def _design(rows: int, columns: int, formats: Formats, bits: int = 14, steps: int = 100) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2.5e-3, 3e-3)
     adc = Adc(bits, contact_threshold=0)
-    return Design(sensor, adc=adc, search=Search(steps), formats=formats, architecture=Architecture(1))
+    return TfraDesign(sensor, adc=adc, search=Search(steps), formats=formats, architecture=Architecture(1))
 
 
 DESIGNS = {

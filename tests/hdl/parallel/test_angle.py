@@ -19,6 +19,7 @@ from tfra.hdl.parallel.cordic import cordic_modulus, cordic_vector, cordic_word
 from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.widths import DIVISION_GUARD
 from tfra.model.sensor import SensorArray
 
@@ -26,7 +27,7 @@ NUMBER = 30
 
 
 def design(formats: str) -> Design:
-    return Design(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), formats=FORMATS[formats], architecture=Architecture(1))
+    return TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), formats=FORMATS[formats], architecture=Architecture(1))
 
 
 class Kept(wiring.Component):

@@ -19,14 +19,15 @@ from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, cordic_vector, cord
 from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, cordic, cordic_gain, iterations
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 SENSOR = SensorArray(4, 4, 4e-3, 4e-3, 3e-3)
 SINGLE = Architecture(1)
 DESIGNS = {
-    "standard": Design(SENSOR, architecture=SINGLE),
-    "wide": Design(SENSOR, formats=FORMATS["wide"], architecture=SINGLE),
-    "long": Design(SENSOR, formats=Formats("long", 27, 27, 9, 4), architecture=SINGLE),
+    "standard": TfraDesign(SENSOR, architecture=SINGLE),
+    "wide": TfraDesign(SENSOR, formats=FORMATS["wide"], architecture=SINGLE),
+    "long": TfraDesign(SENSOR, formats=Formats("long", 27, 27, 9, 4), architecture=SINGLE),
 }
 
 

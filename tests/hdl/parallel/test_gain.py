@@ -17,18 +17,18 @@ from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.gain import Gain
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.gain import gain, normal_gain
+from tfra.model.fixed.gain import Resultant, gain, normal_gain
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra import pipeline
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.tfra.resultant import Resultant
 from tfra.model.sensor import SensorArray
 
 
 def design(rows: int, columns: int, formats: Formats, bits: int = 14, thickness: float = 3e-3) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, thickness)
     adc = Adc(bits, contact_threshold=0)
-    return Design(sensor, adc=adc, formats=formats, architecture=Architecture(1))
+    return TfraDesign(sensor, adc=adc, formats=formats, architecture=Architecture(1))
 
 
 DESIGNS = {

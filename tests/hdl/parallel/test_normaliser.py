@@ -13,6 +13,7 @@ from tfra.model.choices import FORMATS, Adc, Architecture
 from tfra.model.fixed.butterfly import to_quads
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import normaliser
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 SIZES = ((2, 2), (2, 3), (3, 2), (3, 3), (4, 4), (5, 7), (4, 6), (7, 4), (10, 10))
@@ -21,7 +22,7 @@ SIZES = ((2, 2), (2, 3), (3, 2), (3, 3), (4, 4), (5, 7), (4, 6), (7, 4), (10, 10
 def make(rows: int, columns: int, bits: int = 14, formats: str = "standard", threshold: int | None = None) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
     adc = Adc(bits, contact_threshold=threshold)
-    return Design(sensor, adc=adc, formats=FORMATS[formats], architecture=Architecture(mac_lanes=1))
+    return TfraDesign(sensor, adc=adc, formats=FORMATS[formats], architecture=Architecture(mac_lanes=1))
 
 
 def corners(design: Design) -> list[np.ndarray]:

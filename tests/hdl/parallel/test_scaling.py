@@ -13,12 +13,12 @@ from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.scaling import FACTS, Scaling
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.gain import Gain
+from tfra.model.fixed.gain import Gain, Resultant
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.scaling import scaling
 from tfra.model.fixed.tfra import pipeline
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.tfra.resultant import Resultant
 from tfra.model.fixed.words import encode
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
@@ -27,7 +27,7 @@ from tfra.model.tfra import Status
 def design(rows: int, columns: int, formats: Formats = FORMATS["standard"], bits: int = 14) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
     adc = Adc(bits, contact_threshold=0)
-    return Design(sensor, adc=adc, formats=formats, architecture=Architecture(1))
+    return TfraDesign(sensor, adc=adc, formats=formats, architecture=Architecture(1))
 
 
 DESIGNS = {

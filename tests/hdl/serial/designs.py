@@ -6,32 +6,33 @@ import random
 
 from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 DESIGNS = {
-    "2×3": Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=SERIAL),
-    "3×4": Design(
+    "2×3": TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=SERIAL),
+    "3×4": TfraDesign(
         SensorArray(3, 4, 4e-3, 2e-3, 3e-3),
         adc=Adc(contact_threshold=0),
         search=Search(10),
         architecture=SERIAL,
     ),
-    "5×7, tolerance": Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16, 2.5), architecture=SERIAL),
-    "wide": Design(
+    "5×7, tolerance": TfraDesign(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16, 2.5), architecture=SERIAL),
+    "wide": TfraDesign(
         SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
         adc=Adc(16, contact_threshold=1024),
         search=Search(9, 2.5),
         formats=FORMATS["wide"],
         architecture=SERIAL,
     ),
-    "short": Design(
+    "short": TfraDesign(
         SensorArray(4, 4, 4e-3, 2.5e-3, 3e-3),
         adc=Adc(8),
         search=Search(1),
         formats=Formats("short", 10, 10, 16, 3),
         architecture=SERIAL,
     ),
-    "long": Design(
+    "long": TfraDesign(
         SensorArray(4, 6, 5e-3, 3e-3, 2e-3),
         adc=Adc(6),
         search=Search(33),
@@ -48,8 +49,8 @@ def random_design(seed: int) -> Design:
     pitch = [rng.choice([1.27e-3, 2e-3, 4e-3]) for _ in range(2)]
     steps = rng.choice([1, 7, 12, 63])
     adc = Adc(contact_threshold=rng.choice([None, 0, rng.randrange(2000)]))
-    return Design(SensorArray(rows, columns, *pitch, 3e-3), adc=adc, search=Search(steps), architecture=SERIAL)
+    return TfraDesign(SensorArray(rows, columns, *pitch, 3e-3), adc=adc, search=Search(steps), architecture=SERIAL)
 
 
-TEN = Design(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=SERIAL)
+TEN = TfraDesign(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=SERIAL)
 """The design that has to fit an iCE40UP5K."""

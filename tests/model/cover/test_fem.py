@@ -11,11 +11,12 @@ import pytest
 import skfem
 from skfem.models.elasticity import linear_elasticity
 
+from tfra.model.arrays import Floats
 from tfra.model.cover import fem
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.cover.fem import Mesh, fem_frames
 from tfra.model.cover.layer import frames
-from tfra.model.sensor import Floats, SensorArray
+from tfra.model.sensor import SensorArray
 
 SENSOR = SensorArray(rows=5, columns=6, pitch_x=3e-3, pitch_y=3e-3, thickness=3e-3)
 CONTACT = Contact(ContactShape.HERTZ, 7e-3, 6.5e-3, 4e-3, 3e-3, -2.0, 0.5, 0.6)

@@ -11,8 +11,8 @@ import pytest
 
 from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.cover.scenes import SENSORS
-from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec, operand
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import STACKS
 
 LONGEST = Formats("longest", coefficient=27, operand=27, vector_fraction=16, force_fraction=4)
@@ -20,7 +20,7 @@ TOP = 1 << (LONGEST.operand - 1)
 
 
 def make(formats, name="4×6, 5×3 mm, h 2 mm"):
-    return Design(SENSORS[name], formats=formats, architecture=Architecture(4))
+    return TfraDesign(SENSORS[name], formats=formats, architecture=Architecture(4))
 
 
 def half_up(value):

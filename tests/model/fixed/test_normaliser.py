@@ -13,6 +13,7 @@ from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.cover.scenes import directed_codes, wild_codes
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import normaliser
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import field
 from tfra.model.sensor import SensorArray
@@ -25,7 +26,7 @@ FORMATS = Formats("long", 20, 20, 9, 4)
 
 def design(bits: int = 14, threshold: int | None = None, full_scale: float = 200e3) -> Design:
     adc = Adc(bits, full_scale, threshold)
-    return Design(SENSOR, adc=adc, search=Search(10), formats=FORMATS, architecture=Architecture(1))
+    return TfraDesign(SENSOR, adc=adc, search=Search(10), formats=FORMATS, architecture=Architecture(1))
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,14 @@ import pytest
 from tfra.hdl.parallel.matvec.images import bases, lane_images, passes
 from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.sensor import SensorArray
 
 
 def make(rows: int, columns: int, lanes: int, name: str = "standard") -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, formats=FORMATS[name], architecture=Architecture(mac_lanes=lanes))
+    return TfraDesign(sensor, formats=FORMATS[name], architecture=Architecture(mac_lanes=lanes))
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from tfra.hdl.parallel.matvec.unit import MatVec
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
 from tfra.model.sensor import SensorArray
 
@@ -23,7 +24,7 @@ def make(
     rows: int, columns: int, lanes: int, formats: Formats = FORMATS["standard"], bits: int = 14, words: int = 4
 ) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(lanes, words))
+    return TfraDesign(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(lanes, words))
 
 
 SMALL = [

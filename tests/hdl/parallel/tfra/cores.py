@@ -9,7 +9,7 @@ import numpy as np
 from tests.hdl.harness import run
 from tfra.hdl.parallel.tfra.core import Core
 from tfra.model.choices import Adc, Architecture, Search
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 
@@ -33,4 +33,4 @@ def random_design(seed):
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
     architecture = Architecture(lanes, rng.choice([1, 2, 4]))
     adc = Adc(contact_threshold=rng.choice([None, 0, rng.randrange(2000)]))
-    return Design(sensor, adc=adc, search=Search(steps), architecture=architecture)
+    return TfraDesign(sensor, adc=adc, search=Search(steps), architecture=architecture)

@@ -10,6 +10,7 @@ from tfra.hdl.parallel.tfra.centroids import Centroids, shift_distances
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.centroids import centroids, pitch_ratio
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 SIZES = ((2, 2), (2, 3), (3, 2), (4, 4), (5, 7), (4, 6), (10, 10))
@@ -19,7 +20,7 @@ PITCHES = ((2.0, 2.0), (4.0, 2.0), (2.0, 4.0), (1.27, 2.54), (3.7, 2.3), (1.0, n
 def make(rows, columns, pitches=(4.0, 2.0), bits=14, formats=FORMATS["standard"]):
     x, y = pitches
     sensor = SensorArray(rows, columns, x * 1e-3, y * 1e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits=bits), formats=formats, architecture=Architecture(mac_lanes=1))
+    return TfraDesign(sensor, adc=Adc(bits=bits), formats=formats, architecture=Architecture(mac_lanes=1))
 
 
 def corners(design: Design) -> list[np.ndarray]:

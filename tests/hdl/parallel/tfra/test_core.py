@@ -17,21 +17,25 @@ from tfra.hdl.parallel.tfra.core import Core
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 
 CASES = [
-    (Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4)), flowing, flowing),
     (
-        Design(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16), architecture=Architecture(48)),
+        TfraDesign(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4)),
+        flowing,
+        flowing,
+    ),
+    (
+        TfraDesign(SensorArray(5, 7, 3e-3, 3e-3, 2e-3), search=Search(16), architecture=Architecture(48)),
         random_stalls,
         flowing,
     ),
-    (Design(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=Architecture(1)), flowing, bursts),
+    (TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=Architecture(1)), flowing, bursts),
     (
-        Design(
+        TfraDesign(
             SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
             adc=Adc(16),
             search=Search(9, 2.5),
@@ -42,7 +46,7 @@ CASES = [
         random_stalls,
     ),
     (  # folded codes longer than an operand
-        Design(SensorArray(4, 3, 4e-3, 2e-3, 3e-3), adc=Adc(18), search=Search(7), architecture=Architecture(8, 2)),
+        TfraDesign(SensorArray(4, 3, 4e-3, 2e-3, 3e-3), adc=Adc(18), search=Search(7), architecture=Architecture(8, 2)),
         bursts,
         bursts,
     ),
@@ -194,7 +198,7 @@ def launched(design, codes, seen):
 
 def test_a_wrong_coefficient_is_noticed(monkeypatch):
     """The comparison is not blind: one coefficient memory that differs from the model's changes words."""
-    design = Design(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4))
+    design = TfraDesign(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), search=Search(20), architecture=Architecture(4))
     from tfra.hdl.parallel.matvec import unit as matvec
 
     def corrupted(design):

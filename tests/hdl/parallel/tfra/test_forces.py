@@ -9,15 +9,15 @@ from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, r
 from tfra.hdl.parallel.tfra.forces import Forces
 from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.fixed.butterfly import butterfly, to_taxels
-from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import round_shift
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.widths import force_drop
 from tfra.model.sensor import SensorArray
 
 
 def _design(rows, columns, formats=FORMATS["standard"], words=4):
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, formats=formats, architecture=Architecture(4, words))
+    return TfraDesign(sensor, formats=formats, architecture=Architecture(4, words))
 
 
 DESIGNS = [

@@ -17,10 +17,10 @@ from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sums_queue import ROWS, SumsQueue
 from tfra.model.choices import Architecture
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
-DESIGN = Design(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(1))
+DESIGN = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(1))
 
 
 class Routed(wiring.Component):

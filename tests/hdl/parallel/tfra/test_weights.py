@@ -12,14 +12,14 @@ from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.parallel.tfra.weights import Weights
 from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.butterfly import butterfly
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.sensor import SensorArray
 
 
 def _design(rows, columns, formats="standard", words=4):
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, formats=FORMATS[formats], architecture=Architecture(4, words))
+    return TfraDesign(sensor, formats=FORMATS[formats], architecture=Architecture(4, words))
 
 
 DESIGNS = [_design(4, 4), _design(5, 7, "wide"), _design(2, 2), _design(10, 10), _design(3, 2, words=1)]

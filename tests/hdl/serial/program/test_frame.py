@@ -14,7 +14,7 @@ from tfra.hdl.serial.program.memory import bases, groups, store_image
 from tfra.hdl.serial.sizes import sizes
 from tfra.model.choices import SERIAL, Adc, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
@@ -109,6 +109,6 @@ def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
 
 @pytest.mark.parametrize(("rows", "steps"), [(4, 1000), (20, 4)])
 def test_designs_that_do_not_fit_are_refused(rows, steps):
-    design = Design(SensorArray(rows, rows, 2e-3, 2e-3, 3e-3), search=Search(steps), architecture=SERIAL)
+    design = TfraDesign(SensorArray(rows, rows, 2e-3, 2e-3, 3e-3), search=Search(steps), architecture=SERIAL)
     with pytest.raises(ValueError, match=r"architecture.kind: the serial core holds 2048 words, more are needed"):
         program(design)

@@ -9,10 +9,11 @@ import pytest
 
 from tests.model.cases import make_design
 from tfra.model.choices import Adc, Formats
+from tfra.model.converter import quantise
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.words import decode, encode, field, quantise
+from tfra.model.fixed.words import decode, encode, field
 from tfra.model.tfra import Status, Tfra
 
 SWEPT = Status.NO_CONTACT | Status.COMPRESSION_ONLY | Status.NO_DIRECTION

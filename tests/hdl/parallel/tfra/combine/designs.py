@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 
 def make(rows, columns, formats=FORMATS["standard"], bits=14, words=4):
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(4, words))
+    return TfraDesign(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(4, words))
 
 
 DESIGNS = [

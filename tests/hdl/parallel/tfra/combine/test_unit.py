@@ -10,9 +10,9 @@ import pytest
 from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, make, name
 from tfra.hdl.parallel.tfra.combine.unit import Combine
+from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.matvec import matvec
-from tfra.model.fixed.numbers import Ints
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import centroids
 from tfra.model.fixed.tfra.combine import combine

@@ -15,14 +15,14 @@ from hypothesis import strategies as st
 from tfra.hdl.parallel.tfra.sweep.crossing import Crossing, crossing_latency
 from tfra.hdl.parallel.tfra.sweep.sums import Sums, first_row, slope_bits, sums_wait
 from tfra.model.choices import Architecture, Search
-from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import signed_bits
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 
 def make(steps, words=1):
     architecture = Architecture(4, vector_words=words)
-    return Design(SensorArray(4, 5, 4e-3, 2e-3, 3e-3), search=Search(steps), architecture=architecture)
+    return TfraDesign(SensorArray(4, 5, 4e-3, 2e-3, 3e-3), search=Search(steps), architecture=architecture)
 
 
 def crossing(first, step, steps):

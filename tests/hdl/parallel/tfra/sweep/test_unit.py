@@ -19,9 +19,9 @@ from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
-from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import normaliser
 from tfra.model.fixed.tfra.centroids import centroids
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import PRODUCTS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.sweep import sweep
@@ -29,7 +29,7 @@ from tfra.model.sensor import SensorArray
 
 
 def make(rows, columns, steps, tolerance=0.0, formats="standard", bits=14, words=4):
-    return Design(
+    return TfraDesign(
         SensorArray(rows, columns, 4e-3, 2e-3, 3e-3),
         adc=Adc(bits, contact_threshold=0),
         search=Search(steps=steps, tolerance=tolerance),

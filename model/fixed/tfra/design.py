@@ -1,0 +1,35 @@
+"""A design that TFRA computes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from tfra.model.fixed.coefficients import Stack
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.bounds import make_widths
+from tfra.model.fixed.tfra.operators import PRODUCTS, make_stacks
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.widths import Widths
+
+
+@dataclass(frozen=True)
+class TfraDesign(Design):
+    """The estimator of doi:10.1016/j.mechatronics.2023.103070."""
+
+    products = PRODUCTS
+
+    @cached_property
+    def stacks(self) -> dict[str, Stack]:
+        """Quantised operators by the name of their stack, in the order of the coefficient memories."""
+        return make_stacks(self)
+
+    @cached_property
+    def widths(self) -> Widths:
+        """Word lengths; raises ``ValueError`` as :func:`tfra.model.fixed.tfra.bounds.make_widths`."""
+        return make_widths(self, self.stacks)
+
+    @property
+    def model(self) -> FixedTfra:
+        """The bit-accurate model."""
+        return FixedTfra(self)

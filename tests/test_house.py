@@ -1,0 +1,142 @@
+"""The house as docs/architecture.md and docs/development.md describe it: rooms, blocks, lengths, links."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+from tfra.hdl.parallel.tfra.blocks import Blocks
+from tfra.hdl.parallel.tfra.probes import probes
+from tfra.model.choices import Architecture
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.tfra.stages import Stage
+from tfra.model.sensor import SensorArray
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "cli", "paper", "bench")
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+PICTURE = "<!-- rooms -->\n"
+DESIGN = TfraDesign(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4))
+
+
+def rooms() -> list[list[str]]:
+    """Rooms of the picture, floor by floor from the ground; those on one floor don't know each other."""
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    lines = text.partition(PICTURE)[2].partition("```\n")[2].partition("```")[0].splitlines()
+    floors = [re.findall(r"[a-z]+(?:/[a-z]+)*(?=/?(?:\s|$))", line.partition("  ─")[0]) for line in lines]
+    return [floor for floor in reversed(floors) if floor]
+
+
+def modules() -> dict[str, Path]:
+    files = (file for package in PACKAGES for file in (ROOT / package).rglob("*.py"))
+    return {".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): file for file in files}
+
+
+def imports(file: Path, known: dict[str, Path]) -> set[str]:
+    """Modules of ours that ``file`` imports, anywhere in it but for type checkers alone."""
+    found = set()
+    tree = ast.parse(file.read_text())
+    typing = {id(n) for node in ast.walk(tree) if is_typing(node) for n in ast.walk(node)}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module and id(node) not in typing:
+            module = node.module.removeprefix("tfra.")
+            for name in node.names:
+                found |= {m for m in (f"{module}.{name.name}", module) if m in known}
+    return found
+
+
+def is_typing(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+
+
+def room_of(module: str, known: list[str]) -> str:
+    path = module.replace(".", "/")
+    return max((room for room in known if f"{path}/".startswith(f"{room}/")), key=len)
+
+
+def upward(module: str, imported: str, floors: list[list[str]]) -> bool:
+    """Whether the import goes to a room on the same floor or above."""
+    order = {room: height for height, floor in enumerate(floors) for room in floor}
+    here, there = (room_of(name, list(order)) for name in (module, imported))
+    return here != there and order[there] >= order[here]
+
+
+def test_arrows_go_one_way() -> None:
+    known, floors = modules(), rooms()
+    assert len(floors) > 8
+    wrong = [
+        f"{module} imports {imported}"
+        for module, file in known.items()
+        for imported in imports(file, known)
+        if upward(module, imported, floors)
+    ]
+    assert wrong == []
+
+
+@pytest.mark.parametrize(
+    ("module", "imported"),
+    [
+        ("model.tfra", "model.fixed.design"),
+        ("hdl.serial.core", "hdl.parallel.payloads"),
+        ("hdl.parallel.gain", "hdl.parallel.tfra.forces"),
+        ("sim.run", "synth.gates"),
+        ("codegen.config", "cli.main"),
+        ("paper.report", "bench.publish"),
+    ],
+)
+def test_an_arrow_the_other_way_is_noticed(module: str, imported: str) -> None:
+    assert upward(module, imported, rooms())
+    assert not upward(imported, module, rooms()) or module.startswith("hdl.serial")
+
+
+def test_no_circle_of_files() -> None:
+    known = modules()
+    graph = {module: imports(file, known) - {module} for module, file in known.items()}
+    packages = {module for module, file in known.items() if file.name == "__init__.py"}
+    tuple(TopologicalSorter({module: found - packages for module, found in graph.items()}).static_order())
+    with pytest.raises(CycleError):
+        tuple(TopologicalSorter({**graph, "model.sensor": {"model.tfra"}}).static_order())
+
+
+def test_files_and_functions_are_short() -> None:
+    long = [f"{file}: {n} lines" for file in modules().values() if (n := len(file.read_text().splitlines())) > 400]
+    for file in modules().values():
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                length = (node.end_lineno or 0) - node.lineno + 1
+                long += [f"{file}: {node.name}: {length} lines"] if length > 60 else []
+    assert long == []
+
+
+def test_every_block_has_its_places() -> None:
+    """Model, stage, gateware, probe, timeline and test of every block, by the table of the guide."""
+    guide = (ROOT / "docs" / "development.md").read_text()
+    rows = re.findall(r"^\| `(\w+)` \| `(hdl/\S+)` \| `(model/\S+)` \| `(tests/\S+)` \|$", guide, re.MULTILINE)
+    blocks = dict(Blocks.of(DESIGN))
+    assert [row[0] for row in rows] == list(blocks)
+    watched = {probe.stage for probe in probes(DESIGN)}
+    timeline = "".join(file.read_text() for file in (ROOT / "hdl/parallel/tfra").rglob("timeline*/*.py"))
+    for name, gateware, model, test in rows:
+        assert inspect.getfile(type(blocks[name])) == str(ROOT / gateware), name
+        assert (ROOT / model).exists(), name
+        assert (ROOT / test).exists(), name
+        assert name == "fold" or name in set(Stage), name
+        assert name in watched or name in ("fold", Stage.SCALING), name
+        assert type(blocks[name]).__name__ in timeline or name in ("fold", "angle"), name
+    assert watched | {Stage.SCALING} == set(Stage)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_and_paths_lead_somewhere(page: Path) -> None:
+    text = page.read_text()
+    links = [link for link in re.findall(r"\]\(([^)#\s]+)(?:#[^)]*)?\)", text) if not re.match(r"[a-z]+:", link)]
+    assert [link for link in links if not (page.parent / link).exists()] == []
+    roots = "|".join((*PACKAGES, "tests", "docs", "examples"))
+    paths = re.findall(rf"`((?:{roots})/[\w/.-]+)`", text)
+    assert [path for path in paths if not (ROOT / path).exists() and "NAME" not in path] == []
