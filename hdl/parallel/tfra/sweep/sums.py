@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
-from amaranth import C, Cat, Module, Mux, Signal, Value, signed, unsigned
+from amaranth import Cat, Const, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape
-from tfra.hdl.lib.pipeline import delayed, register
+from tfra.hdl.lib.pipeline import READ, delayed, register
+from tfra.hdl.parallel.tfra.sweep.accumulator import DRAIN, Accumulator
 from tfra.hdl.parallel.tfra.sweep.crossing import Crossing, crossing_latency
 from tfra.model.fixed.design import Design
 
-_UPDATE = 5
-"""Cycles from a crossing to the memory that holds it: read, its register, choice, sum, write."""
-_WALK = 3
-"""Cycles from the first read to the sum of candidate 0: memory, its register, slope."""
 _PAIR = 2
 """Cycles more where entries are taken in pairs: to add up what both of a pair do to the slope, and to the sum."""
 
@@ -39,7 +34,7 @@ def _reads(design: Design) -> int:
 
 def _first_sum(design: Design) -> int:
     """Cycles from the end mark, which comes a cycle behind the last term, to the sum of candidate 0 in its register."""
-    return crossing_latency(design) + _UPDATE - 1 + _WALK + _PAIR * (at_once(design) - 1)
+    return crossing_latency(design) + DRAIN + READ + _PAIR * (at_once(design) - 1) + 1
 
 
 def first_row(design: Design) -> int:
@@ -57,6 +52,21 @@ def slope_bits(design: Design) -> int:
     return design.widths.vector - 1 + design.sensor.taxels.bit_length()
 
 
+class _Phases(NamedTuple):
+    """What happens in a cycle to slope and sum."""
+
+    slope_adds: Value
+    """The size of an entry is added to the slope."""
+    slope_ends: Value
+    """The slope has been used and is cleared.  TIMING: slope_adds -> slope"""
+    sum_adds: Value
+    """A candidate's gain is added to the sum."""
+    sum_added: Value
+    """One has been added in the cycle before."""
+    sum_ends: Value
+    """The sum has been used and is cleared.  TIMING: slope_ends -> total"""
+
+
 class Sums(wiring.Component):
     """``sum(k) = sum over terms of max(0, first + k step)`` for k = 0 ... K; exact.
 
@@ -68,9 +78,9 @@ class Sums(wiring.Component):
 
     ::
 
-        first, step -+-> sum(0), slope(0) ---------------------------.
-                     '-> Crossing -> place -> memory of K entries ----+-> slope, sum of the next candidate
-                                 size, excess -> + -'
+        first, step -+-> slope(0), sum(0) ------------------------> slope, sum of one candidate after another -> sums
+                     '-> Crossing -> Accumulator of K entries ------^
+                                     size, excess
 
     Terms cost a cycle each and candidates another, or half of it: no sum is made of terms times candidates.  For two
     candidates a cycle, odd and even entries have a bank each, and a pair of entries moves slope and sum at once:
@@ -78,22 +88,36 @@ class Sums(wiring.Component):
         slope(k+2) = slope(k) + (size(k+1) + size(k+2))
         sum(k+2)   = sum(k) + 2 slope(k) + (excess(k+1) + size(k+1) + excess(k+2))
 
-    Entries are cleared as they are read, all of them and the sums before the first frame, too, and no crossing comes
-    before that is done.  Crossings at one place may come in consecutive cycles; sums on their way to the memory are
-    used instead of what is there.
+    Cycles behind the read of entry 1; in brackets behind that of the pair of entries 1 and 2.  The entries after it
+    follow in the cycles after it:
+
+    ======= ================ ===========================================================
+    cycle   phase            registers
+    ======= ================ ===========================================================
+    2 (4)   ``slope_adds``   ``slope`` is slope(0), and takes the entry's size
+    3 (5)   ``sum_adds``     ``total`` is sum(0), and takes ``gain``: slope(0) and excess
+    4 (6)   ``sum_added``    ``total`` is sum(1), or sum(2) of a pair
+    ======= ================ ===========================================================
+
+    No term comes from ``ended`` until the sums have come: see :func:`sums_wait`.  Behind a reset entries, slope and
+    total are cleared in the same way, without any sum that is ``valid``.
 
     Members:
-        first, step, size, i_valid: a term; ``size = |step|``; ``ended``: the cycle behind a frame's last one.
-        sums, valid: the sums of the next ``at_once`` candidates, those of a frame without a gap, and which of them are
-            there: behind the last candidate there is none.
-        begins: a cycle ahead of candidate 0, or two.
+        first: the term of candidate 0.
+        step: what it grows by from one candidate to the next.
+        size: ``|step|``.
+        i_valid: there is a term in this cycle.
+        ended: pulse, a cycle behind a frame's last term.
+        sums: the sums of the next ``at_once`` candidates, those of a frame without a gap.
+        valid: which of them are there; behind the last candidate there is none.
+        begins: pulse, a cycle ahead of candidate 0, or two where they come in pairs.
 
-    Resources: a :class:`Crossing`, seven adders, a memory of K entries of about 80 bits; for two candidates a cycle
-    seven more adders.
+    Resources: a :class:`Crossing`, an :class:`Accumulator` of K entries of about 80 bits, five adders; for two
+    candidates a cycle seven more.
     """
 
     def __init__(self, design: Design, first_bits: int, sum_bits: int) -> None:
-        self._design = design
+        self._design, self._pairs = design, at_once(design) == 2
         super().__init__(
             {
                 "first": In(signed(first_bits)),
@@ -110,107 +134,95 @@ class Sums(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.crossing = crossing = Crossing(self._design, len(self.first))
-        walking, number = self._turn(m)
+        m.submodules.entries = entries = self._entries()
         m.d.comb += [
             crossing.first.eq(self.first),
             crossing.rises.eq(~self.step[-1]),
             crossing.i_size.eq(self.size),
             crossing.i_valid.eq(self.i_valid),
+            entries.address.eq(crossing.before),
+            entries.value.size.eq(crossing.size),
+            entries.value.excess.eq(crossing.excess),
+            entries.valid.eq(crossing.valid),
+            entries.drain.eq(delayed(m, self.ended, crossing_latency(self._design), "crossings_end", control=True)),
         ]
-        self._walk(m, walking, self._update(m, crossing, walking, number))
+        when = self._phases(m, entries.draining)
+        if self._pairs:
+            size, excess = self._pair(m, *entries.rows)
+        else:
+            size, excess = entries.rows[0].size, entries.rows[0].excess
+        slope = self._slope(m, when, size)
+        total = self._total(m, when, slope, excess)
+        self._send(m, when, total, slope, entries.rows[0].excess)
         return m
 
-    def _turn(self, m: Module) -> tuple[Signal, Signal]:
-        """Whether entries are walked through, and which ones are read; first of all, to clear the memory."""
-        last = _reads(self._design) - 1
-        walking, number = Signal(init=1), Signal(counter_shape(last))
-        ended = delayed(m, self.ended, crossing_latency(self._design) + _UPDATE - 2, "ended", control=True)
-        with m.If(walking):
-            m.d.sync += [walking.eq(number != last), number.eq(Mux(number == last, 0, number + 1))]
-        with m.If(ended):
-            m.d.sync += walking.eq(1)
-        return walking, number
+    def _entries(self) -> Accumulator:
+        """Size and excess of the crossings at candidates 1 ... K, which have the addresses 0 ... K - 1."""
+        fields = ("size", "excess")
+        value = data.StructLayout(dict.fromkeys(fields, unsigned(self._design.widths.vector)))
+        total = data.StructLayout(dict.fromkeys(fields, unsigned(slope_bits(self._design))))
+        return Accumulator(value, total, self._design.search.steps, at_once(self._design))
 
-    def _update(self, m: Module, crossing: Any, walking: Value, number: Value) -> list[data.View]:
-        """Add crossings to their entries, and clear those that are walked through; return what each bank has found.
+    def _phases(self, m: Module, draining: Value) -> _Phases:
+        """What happens to slope and sum, behind the reads of entries."""
+        next_adds = delayed(m, draining, READ - 1 + _PAIR * self._pairs, "next_adds", control=True)
+        slope_adds = register(m, next_adds, "slope_adds", control=True)
+        sum_adds = register(m, slope_adds, "sum_adds", control=True)
+        sum_added = register(m, sum_adds, "sum_added", control=True)
+        slope_ends = register(m, slope_adds & ~next_adds, "slope_ends", control=True)
+        sum_ends = register(m, slope_ends, "sum_ends", control=True)
+        return _Phases(slope_adds, slope_ends, sum_adds, sum_added, sum_ends)
 
-        By cycles behind a crossing: 1 read, 2 ``found``, 3 ``stored``, 4 ``sums``, being written, 5 ``written``.
-        """
-        entry = data.StructLayout(dict.fromkeys(("size", "excess"), unsigned(slope_bits(self._design))))
-        ways, depth = at_once(self._design), max(2, _reads(self._design))  # ports need addresses
-        inside = ways - 1  # bits of a place that tell the bank
-        sums = Signal(entry, reset_less=True)
-        place, valid = [crossing.before], [crossing.valid]
-        for stage in range(1, 5):
-            place.append(register(m, place[-1], f"place{stage}"))
-            valid.append(register(m, valid[-1], f"valid{stage}", control=True))
-        clear, cleared = register(m, walking, "clear", control=True), register(m, number, "cleared")
-        found = []
-        for bank in range(ways):
-            m.submodules[f"memory{bank}"] = memory = Memory(shape=entry, depth=depth, init=[])
-            write, read = memory.write_port(), memory.read_port()
-            mine = valid[4] & (place[4][0] == bank) if inside else valid[4]
-            m.d.comb += [
-                read.addr.eq(Mux(walking, number, place[0] >> inside)),
-                write.en.eq(clear | mine),
-                write.addr.eq(Mux(clear, cleared, place[4] >> inside)),
-                write.data.eq(sums),
-            ]
-            found.append(register(m, read.data.as_value(), f"found{bank}"))
-        # Crossings of the same place, one to four cycles ahead: what they leave is used instead of what was found.
-        same = [register(m, valid[0] & valid[ago] & (place[ago] == place[0]), f"same{ago}") for ago in range(1, 5)]
-        one, two, three, four = (delayed(m, ago, delay) for ago, delay in zip(same, (2, 1, 0, 0), strict=True))
-        latest, written = sums.as_value(), register(m, sums.as_value(), "written")
-        kept, recent = register(m, Mux(three, latest, written), "kept"), register(m, three | four, "recent")
-        found_there = Mux(place[2][0], found[1], found[0]) if inside else found[0]
-        stored = register(m, Mux(two, latest, Mux(recent, kept, found_there)), "stored")
-        before = data.View(entry, Mux(one, latest, stored))
-        size, excess = delayed(m, crossing.size, 3, "size"), delayed(m, crossing.excess, 3, "excess")
-        m.d.sync += [sums.size.eq(before.size + size), sums.excess.eq(before.excess + excess)]
-        with m.If(walking):
-            m.d.sync += sums.as_value().eq(0)
-        return [data.View(entry, word) for word in found]
-
-    def _walk(self, m: Module, walking: Value, found: list[data.View]) -> None:
-        """The sums of terms, then of one candidate after another, or of two."""
-        pairs = len(found) == 2
-        before = delayed(m, walking, _WALK - 2 + _PAIR * pairs, "before", control=True)
-        sloping = register(m, before, "sloping", control=True)
-        summing = register(m, sloping, "summing", control=True)
-        summed = register(m, summing, "summed", control=True)
-        size, excess = self._pair(m, *found) if pairs else (found[0].size, found[0].excess)
+    def _slope(self, m: Module, when: _Phases, size: Value) -> Signal:
+        """The steps of terms that count at candidate 0, then with the size of one entry after another."""
         slope = Signal(signed(slope_bits(self._design) + 1), reset_less=True)
-        total = Signal.like(self.sums[0], name="total", reset_less=True)
-        gain = register(m, (slope << pairs) + excess, "gain")
-        counts, quiet = self.i_valid & ~self.first[-1], Signal(init=1)
-        with m.If(self.ended):
-            m.d.sync += quiet.eq(0)
-        with m.If(sloping | counts):
-            m.d.sync += slope.eq(slope + Mux(sloping, Cat(size, C(0, 1)).as_signed(), self.step))
-        with m.If(summing | counts):
-            m.d.sync += total.eq(total + Mux(summing, gain, self.first))
-        # Each cleared when it has been used, by a register of its own: this goes to all bits of a word.
-        end = register(m, sloping & ~before, "slope_ends", control=True)
-        with m.If(end):
+        with m.If(when.slope_adds | self._counts()):
+            m.d.sync += slope.eq(slope + Mux(when.slope_adds, Cat(size, Const(0, 1)).as_signed(), self.step))
+        with m.If(when.slope_ends):
             m.d.sync += slope.eq(0)
-        with m.If(register(m, end, "sum_ends", control=True)):
+        return slope
+
+    def _total(self, m: Module, when: _Phases, slope: Signal, excess: Value) -> Signal:
+        """The sum of candidate 0, then of one candidate after another, or of every other one."""
+        total = Signal.like(self.sums[0], name="total", reset_less=True)
+        gain = register(m, (slope << self._pairs) + excess, "gain")
+        with m.If(when.sum_adds | self._counts()):
+            m.d.sync += total.eq(total + Mux(when.sum_adds, gain, self.first))
+        with m.If(when.sum_ends):
             m.d.sync += total.eq(0)
-        m.d.comb += self.begins.eq(sloping & ~summing & ~quiet)
-        if pairs:
-            even = self._design.search.steps % 2 == 0  # then the last candidate comes alone
-            odd = register(m, slope + delayed(m, found[0].excess, _PAIR), "odd")
-            there = Cat(summing | summed if even else summing, summing) & (~quiet).replicate(2)
+        return total
+
+    def _counts(self) -> Value:
+        """A term that is positive at candidate 0."""
+        return self.i_valid & ~self.first[-1]
+
+    def _send(self, m: Module, when: _Phases, total: Signal, slope: Signal, odd_excess: Value) -> None:
+        """Sums of a row; where they come in pairs, the odd candidate's is made from that of the even one before it."""
+        clearing = self._clearing(m)
+        alone = rows(self._design) > _reads(self._design)  # the last candidate, behind all entries
+        there = Cat(when.sum_adds | when.sum_added if alone else when.sum_adds, when.sum_adds)[: len(self.valid)]
+        valid = there & (~clearing).replicate(len(there))
+        m.d.comb += self.begins.eq(when.slope_adds & ~when.sum_adds & ~clearing)
+        if self._pairs:
+            odd_gain = register(m, slope + delayed(m, odd_excess, _PAIR, "odd_excess"), "odd_gain")
             m.d.comb += [
-                self.sums[0].eq(register(m, total, "sum0")),
-                self.sums[1].eq(register(m, (total + odd)[: len(total)], "sum1")),
-                self.valid.eq(register(m, there, "there", control=True)),
+                self.sums[0].eq(register(m, total, "even_sum")),
+                self.sums[1].eq(register(m, (total + odd_gain)[: len(total)], "odd_sum")),
+                self.valid.eq(register(m, valid, "sums_valid", control=True)),
             ]
         else:
-            m.d.comb += [self.sums[0].eq(total), self.valid.eq((summing | summed) & ~quiet)]
+            m.d.comb += [self.sums[0].eq(total), self.valid.eq(valid)]
+
+    def _clearing(self, m: Module) -> Signal:
+        """What is read now are the entries of no frame, behind a reset."""
+        clearing = Signal(init=1)
+        with m.If(self.ended):
+            m.d.sync += clearing.eq(0)
+        return clearing
 
     @staticmethod
-    def _pair(m: Module, odd: data.View, even: data.View) -> tuple[Value, Value]:
-        """What two entries in turn do to slope and sum, beside what the slope before them does."""
-        both = register(m, odd.size + even.size, "both")
-        excess, rest = register(m, odd.size + odd.excess, "excess"), register(m, even.excess, "rest")
-        return register(m, both, "size"), register(m, excess + rest, "excess")
+    def _pair(m: Module, odd: Any, even: Any) -> tuple[Value, Value]:
+        """What two entries in turn do to slope and sum, beside what the slope before them does; ``_PAIR`` later."""
+        both = register(m, odd.size + even.size, "both_sizes")
+        odd_part, even_part = register(m, odd.size + odd.excess, "odd_part"), register(m, even.excess, "even_part")
+        return register(m, both, "size"), register(m, odd_part + even_part, "excess")
