@@ -32,11 +32,9 @@ class Accumulator(wiring.Component):
 
     ::
 
-        address ─▶ memory ─▶ found ─┬▶ stored ─┬▶ + ─▶ sum ─▶ memory
-                                    │    ▲     │ ▲      │
-                      kept ─────────┘    │     │ value  │
-                       ▲                 │     │        │
-                       └─────────────────┴─────┴────────┘
+        address ─▶ memory ─▶ found ─▶ stored ─▶ + ─▶ sum ─▶ memory
+                               ▲         ▲      ▲     │
+                               └─ kept ──┴──────┴─────┘
 
     A sum is in the memory for additions that come five cycles later.  An earlier one to the same address takes it from
     a register (forwarding); of several sums it takes the latest:
@@ -66,8 +64,8 @@ class Accumulator(wiring.Component):
     Members:
         address: where to add, 0 ... ``entries - 1``.
         value: what to add.
-        valid: there is an addition in this cycle; none while ``draining`` and in the first cycle behind that.
-        drain: a pulse, behind the last addition.
+        valid: there is an addition in this cycle.
+        drain: a pulse, behind the last addition; the next one may come two cycles behind the last row's read.
         draining: rows are read, from ``DRAIN`` cycles behind ``drain`` on.
         rows: the sums of a row, ``READ`` cycles behind its read; the lower address first.
 

@@ -16,16 +16,18 @@ from tfra.hdl.parallel import payloads
 from tfra.model.fixed.butterfly import distinct
 from tfra.model.fixed.design import Design
 
-PLACES = 4
-"""Cycles a quad of q takes: one per word."""
+WORDS = 4
+"""Words of a quad: cycles that a quad of e1 takes, one for each taxel."""
 TURN = 4
 """Cycles from the last quad of e0 to the first of e1; the last quad has been counted when the first is."""
+
+# Stages of a quad, in cycles behind its transfer.
 FOLDED = 5
-"""Cycles from a quad's transfer to its words behind the butterfly."""
+"""Its words leave the butterfly."""
 TAXEL = FOLDED + 1
-"""Cycles from a quad's transfer to its first taxel."""
-_READ = FOLDED - READ
-"""Cycles from a quad's transfer to the read of its p, with an address from a register."""
+"""Its first taxel is handed out."""
+_READ_P = FOLDED - READ
+"""Its p is read from the memory, so that it comes when q leaves the butterfly."""
 
 
 def folded_taxel(design: Design) -> data.StructLayout:
@@ -36,16 +38,68 @@ def folded_taxel(design: Design) -> data.StructLayout:
     return data.StructLayout({**words, **facts, "valid": 1})
 
 
+class _Taken:
+    """When quads of a vector were taken."""
+
+    def __init__(self, m: Module, pulse: Value, name: str) -> None:
+        earlier = Signal(FOLDED + WORDS - 1, name=f"{name}_taken")
+        m.d.sync += earlier.eq(Cat(pulse, earlier))
+        self._ago = Cat(pulse, earlier)
+
+    def at(self, stage: int) -> Value:
+        """A quad was taken ``stage`` cycles ago."""
+        return self._ago[stage]
+
+    def during(self, stage: int, cycles: int) -> Value:
+        """A quad is in ``stage``, or in one of the ``cycles - 1`` after it."""
+        return self._ago[stage : stage + cycles].any()
+
+
 class Loader(wiring.Component):
     """Hand out a frame's taxels, four cycles for each quad of e1.
 
-    Dataflow of ``normal``, by cycles behind the transfer: 1, 2 held with g, 3 minus g, 4, 5 butterfly.  Quads of e0
-    then go to the memory of p.  Quads of e1 stay for four cycles, while p, q and stress are picked word by word;
-    words of mirror taxels that are the same one are left out (``valid`` is low).
+    Quads of e0 are taken with g, one a cycle; those of e1 with stress, one in ``WORDS`` cycles, the first ``TURN``
+    cycles behind e0 at the earliest and a cycle behind ``free`` and facts; e0 of the next frame ``WORDS`` cycles behind
+    e1.  Nothing waits for g and stress: what they lead to comes later.
 
-    Quads of e0 are taken with g, one a cycle; those of e1 with stress, one in ``PLACES`` cycles, the first ``TURN``
-    cycles behind e0 at the earliest and a cycle behind ``free`` and facts; e0 of the next frame ``PLACES`` cycles
-    behind e1.  Nothing waits for g and stress: what they lead to comes later.
+    The states, in registers of their own, since the way from here to the queues' reads is long:
+
+    ======= ============== ========= ================================== ==================================
+    state   ``takes_e1``   ``word``  takes                              ends
+    ======= ============== ========= ================================== ==================================
+    e0      no             0         a quad of e0 in every cycle        with the last one: turn
+    turn    yes            1, 2, 3   nothing                            in time: e1
+    e1      yes            0         a quad of e1, once ``begun``       with it: pick
+    pick    yes, or no     1, 2, 3   nothing; hands out words 1, 2, 3   in time: e1, or e0 behind the last
+            behind the                                                  quad
+            last quad
+    ======= ============== ========= ================================== ==================================
+
+    ``open_e0`` and ``open_e1`` are high in states e0 and e1.  ``begun`` is high from ``free`` and the facts until a
+    frame's last quad has been taken.
+
+    By cycles behind the transfer of a quad of ``normal``:
+
+    ====== ==============================================================================
+    1      ``normal``, ``g``: what the queues gave
+    2      ``vector``, ``offset``: the same, held until the next quad
+    3      ``difference``: minus g in e0
+    4      ``half``: first level of the butterfly
+    5      ``FOLDED``: words behind the butterfly.  Quads of e0 go to the memory of p, a part a cycle.  Quads of e1 stay
+           for four cycles, while p, q and stress are picked word by word
+    6      ``TAXEL``: p, q and stress of a taxel; ``valid`` is low for a mirror taxel that is the same one as another
+    ====== ==============================================================================
+
+    Members:
+        stress: quads of stress.
+        g: quads of g, one for each of e0.
+        normal: quads of e0, then of e1.
+        direction: fact of the frame, taken ``WORDS - 1`` cycles behind the last quad of e1.
+        frame: fact of the frame, taken with ``direction``.
+        free: e1 of a frame may begin in the next cycle.
+        begins: the first quad of e1 is taken.
+        ends: the last quad of e1 is taken.
+        taxel: a :func:`folded_taxel`.
 
     Resources: 12 adders of the vector width, a memory of Q vector quads, a part wide.
     """
@@ -60,28 +114,40 @@ class Loader(wiring.Component):
                 "normal": In(stream.Signature(vector)),
                 "direction": In(stream.Signature(payloads.direction(design))),
                 "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "free": In(1),  # e1 of a frame may begin in the next cycle
-                "begins": Out(1),  # the first quad of e1 is taken
-                "ends": Out(1),  # the last quad of e1 is taken
+                "free": In(1),
+                "begins": Out(1),
+                "ends": Out(1),
                 "taxel": Out(folded_taxel(design)),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        sloping, place, took = Signal(), Signal(range(PLACES)), Signal()
+        word, took_e0, took_e1 = self._sequence(m)
+        e0, e1 = _Taken(m, took_e0, "e0"), _Taken(m, took_e1, "e1")
+        leaving = delayed(m, self.ends, WORDS - 1, "leaving", control=True)
+        m.d.comb += [
+            self.direction.ready.eq(leaving),
+            self.frame.ready.eq(leaving),
+            self.stress.ready.eq(e1.at(WORDS - 1)),
+        ]
+        folded = self._fold(m, e0, e1)
+        number, _ = wrapping_counter(m, e0.at(FOLDED) | e1.at(FOLDED), self._design.quads, "folded_number")
+        p = self._p(m, Cat(folded), number, word, e0, e1)
+        self._taxels(m, p, folded, number, word, e1)
+        return m
+
+    def _sequence(self, m: Module) -> tuple[Signal, Value, Value]:
+        """The states: number of the word that is picked of the quad taken last; quads of e0 and of e1 are taken."""
+        takes_e1 = Signal()
+        word = Signal(range(WORDS))
+        took = Signal()
         number, last = wrapping_counter(m, took, self._design.quads)
-        begun = Signal()  # a register, since the way from here to the queues' reads is long
-        ended = register(m, self.ends, "ended", control=True)
-        with m.If(ended):
-            m.d.sync += begun.eq(0)
-        with m.Elif(self.free & self.direction.valid & self.frame.valid):
-            m.d.sync += begun.eq(1)
-        open_e0, open_e1 = Signal(init=1), Signal()  # place is zero, and a quad of e0 is next, or of e1
+        begun = self._begun(m)
+        open_e0 = Signal(init=1)
+        open_e1 = Signal()
         go_e1 = open_e1 & begun
         took_e0, took_e1 = open_e0 & self.normal.valid, go_e1 & self.normal.valid
-        still = ~took_e1 & ~(took & last) & ((place == 0) | (place == PLACES - 1))
-        m.d.sync += [open_e0.eq(still & ~sloping), open_e1.eq(still & sloping)]
         m.d.comb += [
             took.eq(took_e0 | took_e1),
             self.normal.ready.eq(open_e0 | go_e1),
@@ -90,105 +156,110 @@ class Loader(wiring.Component):
             self.ends.eq(took_e1 & last),
         ]
         with m.If(took):
-            m.d.sync += sloping.eq(sloping ^ last)
+            m.d.sync += takes_e1.eq(takes_e1 ^ last)
         with m.If(took_e1):
-            m.d.sync += place.eq(1)
+            m.d.sync += word.eq(1)
         with m.Elif(took_e0 & last):
-            m.d.sync += place.eq(PLACES - TURN + 1)
-        with m.Elif(place != 0):
-            m.d.sync += place.eq(place + 1)
-        leaving = delayed(m, self.ends, PLACES - 1, control=True)
-        m.d.comb += [self.direction.ready.eq(leaving), self.frame.ready.eq(leaving)]
-        self._taxels(m, place, self._later(m, took_e0), self._later(m, took_e1))
-        return m
+            m.d.sync += word.eq(WORDS - TURN + 1)
+        with m.Elif(word != 0):
+            m.d.sync += word.eq(word + 1)
+        word_0_next = ~took_e1 & ~(took & last) & ((word == 0) | (word == WORDS - 1))
+        # TIMING: takes_e1, word -> normal.ready
+        m.d.sync += [open_e0.eq(word_0_next & ~takes_e1), open_e1.eq(word_0_next & takes_e1)]
+        return word, took_e0, took_e1
 
-    def _taxels(self, m: Module, place: Value, e0: Value, e1: Value) -> None:
-        """Memory of p and the picking; bit k of ``e0`` and ``e1``: such a quad was taken k cycles ago."""
-        i, words = Signal(self.taxel.shape(), reset_less=True), self._butterfly(m, e0[0], e1[0])
-        # What leaves the butterfly next.
-        behind, _ = wrapping_counter(m, e0[FOLDED] | e1[FOLDED], self._design.quads, "behind")
-        valid = Signal()
-        m.d.comb += [self.stress.ready.eq(e1[PLACES - 1]), self.taxel.eq(i), self.taxel.valid.eq(valid)]
-        keep = self._keep(m, behind, e1[FOLDED - 1])
-        stress = data.View(payloads.stress_quad(self._design), delayed(m, self.stress.payload.as_value(), 1))
-        picked = delayed(m, place, FOLDED)
-        m.d.sync += [
-            i.p.eq(self._p(m, Cat(words), behind, place, e0, e1)),
-            i.q.eq(self._pick(words, picked)),
-            i.stress.eq(delayed(m, self._pick(stress, delayed(m, place, 1)), FOLDED - 1)),
-            i.negative.eq(delayed(m, self.direction.payload.negative, FOLDED)),
-            i.exponent.eq(delayed(m, self.frame.payload.exponent, FOLDED)),
-            valid.eq(e1[FOLDED : FOLDED + PLACES].any() & keep.bit_select(picked, 1)),
-        ]
+    def _begun(self, m: Module) -> Signal:
+        """The frame's facts are there and the sums are free: e1 may begin."""
+        begun = Signal()  # TIMING: free, facts -> normal.ready
+        with m.If(register(m, self.ends, "ended", control=True)):
+            m.d.sync += begun.eq(0)
+        with m.Elif(self.free & self.direction.valid & self.frame.valid):
+            m.d.sync += begun.eq(1)
+        return begun
 
-    def _p(self, m: Module, words: Value, behind: Value, place: Value, e0: Value, e1: Value) -> Value:
-        """Memory of p, a part wide: the p of the taxel beside the butterfly.
+    def _fold(self, m: Module, e0: _Taken, e1: _Taken) -> list[Value]:
+        """``butterfly(e0 - g)`` or ``butterfly(e1)`` modulo the word, which holds p and q by proof."""
+        bits, quad = self._design.widths.vector, payloads.vector_quad(self._design)
+        normal = register(m, self.normal.payload.as_value(), "normal")
+        g = register(m, self.g.payload.as_value(), "g")
+        is_e0, is_e1 = register(m, e0.at(0), "is_e0", control=True), register(m, e1.at(0), "is_e1", control=True)
+        vector = Signal(quad, reset_less=True)
+        offset = Signal(quad, reset_less=True)
+        minus_offset = Signal(reset_less=True)
+        with m.If(is_e0 | is_e1):
+            m.d.sync += [vector.as_value().eq(normal), offset.as_value().eq(g), minus_offset.eq(is_e0)]
+
+        def word(value: Value, name: str) -> Value:
+            return register(m, value[:bits].as_signed(), name)
+
+        a, b, c, d = (word(vector[k] - Mux(minus_offset, offset[k], 0), f"difference{k}") for k in range(WORDS))
+        plus_ab, minus_ab = word(a + b, "half_plus_ab"), word(a - b, "half_minus_ab")
+        plus_cd, minus_cd = word(c + d, "half_plus_cd"), word(c - d, "half_minus_cd")
+        folded = (plus_ab + plus_cd, minus_ab + minus_cd, plus_ab - plus_cd, minus_ab - minus_cd)
+        return [word(value, f"folded{k}") for k, value in enumerate(folded)]
+
+    def _p(self, m: Module, folded: Value, number: Value, word: Value, e0: _Taken, e1: _Taken) -> Value:
+        """Memory of p, a part wide: in stage ``FOLDED`` of e1 the p of the taxel beside its q.
 
         Words stand behind the butterfly until the next quad comes, which is as many cycles as it has parts.
         """
-        design, inside = self._design, (self._design.architecture.vector_words - 1).bit_length()
-        shape = payloads.vector_beat(design)
-        m.submodules.memory = memory = Memory(shape=shape, depth=design.cycles_per_quad << len(behind), init=[])
+        design, word_bits = self._design, (self._design.architecture.vector_words - 1).bit_length()
+        parts, shape = design.cycles_per_quad, payloads.vector_beat(design)
+        m.submodules.memory = memory = Memory(shape=shape, depth=parts << len(number), init=[])
         write, read = memory.write_port(), memory.read_port()
-        # Of the quad that leaves the butterfly; words without bits would not be portable Verilog.
-        part = Signal(counter_shape(design.cycles_per_quad - 1)) if design.cycles_per_quad > 1 else Const(0, 0)
-        stored = e0[FOLDED : FOLDED + design.cycles_per_quad].any()
-        later = delayed(m, place, _READ - 1)
-        if design.cycles_per_quad > 1:
+        stored = e0.during(FOLDED, parts)
+        part: Value = Const(0, 0)  # of the quad that is stored; one part has no number
+        if parts > 1:
+            part = Signal(counter_shape(parts - 1), name="part")
             m.d.sync += part.eq(Mux(stored, part + 1, 0))
+        read_word = delayed(m, word, _READ_P - 1, "read_word")
+        read_number = self._held(m, number, e1.at(_READ_P - 1), "read_number")
         m.d.comb += [
-            write.addr.eq(Cat(part, self._kept(m, behind, e0[FOLDED]))),
-            write.data.eq(nth_part(words, part, design.cycles_per_quad)),
+            write.addr.eq(Cat(part, self._held(m, number, e0.at(FOLDED), "stored_number"))),
+            write.data.eq(nth_part(folded, part, parts)),
             write.en.eq(stored),
-            read.addr.eq(register(m, Cat(later[inside:], self._kept(m, behind, e1[_READ - 1])))),
-            read.en.eq(e1[_READ : _READ + PLACES].any()),
+            read.addr.eq(register(m, Cat(read_word[word_bits:], read_number), "read_address")),
+            read.en.eq(e1.during(_READ_P, WORDS)),
         ]
-        found = data.View(shape, delayed(m, read.data.as_value(), 1))
-        return Array(found)[delayed(m, later[:inside], 1 + READ)] if inside else found[0]
+        found = data.View(shape, register(m, read.data.as_value(), "found"))
+        return Array(found)[delayed(m, read_word[:word_bits], 1 + READ, "found_word")] if word_bits else found[0]
 
-    @staticmethod
-    def _kept(m: Module, value: Value, when: Value) -> Value:
-        """``value`` of the cycle ``when``, and behind it."""
-        kept = Signal.like(value, reset_less=True)
-        with m.If(when):
-            m.d.sync += kept.eq(value)
-        return Mux(when, value, kept)
+    def _taxels(self, m: Module, p: Value, q: list[Value], number: Value, word: Value, e1: _Taken) -> None:
+        """Stage ``TAXEL`` of e1: one word after another of p, q and stress, with the facts of the frame."""
+        taxel = Signal(self.taxel.shape(), reset_less=True)
+        valid = Signal()
+        m.d.comb += [self.taxel.eq(taxel), self.taxel.valid.eq(valid)]
+        distinct_words = self._distinct(m, number, e1.at(FOLDED - 1))
+        quad = data.View(payloads.stress_quad(self._design), register(m, self.stress.payload.as_value(), "stress_quad"))
+        stress = self._pick(quad, delayed(m, word, 1, "stress_word"))
+        picked = delayed(m, word, FOLDED, "folded_word")
+        m.d.sync += [
+            taxel.p.eq(p),
+            taxel.q.eq(self._pick(q, picked)),
+            taxel.stress.eq(delayed(m, stress, FOLDED - 1, "stress")),
+            taxel.negative.eq(delayed(m, self.direction.payload.negative, FOLDED, "negative")),
+            taxel.exponent.eq(delayed(m, self.frame.payload.exponent, FOLDED, "exponent")),
+            valid.eq(e1.during(FOLDED, WORDS) & distinct_words.bit_select(picked, 1)),
+        ]
 
-    @staticmethod
-    def _pick(words: Sequence[Value] | data.View, place: Value) -> Value:
-        """One of four words: a multiplexer, where indexing a view would take a multiplier for the bit's place."""
-        return Array(words[k] for k in range(PLACES))[place]
-
-    @staticmethod
-    def _later(m: Module, pulse: Value) -> Value:
-        """Bit k: ``pulse`` of k cycles ago."""
-        seen = Signal(FOLDED + PLACES - 1)
-        m.d.sync += seen.eq(Cat(pulse, seen))
-        return Cat(pulse, seen)
-
-    def _butterfly(self, m: Module, took_e0: Value, took_e1: Value) -> list[Value]:
-        """``butterfly(e0 - g)`` or ``butterfly(e1)`` modulo the word, which holds p and q by proof."""
-        bits = self._design.widths.vector
-        vector = Signal(payloads.vector_quad(self._design), reset_less=True)
-        offset = Signal(payloads.vector_quad(self._design), reset_less=True)
-        curved = Signal(reset_less=True)
-        normal, g = register(m, self.normal.payload.as_value()), register(m, self.g.payload.as_value())
-        e0, e1 = register(m, took_e0, control=True), register(m, took_e1, control=True)
-        with m.If(e0 | e1):
-            m.d.sync += [vector.as_value().eq(normal), offset.as_value().eq(g), curved.eq(e0)]
-
-        def word(value: Value) -> Value:
-            return register(m, value[:bits].as_signed())
-
-        a, b, c, d = (word(vector[k] - Mux(curved, offset[k], 0)) for k in range(4))
-        plus, minus, plus2, minus2 = word(a + b), word(a - b), word(c + d), word(c - d)
-        return [word(v) for v in (plus + plus2, minus + minus2, plus - plus2, minus - minus2)]
-
-    def _keep(self, m: Module, number: Value, look: Value) -> Signal:
+    def _distinct(self, m: Module, number: Value, load: Value) -> Signal:
         """Which words of a quad are taxels of their own: a bit each, from the static shape of the array."""
-        keep = Signal(PLACES, reset_less=True)
-        with m.If(look), m.Switch(number):
+        found = Signal(WORDS, name="distinct_words", reset_less=True)
+        with m.If(load), m.Switch(number):
             for at, row in enumerate(distinct(self._design)):
                 with m.Case(at):
-                    m.d.sync += keep.eq(sum(1 << place for place in range(PLACES) if row[place]))
-        return keep
+                    m.d.sync += found.eq(sum(1 << word for word in range(WORDS) if row[word]))
+        return found
+
+    @staticmethod
+    def _held(m: Module, value: Value, load: Value, name: str) -> Value:
+        """``value`` of the cycle ``load``, and behind it."""
+        held = Signal.like(value, name=name, reset_less=True)
+        with m.If(load):
+            m.d.sync += held.eq(value)
+        return Mux(load, value, held)
+
+    @staticmethod
+    def _pick(words: Sequence[Value] | data.View, number: Value) -> Value:
+        """One of four words: a multiplexer, where indexing a view would take a multiplier for the bit's place."""
+        return Array(words[k] for k in range(WORDS))[number]

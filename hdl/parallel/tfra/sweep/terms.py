@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.pipeline import delayed, driver, product_latency, registered_product
 from tfra.hdl.parallel import payloads
-from tfra.hdl.parallel.tfra.sweep.loader import PLACES, TAXEL, folded_taxel
+from tfra.hdl.parallel.tfra.sweep.loader import TAXEL, WORDS, folded_taxel
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.sweep import sweep_unit
 
@@ -35,7 +35,7 @@ def term(design: Design) -> data.StructLayout:
 
 def terms_latency(design: Design) -> int:
     """Cycles from taking the last quad of q to the mark behind its taxels."""
-    return TAXEL + PLACES + 2 + product_latency(design.search.steps)
+    return TAXEL + WORDS + 2 + product_latency(design.search.steps)
 
 
 class Terms(wiring.Component):

@@ -33,7 +33,7 @@ from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.beats import beat_valid
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sweep.judge import Judge, judge_latency
-from tfra.hdl.parallel.tfra.sweep.loader import PLACES, TURN, Loader
+from tfra.hdl.parallel.tfra.sweep.loader import TURN, WORDS, Loader
 from tfra.hdl.parallel.tfra.sweep.sums import Sums, first_row, rows, sums_wait
 from tfra.hdl.parallel.tfra.sweep.terms import Terms, term, terms_latency
 from tfra.model.fixed.design import Design
@@ -105,18 +105,18 @@ class Sweep(wiring.Component):
     @property
     def quad_interval(self) -> int:
         """Cycles between two quads of e1 at the shortest."""
-        return PLACES
+        return WORDS
 
     @property
     def frame_interval(self) -> int:
         """Cycles from a frame's last quad of e1 to the first of the next frame at the shortest."""
-        return PLACES - 1 + sums_wait(self._design)
+        return WORDS - 1 + sums_wait(self._design)
 
     @property
     def interval(self) -> int:
         """Cycles per frame while all inputs are always there and the index is always taken."""
         steps = self._design.quads - 1
-        return PLACES * steps + max(self.frame_interval, PLACES + self.e0_interval * steps + self.turn)
+        return WORDS * steps + max(self.frame_interval, WORDS + self.e0_interval * steps + self.turn)
 
     @property
     def latency(self) -> int:
