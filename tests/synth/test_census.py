@@ -69,7 +69,7 @@ def test_counts_of_a_module() -> None:
 @pytest.mark.parametrize(
     ("path", "block"),
     [
-        ("core.sweep.judge.z_TRELLIS_FF_Q_3", "sweep"),
+        ("core.sweep.winner.z_TRELLIS_FF_Q_3", "sweep"),
         ("top.core.matvec.lane0", "matvec"),
         ("\\core.matvec", "matvec"),
         ("core", "top"),

@@ -11,7 +11,7 @@
                  Sums of max(0, x + k q) = B^z    Sums of max(0, y - k q) = S      one candidate k a cycle, or two
                                    |                       |
                                    v                       v
-                 Judge: smallest B^z so far, then smallest |S - M| = B^xy on its plateau -- index
+                 Winner: smallest B^z so far, then smallest |S - M| = B^xy on its plateau -- index
 
 A frame takes m + K cycles or m + K / 2, not m K: see :class:`tfra.hdl.parallel.tfra.sweep.sums.Sums`.  No multiplier is
 used: constant factors are additions of shifted words.
@@ -32,29 +32,29 @@ from tfra.hdl.lib.streams import Buffer, Queue, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.beats import beat_valid
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
-from tfra.hdl.parallel.tfra.sweep.judge import Judge, judge_latency
 from tfra.hdl.parallel.tfra.sweep.loader import TURN, WORDS, Loader
 from tfra.hdl.parallel.tfra.sweep.sums import Sums, first_row, rows, sums_wait
 from tfra.hdl.parallel.tfra.sweep.terms import Terms, term, terms_latency
+from tfra.hdl.parallel.tfra.sweep.winner import Winner, winner_latency
 from tfra.model.fixed.design import Design
 
 _FRAMES = 4
-"""Frames on their way from the first quad of q to an index that is taken: terms, sums, judge and one to wait."""
+"""Frames between the first quad of q and an index that is taken: in terms, sums and winner, and one that waits."""
 
 _WAITING = {"stress": FRAMES + 1, "g": FRAMES, "normal": 2 * FRAMES}
-"""Vectors that may wait: those of all frames in flight, so that the products never do; of stress one more, that of
-the operand which is next."""
+"""Vectors that may wait.  The products never wait for a queue: each holds the vectors of all frames in flight.  That of
+stress holds one more, which is the next operand of the products."""
 _FOLDED = 3
-"""Quads behind that operand: two in the fold, and one that the fork offers it, which is here already.  So the
-normaliser waits for the fold alone, and for the sweep never."""
+"""Quads that follow this operand: two are in the fold, one is what the fork offers to the fold and has sent here.  So
+the normaliser never waits for the sweep."""
 
 
 class Sweep(wiring.Component):
     """``index`` of the candidate with the smallest B^xy on the plateau of B^z; equal to the model's ``sweep``.
 
     Takes frames back to back: stress, g and normal wait in queues, direction and frame in a buffer each.  A quad of
-    e0 enters with its g; quads of e1 enter with stress, facts being there.  Entries (``Queue.latency`` cycles behind
-    their transfers at the earliest) are apart at least
+    e0 enters the loader with its g; quads of e1 enter it with stress, when the facts are there.  They enter
+    ``Queue.latency`` cycles behind their transfers at the earliest.  At least so many cycles lie
 
         between quads of e0                                  ``e0_interval``
         from the last of e0 to the first of e1               ``turn``
@@ -62,19 +62,19 @@ class Sweep(wiring.Component):
         from the last of e1 to e0 of the next frame          ``quad_interval``
         from the last of e1 to e1 of the next frame          ``frame_interval``
 
-    After a reset, the first quad of e1 waits for ``frame_interval`` cycles, in which the memories are cleared.
+    Behind a reset, the first quad of e1 waits for ``frame_interval`` cycles, in which the memories are cleared.
 
     Resources: no multiplier; two dividers without feedback; memories of 5 Q vector quads, 2 Q stress quads and
     2 K entries of the sums; with a tolerance the sums of all candidates.
 
     Members:
-        stress: Q taxel-domain quads of the normalised frame, there before its normal ones; with a place for
+        stress: Q taxel-domain quads of the normalised frame, before its normal ones.  There is a place for those of
             ``FRAMES + 1`` frames that have not been swept, and for three quads more.
-        g: Q parity-domain quads of C33 n, there before those of e0, which follow from it.
-        normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1.  Both have a place for
+        g: Q parity-domain quads of C33 n, before those of e0, which follow from it.  There is a place for those of
             ``FRAMES`` frames whose index has not been taken.
-        direction: ``negative`` is looked at.
-        frame: ``exponent`` is looked at.
+        normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1; places as of g.
+        direction: fact of the frame; ``negative`` is looked at.
+        frame: fact of the frame; ``exponent`` is looked at.
         index: the winner, one transfer a frame.
     """
 
@@ -128,13 +128,13 @@ class Sweep(wiring.Component):
         """
         design = self._design
         last_row = first_row(design) + rows(design) - 1
-        return Queue.latency + terms_latency(design) + last_row + judge_latency(design) + 1
+        return Queue.latency + terms_latency(design) + last_row + winner_latency(design) + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.loader = loader = Loader(self._design)
         m.submodules.terms = terms = Terms(self._design)
-        m.submodules.judge = judge = Judge(self._design)
+        m.submodules.winner = winner = Winner(self._design)
         words, w = term(self._design), self._design.widths
         m.submodules.z = z = Sums(self._design, words["x"].width, w.b_z)
         m.submodules.xy = xy = Sums(self._design, words["y"].width, w.b_xy)
@@ -143,32 +143,25 @@ class Sweep(wiring.Component):
             loader.free.eq(self._free(m, loader)),
             terms.i.eq(loader.taxel),
             terms.ends.eq(loader.ends),
-            z.first.eq(terms.o.x),
-            z.step.eq(terms.o.q),
-            z.size.eq(terms.o.size),
-            xy.first.eq(terms.o.y),
-            xy.step.eq(terms.o.r),
-            xy.size.eq(terms.o.size),
-            *(row.z.eq(value) for row, value in zip(judge.rows, z.sums, strict=True)),
-            *(row.xy.eq(value) for row, value in zip(judge.rows, xy.sums, strict=True)),
-            judge.valid.eq(z.valid),
         ]
-        for sums in (z, xy):
-            m.d.comb += [sums.i_valid.eq(terms.valid), sums.ended.eq(terms.ended)]
-        with m.If(z.begins):  # what the judge looks at stands until it has seen all candidates
-            m.d.sync += [judge.measured.eq(terms.measured), judge.exponent.eq(terms.exponent)]
-        m.submodules.indices = indices = SyncFIFO(width=len(judge.index), depth=_FRAMES)
-        m.d.comb += [
-            indices.w_data.eq(judge.index),
-            indices.w_en.eq(judge.found),
-            self.index.payload.eq(indices.r_data),
-            self.index.valid.eq(indices.r_rdy),
-            indices.r_en.eq(self.index.ready),
-        ]
+        for sums, first, step in ((z, terms.o.x, terms.o.q), (xy, terms.o.y, terms.o.r)):
+            m.d.comb += [
+                sums.first.eq(first),
+                sums.step.eq(step),
+                sums.size.eq(terms.o.size),
+                sums.i_valid.eq(terms.valid),
+                sums.ended.eq(terms.ended),
+            ]
+        m.d.comb += winner.valid.eq(z.valid)  # those of xy come in the same cycles
+        for row, b_z, b_xy in zip(winner.rows, z.sums, xy.sums, strict=True):
+            m.d.comb += [row.z.eq(b_z), row.xy.eq(b_xy)]
+        with m.If(z.begins):  # they stay until all candidates have been compared
+            m.d.sync += [winner.measured.eq(terms.measured), winner.exponent.eq(terms.exponent)]
+        self._send(m, winner)
         return m
 
     def _wait(self, m: Module, loader: Loader) -> None:
-        """What comes before the loader needs it."""
+        """Queues and buffers for what comes before the loader needs it."""
         for name, vectors in _WAITING.items():
             port = getattr(self, name)
             parts = 1 if name == "stress" else self._design.cycles_per_quad
@@ -186,13 +179,25 @@ class Sweep(wiring.Component):
             wiring.connect(m, fact.o, getattr(loader, name))
 
     def _free(self, m: Module, loader: Loader) -> Value:
-        """The sums of the frame before leave room for another, and there is a place for its index."""
-        wait = Signal(range(self.frame_interval), init=self.frame_interval - 2)
-        frames = Signal(counter_shape(_FRAMES))
-        begins, ends = (register(m, pulse, control=True) for pulse in (loader.begins, loader.ends))
+        """The sums are free for another frame, and there is a place for its index."""
+        wait = Signal(range(self.frame_interval), init=self.frame_interval - 2)  # cycles until the sums are free
+        frames = Signal(counter_shape(_FRAMES))  # on their way to an index that is taken
+        begins = register(m, loader.begins, "begins", control=True)
+        ends = register(m, loader.ends, "ends", control=True)
         with m.If(ends):
             m.d.sync += wait.eq(self.frame_interval - 3)  # the loader begins a cycle later
         with m.Elif(wait != 0):
             m.d.sync += wait.eq(wait - 1)
         m.d.sync += frames.eq(frames + begins - (self.index.valid & self.index.ready))
         return (wait == 0) & (frames != _FRAMES)
+
+    def _send(self, m: Module, winner: Winner) -> None:
+        """Indices wait until they are taken.  The queue is never full: ``_free`` counts their places."""
+        m.submodules.indices = indices = SyncFIFO(width=len(winner.index), depth=_FRAMES)
+        m.d.comb += [
+            indices.w_data.eq(winner.index),
+            indices.w_en.eq(winner.found),
+            self.index.payload.eq(indices.r_data),
+            self.index.valid.eq(indices.r_rdy),
+            indices.r_en.eq(self.index.ready),
+        ]
