@@ -119,7 +119,7 @@ class SerialCore(wiring.Component):
         m.d.comb += [
             read.addr.eq(sequencer.address),
             read.en.eq(path.advance),
-            path.memory.eq(read.data),
+            path.memory_word.eq(read.data),
             write.data.eq(path.last),
             lanes.write.eq(write.en & (write.addr[len(lanes.write_address) :] == 0)),
             lanes.write_address.eq(write.addr),
@@ -136,7 +136,7 @@ class SerialCore(wiring.Component):
             product.b.eq(path.y),
             product.start.eq(path.executing.instruction.op == Op.MUL),
             product.enable.eq(path.advance),
-            path.product.eq(product.o),
+            path.last_product.eq(product.o),
         ]
 
     def _wire_lanes(self, m: Module, lanes: Lanes) -> None:

@@ -33,8 +33,8 @@ class Datapath(wiring.Component):
         decoded: ``STAGE``, in, what enters ``fetching``.
         fetching: ``STAGE``, out, the instruction that fetches operands.
         executing: ``STAGE``, out, the instruction that is executed.
-        memory: word, in, the data memory's word for ``fetching``.
-        product: word, in, the multiplier's last product.
+        memory_word: word, in, the data memory's word for ``fetching``.
+        last_product: word, in, the multiplier's last product.
         sum: word, in, the next lane's sum.
         taxel: ``taxel``, in, the next code.
         takes: out, ``fetching`` needs ``taxel``.
@@ -59,8 +59,8 @@ class Datapath(wiring.Component):
                 "decoded": In(STAGE),
                 "fetching": Out(STAGE),
                 "executing": Out(STAGE),
-                "memory": In(word),
-                "product": In(word),
+                "memory_word": In(word),
+                "last_product": In(word),
                 "sum": In(word),
                 "taxel": In(taxel),
                 "takes": Out(1),
@@ -166,10 +166,10 @@ class Datapath(wiring.Component):
         i, word = self.fetching.instruction, signed(self._sizes.word)
         lefts: dict[int, Any] = {Left.ZERO: Const(0), Left.T: t[1:].as_signed()}
         sources: dict[int, Any] = {
-            Src.M: self.memory,
+            Src.M: self.memory_word,
             Src.FLOOR: t[1:].as_signed(),
             Src.IMM: i.immediate.as_signed(),
-            Src.PRODUCT: self.product,
+            Src.PRODUCT: self.last_product,
             Src.SUM: self.sum,
             Src.IN: self.taxel,
             Src.K: Cat(k, Const(0, 1)).as_signed(),
