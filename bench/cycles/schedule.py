@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from bench.publish import ROOT, insert
 from tfra.codegen.config import load
 from tfra.hdl.parallel.tfra.parallel import Parallel
-from tfra.hdl.parallel.tfra.timeline import Timeline
+from tfra.hdl.parallel.tfra.timeline.timeline import Timeline
 from tfra.model.fixed.design import Design
 
 UNITS = ("matvec", "dependent", "combine", "sweep", "gain", "scaling")

@@ -10,7 +10,8 @@ from tfra.hdl.parallel.matvec.images import depth, lane_images
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.core import Core
 from tfra.hdl.parallel.tfra.probes import probes
-from tfra.hdl.parallel.tfra.timeline import BlockCycles, Timeline
+from tfra.hdl.parallel.tfra.timeline.blocks import BlockCycles
+from tfra.hdl.parallel.tfra.timeline.timeline import Timeline
 from tfra.hdl.primitives import cell_models
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design

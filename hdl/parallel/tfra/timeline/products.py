@@ -1,0 +1,120 @@
+"""Share of the matrix-vector unit: it chooses a product among the operands that are there, and runs its passes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from tfra.hdl.lib.streams import Router
+from tfra.hdl.parallel.matvec.drain import drain_latency, drain_steps, drain_words
+from tfra.hdl.parallel.matvec.images import passes
+from tfra.hdl.parallel.matvec.schedule import spacing
+from tfra.hdl.parallel.matvec.unit import CAPTURE, CHOICE, FULL, full
+from tfra.hdl.parallel.tfra.timeline.events import NEVER, Events, Span
+
+_NEXT_CHOICE = 2
+"""Cycles from a product's last launch to the next choice: the launch frees the buffer, and the choice sees that."""
+
+_BANK_FREE = 2
+"""Cycles from the last launch of a contact product to the first quad of the next b: b's bank is freed, then seen."""
+
+
+@dataclass(frozen=True)
+class Product:
+    """The product of a frame by ``stack``, whose last pass is launched in ``last_launch``.
+
+    ``results`` are the cycles in which its result quads reach whom they are routed to.
+    """
+
+    stack: str
+    frame: int
+    last_launch: int
+    results: list[int]
+
+
+class Products:
+    """Products in the order in which the unit chooses them."""
+
+    def __init__(self, events: Events) -> None:
+        self._events = events
+        self._launches: list[int] = []
+        self._drained: list[int] = []
+        """Of every pass, the cycle in which its last words leave the drain register."""
+        self._choice_from = -NEVER
+        self._contacts = self._vectors = 0
+        """Contact products so far; vectors that were multiplied."""
+
+    @property
+    def bank_free(self) -> int:
+        """Cycle from which b's bank takes quads, behind the last product."""
+        return self._launches[-1] + _BANK_FREE if self._launches else 0
+
+    def choice(self) -> tuple[int, str, int]:
+        """Cycle of the next choice, the stack, and the frame."""
+        events, wanted = self._events, []
+        if self._vectors < len(events.vectors):
+            vector = events.vectors[self._vectors]
+            leave = events.plane_tokens.seen() if vector.is_d else 0
+            wanted.append((max(vector.last + FULL, leave), "force" if vector.is_d else "normal", vector.frame))
+        if events.residuals < self._contacts:
+            number = events.residuals
+            wanted.append((events.frames[number].n + full(events.design, "residual"), "residual", number))
+        if self._contacts < len(events.frames):
+            number = self._contacts
+            leave = max(events.frame_tokens.seen(), events.weight_tokens.seen())
+            wanted.append((max(events.frames[number].b + full(events.design, "contact"), leave), "contact", number))
+        if not wanted:
+            return NEVER, "", 0
+        cycle = max(self._choice_from, min(w[0] for w in wanted))
+        return next((cycle, stack, frame) for seen, stack, frame in wanted if seen <= cycle)
+
+    def run(self, cycle: int, stack: str, number: int) -> Product:
+        """All passes of a product that is chosen in ``cycle``, and when its results leave."""
+        events, design = self._events, self._events.design
+        self._take(stack)
+        captured = [self._launch(cycle + CHOICE) for _ in range(passes(design, stack))]
+        launches, lanes = self._launches[-len(captured) :], design.architecture.mac_lanes
+        self._choice_from = launches[-1] + _NEXT_CHOICE
+        results = []
+        for quad in range(design.stacks[stack].quads):
+            turn, row = divmod(4 * quad + 3, lanes)
+            leave = row // drain_words(design) + drain_latency(design)
+            results.append(captured[turn] + leave + Router.latency)
+        events.spans.append(Span("matvec", stack, number, launches[0] + 1, launches[-1] + 1 + design.quads))
+        self._give(stack, launches[-1])
+        return Product(stack, number, launches[-1], results)
+
+    def _take(self, stack: str) -> None:
+        """Count the product, and take its tokens."""
+        events = self._events
+        if stack == "contact":
+            self._contacts += 1
+            events.frame_tokens.take()
+            events.weight_tokens.take()
+        elif stack == "residual":
+            events.residuals += 1
+        else:
+            self._vectors += 1
+        if stack == "force":
+            events.plane_tokens.take()
+
+    def _give(self, stack: str, last_launch: int) -> None:
+        """Give the operand's bank back behind the last pass over it."""
+        if stack == "residual":
+            self._events.weight_tokens.give(last_launch + 1)
+        elif stack != "contact":
+            self._events.bank_tokens.give(last_launch + 1)
+
+    def _launch(self, ready: int) -> int:
+        """Launch the next pass, not before cycle ``ready``, and return the cycle in which its sums are captured.
+
+        It waits for the pass before, and for the one before that to have left the drain register.
+        """
+        design, launch = self._events.design, ready
+        if self._launches:
+            launch = max(launch, self._launches[-1] + spacing(design))
+        if len(self._drained) > 1:
+            launch = max(launch, self._drained[-2] + 1)
+        capture = launch + design.quads + CAPTURE
+        self._launches.append(launch)
+        self._drained.append(capture + drain_steps(design))
+        return capture

@@ -1,0 +1,46 @@
+"""When things happen in the core: the events of frames that follow each other, cycle by cycle as in the gateware.
+
+Every block takes a fixed number of cycles, whatever the data.  Two units decide what to do next among what is there:
+the matrix-vector unit chooses a product, the vector updates begin a vector.  Decisions are taken here in the order of
+their cycles, since nothing that follows from one can be seen before the cycle after it; everything else follows from
+its inputs frame by frame.  Cycle numbers are those of the clock edge of a transfer, or of the cycle in which a state is
+seen, with taxels always there and results always taken.
+"""
+
+from __future__ import annotations
+
+from tfra.hdl.parallel.tfra.timeline.back import Back
+from tfra.hdl.parallel.tfra.timeline.blocks import BlockCycles
+from tfra.hdl.parallel.tfra.timeline.events import NEVER, Events, Frame, Span
+from tfra.hdl.parallel.tfra.timeline.front import Front
+from tfra.hdl.parallel.tfra.timeline.products import Products
+from tfra.hdl.parallel.tfra.timeline.updates import Updates
+from tfra.model.fixed.design import Design
+
+
+class Timeline:
+    """The events of ``frames`` frames whose taxels come back to back; the first frame's last taxel comes in cycle 0."""
+
+    def __init__(self, design: Design, blocks: BlockCycles, frames: int) -> None:
+        events = Events(design, blocks, frames)
+        self.frames: list[Frame] = events.frames
+        self.spans: list[Span] = events.spans
+        self._front, self._back = Front(events), Back(events)
+        self._products, self._updates = Products(events), Updates(events)
+        self._front.frame(0, 0)
+        while self._step():
+            pass
+
+    def _step(self) -> bool:
+        """The earlier of the next two decisions; false at the end."""
+        product, vector = self._products.choice(), self._updates.choice()
+        if min(product[0], vector[0]) >= NEVER:
+            return False
+        if product[0] <= vector[0]:
+            done = self._products.run(*product)
+            self._back.after(done)
+            if done.stack == "contact":
+                self._front.frame(done.frame + 1, self._products.bank_free)
+        else:
+            self._updates.run(*vector)
+        return True
