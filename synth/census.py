@@ -75,7 +75,7 @@ def block_of(path: str) -> str:
 
 def lane_of(path: str) -> int | None:
     """MAC lane that a hierarchical name of a cell belongs to, if it does; of two that share a memory, the first."""
-    found = re.search(r"\.matvec\.(?:lane|rom\.memory|drain\.sums__|drain\.held)(\d+)", path)
+    found = re.search(r"\.matvec\.(?:lane|rom\.memory|drain\.(?:register\.)?sums__|drain\.register\.held)(\d+)", path)
     return int(found[1]) if found else None
 
 

@@ -39,7 +39,8 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.pipeline import READ, delayed, register
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
-from tfra.hdl.parallel.matvec.drain import Drain, drain_latency, drain_steps, drain_words
+from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
+from tfra.hdl.parallel.matvec.drain_register import drain_steps, drain_words
 from tfra.hdl.parallel.matvec.images import depth, lane_images, passes
 from tfra.hdl.parallel.matvec.loader import Loader
 from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Prepare, amount_quad, codes_fit

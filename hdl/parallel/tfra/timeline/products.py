@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tfra.hdl.lib.streams import Router
-from tfra.hdl.parallel.matvec.drain import drain_latency, drain_steps, drain_words
+from tfra.hdl.parallel.matvec.drain import drain_latency
+from tfra.hdl.parallel.matvec.drain_register import drain_steps, drain_words
 from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import CAPTURE, CHOICE, FULL, full

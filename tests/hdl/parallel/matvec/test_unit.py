@@ -6,26 +6,14 @@ import numpy as np
 import pytest
 
 from tests.hdl.harness import PATTERNS, Recording, bursts, random_stalls, run
+from tests.hdl.parallel.matvec.designs import LONG, SHORT, label, make
 from tfra.hdl.parallel.matvec.operand import codes_fit
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import MatVec
-from tfra.model.choices import FORMATS, Adc, Architecture, Formats
+from tfra.model.choices import FORMATS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
-from tfra.model.sensor import SensorArray
-
-SHORT = Formats("short", coefficient=12, operand=27, vector_fraction=0, force_fraction=0)
-LONG = Formats("long", coefficient=10, operand=10, vector_fraction=16, force_fraction=0)
-
-
-def make(
-    rows: int, columns: int, lanes: int, formats: Formats = FORMATS["standard"], bits: int = 14, words: int = 4
-) -> Design:
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return TfraDesign(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(lanes, words))
-
 
 SMALL = [
     make(2, 2, 1),
@@ -42,12 +30,6 @@ SMALL = [
     make(4, 4, 12, LONG, 10, words=2),
 ]
 LARGE = [make(4, 6, 1), make(5, 7, 4), make(5, 7, 20, FORMATS["wide"]), make(5, 7, 48), make(4, 4, 4)]
-
-
-def label(design: Design) -> str:
-    sensor, architecture = design.sensor, design.architecture
-    size = f"{sensor.rows}x{sensor.columns}"
-    return f"{size}-{architecture.mac_lanes}-{architecture.vector_words}-{design.formats.name}"
 
 
 def draw(design: Design, frames: int, seed: int) -> np.ndarray:
