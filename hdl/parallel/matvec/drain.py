@@ -12,7 +12,7 @@ from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.matvec.drain_register import DrainRegister, drain_words
-from tfra.hdl.parallel.matvec.operand import amount_quad, pick_word
+from tfra.hdl.parallel.matvec.operand import headroom_quad, pick_word
 from tfra.hdl.parallel.matvec.placement import Placement, table
 from tfra.hdl.parallel.payloads import product
 from tfra.model.fixed.design import Design
@@ -44,7 +44,7 @@ class Drain(wiring.Component):
         sums: L running sums.
         completing: high a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
             register takes to drain.
-        amounts: alignment of the operand of the pass in the drain register.
+        headroom: that of the operand of the pass in the drain register.
         complete: a cycle behind ``completing``: sums are captured.
         new: beside ``completing``, the pass is the first of its product.
         stack: beside ``completing``, that of its product.
@@ -59,7 +59,7 @@ class Drain(wiring.Component):
                 "sums": In(signed(design.widths.accumulator)).array(design.architecture.mac_lanes),
                 "completing": In(1),
                 "complete": Out(1),
-                "amounts": In(amount_quad(design)),
+                "headroom": In(headroom_quad(design)),
                 "new": In(1),
                 "stack": In(2),
                 "drained": Out(1),
@@ -122,7 +122,7 @@ class Drain(wiring.Component):
         moved = shift_right(wide, coarse_shift)[: w.vector + 1 + (1 << _FINE)].as_signed()
         m.d.sync += [
             total.eq(word),
-            shift.eq(offset + pick_word(self.amounts, group, number, self._words)),
+            shift.eq(offset + pick_word(self.headroom, group, number, self._words)),
             shifted.eq(register(m, moved, f"coarse{number}") >> fine_shift),
         ]
         return shifted

@@ -20,8 +20,10 @@ class Loader(wiring.Component):
     Members:
         load: stream in, L times ``depth`` coefficients after a reset, and never more.
         loading: high until they are all there; a register.
-        write, address, data: registers; ``write`` has a bit for each lane.
-        writing: high until the last of them has been written.
+        writing: high until the last of them has been written; a register.
+        write: a bit for each lane, high when a coefficient is to be written; a register.
+        address: where; a register.
+        data: the coefficient; a register.
     """
 
     def __init__(self, design: Design) -> None:

@@ -1,4 +1,4 @@
-"""Operands of the matrix-vector unit: banks of quads, aligned and rounded on their way to the lanes."""
+"""Operands of the matrix-vector unit: banks of quads, moved left by their headroom and rounded for the lanes."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.design import Design
 
 
-def amount_quad(design: Design) -> data.ArrayLayout:
-    """Left shifts that align the four parities of an operand."""
+def headroom_quad(design: Design) -> data.ArrayLayout:
+    """Bits that the four parities of an operand leave free: the left shifts that align them."""
     return data.ArrayLayout(unsigned((design.widths.vector - 1).bit_length()), 4)
 
 
-def operand_parts(design: Design) -> int:
-    """Passes that it takes to complete a result quad: four words over the lanes, or one."""
+def slot_groups(design: Design) -> int:
+    """Groups of slots of a result quad, one for each pass that it takes: four slots over the lanes, or one."""
     return 4 // min(4, design.architecture.mac_lanes)
 
 
-def pick_word(words: Any, part: Value, word: int, size: int) -> Value:
-    """Word ``part * size + word`` of a quad."""
+def pick_word(words: Any, group: Value, word: int, size: int) -> Value:
+    """Word ``group * size + word`` of a quad."""
     choices = [words[number] for number in range(word, 4, size)]
-    return choices[0] if size == 4 else Array(choices)[part]
+    return choices[0] if size == 4 else Array(choices)[group]
 
 
 def codes_fit(design: Design) -> bool:
@@ -40,9 +40,9 @@ def codes_fit(design: Design) -> bool:
 
 
 MEASURE = 2
-"""Cycles from an operand's last quad to its amounts in their register, less one: magnitudes, half of the zeros."""
+"""Cycles from an operand's last quad to its headroom in a register, less one: magnitudes, half of the zeros."""
 _FINE = 2
-"""Bits of an amount by which the second step of a shift moves."""
+"""Bits of a headroom by which the second step of a shift moves."""
 
 
 class OperandBuffer(wiring.Component):
@@ -56,11 +56,13 @@ class OperandBuffer(wiring.Component):
 
     Members:
         operand: stream in, Q quads for a bank.
-        filling, head: the bank that transfers go to; the bank to be read next.
+        filling: the bank that transfers go to.
+        head: the bank to be read next.
         full: the head may be read; rises ``MEASURE + 1`` cycles after the transfer of its last quad, or, where they
             are ``flowing``, a cycle after that of its first.
-        amounts: those of the head, valid while ``full``.
-        read, quad: quad and bank, and ``READ`` cycles later its content.
+        headroom: that of the head, valid while ``full``.
+        read: quad and, above it, bank to be read.
+        quad: what is read, ``READ`` cycles later.
         free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
     """
 
@@ -75,7 +77,7 @@ class OperandBuffer(wiring.Component):
                 "filling": Out(1),
                 "head": Out(1),
                 "full": Out(1),
-                "amounts": Out(amount_quad(design)),
+                "headroom": Out(headroom_quad(design)),
                 "read": In(counter_shape(design.quads - 1).width + 1),
                 "quad": Out(vector_quad(design)),
                 "free": In(1),
@@ -89,7 +91,7 @@ class OperandBuffer(wiring.Component):
         write, read = memory.write_port(), memory.read_port()
         found = data.View(self.operand.p.shape(), delayed(m, read.data.as_value(), READ - 1, "found"))
         ended = Signal()
-        number, last = wrapping_counter(m, write.en, self._design.quads)
+        number, last = wrapping_counter(m, write.en, self._design.quads, "quad_number")
         m.d.comb += [
             write.en.eq(self.operand.valid & self.operand.ready),
             write.addr.eq(Cat(number, self.filling)),
@@ -108,7 +110,8 @@ class OperandBuffer(wiring.Component):
 
     def _flow(self, m: Module, transfer: Value, last: Value) -> None:
         """The next frame's first quad waits for the bank, the others follow it and the reads."""
-        first, waits = Signal(init=1), Signal()
+        first = Signal(init=1)
+        waits = Signal()
         with m.If(transfer):
             m.d.sync += first.eq(last)
         with m.If(self.free):
@@ -117,16 +120,17 @@ class OperandBuffer(wiring.Component):
             m.d.sync += [self.full.eq(self.full | first), waits.eq(last & (self.full | first))]
         m.d.comb += self.operand.ready.eq(~waits)
         for parity in range(4):
-            m.d.comb += self.amounts[parity].eq(self._room)
+            m.d.comb += self.headroom[parity].eq(self._spare_bits)
 
     @property
-    def _room(self) -> int:
+    def _spare_bits(self) -> int:
         """Bits of a vector word above one that has fewer."""
         return self._design.widths.vector - self._fraction - len(self.operand.p[0])
 
     def _states(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
-        """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their amounts stand."""
-        occupied, full = Signal(self._banks), Signal(self._banks)
+        """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their headroom stands."""
+        occupied = Signal(self._banks)
+        full = Signal(self._banks)
         done = delayed(m, ended, MEASURE, "done", control=True)
         done_bank = delayed(m, self.filling, MEASURE, "done_bank", control=True)
         m.d.sync += [
@@ -136,22 +140,22 @@ class OperandBuffer(wiring.Component):
         m.d.comb += [
             self.operand.ready.eq(~occupied.bit_select(self.filling, 1)),
             self.full.eq(full.bit_select(self.head, 1)),
-            self.amounts.eq(Array(self._measure(m, transfer, first, done, done_bank))[self.head]),
+            self.headroom.eq(Array(self._measure(m, transfer, first, done, done_bank))[self.head]),
         ]
 
     def _measure(self, m: Module, transfer: Value, first: Value, done: Value, bank: Value) -> list[Value]:
         """OR of magnitudes while a bank fills; leading zeros when it is full."""
-        shape = amount_quad(self._design)
-        amounts = [Signal(shape, name=f"amounts{number}", reset_less=True) for number in range(self._banks)]
+        shape = headroom_quad(self._design)
+        headroom = [Signal(shape, name=f"bank{number}_headroom", reset_less=True) for number in range(self._banks)]
         for parity in range(4):
-            seen = Signal(len(self.operand.p[parity]) - 1, name=f"seen{parity}", reset_less=True)
+            mask = Signal(len(self.operand.p[parity]) - 1, name=f"mask{parity}", reset_less=True)
             with m.If(transfer):
-                m.d.sync += seen.eq(Mux(first, 0, seen) | magnitude_bits(self.operand.p[parity]))
-            zeros = zeros_later(m, Cat(seen, Const(0, self._room)))
-            for number, stored in enumerate(amounts):
+                m.d.sync += mask.eq(Mux(first, 0, mask) | magnitude_bits(self.operand.p[parity]))
+            zeros = zeros_later(m, Cat(mask, Const(0, self._spare_bits)))
+            for number, stored in enumerate(headroom):
                 with m.If(done & (bank == number)):
                     m.d.sync += stored[parity].eq(zeros)
-        return [a.as_value() for a in amounts]
+        return [a.as_value() for a in headroom]
 
 
 PREPARE = 4
@@ -161,7 +165,15 @@ PREPARE = 4
 class Prepare(wiring.Component):
     """Operand words from a quad of a buffer: aligned in two steps, then rounded; ``PREPARE`` registers.
 
-    Fewer than four lanes need fewer words: ``part`` tells which.
+    ::
+
+        raw, shift -> coarse -> aligned -> words
+
+    Members:
+        quad: of a buffer.
+        headroom: of the operand.
+        group: which slots' words the lanes need, if they are fewer than four.
+        words: operand words, min(4, L).
     """
 
     def __init__(self, design: Design) -> None:
@@ -169,8 +181,8 @@ class Prepare(wiring.Component):
         super().__init__(
             {
                 "quad": In(vector_quad(design)),
-                "amounts": In(amount_quad(design)),
-                "part": In(counter_shape(operand_parts(design) - 1)),
+                "headroom": In(headroom_quad(design)),
+                "group": In(counter_shape(slot_groups(design) - 1)),
                 "words": Out(data.ArrayLayout(signed(design.formats.operand), self._words)),
             }
         )
@@ -180,14 +192,15 @@ class Prepare(wiring.Component):
         vector, words = self._design.widths.vector, driver(m, self.words)
         for word in range(self._words):
             raw = Signal(signed(vector), name=f"raw{word}", reset_less=True)
-            amount = Signal(self.amounts.shape().elem_shape, name=f"amount{word}", reset_less=True)
+            shift = Signal(self.headroom.shape().elem_shape, name=f"shift{word}", reset_less=True)
             aligned = Signal(signed(vector), name=f"aligned{word}", reset_less=True)
-            (coarse, _), (_, fine) = two_steps(amount, _FINE), two_steps(register(m, amount, "later"), _FINE)
-            moved = register(m, (raw << coarse)[:vector].as_signed(), "coarse")
+            coarse_shift, _ = two_steps(shift, _FINE)
+            _, fine_shift = two_steps(register(m, shift, f"coarse_shift{word}"), _FINE)
+            coarse = register(m, (raw << coarse_shift)[:vector].as_signed(), f"coarse{word}")
             m.d.sync += [
-                raw.eq(pick_word(self.quad, self.part, word, self._words)),
-                amount.eq(pick_word(self.amounts, self.part, word, self._words)),
-                aligned.eq(moved << fine),
+                raw.eq(pick_word(self.quad, self.group, word, self._words)),
+                shift.eq(pick_word(self.headroom, self.group, word, self._words)),
+                aligned.eq(coarse << fine_shift),
                 words[word].eq(round_top(aligned, self._design.formats.operand)),
             ]
         return m

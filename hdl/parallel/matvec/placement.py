@@ -20,7 +20,7 @@ from tfra.model.fixed.tfra.operators import STACKS
 class Row:
     """Quads that leave the drain register one after another: how many of them, and what becomes of each.
 
-    An operand that was moved left by ``amount`` has its result moved right by ``offset + amount``.  ``kind`` is the
+    An operand that was moved left by its headroom has its result moved right by ``offset + headroom``.  ``kind`` is the
     number of the operator in ``design.kinds``; None stands for lanes that had no row left, whose quads are not sent.
     """
 

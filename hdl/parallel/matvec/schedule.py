@@ -11,8 +11,9 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import bases, depth, passes
-from tfra.hdl.parallel.matvec.operand import operand_parts
+from tfra.hdl.parallel.matvec.operand import slot_groups
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import STACKS
 
 SOURCES = ("vector", "n", "b")
 """Operand buffers, the one that helps the oldest frame first."""
@@ -29,20 +30,27 @@ def spacing(design: Design) -> int:
 class Schedule(wiring.Component):
     """Chooses products, launches their passes and walks through buffer and coefficients.
 
-    A product is chosen when the one before has launched its last pass, among the operands that are there and have
-    leave to go: frames interleave, and the older one goes first.
+    A product is chosen when the one before has launched its last pass, among the operands that are there and whose
+    results have a place: frames interleave, and the older one goes first.
 
     Members:
         wanted: by source of :data:`SOURCES`, an operand that may be multiplied is there.
-        force: that of the vector is d.
+        force: the vector is d.
         drained: the last words of a pass leave the drain register.
-        launch, new, stack, parity: a pass begins with the next cycle; whether it is its product's first; its stack
-            in ``design.stacks``; passes count modulo two.
-        source: where its operand is.
-        oldest: the pass whose words leave the drain register next, modulo two.
-        free: by source, the last pass has begun.
-        reading, last, quad, read_source, read_parity, read_part, address: the read of this cycle.  Its pass's
-            slots begin at ``read_part * L``.
+        launch: a pass begins with the next cycle.
+        new: it is its product's first.
+        stack: its product's in STACKS.
+        parity: its number, modulo two.
+        source: where its operand is, in :data:`SOURCES`.
+        oldest: number of the pass whose words leave the drain register next, modulo two.
+        free: by source, the last pass of its operand has begun.
+        reading: a quad is read in this cycle.
+        last: it is the last of its pass.
+        quad: its number.
+        read_source: where it is.
+        read_parity: number of its pass, modulo two.
+        read_group: group of slots that its pass is about: they begin at ``read_group * L``.
+        address: of its coefficients.
     """
 
     def __init__(self, design: Design) -> None:
@@ -64,7 +72,7 @@ class Schedule(wiring.Component):
                 "quad": Out(counter_shape(design.quads - 1)),
                 "read_source": Out(2),
                 "read_parity": Out(1),
-                "read_part": Out(counter_shape(operand_parts(design) - 1)),
+                "read_group": Out(counter_shape(slot_groups(design) - 1)),
                 "address": Out(counter_shape(depth(design) - 1)),
             }
         )
@@ -72,8 +80,9 @@ class Schedule(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         chosen, ends = self._choose(m)
-        self._credit(m, chosen)
-        ending, quads = Signal(init=self._design.quads == 1), self._design.quads  # a register: much hangs on it
+        self._launch(m, chosen)
+        quads = self._design.quads
+        ending = Signal(init=quads == 1)  # TIMING: quad -> all that ``last`` enables
         m.d.comb += self.last.eq(self.reading & ending)
         m.d.sync += self.free.eq((self.launch & ends) << self.source)
         with m.If(self.launch):
@@ -88,7 +97,7 @@ class Schedule(wiring.Component):
             m.d.sync += self.reading.eq(0)
         with m.Else():
             m.d.sync += [self.quad.eq(self.quad + 1), ending.eq(self.quad == quads - 2)]
-        self._walk(m)
+        self._count_addresses(m)
         return m
 
     def _choose(self, m: Module) -> tuple[Value, Value]:
@@ -96,8 +105,10 @@ class Schedule(wiring.Component):
 
         The buffers' states follow ``free`` by a cycle, so nothing is chosen while it is high.
         """
-        chosen, turn = Signal(), Signal(counter_shape(max(self._passes) - 1))
-        ends, names = Signal(), {name: number for number, name in enumerate(self._design.stacks)}
+        chosen = Signal()
+        turn = Signal(counter_shape(max(self._passes) - 1))
+        ends = Signal()
+        names = {name: number for number, name in enumerate(STACKS)}
         m.d.comb += [self.new.eq(turn == 0), ends.eq(turn == Array(p - 1 for p in self._passes)[self.stack])]
         with m.If(~chosen & ~self.free.any()):
             m.d.sync += chosen.eq(self.wanted.any())
@@ -113,13 +124,16 @@ class Schedule(wiring.Component):
 
     @property
     def _passes(self) -> list[int]:
-        return [passes(self._design, name) for name in self._design.stacks]
+        return [passes(self._design, name) for name in STACKS]
 
-    def _credit(self, m: Module, chosen: Value) -> None:
-        """Two passes at most are on their way between launch and drain; they end in order."""
-        busy, parts = Signal(2), operand_parts(self._design)
-        wait = spacing(self._design) - 1  # the first pass has one before it, too: the drain's, with what sums begin
-        left, due = Signal(counter_shape(wait), init=wait), Signal()
+    def _launch(self, m: Module, chosen: Value) -> None:
+        """A pass is launched when it is due, and when one of two places between launch and drain is free for it."""
+        busy = Signal(2)
+        wait = spacing(self._design) - 1
+        left = Signal(
+            counter_shape(wait), init=wait
+        )  # before the first pass, too: the drain takes what sums begin with
+        due = Signal()
         with m.If(self.launch):
             m.d.sync += [left.eq(wait), due.eq(0)]
         with m.Elif(~due):
@@ -127,14 +141,14 @@ class Schedule(wiring.Component):
         m.d.comb += self.launch.eq(due & chosen & ~busy.bit_select(self.parity, 1))
         m.d.sync += busy.eq((busy | (self.launch << self.parity)) & ~(self.drained << self.oldest))
         m.d.sync += [self.parity.eq(self.parity ^ self.launch), self.oldest.eq(self.oldest ^ self.drained)]
-        if parts > 1:
-            part = Signal.like(self.read_part)
+        if slot_groups(self._design) > 1:
+            group = Signal.like(self.read_group)
             with m.If(self.launch):
-                m.d.sync += [self.read_part.eq(part), part.eq(part + 1)]
+                m.d.sync += [self.read_group.eq(group), group.eq(group + 1)]
 
-    def _walk(self, m: Module) -> None:
+    def _count_addresses(self, m: Module) -> None:
         """Coefficients are read in their order; only a product's first pass jumps, to its stack."""
         with m.If(self.launch & self.new):
-            m.d.sync += self.address.eq(Array(bases(self._design)[name] for name in self._design.stacks)[self.stack])
+            m.d.sync += self.address.eq(Array(bases(self._design)[name] for name in STACKS)[self.stack])
         with m.Elif(self.launch | (self.reading & ~self.last)):
             m.d.sync += self.address.eq(self.address + 1)

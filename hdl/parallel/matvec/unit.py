@@ -1,6 +1,6 @@
 """Matrix-vector products on L lanes: block-normalised operands times folded coefficients.
 
-A frame is the products of ``design.products``, and for each of them
+A frame is the five products of :data:`tfra.model.fixed.coefficients.PRODUCTS`, and for each of them
 
     result[i, p] = round(2^-shift * sum_j rows[i, p, j] * operand[j, s]),    s = p ^ flip,
     shift = fraction + operand - 1 - significant[s]
@@ -11,9 +11,9 @@ word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing
     b      -> bank      -.
     n      -> two banks -+-> align -> round to operand bits -> W = min(4, L) words, broadcast
     vector -> two banks -'                                        |
-        |  significant bits                                       v
+        |  magnitudes                                             v
         v                                  coefficient memory -> multiply -> accumulate    (L times)
-      amounts by pass                                                            |
+      headroom by pass                                                           |
         |                                              capture in the drain register, W words a cycle
         +------------------------------------------------> shift -> round, permute -> result
 
@@ -43,15 +43,16 @@ from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
 from tfra.hdl.parallel.matvec.drain_register import drain_steps, drain_words
 from tfra.hdl.parallel.matvec.images import depth, lane_images, passes
 from tfra.hdl.parallel.matvec.loader import Loader
-from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Prepare, amount_quad, codes_fit
+from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Prepare, codes_fit, headroom_quad
 from tfra.hdl.parallel.matvec.schedule import SOURCES, Schedule, spacing
 from tfra.hdl.parallel.payloads import operand, product, vector_quad
 from tfra.hdl.primitives import Multiplier, Rom
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
 
 
 def full(design: Design, stack: str) -> int:
-    """Cycles from the last operand quad's transfer to the choice that finds it; b may be found by its first."""
+    """:data:`FULL` for the operand of ``stack``; b is found by its first quad, if codes fit an operand."""
     return 2 - design.quads if stack == "contact" and codes_fit(design) else FULL
 
 
@@ -82,7 +83,8 @@ class MatVec(wiring.Component):
         frame_token: tokens, one taken at the launch of each contact product.
         plane_token: tokens, one taken at the launch of each force product.
         bank_token: tokens out, one for each bank of ``vector`` that is free.
-        load, loading: coefficients in after a reset, until which no frame may come, if ``design.images`` is "load".
+        load: stream in, the coefficients after a reset, if ``design.images`` is "load".
+        loading: high until they are all there; no frame may come before.
     """
 
     def __init__(self, design: Design) -> None:
@@ -123,7 +125,7 @@ class MatVec(wiring.Component):
     @property
     def busy_cycles(self) -> int:
         """Cycles of a frame in which the lanes multiply: no frame can take less of the unit's time."""
-        return sum(passes(self._design, name) for name in self._design.products) * self._design.quads
+        return sum(passes(self._design, name) for name in PRODUCTS) * self._design.quads
 
     def passes(self, stack: str) -> int:
         """Times the operand of ``stack`` runs past the lanes."""
@@ -153,25 +155,29 @@ class MatVec(wiring.Component):
         m.submodules.prepare = prepare = Prepare(design)
         m.submodules.drain = drain = Drain(design)
         wiring.connect(m, wiring.flipped(self.result), drain.result)
-        self._leave_to_go(m, buffers, schedule)
-        self._read(m, buffers, schedule, prepare, drain)
+        self._wire_tokens(m, buffers, schedule)
+        self._wire_passes(m, buffers, schedule, prepare, drain)
+        self._wire_lanes(m, schedule, prepare, drain)
+        return m
+
+    def _wire_lanes(self, m: Module, schedule: Schedule, prepare: Prepare, drain: Drain) -> None:
+        """Coefficients and operand words meet in the lanes, whose sums go to the drain."""
         valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
         m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
         rom = self._coefficients(m, schedule)
-        # Two more registers, since the way to the lanes is long.
-        words = [delayed(m, word, 2, "word") for word in prepare.words]
+        # TIMING: operand words -> lanes
+        words = [delayed(m, word, 2, f"word{number}") for number, word in enumerate(prepare.words)]
         for number, coefficient in enumerate(rom.words):
-            m.submodules[f"lane{number}"] = lane = _Lane(design)
+            m.submodules[f"lane{number}"] = lane = _Lane(self._design)
             m.d.comb += [
                 lane.coefficient.eq(coefficient),
                 lane.word.eq(words[number % self._words]),
                 lane.valid.eq(valid),
                 drain.sums[number].eq(lane.sum),
             ]
-        return m
 
     def _coefficients(self, m: Module, schedule: Schedule) -> Rom:
-        """The lanes' memories, whose address comes from a register, and what fills them after a reset."""
+        """The lanes' memories, and what fills them after a reset."""
         design, loaded = self._design, self._design.images == "load"
         coefficient = design.formats.coefficient
         m.submodules.rom = rom = Rom(lane_images(design), coefficient, design.target, loaded=loaded)
@@ -182,9 +188,10 @@ class MatVec(wiring.Component):
             address = Mux(loader.writing, loader.address, address)
             m.d.comb += [
                 self.loading.eq(loader.loading),
-                rom.write.eq(register(m, loader.write, control=True)),
-                rom.data.eq(register(m, loader.data)),
+                rom.write.eq(register(m, loader.write, "write", control=True)),
+                rom.data.eq(register(m, loader.data, "data")),
             ]
+        # TIMING: schedule, loader -> memories of all lanes
         m.d.comb += rom.address.eq(register(m, address, "address"))
         return rom
 
@@ -204,17 +211,17 @@ class MatVec(wiring.Component):
             m.d.comb += [buffers[name].operand.valid.eq(flows.valid), buffers[name].operand.payload.eq(words)]
         return buffers
 
-    def _leave_to_go(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
+    def _wire_tokens(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
         """Operands that may be multiplied: their results have a place."""
         m.submodules.bank_tokens = bank_tokens = Tokens(BANKS["vector"])
         m.submodules.weight_tokens = weight_tokens = Tokens(BANKS["n"])
         wiring.connect(m, bank_tokens.o, wiring.flipped(self.bank_token))
         is_force = self._is_force(m, buffers["vector"])
-        # Tokens are taken a cycle behind the launch, from registers, in time for the next choice.
         start = schedule.launch & schedule.new
+        # TIMING: launch -> tokens; in time for the next choice
         starts = {
-            name: register(m, start & (schedule.stack == number), control=True)
-            for number, name in enumerate(self._design.stacks)
+            name: register(m, start & (schedule.stack == n), f"starts_{name}", control=True)
+            for n, name in enumerate(STACKS)
         }
         wanted = {
             "vector": buffers["vector"].full & (~is_force | self.plane_token.valid),
@@ -234,44 +241,44 @@ class MatVec(wiring.Component):
 
     def _is_force(self, m: Module, buffer: OperandBuffer) -> Value:
         """Whether the vector at the head is d."""
-        force = Signal(BANKS["vector"])
+        force = Signal(BANKS["vector"])  # by bank
         with m.If(self.vector.valid):
             m.d.sync += force.bit_select(buffer.filling, 1).eq(self.vector.payload.force)
         return force.bit_select(buffer.head, 1)
 
-    def _read(
+    def _wire_passes(
         self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule, prepare: Prepare, drain: Drain
     ) -> None:
-        """Amounts, and what the drain must know, travel by the parity of the pass, from launch until drained."""
-        passing = Signal(
-            data.ArrayLayout(data.StructLayout({"amounts": amount_quad(self._design), "new": 1, "stack": 2}), 2),
-            reset_less=True,
-        )
+        """What the operands' way and the drain must know of a pass, by its parity, from launch until it has drained."""
+        facts = data.StructLayout({"headroom": headroom_quad(self._design), "new": 1, "stack": 2})
+        passes_in_flight = Signal(data.ArrayLayout(facts, 2), reset_less=True)
         sources = [buffers[name] for name in SOURCES]
-        amounts = Array(b.amounts.as_value() for b in sources)[schedule.source]
-        for parity in range(2):
+        headroom = Array(b.headroom.as_value() for b in sources)[schedule.source]
+        for parity, facts_of_pass in enumerate(passes_in_flight):
             with m.If(schedule.launch & (schedule.parity == parity)):
                 m.d.sync += [
-                    passing[parity].amounts.eq(amounts),
-                    passing[parity].new.eq(schedule.new),
-                    passing[parity].stack.eq(schedule.stack),
+                    facts_of_pass.headroom.eq(headroom),
+                    facts_of_pass.new.eq(schedule.new),
+                    facts_of_pass.stack.eq(schedule.stack),
                 ]
-        held = [p.amounts.as_value() for p in passing]
-        bank, captured = Signal(), Signal()  # captured: passes, modulo two
-        m.d.sync += captured.eq(captured ^ drain.complete)
+        bank = Signal()
         with m.If(schedule.launch):
             m.d.sync += bank.eq(Array(b.head for b in sources)[schedule.source])
-        reads = (schedule.read_source, schedule.read_parity, schedule.read_part)
-        source, parity, part = (delayed(m, word, READ) for word in reads)
+        captured = Signal()  # passes, modulo two
+        m.d.sync += captured.eq(captured ^ drain.complete)
+        source = delayed(m, schedule.read_source, READ, "found_source")
+        parity_found = delayed(m, schedule.read_parity, READ, "found_parity")
+        group = delayed(m, schedule.read_group, READ, "found_group")
+        headrooms = [each.headroom.as_value() for each in passes_in_flight]
         m.d.comb += [
             *(b.read.eq(Cat(schedule.quad, bank)) for b in sources),
             schedule.drained.eq(drain.drained),
             prepare.quad.eq(Array(b.quad.as_value() for b in sources)[source]),
-            prepare.amounts.eq(Array(held)[parity]),
-            prepare.part.eq(part),
-            drain.amounts.eq(Array(held)[schedule.oldest]),
-            drain.new.eq(Array(p.new for p in passing)[captured]),
-            drain.stack.eq(Array(p.stack for p in passing)[captured]),
+            prepare.headroom.eq(Array(headrooms)[parity_found]),
+            prepare.group.eq(group),
+            drain.headroom.eq(Array(headrooms)[schedule.oldest]),
+            drain.new.eq(Array(each.new for each in passes_in_flight)[captured]),
+            drain.stack.eq(Array(each.stack for each in passes_in_flight)[captured]),
         ]
 
 
@@ -280,8 +287,14 @@ class _Lane(Elaboratable):
 
         coefficient, word -> multiply -> product -> + -> sum
 
-    ``valid`` comes two cycles after the factors; ``sum`` a cycle later.  The sum runs on from pass to pass, modulo
-    its word, which saves a multiplexer a bit and a reset: the drain takes the sum of the pass before away.
+    The sum runs on from pass to pass, modulo its word, which saves a multiplexer a bit and a reset: the drain takes the
+    sum of the pass before away.
+
+    Members:
+        coefficient: in.
+        word: in, beside ``coefficient``.
+        valid: in, two cycles after the factors: their product counts.
+        sum: out, a cycle after ``valid``.
     """
 
     def __init__(self, design: Design) -> None:

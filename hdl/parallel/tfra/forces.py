@@ -57,7 +57,7 @@ class Forces(wiring.Component):
         """Cycles from the transfer of a plane's last quad to that of its first taxel, when the plane before has left.
 
         The registers of the butterfly, of rounding, of the memory's cells, of its read port, behind that, of the word,
-        and the queue; parts of a quad.
+        and the queue; beats of a quad.
         """
         return self._unfold.latency + 2 + self.read_latency + self._design.cycles_per_quad - 1
 
@@ -76,17 +76,19 @@ class Forces(wiring.Component):
         words = data.ArrayLayout(self.taxel.payload.shape(), self._design.architecture.vector_words)
         depth = PLANES << beat_number(self._design).width
         m.submodules.unfold = self._unfold
-        m.submodules.frames = self._frames = Tokens(PLANES // 3, every=3)
-        wiring.connect(m, self._frames.o, wiring.flipped(self.plane_token))
-        m.submodules.plane = plane = memory.Memory(shape=words, depth=depth, init=[])
-        entered, left = Signal(), Signal()
+        m.submodules.plane_tokens = plane_tokens = Tokens(PLANES // 3, every=3)
+        wiring.connect(m, plane_tokens.o, wiring.flipped(self.plane_token))
+        m.submodules.planes = planes = memory.Memory(shape=words, depth=depth, init=[])
+        entered = Signal()
+        left = Signal()
         full = occupancy(m, PLANES, entered, left)
         m.d.comb += [
             self._unfold.i.valid.eq(self.folded.valid),
             self._unfold.i.payload.eq(self.folded.payload),
             self._unfold.o.ready.eq(1),
-            entered.eq(self._write(m, plane.write_port())),
-            left.eq(self._read(m, plane.read_port(), full)),
+            entered.eq(self._write(m, planes.write_port())),
+            left.eq(self._read(m, planes.read_port(), full[0])),
+            plane_tokens.give.eq(register(m, left, "plane_left", control=True)),
         ]
         return m
 
@@ -94,13 +96,14 @@ class Forces(wiring.Component):
         """Round the unfolded quads and store them; high with a plane's last."""
         design, drop, unfolded = self._design, force_drop(self._design), self._unfold.o
         rounded = Signal(quad(design.widths.force), reset_less=True)
-        plane, ends = Signal(range(PLANES)), Signal()
-        number, last = wrapping_counter(m, port.en, design.quads * design.cycles_per_quad)
+        plane = Signal(range(PLANES), name="write_plane")
+        ends = Signal()
+        number, last = wrapping_counter(m, port.en, design.quads * design.cycles_per_quad, "write_number")
         ends_quad = beat_in_quad(design, number) == design.cycles_per_quad - 1
         m.d.comb += [
             port.addr.eq(Cat(number, plane)),
             port.data.eq(select_beat(design, rounded, number)),
-            port.en.eq(beat_valid(m, register(m, unfolded.valid, control=True), ends_quad)),
+            port.en.eq(beat_valid(m, register(m, unfolded.valid, "rounded_valid", control=True), ends_quad)),
             ends.eq(port.en & last),
         ]
         with m.If(unfolded.valid):
@@ -110,31 +113,41 @@ class Forces(wiring.Component):
         return ends
 
     def _read(self, m: Module, port: Any, full: Value) -> Value:
-        """Walk over a full plane: address, read port, its register, the word of the place; high with the last read.
+        """Walk over a plane that is ``full`` and queue its taxels; high with the last read.
 
         The queue has as many places as it takes cycles until one is free again while nothing stalls.
         """
-        plane, issue, ends = Signal(range(PLANES)), Signal(), Signal()
+        plane = Signal(range(PLANES), name="read_plane")
+        issue = Signal()
+        ends = Signal()
         m.submodules.raster = raster = Raster(self._design)
         m.submodules.places = places = Tokens(self.read_latency + 1)
         m.submodules.queue = queue = Queue(self.taxel.payload.shape(), self.read_latency + 2)
         wiring.connect(m, queue.o, wiring.flipped(self.taxel))
-        place = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
-        size = self._design.architecture.vector_words
-        inside = (size - 1).bit_length()  # bits of the place that a part has words for; the others are address
-        number = Cat(place[inside:], raster.quad)[: beat_number(self._design).width]
-        words = data.View(port.data.shape(), register(m, port.data.as_value(), "words"))
-        chosen = Array(words[k] for k in range(size))[delayed(m, place[:inside], READ)] if inside else words[0]
+        number, word = self._locate(raster)
         m.d.comb += [
-            issue.eq(places.o.valid & full[0]),
-            places.o.ready.eq(full[0]),
+            issue.eq(places.o.valid & full),
+            places.o.ready.eq(full),
             places.give.eq(self.taxel.valid & self.taxel.ready),
             ends.eq(issue & raster.last),
             raster.transfer.eq(issue),
             port.addr.eq(Cat(number, plane)),
             queue.i.valid.eq(delayed(m, issue, READ + 1, "issued", control=True)),
-            queue.i.payload.eq(register(m, chosen, "word")),
-            self._frames.give.eq(register(m, ends, control=True)),
+            queue.i.payload.eq(register(m, self._select_word(m, port, word), "word")),
         ]
         m.d.sync += plane.eq(plane + ends)
         return ends
+
+    def _locate(self, raster: Raster) -> tuple[Value, Value]:
+        """Where the raster's taxel lies in its plane: the number of a beat, and the word in that beat."""
+        mirror = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
+        word_bits = (self._design.architecture.vector_words - 1).bit_length()
+        number = Cat(mirror[word_bits:], raster.quad)[: beat_number(self._design).width]
+        return number, mirror[:word_bits]
+
+    def _select_word(self, m: Module, port: Any, word: Value) -> Value:
+        """The word of the beat that was read for it, ``READ`` cycles ago."""
+        beat = data.View(port.data.shape(), register(m, port.data.as_value(), "beat"))
+        if not len(word):
+            return beat[0]
+        return Array(beat[k] for k in range(len(beat)))[delayed(m, word, READ, "found_word")]

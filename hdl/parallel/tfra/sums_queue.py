@@ -23,20 +23,19 @@ ROWS = 1 << _ROW_BITS
 class SumsQueue(wiring.Component):
     """Quads of two products, in the order of their frames: one of ``b``, then three of ``n``, over and over.
 
-    Frames follow each other in a memory with a row for each quad, which is read from end to end: a row is free again
-    when it has been read: it has been by the time that its frame's token is taken again.
+    Frames follow each other in a memory with a row for each quad, which is read from end to end.  No full flag: at most
+    ``FRAMES`` frames hold a token, so a row is read before it is written again.
 
     Members:
-        b, n: streams in, which never wait; at most one of them is valid in a cycle, since results of products come one
-            at a time.
-        o: stream out, registered.
+        b: stream in, a quad a frame.
+        n: stream in, ``ROWS - 1`` quads a frame, never in the same cycle as one of ``b``.
+        o: stream out, ``ROWS`` quads a frame, registered.
 
     Resources: one memory of 16 vector quads, which small memories of common devices just hold.
     """
 
     latency = 4
-    """Cycles from the transfer of a quad whose turn it is to that at the other end, with registers before the memory
-    and behind: the way is long and nobody waits for a sum."""
+    """Cycles from the transfer of a quad whose turn it is to that at the other end."""
 
     interval = 4
     """Cycles between two transfers at the other end at the shortest."""
@@ -50,27 +49,35 @@ class SumsQueue(wiring.Component):
         m = Module()
         m.submodules.rows = rows = Memory(shape=self.o.payload.shape(), depth=FRAMES * ROWS, init=[])
         write, read = rows.write_port(), rows.read_port()
-        put_b, put_n, get, got = self.b.valid, self.n.valid, Signal(name="get"), Signal(name="got")
-        b_frame, _ = wrapping_counter(m, put_b, FRAMES, "b_frame")
-        n_row, n_last = wrapping_counter(m, put_n, ROWS - 1, "n_row")
-        n_frame, _ = wrapping_counter(m, put_n & n_last, FRAMES, "n_frame")
-        place, _ = wrapping_counter(m, get, FRAMES * ROWS, "place")
-        is_b = place[:_ROW_BITS] == 0
-        b, n = occupancy(m, FRAMES, put_b, get & is_b), occupancy(m, FRAMES * (ROWS - 1), put_n, get & ~is_b)
-        at = Mux(put_b, Cat(Const(0, _ROW_BITS), b_frame), Cat((n_row + 1)[:_ROW_BITS], n_frame))
-        out = driver(m, self.o.payload)
+        b_frame, _ = wrapping_counter(m, self.b.valid, FRAMES, "b_frame")
+        n_row, n_last = wrapping_counter(m, self.n.valid, ROWS - 1, "n_row")
+        n_frame, _ = wrapping_counter(m, self.n.valid & n_last, FRAMES, "n_frame")
+        b_address = Cat(Const(0, _ROW_BITS), b_frame)
+        n_address = Cat((n_row + 1)[:_ROW_BITS], n_frame)
+        arrived = Mux(self.b.valid, self.b.payload.as_value(), self.n.payload.as_value())
         m.d.comb += [
-            write.en.eq(register(m, put_b | put_n, control=True)),
-            write.addr.eq(register(m, at)),
-            write.data.eq(register(m, Mux(put_b, self.b.payload.as_value(), self.n.payload.as_value()))),
-            read.addr.eq(place),
-            read.en.eq(1),
+            # TIMING: matvec's result router -> memory
+            write.en.eq(register(m, self.b.valid | self.n.valid, "write_enable", control=True)),
+            write.addr.eq(register(m, Mux(self.b.valid, b_address, n_address), "write_address")),
+            write.data.eq(register(m, arrived, "write_data")),
         ]
+        self._read(m, read)
+        return m
+
+    def _read(self, m: Module, port: Any) -> None:
+        """Row by row: ``get`` in the cycle of the address, ``got`` in that of the memory's word."""
+        get = Signal(name="get")
+        got = Signal(name="got")
+        row, _ = wrapping_counter(m, get, FRAMES * ROWS, "row")
+        is_b = row[:_ROW_BITS] == 0
+        b_waiting = occupancy(m, FRAMES, self.b.valid, get & is_b)
+        n_waiting = occupancy(m, FRAMES * (ROWS - 1), self.n.valid, get & ~is_b)
+        out = driver(m, self.o.payload)
+        m.d.comb += [port.addr.eq(row), port.en.eq(1)]
         m.d.sync += [
-            get.eq(~(get | got | self.o.valid) & Mux(is_b, b[0], n[0])),
+            get.eq(~(get | got | self.o.valid) & Mux(is_b, b_waiting[0], n_waiting[0])),
             got.eq(get),
             self.o.valid.eq(got | (self.o.valid & ~self.o.ready)),
         ]
         with m.If(got):
-            m.d.sync += out.eq(read.data)
-        return m
+            m.d.sync += out.eq(port.data)

@@ -60,19 +60,22 @@ class Weights(wiring.Component):
             fold.o.ready.eq(1),
         ]
         self._clip(m)
-        _, last = wrapping_counter(m, unfold.o.valid, self._design.quads)
+        _, last = wrapping_counter(m, unfold.o.valid, self._design.quads, "quad")
+        beats = self._design.cycles_per_quad
         m.d.comb += [
-            self.n.valid.eq(register(m, fold.o.valid, control=True)),
-            self.n.payload.eq(register(m, fold.o.payload.as_value())),
+            # TIMING: second butterfly -> combine, matvec
+            self.n.valid.eq(register(m, fold.o.valid, "n_valid", control=True)),
+            self.n.payload.eq(register(m, fold.o.payload.as_value(), "n_words")),
             # Facts stand as long as the last quad does.
-            self.frame.ready.eq(delayed(m, unfold.o.valid & last, self._design.cycles_per_quad - 1, control=True)),
+            self.frame.ready.eq(delayed(m, unfold.o.valid & last, beats - 1, "last_quad", control=True)),
         ]
         return m
 
     def _clip(self, m: Module) -> None:
         """Two registers between the butterflies: subtraction, then clipping."""
         taxels = quad(self._design.widths.vector - 2)
-        negated, clipped = Signal(taxels, reset_less=True), Signal(taxels, reset_less=True)
+        negated = Signal(taxels, reset_less=True)
+        clipped = Signal(taxels, reset_less=True)
         regular = Signal(reset_less=True)
         facts = self.frame.payload
         m.d.sync += regular.eq(facts.contact & facts.traction)
