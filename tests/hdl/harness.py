@@ -16,11 +16,11 @@ from tfra.sim.protocol import Pattern, bursts, flowing, random_stalls
 PATTERNS = (flowing, random_stalls, bursts)
 
 Leave = Callable[[int, "Recording", int], bool]
-"""Whether transfer number ... may be offered, from what was recorded until cycle ...: a flow asks before it sends."""
+"""Whether transfer number ... may be offered, from what was recorded until cycle ...: of ports that may never wait."""
 
 
 def apart(pattern: Pattern, cycles: int) -> Pattern:
-    """``pattern``, with at least so many cycles from a transfer to the next: parts of a flow's quads."""
+    """``pattern``, with at least so many cycles from a transfer to the next: beats of a quad."""
 
     def spaced(rng: random.Random) -> Iterator[bool]:
         for stall in pattern(rng):
@@ -99,7 +99,7 @@ def run(
     """Send ``inputs`` (port -> payloads), take ``outputs`` (port -> number of transfers), record them all.
 
     Ports are dotted attribute paths, with numbers for arrays (``o.0``); ``steady`` ones never stall, those in ``leave``
-    ask it.  A flow, which has no ready, is taken as it comes.  Raises ``AssertionError`` when the block hangs, drops
+    ask it.  A stream that is always ready is taken as it comes.  Raises ``AssertionError`` when the block hangs, drops
     valid before ready, or changes a payload that was not taken.
     """
     record = Recording()

@@ -103,13 +103,23 @@ class OperandBuffer(wiring.Component):
         if self._banks == 2:
             m.d.sync += [self.filling.eq(self.filling ^ ended), self.head.eq(self.head ^ self.free)]
         if self._flowing:
-            self._flow(m, write.en, last)
+            self._track_flowing_bank(m, write.en, last)
         else:
-            self._states(m, write.en, ended, number == 0)
+            self._track_banks(m, write.en, ended, number == 0)
         return m
 
-    def _flow(self, m: Module, transfer: Value, last: Value) -> None:
-        """The next frame's first quad waits for the bank, the others follow it and the reads."""
+    def _track_flowing_bank(self, m: Module, transfer: Value, last: Value) -> None:
+        """The bank is read while its quads come; the next frame's first quad waits until it is free.
+
+        ===========  ========  =========  =========  ============================================================
+        state        ``full``  ``first``  ``waits``  next state
+        ===========  ========  =========  =========  ============================================================
+        empty        0         1          0          filling with the first quad
+        filling      1         0          0          waiting with the last quad; freed when its last pass has begun
+        freed        0         0          0          empty with the last quad
+        waiting      1         1          1          empty when its last pass has begun
+        ===========  ========  =========  =========  ============================================================
+        """
         first = Signal(init=1)
         waits = Signal()
         with m.If(transfer):
@@ -127,7 +137,7 @@ class OperandBuffer(wiring.Component):
         """Bits of a vector word above one that has fewer."""
         return self._design.widths.vector - self._fraction - len(self.operand.p[0])
 
-    def _states(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
+    def _track_banks(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
         """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their headroom stands."""
         occupied = Signal(self._banks)
         full = Signal(self._banks)

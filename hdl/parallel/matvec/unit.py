@@ -207,8 +207,8 @@ class MatVec(wiring.Component):
         for name, buffer in buffers.items():
             m.submodules[name] = buffer
         wiring.connect(m, wiring.flipped(self.b), buffers["b"].operand)
-        for name, flows, words in (("n", self.n, self.n.payload), ("vector", self.vector, self.vector.payload.words)):
-            m.d.comb += [buffers[name].operand.valid.eq(flows.valid), buffers[name].operand.payload.eq(words)]
+        for name, port, words in (("n", self.n, self.n.payload), ("vector", self.vector, self.vector.payload.words)):
+            m.d.comb += [buffers[name].operand.valid.eq(port.valid), buffers[name].operand.payload.eq(words)]
         return buffers
 
     def _wire_tokens(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
