@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import reduce
 from operator import or_
-from typing import Any
+from typing import Any, NamedTuple
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import stream, wiring
@@ -13,6 +13,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape, magnitude_bits, round_top
 from tfra.hdl.lib.divider import Divider
 from tfra.hdl.lib.pipeline import ALIGN, ahead, align, register
+from tfra.hdl.lib.schedule import later, once
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.design import Design
@@ -23,8 +24,33 @@ _WHOLE = int(COEFFICIENT_LIMIT).bit_length() - 1
 """Bits before the point of alpha and beta; their limit is a power of two, so that a shift compares with it."""
 assert 1 << _WHOLE == COEFFICIENT_LIMIT
 
-_ORDER = ((0, 1), (1, 1), (0, 0), (1, 0), (0, 2), (1, 2), (2, 0), (2, 1), (2, 2))
-"""p, q of the A_pq in the ring, head first: the operands of ux, u0, uy, then the rest."""
+
+class _Product(NamedTuple):
+    """A row of the schedule: ``operand`` times ``factor``, added to a sum or subtracted from it."""
+
+    operand: tuple[int, int]
+    """p, q of an A_pq at operand length."""
+    factor: str
+    """Of the direction."""
+    sign: int
+    sweep_y_inverts: bool
+    """The sign is the opposite one where the sweep goes along y."""
+    total: str
+    """Sum that it belongs to."""
+
+
+_PRODUCTS = (
+    _Product((0, 1), "sin", +1, False, "u_1"),
+    _Product((1, 1), "cos", -1, False, "u_1"),
+    _Product((0, 0), "sin", +1, True, "+-u_0"),
+    _Product((1, 0), "cos", -1, True, "+-u_0"),
+    _Product((0, 2), "sin", -1, False, "-u_2"),
+    _Product((1, 2), "cos", +1, False, "-u_2"),
+)
+"""One a cycle: row n is added in cycle ``_ADD[n]``."""
+
+_ORDER = (*(product.operand for product in _PRODUCTS), (2, 0), (2, 1), (2, 2))
+"""p, q of the A_pq in the ring, head first: the operands of the products, then the rest."""
 
 _GATHER = (
     {(0, 0): OX, (1, 0): OY, (2, 0): EE},
@@ -34,16 +60,18 @@ _GATHER = (
 )
 """The A_pq that a parity of each quad of sums is (a part of)."""
 
-# Cycles of the schedule; registers are loaded at the end of theirs.
-_ZEROS = 3  # after the OR of the words, in two steps, and the first half of its zeros
-_BACK = ALIGN + 1  # barrel and rounding
-_RING = range(_ZEROS + 1, _ZEROS + 10 + _BACK)  # nine words to the barrel, and until the last one is back
-_ADD = range(_RING.start + _BACK + 2, _RING.start + _BACK + 8)  # after the multiplier, and a register before it
-_SWAP = _ADD.stop + 1
-_ZEROS_U = _ADD.stop + 2  # after the OR of the sums and the first half of its zeros
-_ALIGN_U = range(_ZEROS_U + 1, _ZEROS_U + 4)
-_ROUND_U = range(_ALIGN_U.start + ALIGN + 1, _ALIGN_U.stop + ALIGN + 1)  # rounded a cycle before
-_COMPARE = _ROUND_U.stop
+# Cycles of the schedule; registers are loaded at the end of theirs.  First the nine words, then the three sums.
+_BACK = ALIGN + 1  # barrel, in steps, and rounding
+_OR_OF_THIRDS, _OR, _HALF_ZEROS, _ZEROS = range(4)
+_RING = range(_ZEROS + 1, _ZEROS + 1 + len(_ORDER) + _BACK)  # all words to the barrel, until the last one is back
+_MULTIPLY = later(range(len(_PRODUCTS)), _RING.start + _BACK + 1)  # a register behind the rounding
+_ADD = later(_MULTIPLY, 1)
+_OR_U, _HALF_ZEROS_U, _ZEROS_U = later(range(3), _ADD.stop)
+_SWAP = _HALF_ZEROS_U  # after the OR, which is that of the sums in any order
+_ALIGN_U = later(range(3), _ZEROS_U + 1)
+_ROUND_U = later(_ALIGN_U, ALIGN)
+_LIMIT_U = later(_ROUND_U, 1)
+_COMPARE = _LIMIT_U.stop
 _DIVIDE = _COMPARE + 1
 
 
@@ -66,11 +94,28 @@ class Dependent(wiring.Component):
     else     u_0    u_1    -u_2
     ======== ====== ====== ======
 
+    ``_PRODUCTS`` is the schedule of the multiplier, from which the order of the ring, the factors and the signs are
+    made.  The sums are den, num0, num1 where the sweep goes along y.  Else the outer two are swapped.  In all:
+
+    =============== ======================================================================
+    ``_ZEROS``      zeros that all words have behind their signs
+    ``_RING``       the ring moves: a word a cycle to the barrel, a rounded one a cycle back
+    ``_MULTIPLY``   operand times factor
+    ``_ADD``        ... to its sum, or from it
+    ``_ZEROS_U``    zeros that all sums have behind their signs; ``_SWAP`` is beside it
+    ``_ALIGN_U``    a sum a cycle to the barrel: den, num0, num1
+    ``_ROUND_U``    its magnitude
+    ``_LIMIT_U``    ... limited
+    ``_COMPARE``    num0 and num1 with the limit of quotients times den
+    ``_DIVIDE``     both divisions begin
+    =============== ======================================================================
+
     Members:
-        sums: four quads a frame: sums_b, then three of sums_n.
-        direction, frame: facts of the frame; the calculation waits for them.
-        affine: the result, one transfer a frame.  The sums of the next frame are taken when it has left, since the
-            ring that gathers them is what holds ``affine.sums``.
+        sums: four quads a frame: sums_b, then three of sums_n.  Those of the next frame are taken when ``affine`` has
+            left, since the ring that gathers them holds ``affine.sums``.
+        direction: fact of the frame; the calculation waits for it.
+        frame: fact of the frame; the calculation waits for it.
+        affine: the result, one transfer a frame.
 
     Resources: one operand x operand multiplier, used six times; two :class:`tfra.hdl.lib.divider.Divider`.
     """
@@ -111,7 +156,8 @@ class Dependent(wiring.Component):
 
     def _gather(self, m: Module, ring: list[Signal]) -> Value:
         """A_pq into the ring as their parts arrive; high from the last part until ``affine`` has left."""
-        step, full = Signal(counter_shape(len(_GATHER) - 1)), Signal()
+        step = Signal(counter_shape(len(_GATHER) - 1))
+        full = Signal()
         m.d.comb += self.sums.ready.eq(~full)
         begun: set[tuple[int, int]] = set()
         with m.If(self.sums.valid & ~full):
@@ -131,8 +177,8 @@ class Dependent(wiring.Component):
         """Cycle of the schedule: zero until sums and facts are there, the one after the last until affine has left."""
         cycle = Signal(counter_shape(_DIVIDE + 1))
         m.d.comb += [
-            self.direction.ready.eq(self._at(m, cycle, _SWAP)),
-            self.frame.ready.eq(self._at(m, cycle, _DIVIDE)),
+            self.direction.ready.eq(ahead(m, cycle, once(_SWAP))),
+            self.frame.ready.eq(ahead(m, cycle, once(_DIVIDE))),
         ]
         with m.If(cycle == 0):
             m.d.sync += cycle.eq(full & self.direction.valid & self.frame.valid)
@@ -142,61 +188,74 @@ class Dependent(wiring.Component):
             m.d.sync += cycle.eq(0)
         return cycle
 
-    @staticmethod
-    def _at(m: Module, cycle: Value, number: int) -> Signal:
-        """High in one cycle of the schedule, and a register: it steers many words."""
-        return ahead(m, cycle, range(number, number + 1))
-
     def _normalise(self, m: Module, ring: list[Signal], cycle: Value) -> Value:
         """The ring's words at operand length, one each cycle; they return to its tail."""
         vector, operand = self.design.widths.vector, self.design.formats.operand
         exact = [word[:vector].as_signed() for word in ring]
         rounded = Signal(signed(operand), reset_less=True)
-        seen = [register(m, reduce(or_, map(magnitude_bits, exact[k::3])), "seen") for k in range(3)]
-        aligned, zeros = align(m, [Cat(word, 0).as_signed() for word in seen], exact[0], self._at(m, cycle, _ZEROS))
+        thirds = [register(m, reduce(or_, map(magnitude_bits, exact[k::3])), f"third{k}") for k in range(3)]
+        measured = [Cat(word, 0).as_signed() for word in thirds]
+        aligned, zeros = align(m, measured, exact[0], ahead(m, cycle, once(_ZEROS)))
         m.d.sync += rounded.eq(round_top(aligned, operand))
         with m.If(ahead(m, cycle, _RING)):
             m.d.sync += [word.eq(after) for word, after in zip(ring, [*ring[1:], rounded], strict=True)]
         m.d.comb += self.affine.payload.significant.eq(vector - 1 - zeros)
         return rounded
 
-    def _products(self, m: Module, word: Value, cycle: Value) -> list[Signal]:
-        """den, num0, num1: exact, up to the order of the outer two until they are swapped."""
+    def _products(self, m: Module, rounded: Value, cycle: Value) -> list[Signal]:
+        """num1, num0, den: exact; each sum enters the first of the registers and moves on for the next one."""
         operand, direction = self.design.formats.operand, self.direction.payload
+        num1, num0, den = exact = [
+            Signal(signed(2 * operand), name=n, reset_less=True) for n in ("num1", "num0", "den")
+        ]
         factor = Signal(signed(operand), reset_less=True)
         product = Signal(signed(2 * operand), reset_less=True)
-        last, middle, first = exact = [Signal(signed(2 * operand), name=f"u{n}", reset_less=True) for n in range(3)]
-        second = cycle[0] ^ (_ADD.start & 1)  # of a pair, which is subtracted where the pair's sign is plus
-        subtract = Signal(reset_less=True)
-        with m.Switch(cycle):  # a cycle ahead
-            for pair, sign in enumerate((0, direction.sweep_y, 1)):
-                for turn in range(2):
-                    with m.Case(_ADD[2 * pair + turn] - 1):
-                        m.d.sync += subtract.eq(sign ^ turn)
-        word = register(m, word, "word")  # the multiplier is far from the ring
-        m.d.sync += [factor.eq(Mux(second, direction.cos, direction.sin)), product.eq(word * factor)]
+        second = self._second(cycle)
+        subtract = self._subtract(m, cycle)
+        word = register(m, rounded, "word")  # TIMING: rounded -> product
+        factors = [direction[row.factor] for row in _PRODUCTS[:2]]
+        m.d.sync += [factor.eq(Mux(second, factors[1], factors[0])), product.eq(word * factor)]
         swap = self.direction.ready
-        # One adder for the sums and for the swap, so that nothing follows it.
-        base = Mux(swap, first, Mux(second, last, 0)).as_signed()
+        # TIMING: product -> num1: one adder for the sums and for the swap, so that nothing follows it
+        base = Mux(swap, den, Mux(second, num1, 0)).as_signed()
         total = add_or_subtract(base, Mux(swap, 0, product).as_signed(), subtract)
         with m.If(ahead(m, cycle, _ADD)):
-            m.d.sync += last.eq(total)
+            m.d.sync += num1.eq(total)
             with m.If(~second):
-                m.d.sync += [first.eq(middle), middle.eq(last)]
+                m.d.sync += [den.eq(num0), num0.eq(num1)]
         with m.If(swap & ~direction.sweep_y):
-            m.d.sync += [first.eq(last), last.eq(total)]
+            m.d.sync += [den.eq(num1), num1.eq(total)]
         with m.If(ahead(m, cycle, _ALIGN_U)):
-            m.d.sync += [first.eq(middle), middle.eq(last)]
+            m.d.sync += [den.eq(num0), num0.eq(num1)]
         return exact
 
+    @staticmethod
+    def _second(cycle: Value) -> Value:
+        """High for every second product of the schedule, which has the other factor and completes a sum."""
+        for first, second in zip(_PRODUCTS[::2], _PRODUCTS[1::2], strict=True):
+            assert first.total == second.total
+            assert (first.factor, second.factor) == (_PRODUCTS[0].factor, _PRODUCTS[1].factor)
+        return cycle[0] ^ (_ADD.start & 1)
+
+    def _subtract(self, m: Module, cycle: Value) -> Signal:
+        """The product that is added now is subtracted."""
+        subtract = Signal(reset_less=True)
+        with m.Switch(cycle):
+            for add, product in zip(_ADD, _PRODUCTS, strict=True):
+                inverts = self.direction.payload.sweep_y if product.sweep_y_inverts else 0
+                with m.Case(add - 1):
+                    m.d.sync += subtract.eq(inverts ^ int(product.sign < 0))
+        return subtract
+
     def _magnitudes(self, m: Module, exact: list[Signal], cycle: Value) -> tuple[list[Signal], list[Signal]]:
-        """|num1|, |num0|, |den| with a common factor, and their signs."""
+        """|num1|, |num0|, |den| with a common factor, and their signs; den comes first and moves on."""
         bits = self.design.widths.division
-        aligned, _ = align(m, exact, exact[-1], self._at(m, cycle, _ZEROS_U))
-        size = [Signal(bits, name=f"size{n}", reset_less=True) for n in range(3)]
-        negative = [Signal(name=f"negative{n}", reset_less=True) for n in range(3)]
-        sign, rounded = register(m, aligned[-1], "sign"), register(m, _round_magnitude(aligned, bits), "rounded")
-        with m.If(ahead(m, cycle, _ROUND_U)):
+        names = ("num1", "num0", "den")
+        size = [Signal(bits, name=f"{name}_size", reset_less=True) for name in names]
+        negative = [Signal(name=f"{name}_negative", reset_less=True) for name in names]
+        aligned, _ = align(m, exact, exact[-1], ahead(m, cycle, once(_ZEROS_U)))
+        sign, rounded = register(m, aligned[-1], "sign"), register(m, _round_magnitude(aligned, bits), "magnitude")
+        with m.If(ahead(m, cycle, _LIMIT_U)):
             limited = Mux(rounded[-1] & ~sign, (1 << (bits - 1)) - 1, rounded)
             m.d.sync += [size[0].eq(limited), negative[0].eq(sign)]
             m.d.sync += [size[n + 1].eq(size[n]) for n in range(2)]
@@ -205,18 +264,23 @@ class Dependent(wiring.Component):
 
     def _divide(self, m: Module, size: list[Signal], negative: list[Signal], cycle: Value) -> None:
         """alpha and beta; 0 / 1 where they are not usable."""
-        affine, facts, den = self.affine.payload, self.frame.payload, size[2]
-        vanishing, usable = Signal(reset_less=True), Signal()
+        affine, facts = self.affine.payload, self.frame.payload
+        num1, num0, den = size
+        vanishing = Signal(reset_less=True)
+        usable = Signal()
         limit = den << _WHOLE
-        with m.If(self._at(m, cycle, _COMPARE)):
-            m.d.sync += vanishing.eq((size[0] >= limit) | (size[1] >= limit))
+        with m.If(ahead(m, cycle, once(_COMPARE))):
+            m.d.sync += vanishing.eq((num1 >= limit) | (num0 >= limit))
         m.d.comb += [usable.eq(facts.contact & facts.traction & ~vanishing), affine.vanishing.eq(vanishing)]
-        for name, number in (("alpha", 1), ("beta", 0)):
-            m.submodules[name] = divider = self._dividers[number]
+        for name, divider, numerator, sign in (
+            ("alpha", self._dividers[1], num0, negative[1]),
+            ("beta", self._dividers[0], num1, negative[0]),
+        ):
+            m.submodules[name] = divider
             m.d.comb += [
-                divider.i.payload.numerator.eq(Mux(usable, size[number], 0)),
+                divider.i.payload.numerator.eq(Mux(usable, numerator, 0)),
                 divider.i.payload.denominator.eq(den | ~usable),
-                divider.i.payload.negative.eq(negative[number] ^ negative[2]),
+                divider.i.payload.negative.eq(sign ^ negative[2]),
                 divider.i.valid.eq(self.frame.ready),
                 divider.o.ready.eq(self.affine.ready),
                 affine[name].eq(divider.o.payload),

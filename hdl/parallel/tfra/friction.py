@@ -11,6 +11,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import add_or_subtract, saturate
 from tfra.hdl.lib.pipeline import ahead, driver, register
+from tfra.hdl.lib.schedule import once
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design
@@ -30,10 +31,21 @@ class Friction(wiring.Component):
 
     The sign of mu_ind joins at the addition, whose other operand holds alpha and the half that rounds the product.
 
+    ============= ==================================================================================
+    ``_ADDRESS``  ``number``: the place of mu_ind without its sign in the grid, which is that of the smallest mu for index 0
+    ``_READ``     the memory answers
+    ``_MASK``     ``grid``: k / K, or zero
+    ``_MULTIPLY`` ``product``: beta k / K; ``mu_ind`` is beside it
+    ``_ADD``      ``total``: alpha + beta mu_ind
+    ``_CHOOSE``   ``chosen``
+    ============= ==================================================================================
+
     Members:
-        index: the chosen candidate, one transfer a frame.
-        direction, affine, frame: facts of the frame; the calculation waits for them.
-        chosen: the result, one transfer a frame; the next index is taken when it has left.
+        index: the winner, one transfer a frame; the next one is taken when ``chosen`` has left.
+        direction: fact of the frame; the calculation waits for it.
+        affine: fact of the frame; the calculation waits for it.
+        frame: fact of the frame; the calculation waits for it.
+        chosen: the result, one transfer a frame.
 
     Resources: one multiplier, operand x (operand - 2, unsigned); K + 1 words of memory.
     """
@@ -72,12 +84,12 @@ class Friction(wiring.Component):
         return m
 
     def _control(self, m: Module) -> tuple[Value, Value]:
-        """Wait for index and facts, which are taken in the last cycle; the index, from below and from above."""
+        """Wait for index and facts, which are taken in the last cycle; the index, and K minus the index."""
         facts = (self.direction, self.affine, self.frame)
         cycle, busy = one_at_a_time(m, self.index, facts, self.chosen, _CHOOSE)
         index = Signal(payloads.sweep_index(self.design), reset_less=True)
-        mirrored = Signal.like(index)
-        m.d.comb += [fact.ready.eq(ahead(m, cycle, range(_CHOOSE, _CHOOSE + 1))) for fact in facts]
+        mirrored = Signal.like(index, name="mirrored")
+        m.d.comb += [fact.ready.eq(ahead(m, cycle, once(_CHOOSE))) for fact in facts]
         with m.If(~busy):
             m.d.sync += [index.eq(self.index.payload), mirrored.eq(self.design.search.steps - self.index.payload)]
         return index, mirrored
@@ -105,6 +117,7 @@ class Friction(wiring.Component):
         return total[fraction:].as_signed()
 
     def _choose(self, m: Module, chosen: data.View, mu_ind: Value, exact: Value) -> None:
+        """Both mu in the order of the axes."""
         one = 1 << scalar_fraction(self.design)
         mu_dep = saturate(exact, self.design.formats.operand)
         sweep_y = self.direction.payload.sweep_y

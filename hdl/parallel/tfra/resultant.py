@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from amaranth import Module, Mux, Signal, Value, signed
 from amaranth.lib import stream, wiring
@@ -10,17 +10,44 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import round_top
 from tfra.hdl.lib.pipeline import ALIGN, ahead, align, driver
+from tfra.hdl.lib.schedule import later, once
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 
+
+class _Product(NamedTuple):
+    """A row of the schedule: ``operand`` times ``factor``, added to a force; the first of a force to ``start``."""
+
+    force: str
+    operand: tuple[int, int]
+    """p, q of an A_pq."""
+    factor: str
+    """Of the chosen candidate."""
+    start: tuple[int, int]
+    """p, q of the A_pq that is added, too."""
+    swept: bool
+    """All of it is zero when nothing is swept."""
+
+
+_PRODUCTS = (
+    _Product("F_x", (0, 1), "mu_x", (0, 0), True),
+    _Product("F_x", (0, 2), "mu_y", (0, 0), True),
+    _Product("F_y", (1, 1), "mu_x", (1, 0), True),
+    _Product("F_y", (1, 2), "mu_y", (1, 0), True),
+    _Product("F_z", (2, 1), "mu_x", (2, 0), False),
+    _Product("F_z", (2, 2), "mu_y", (2, 0), False),
+)
+"""One a cycle: the operand of row n is loaded in cycle ``_LOAD[n]``, its product is added in cycle ``_ADD[n]``."""
+
 # Cycles of the schedule; registers are loaded at the end of theirs.
-_LOAD = range(0, 6)
-_ADD = range(_LOAD.start + 2, _LOAD.stop + 2)  # after the multiplier
-_ZEROS = _ADD.stop + 2  # after the OR of the sums and the first half of its zeros
-_ALIGN = range(_ZEROS + 1, _ZEROS + 4)
-_ROUND = range(_ALIGN.start + ALIGN, _ALIGN.stop + ALIGN)
+_LOAD = range(len(_PRODUCTS))
+_MULTIPLY = later(_LOAD, 1)
+_ADD = later(_MULTIPLY, 1)
+_OR, _HALF_ZEROS, _ZEROS = later(range(3), _ADD.stop)
+_ALIGN = later(range(3), _ZEROS + 1)
+_ROUND = later(_ALIGN, ALIGN)
 _LAST = _ROUND.stop - 1
 
 
@@ -31,10 +58,22 @@ class Resultant(wiring.Component):
 
         affine.sums ─▶ select ─▶ x mu_x, x mu_y ─▶ + ─▶ F_x, F_y, F_z ─▶ align ─▶ round ─▶ total
 
+    ``_PRODUCTS`` is the schedule of the multiplier, from which operands and factors are chosen.  In all:
+
+    ============== ====================================================================
+    ``_LOAD``      operand and factor; with a force's second ones the ``start`` of its sum
+    ``_MULTIPLY``  operand times factor
+    ``_ADD``       ... to its force
+    ``_ZEROS``     zeros that all forces have behind their signs
+    ``_ALIGN``     a force a cycle to the barrel: F_x, F_y, F_z
+    ``_ROUND``     rounded, into ``total``
+    ============== ====================================================================
+
     Members:
-        affine, frame: facts of the frame; the calculation waits for them.
-        chosen: mu_x and mu_y, taken at once.
-        total: the result, one transfer a frame; the next chosen is taken when it has left.
+        affine: fact of the frame; the calculation waits for it.
+        chosen: ``mu_x`` and ``mu_y``; the next one is taken when ``total`` has left.
+        frame: fact of the frame; the calculation waits for it.
+        total: the result, one transfer a frame.
 
     Resources: one operand x operand multiplier, used six times.
     """
@@ -57,56 +96,71 @@ class Resultant(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        operand = self.design.formats.operand
-        factors = [Signal(signed(operand), name=name, reset_less=True) for name in ("factor", "next_factor")]
-        cycle = self._control(m, factors)
-        exact = self._products(m, factors[0], cycle)
-        self._normalise(m, exact, cycle)
+        cycle, factor = self._control(m)
+        forces = self._products(m, factor, cycle)
+        self._normalise(m, forces, cycle)
         return m
 
-    def _control(self, m: Module, factors: list[Signal]) -> Value:
-        """Cycle of the schedule, zero until chosen and facts are there; mu_x and mu_y take turns."""
-        facts = (self.affine, self.frame)
+    def _control(self, m: Module) -> tuple[Value, Signal]:
+        """Cycle of the schedule, zero until chosen and facts are there; the factor, which alternates."""
+        facts, operand = (self.affine, self.frame), self.design.formats.operand
         cycle, busy = one_at_a_time(m, self.chosen, facts, self.total, _LAST)
-        chosen = self.chosen.payload
-        first = ahead(m, cycle, _ALIGN[:1])
-        m.d.comb += [fact.ready.eq(first) for fact in facts]
+        taken = ahead(m, cycle, once(_ALIGN.start))
+        m.d.comb += [fact.ready.eq(taken) for fact in facts]
+        factor = Signal(signed(operand), reset_less=True)
+        next_factor = Signal(signed(operand), reset_less=True)
+        first, second = (self.chosen.payload[product.factor] for product in _PRODUCTS[:2])
         with m.If(~busy):
-            m.d.sync += [factors[0].eq(chosen.mu_x), factors[1].eq(chosen.mu_y)]
+            m.d.sync += [factor.eq(first), next_factor.eq(second)]
         with m.Elif(cycle != 0):
-            m.d.sync += [factors[0].eq(factors[1]), factors[1].eq(factors[0])]
-        return cycle
+            m.d.sync += [factor.eq(next_factor), next_factor.eq(factor)]
+        return cycle, factor
 
     def _products(self, m: Module, factor: Value, cycle: Value) -> list[Signal]:
-        """F_z, F_y, F_x: exact, with a scalar's fraction bits."""
+        """F_z, F_y, F_x: exact, with a scalar's fraction bits; each enters the first register and moves on."""
         operand, fraction = self.design.formats.operand, scalar_fraction(self.design)
-        word, start = (Signal(signed(operand), name=name, reset_less=True) for name in ("word", "start"))
+        word, start = self._operands(m, cycle)
         product = Signal(signed(2 * operand), reset_less=True)
-        exact = [Signal(signed(2 * operand + 1), name=f"exact{n}", reset_less=True) for n in range(3)]
-        facts, sums = self.frame.payload, self.affine.payload.sums
-        with m.Switch(cycle):
-            for turn in _LOAD:
-                row, second = divmod(turn, 2)
-                swept = 1 if row == 2 else facts.contact & facts.traction
-                with m.Case(turn):
-                    m.d.sync += word.eq(Mux(swept, sums[3 * row + 1 + second], 0))
-                    if second:
-                        m.d.sync += start.eq(Mux(swept, sums[3 * row], 0))
+        f_z, f_y, f_x = forces = [
+            Signal(signed(2 * operand + 1), name=n, reset_less=True) for n in ("f_z", "f_y", "f_x")
+        ]
         m.d.sync += product.eq(word * factor)
         second = cycle[0] ^ (_ADD.start & 1)
         add = ahead(m, cycle, _ADD)
         with m.If(add):
-            m.d.sync += exact[0].eq(Mux(second, exact[0], start << fraction) + product)
+            m.d.sync += f_z.eq(Mux(second, f_z, start << fraction) + product)
         with m.If((add & ~second) | ahead(m, cycle, _ALIGN)):
-            m.d.sync += [exact[1].eq(exact[0]), exact[2].eq(exact[1])]
-        return exact
+            m.d.sync += [f_y.eq(f_z), f_x.eq(f_y)]
+        return forces
 
-    def _normalise(self, m: Module, exact: list[Signal], cycle: Value) -> None:
-        """The three sums at division length, one each cycle; first comes F_x."""
-        width, bits = len(exact[0]), self.design.widths.division
+    def _operands(self, m: Module, cycle: Value) -> tuple[Signal, Signal]:
+        """Operand of a product, and what its force's sum starts with."""
+        word = Signal(signed(self.design.formats.operand), reset_less=True)
+        start = Signal(signed(self.design.formats.operand), reset_less=True)
+        with m.Switch(cycle):
+            for number, (load, product) in enumerate(zip(_LOAD, _PRODUCTS, strict=True)):
+                pair = _PRODUCTS[number - number % 2]
+                assert (product.force, product.factor) == (pair.force, _PRODUCTS[number % 2].factor)
+                facts = self.frame.payload
+                counts = facts.contact & facts.traction if product.swept else 1
+                with m.Case(load):
+                    m.d.sync += word.eq(Mux(counts, self._sum(product.operand), 0))
+                    if number % 2:
+                        m.d.sync += start.eq(Mux(counts, self._sum(product.start), 0))
+        return word, start
+
+    def _sum(self, indices: tuple[int, int]) -> Value:
+        """A_pq of the frame."""
+        p, q = indices
+        found: Value = self.affine.payload.sums[3 * p + q]
+        return found
+
+    def _normalise(self, m: Module, forces: list[Signal], cycle: Value) -> None:
+        """The three forces at division length, one each cycle; first comes F_x."""
+        width, bits = len(forces[0]), self.design.widths.division
         total = driver(m, self.total.payload)
         words, exponent = total.words, total.exponent
-        aligned, zeros = align(m, exact, exact[2], ahead(m, cycle, range(_ZEROS, _ZEROS + 1)))
+        aligned, zeros = align(m, forces, forces[-1], ahead(m, cycle, once(_ZEROS)))
         with m.If(self.frame.ready):
             # operand - 1 - affine.significant + fraction + bits - 1 - (width - 1 - zeros)
             fixed = self.design.formats.operand - 1 + scalar_fraction(self.design) + bits - width
