@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, signed, unsigned
+from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -21,19 +21,44 @@ class Divider(wiring.Component):
             ▲                                                    │
             └────────────────── << 1 ◀───────────────────────────┘
 
-    Beside the quotient its neighbour one unit further from zero is kept, digit for digit.  The last digit, half a
-    unit, picks one of the two: rounding takes no adder and no cycle.  With negative digits the sign takes none either.
+    With D = 2^(whole - 1) denominator, step k = 1, 2, ... finds digit d_k of the quotient q_k, from the highest one:
+
+        difference_k = remainder_(k-1) - D      if remainder_(k-1) >= 0, else remainder_(k-1) + D
+        remainder_k  = 2 difference_k                                    remainder_0 = numerator
+        d_k = 1 if difference_k >= 0, else 0
+        q_k = 2 q_(k-1) + d_k                                            q_0 = 0
+
+    Invariant behind step k, which each step keeps:
+
+        remainder_k = 2^k numerator - 2 D (2 q_(k-1) + 1)     within -2 D ... 2 D
+        q_k = floor(2^(k-1) numerator / D)
+
+    The registers follow a step behind: ``quotient`` = s q_(k-1) and ``further`` = s (q_(k-1) + 1), its neighbour one
+    unit further from zero, with the sign s.  The last digit, half a unit, picks one of the two: rounding takes no adder
+    and no cycle.  With negative digits the sign takes none either.
 
     A quotient must be below ``2^whole``, that is ``numerator < 2^whole * denominator``; otherwise it is meaningless,
-    but takes the same time.  A denominator of zero gives ``+-2^(whole + fraction)``.
+    but takes the same time.  A denominator of zero gives ``+-2^(whole + fraction)``: all its digits are one.
+
+    The states, in registers:
+
+    ======= ======== ======== ========= ================================================================
+    state   ``busy`` ``done`` ``known`` ends with
+    ======= ======== ======== ========= ================================================================
+    idle    0        0        0         ``i.valid``
+    divide  1        0        0, then 1 the use of the last digit; ``known``: there is a digit to be used
+    send    1        1        1         ``o.ready``
+    ======= ======== ======== ========= ================================================================
 
     Arguments:
         numerator, denominator: bits of the unsigned magnitudes.
         fraction: fraction bits of the quotient.
         whole: bits before the point, one or more.
 
-    Members: ``i``: ``numerator``, ``denominator`` and ``negative``, the quotient's sign; ``o``: the quotient,
-    ``whole + fraction + 2`` bits, registered.  The next division is taken when the last quotient has left.
+    Members:
+        i: stream in of ``numerator``, ``denominator`` and ``negative``, the quotient's sign; the next one is taken when
+            the last quotient has left.
+        o: stream out of the quotient, signed, ``whole + fraction + 2`` bits, registered.
 
     Resources: one addition of ``denominator + whole + 1`` bits, no multiplier.
     """
@@ -59,19 +84,19 @@ class Divider(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        divisor = Signal(self._denominator + self._whole - 1, reset_less=True)
-        remainder = Signal(signed(self._denominator + self._whole + 1), reset_less=True)  # within twice the divisor
+        divisor = Signal(self._denominator + self._whole - 1, reset_less=True)  # D
+        remainder = Signal(signed(self._denominator + self._whole + 1), reset_less=True)
         negative = Signal(reset_less=True)
-        quotient = Signal.like(self.o.payload, reset_less=True)
-        further = Signal.like(self.o.payload, reset_less=True)
-        left = Signal(counter_shape(self._digits - 1), reset_less=True)
-        # A digit is used a cycle after it is found: sign of a long difference, it has two long words to turn.
-        # Without a divisor all digits are one, whatever becomes of the remainder.
-        positive, known, ends = Signal(reset_less=True), Signal(), Signal(reset_less=True)
+        quotient = Signal.like(self.o.payload, name="quotient", reset_less=True)
+        further = Signal.like(self.o.payload, name="further", reset_less=True)
+        left = Signal(counter_shape(self._digits - 1), reset_less=True)  # steps behind this one
+        positive = Signal(reset_less=True)  # TIMING: difference -> quotient, further
         digit = positive | register(m, divisor == 0, "vanishing")
-        busy, done = Signal(), Signal()
+        busy = Signal()
+        done = Signal()
+        known = Signal()
+        last = Signal(reset_less=True)  # the digit that is known is the last one
         m.d.comb += [self.i.ready.eq(~busy), self.o.valid.eq(done), self.o.payload.eq(quotient)]
-
         difference = add_or_subtract(remainder, Cat(divisor, 0).as_signed(), ~remainder[-1])
         with m.If(~busy):
             operands = self.i.payload
@@ -90,18 +115,25 @@ class Divider(wiring.Component):
                 positive.eq(~difference[-1]),
                 known.eq(1),
                 left.eq(left - 1),
-                ends.eq(left == 0),
-                done.eq(known & ends),
+                last.eq(left == 0),
+                done.eq(known & last),
             ]
-            with m.If(known & ends):
+            with m.If(known & last):
                 m.d.sync += quotient.eq(Mux(digit, further, quotient))
             with m.Elif(known):
-                # 2 q + s digit and 2 q + s digit + s for the sign s, from q and q + s
-                lower = Mux(negative, further, quotient)
-                m.d.sync += [
-                    quotient.eq(Cat(digit, Mux(digit, lower, quotient))),
-                    further.eq(Cat(~digit, Mux(digit, further, lower))),
-                ]
+                m.d.sync += self._append(quotient, further, digit, negative)
         with m.Elif(self.o.ready):
             m.d.sync += [busy.eq(0), done.eq(0), known.eq(0)]
         return m
+
+    @staticmethod
+    def _append(quotient: Signal, further: Signal, digit: Value, negative: Value) -> list[Any]:
+        """``s q`` and ``s (q + 1)`` become ``s (2 q + digit)`` and ``s (2 q + digit + 1)``, with the sign s.
+
+        One of the two is even, twice one of the words; the odd one is twice the lower of the words, and one.
+        """
+        lower = Mux(negative, further, quotient)
+        return [
+            quotient.eq(Cat(digit, Mux(digit, lower, quotient))),
+            further.eq(Cat(~digit, Mux(digit, further, lower))),
+        ]

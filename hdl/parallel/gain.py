@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from amaranth import Cat, Const, Module, Mux, Shape, Signal, Value, unsigned
 from amaranth.lib import stream, wiring
@@ -25,6 +25,29 @@ _TOP = 4
 """Cycles from a word to its top bits: two for its length, two for the shift."""
 
 
+class _States(NamedTuple):
+    """The state as the words of a frame see it: a register, and pulses in the order in which they come."""
+
+    second_run: Value
+    start: Value
+    first: Value
+    divide_mu: Value
+    second: Value
+    divide_mantissa: Value
+    mu: Value
+    mantissa: Value
+
+
+class _Tops(NamedTuple):
+    """Top bits of numerator and modulus, from the highest one that is set."""
+
+    numerator: Value
+    modulus: Value
+    growth: Value
+    """By how much the modulus is longer than the numerator."""
+    modulus_is_zero: Value
+
+
 class Gain(wiring.Component):
     """Gain of a frame's forces (Eqs. 15, 29-31).
 
@@ -39,15 +62,28 @@ class Gain(wiring.Component):
     time, whether its values are used or not.  Shifts are limited to what their payload holds: a longer one leaves
     nothing of a word anyway.
 
-    ``latency`` cycles from the one in which ``total`` and ``frame`` are valid to the transfer of ``gain``; both
-    are taken in the first cycle in which it is valid; one frame every ``latency`` + 2 cycles.  Resources: a Divider,
-    two adders, one barrel shifter, no multiplier.
+    The states, in registers of their own:
+
+    ========== ======== ============== ============ =========== ======================================================
+    state      ``idle`` ``second_run`` ``dividing`` ``sending`` ends with
+    ========== ======== ============== ============ =========== ======================================================
+    idle       1        any            0            0           ``start``: ``total`` and ``frame`` are valid
+    first run  0        0              0            0           ``first``, the tangential force; a cycle later
+                                                                ``divide_mu`` begins mu's division
+    second run 0        1              0            0           ``second``, the modulus of F; ``_TOP + 1`` later
+                                                                ``divide_mantissa`` begins the mantissa's division
+    division   0        1              1            0           ``mantissa``, its quotient
+    sending    0        1              0            1           ``gain.ready``; idle again a cycle later
+    ========== ======== ============== ============ =========== ======================================================
 
     Members:
-        total, frame: streams in, one transfer a frame.
+        total: stream in, one transfer a frame, taken in the first cycle in which ``gain`` is valid.
+        frame: fact of the frame, taken with ``total``.
         vector: stream out to the Cordic.
         turned: stream in, the modulus, ``cordic_latency`` cycles after its vector.
-        gain: stream out.
+        gain: stream out, one transfer a frame.
+
+    A frame every ``latency + 2`` cycles.  Resources: a Divider, two adders, one barrel shifter, no multiplier.
     """
 
     def __init__(self, design: Design) -> None:
@@ -77,69 +113,98 @@ class Gain(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.divider = divider = self._divider
-        # From the start of mu's division to that of the second: no state below has to ask for ready.
-        assert divider.interval <= self._turn + 3
-        design, bits = self._design, self._design.widths.division
-        out = Signal(payloads.gain(design), reset_less=True)
-        # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
-        x, y = Signal(bits + 1, reset_less=True), Signal(bits, reset_less=True)
-        start, done = Signal(), Signal()
-        idle, again, dividing, sending = Signal(init=1), Signal(), Signal(), Signal()  # again: behind the first run
-        normal, numerator = self._products(m, start)
-        work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
-        zeros, top = _normalise(m, work, bits)
-        top_numerator, numerator_zeros = Signal.like(top, reset_less=True), Signal.like(zeros, reset_less=True)
-        modulus_is_zero, unbounded = zeros == len(work), Signal(reset_less=True)
+        m.submodules.divider = self._divider
+        state = self._states(m)
+        normal, numerator = self._products(m, state.start)
+        x, y = self._vector(m, state, normal)
         regular = register(m, self.frame.p.contact & self.frame.p.traction, "regular")
+        unbounded = register(m, x >= (y << 2), "unbounded")
+        tops = self._top_bits(m, state, numerator)
+        self._divide(m, state, tops, x, y)
+        self._send(m, state, tops, regular, unbounded)
+        return m
 
-        # The steps of a frame: pulses, each so many cycles behind the one before.
-        first, second = self.turned.valid & ~again, self.turned.valid & again
-        modulus = register(m, first, "modulus", control=True)
-        divide = delayed(m, second, _TOP + 1, "divide", control=True)
-        mu, mantissa = divider.o.valid & ~dividing, divider.o.valid & dividing
+    def _states(self, m: Module) -> _States:
+        """The registers of the state, and the pulses that end it."""
+        # From the start of mu's division to that of the mantissa's: no state has to ask the divider for ready.
+        assert self._divider.interval <= self._turn + 3
+        idle = Signal(init=1)
+        second_run = Signal()
+        dividing = Signal()
+        sending = Signal()
+        done = Signal()
+        start = Signal()
+        quotient = self._divider.o.valid
+        first, second = self.turned.valid & ~second_run, self.turned.valid & second_run
+        divide_mu = register(m, first, "divide_mu", control=True)
+        divide_mantissa = delayed(m, second, _TOP + 1, "divide_mantissa", control=True)
+        mu, mantissa = quotient & ~dividing, quotient & dividing
         m.d.comb += [
             start.eq(idle & self.total.valid & self.frame.valid),
             self.gain.valid.eq(sending),
-            self.gain.payload.eq(out),
             self.vector.valid.eq(register(m, start | first, "turn", control=True)),
-            self.vector.p.x.eq(x),
-            self.vector.p.y.eq(y),
             self.total.ready.eq(done),
             self.frame.ready.eq(done),
-            divider.i.valid.eq(modulus | divide),
-            divider.i.p.numerator.eq(Mux(again, top_numerator, x)),
-            divider.i.p.denominator.eq(Mux(again, top, y << 2)),
-            divider.o.ready.eq(1),
         ]
         m.d.sync += [
             idle.eq((idle & ~start) | register(m, self.gain.ready & sending, "sent", control=True)),
-            again.eq((again & ~start) | modulus),
-            dividing.eq((dividing | divide) & ~mantissa),
+            second_run.eq((second_run & ~start) | divide_mu),
+            dividing.eq((dividing | divide_mantissa) & ~mantissa),
             done.eq(mantissa),
             sending.eq(mantissa | (sending & ~self.gain.ready)),
-            unbounded.eq(x >= (y << 2)),
         ]
-        force_shift, resultant_shift, below = self._shifts(m, numerator_zeros - zeros, regular)
+        return _States(second_run, start, first, divide_mu, second, divide_mantissa, mu, mantissa)
 
-        with m.If(~again):
-            m.d.sync += work.eq(numerator)
-        with m.Elif(second):
-            m.d.sync += [top_numerator.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
-        with m.If(start):
+    def _vector(self, m: Module, state: _States, normal: Value) -> tuple[Signal, Signal]:
+        """|F_x|, |F_y| for the first run; the tangential and the normal force for the second and for mu."""
+        bits = self._design.widths.division
+        # Tangential forces grow by sqrt(2) times the CORDIC gain, 2.33; the normal force by the gain, 1.65.
+        x = Signal(bits + 1, reset_less=True)
+        y = Signal(bits, reset_less=True)
+        with m.If(state.start):
             m.d.sync += [x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
-        with m.Elif(first):
+        with m.Elif(state.first):
             m.d.sync += [x.eq(self.turned.p), y.eq(normal)]
-        with m.If(mu):
-            m.d.sync += out.mu.eq(self._mu(regular, unbounded))
-        with m.If(mantissa):
+        m.d.comb += [self.vector.p.x.eq(x), self.vector.p.y.eq(y)]
+        return x, y
+
+    def _top_bits(self, m: Module, state: _States, numerator: Value) -> _Tops:
+        """Top bits of the numerator, kept while those of the modulus are found in the same way."""
+        bits = self._design.widths.division
+        work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
+        zeros, top = _normalise(m, work, bits)
+        numerator_top = Signal.like(top, name="numerator_top", reset_less=True)
+        numerator_zeros = Signal.like(zeros, name="numerator_zeros", reset_less=True)
+        with m.If(~state.second_run):
+            m.d.sync += work.eq(numerator)
+        with m.Elif(state.second):
+            m.d.sync += [numerator_top.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
+        return _Tops(numerator_top, top, numerator_zeros - zeros, zeros == len(work))
+
+    def _divide(self, m: Module, state: _States, tops: _Tops, x: Value, y: Value) -> None:
+        """mu's operands before the second run, then the mantissa's."""
+        divider = self._divider
+        m.d.comb += [
+            divider.i.valid.eq(state.divide_mu | state.divide_mantissa),
+            divider.i.p.numerator.eq(Mux(state.second_run, tops.numerator, x)),
+            divider.i.p.denominator.eq(Mux(state.second_run, tops.modulus, y << 2)),
+            divider.o.ready.eq(1),
+        ]
+
+    def _send(self, m: Module, state: _States, tops: _Tops, regular: Value, unbounded: Value) -> None:
+        """Quotients, shifts and flags into ``gain``, as they come."""
+        gain = Signal(payloads.gain(self._design), name="found", reset_less=True)
+        force_shift, resultant_shift, below = self._shifts(m, tops.growth, regular)
+        m.d.comb += self.gain.payload.eq(gain)
+        with m.If(state.mu):
+            m.d.sync += gain.mu.eq(self._mu(regular, unbounded))
+        with m.If(state.mantissa):
             m.d.sync += [
-                out.mantissa.eq(self._mantissa(regular, top_numerator)),
-                out.force_shift.eq(_limit(force_shift, out.force_shift.shape())),
-                out.resultant_shift.eq(_limit(resultant_shift, out.resultant_shift.shape())),
-                out.overflow.eq((regular & (unbounded | modulus_is_zero)) | below),
+                gain.mantissa.eq(self._mantissa(regular, tops.numerator)),
+                gain.force_shift.eq(_limit(force_shift, gain.force_shift.shape())),
+                gain.resultant_shift.eq(_limit(resultant_shift, gain.resultant_shift.shape())),
+                gain.overflow.eq((regular & (unbounded | tops.modulus_is_zero)) | below),
             ]
-        return m
 
     def _mantissa(self, regular: Value, numerator: Value) -> Value:
         """The quotient, below 2^operand; the Divider answers a modulus of zero with just that limit."""
@@ -159,8 +224,8 @@ class Gain(wiring.Component):
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
         assert digits < self._turn
-        left = Signal(counter_shape(digits))
-        busy = Signal()  # some are left; a register, since it enables long words
+        left = Signal(counter_shape(digits))  # digits that are left
+        busy = Signal()  # TIMING: left -> normal, numerator: some are left
         m.d.sync += busy.eq(start | (busy & (left != 1)))
         with m.If(start):
             m.d.sync += left.eq(digits)
@@ -169,30 +234,27 @@ class Gain(wiring.Component):
         z = Signal(design.widths.division, reset_less=True)
         with m.If(start):
             m.d.sync += z.eq(abs(self.total.p.words[2]))
-        normal = _serial_product(m, z, first, digits, start, busy)
-        numerator = _serial_product(m, self.frame.p.magnitude, second, digits, start, busy)
+        normal = _serial_product(m, z, first, digits, start, busy, "normal")
+        numerator = _serial_product(m, self.frame.p.magnitude, second, digits, start, busy, "numerator")
         return normal[design.formats.operand - 2 :], numerator
 
     def _shifts(self, m: Module, growth: Value, regular: Value) -> tuple[Value, Value, Value]:
-        """Shifts of forces and of resultants, and whether one is negative; they settle while the Divider works.
-
-        ``growth``: by how much the modulus is longer than the numerator.
-        """
+        """Shifts of forces and of resultants, and whether one is negative; they settle while the Divider works."""
         design, exponent_total = self._design, self.total.p.exponent
         operand, fraction = design.formats.operand, design.formats.force_fraction
-        swept = register(m, register(m, growth) - exponent_total + (2 * operand - 4))
-        exponent = register(m, Mux(regular, swept, normal_gain(design)[1]))
-        force_shift = register(m, exponent + (2 - force_drop(design) - fraction))
-        resultant_shift = register(m, exponent + exponent_total - fraction)
+        swept = register(m, register(m, growth, "growth") - exponent_total + (2 * operand - 4), "swept_exponent")
+        exponent = register(m, Mux(regular, swept, normal_gain(design)[1]), "exponent")
+        force_shift = register(m, exponent + (2 - force_drop(design) - fraction), "force_shift")
+        resultant_shift = register(m, exponent + exponent_total - fraction, "resultant_shift")
         return force_shift, resultant_shift, (force_shift < 0) | (resultant_shift < 0)
 
 
-def _serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value) -> Value:
+def _serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value, name: str) -> Value:
     """``word * constant``, a digit of the constant for each ``busy`` cycle after ``start``.
 
     The product enters the register from above while the constant leaves it below; the word must stay.
     """
-    shifter = Signal(len(word) + digits, reset_less=True)
+    shifter = Signal(len(word) + digits, name=name, reset_less=True)
     with m.If(start):
         m.d.sync += shifter.eq(constant)
     with m.Elif(busy):

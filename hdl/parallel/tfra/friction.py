@@ -32,7 +32,7 @@ class Friction(wiring.Component):
     The sign of mu_ind joins at the addition, whose other operand holds alpha and the half that rounds the product.
 
     ============= ==================================================================================
-    ``_ADDRESS``  ``number``: the place of mu_ind without its sign in the grid, which is that of the smallest mu for index 0
+    ``_ADDRESS``  ``number``: place of |mu_ind| in the grid; index 0 is the smallest mu
     ``_READ``     the memory answers
     ``_MASK``     ``grid``: k / K, or zero
     ``_MULTIPLY`` ``product``: beta k / K; ``mu_ind`` is beside it
