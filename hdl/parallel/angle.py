@@ -33,7 +33,7 @@ class Angle(wiring.Component):
     Members:
         vector: stream in, x and y.
         turned: stream out, the modulus, ``latency`` cycles later.
-        direction: stream in, ``cos`` and ``sin`` are looked at.
+        direction: fact of the frame; ``cos`` and ``sin`` are looked at.
         phi: stream out, one transfer a direction.
 
     Resources: a Cordic, an adder.
@@ -60,7 +60,8 @@ class Angle(wiring.Component):
         m.submodules.cordic = cordic = Cordic(self._design)
         m.submodules.waiting = waiting = Buffer(payloads.direction(self._design))
         wiring.connect(m, wiring.flipped(self.direction), waiting.i)
-        marks, busy = Signal(len(cordic.negative)), Signal()  # marks: of the direction before each rotation
+        marks = Signal(len(cordic.negative))  # bit i: the direction is before rotation i
+        busy = Signal()  # from the entry of a direction until its phi has left
         enter = waiting.o.valid & ~busy & ~self.vector.valid
         m.d.sync += marks.eq(Cat(enter, marks))
         m.d.comb += [
@@ -86,9 +87,12 @@ class Angle(wiring.Component):
         return m
 
     def _add(self, m: Module, enter: Value, marks: Value, negative: Value, left: Value) -> Signal:
-        """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late."""
+        """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late.
+
+        ``rotation`` is the one whose turn is looked up: the next one of the direction.
+        """
         table, half = angle_table(self._design), 1 << (ANGLE_GUARD - 1)
-        angle = Signal(self._design.formats.operand + ANGLE_GUARD, name="turns", reset_less=True)
+        angle = Signal(self._design.formats.operand + ANGLE_GUARD, name="angle", reset_less=True)
         rotation = Signal(counter_shape(len(table)), reset_less=True)
         table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared
         step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")

@@ -31,11 +31,21 @@ class Crossing(wiring.Component):
         before = floor(t / size),    excess = |first + (before + 1) step| = size - t mod size  or one less,
 
     by division without restoring, a quotient bit a stage: ``before`` is the last candidate with the sign of ``first``.
+    Invariant behind the stage of bit b, with the bits q of ``before`` above it:
+
+        remainder = t - 2^b size (2 q + 1)     within -2^b size ... 2^b size;     bit b = (remainder >= 0)
+
     A crossing from 1 to K is ``valid``; the others are those of terms which keep their sign.
 
     Members:
-        first, rises, i_size, i_valid: a term; whether its step is positive, and the step's magnitude.
-        before, size, excess, valid: its crossing, ``crossing_latency`` cycles later.
+        first: the term of candidate 0.
+        rises: its step is positive.
+        i_size: magnitude of its step.
+        i_valid: there is a term in this cycle.
+        before: the candidate before its crossing, ``crossing_latency`` cycles later.
+        size: magnitude of its step, beside ``before``.
+        excess: magnitude of the term at its crossing, beside ``before``.
+        valid: there is a crossing.
 
     Resources: per quotient bit an adder of ``step``'s bits, and three more.
     """
@@ -58,28 +68,32 @@ class Crossing(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        stages, negative = quotient_bits(self._design), self.first[-1]
-        size = register(m, self.i_size, "size")
+        bits, negative = quotient_bits(self._design), self.first[-1]
+        size = register(m, self.i_size, "first_size")
         distance = register(m, (self.first ^ negative.replicate(len(self.first)))[:-1], "distance")
         crosses = register(m, self.i_valid & (negative == self.rises), "crosses", control=True)
-        falls = delayed(m, ~negative, 2 + stages, "falls")
-        rest, size = register(m, distance - (size << stages), "rest"), register(m, size, "size")
-        inside: Value = register(m, crosses, "inside", control=True) & rest[-1]
+        falls = delayed(m, ~negative, 2 + bits, "falls")
+        remainder = register(m, distance - (size << bits), "remainder")
+        size = register(m, size, "size")
+        inside: Value = register(m, crosses, "inside", control=True) & remainder[-1]  # before < 2^bits
         quotient: Value = Const(0, 1)
-        for bit in reversed(range(stages)):
-            inside, quotient = register(m, inside, "inside", control=True), register(m, quotient, "quotient")
-            rest, size = register(m, self._divide(rest, size, bit), "rest"), register(m, size, "size")
-            quotient = Cat(~rest[-1], quotient)[:stages]
+        for bit in reversed(range(bits)):
+            inside = register(m, inside, f"inside{bit}", control=True)
+            quotient = register(m, quotient, f"quotient{bit}")
+            remainder = register(m, self._divide(remainder, size, bit), f"remainder{bit}")
+            size = register(m, size, f"size{bit}")
+            quotient = Cat(~remainder[-1], quotient)[:bits]
+        # t mod size is the remainder or, below zero, the remainder plus size.
         m.d.sync += [
-            driver(m, self.excess).eq(add_carry(Mux(rest[-1], 0, size), (~rest)[: len(size)], falls)),
+            driver(m, self.excess).eq(add_carry(Mux(remainder[-1], 0, size), (~remainder)[: len(size)], falls)),
             driver(m, self.size).eq(size),
             driver(m, self.before).eq(quotient),
             self.valid.eq(inside & (quotient < self._design.search.steps)),
         ]
         return m
 
-    def _divide(self, rest: Value, size: Value, bit: int) -> Value:
-        """``rest`` within ``size << bit`` of zero, from one within twice as much."""
-        low = rest[: len(size) + bit + 2].as_signed()
+    def _divide(self, remainder: Value, size: Value, bit: int) -> Value:
+        """``remainder`` within ``size << bit`` of zero, from one within twice as much."""
+        low = remainder[: len(size) + bit + 2].as_signed()
         divisor = Cat(Const(0, bit), size, Const(0, 1)).as_signed()
         return add_or_subtract(low, divisor, ~low[-1])[: len(size) + bit + 1].as_signed()

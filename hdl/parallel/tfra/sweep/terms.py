@@ -42,9 +42,13 @@ class Terms(wiring.Component):
     """``x = K (p - [negative] q)``, ``y = K b - x`` in units of the sums, and K times the sum of positive stress.
 
     Members:
-        i: the loader's taxels; ``ends``: it takes a frame's last quad.
-        o, valid: a term; ``ended``: the cycle behind a frame's last taxel.
-        measured, exponent: K times the sum of positive stress and the frame's exponent, from ``ended`` on.
+        i: the loader's taxels.
+        ends: the loader takes a frame's last quad of e1.
+        o: a term.
+        valid: there is a term in this cycle.
+        ended: pulse, in the cycle behind a frame's last taxel.
+        measured: K times the sum of positive stress, from ``ended`` on.
+        exponent: the frame's, from ``ended`` on.
 
     Resources: two constant products by K, five adders; no multiplier.
     """
@@ -70,9 +74,9 @@ class Terms(wiring.Component):
         m.d.sync += start.eq(i.p - Mux(i.negative, i.q, 0))
         wait = product_latency(steps)
         x = registered_product(m, start, steps)
-        b = registered_product(m, delayed(m, i.stress, 1), steps)
-        q, valid = delayed(m, i.q, 1 + wait), delayed(m, i.valid, 1 + wait, control=True)
-        complete = delayed(m, self.ends, terms_latency(self._design) - 1, control=True)
+        b = registered_product(m, delayed(m, i.stress, 1, "stress"), steps)
+        q, valid = delayed(m, i.q, 1 + wait, "q"), delayed(m, i.valid, 1 + wait, "taxel_valid", control=True)
+        complete = delayed(m, self.ends, terms_latency(self._design) - 1, "complete", control=True)
         o = driver(m, self.o)
         m.d.sync += [
             o.x.eq(x),
@@ -88,10 +92,10 @@ class Terms(wiring.Component):
 
     def _measure(self, m: Module, b: Value, valid: Value, complete: Value) -> None:
         """Sum K b where it is positive; the end of a frame hands it over and clears it."""
-        total = Signal(measured_sum(self._design))
+        total = Signal(measured_sum(self._design), name="stress_sum")
         with m.If(valid & ~b[-1]):
             m.d.sync += total.eq(total + b[:-1])
-        exponent = delayed(m, self.i.exponent, 2 + product_latency(self._design.search.steps))
-        measured, kept = driver(m, self.measured), driver(m, self.exponent)
+        exponent = delayed(m, self.i.exponent, 2 + product_latency(self._design.search.steps), "exponent")
+        measured, frame_exponent = driver(m, self.measured), driver(m, self.exponent)
         with m.If(complete):
-            m.d.sync += [total.eq(0), measured.eq(total), kept.eq(exponent)]
+            m.d.sync += [total.eq(0), measured.eq(total), frame_exponent.eq(exponent)]
