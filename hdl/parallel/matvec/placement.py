@@ -13,7 +13,6 @@ from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.parallel.matvec.images import passes
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import STACKS
 
 
 @dataclass(frozen=True)
@@ -32,9 +31,9 @@ class Row:
 
 
 def table(design: Design) -> list[Row]:
-    """Rows, stack by stack in the order of STACKS."""
+    """Rows, stack by stack in the order of the stacks."""
     rows = []
-    for name in STACKS:
+    for name in design.stacks:
         stack = design.stacks[name]
         for number, op in enumerate(stack.operators):
             offset = design.widths.alignment + op.fraction + design.formats.operand - design.widths.vector
@@ -57,7 +56,7 @@ class Placement(wiring.Component):
     Members:
         completing: the sums of a pass will be captured in the next cycle.
         new: beside ``completing``, it is the first pass of its product.
-        stack: beside ``completing``, that of the product in STACKS.
+        stack: beside ``completing``, that of the product in design.stacks.
         leave: the last words of a quad leave the drain register.
         quad: placement of that quad.
     """

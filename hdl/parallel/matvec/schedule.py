@@ -13,7 +13,6 @@ from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import bases, depth, passes
 from tfra.hdl.parallel.matvec.operand import slot_groups
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import STACKS
 
 SOURCES = ("vector", "n", "b")
 """Operand buffers, the one that helps the oldest frame first."""
@@ -39,7 +38,7 @@ class Schedule(wiring.Component):
         drained: the last words of a pass leave the drain register.
         launch: a pass begins with the next cycle.
         new: it is its product's first.
-        stack: its product's in STACKS.
+        stack: its product's in self._design.stacks.
         parity: its number, modulo two.
         source: where its operand is, in :data:`SOURCES`.
         oldest: number of the pass whose words leave the drain register next, modulo two.
@@ -108,7 +107,7 @@ class Schedule(wiring.Component):
         chosen = Signal()
         turn = Signal(counter_shape(max(self._passes) - 1))
         ends = Signal()
-        names = {name: number for number, name in enumerate(STACKS)}
+        names = {name: number for number, name in enumerate(self._design.stacks)}
         m.d.comb += [self.new.eq(turn == 0), ends.eq(turn == Array(p - 1 for p in self._passes)[self.stack])]
         with m.If(~chosen & ~self.free.any()):
             m.d.sync += chosen.eq(self.wanted.any())
@@ -124,7 +123,7 @@ class Schedule(wiring.Component):
 
     @property
     def _passes(self) -> list[int]:
-        return [passes(self._design, name) for name in STACKS]
+        return [passes(self._design, name) for name in self._design.stacks]
 
     def _launch(self, m: Module, chosen: Value) -> None:
         """A pass is launched when it is due, and when one of two places between launch and drain is free for it."""
@@ -149,6 +148,6 @@ class Schedule(wiring.Component):
     def _count_addresses(self, m: Module) -> None:
         """Coefficients are read in their order; only a product's first pass jumps, to its stack."""
         with m.If(self.launch & self.new):
-            m.d.sync += self.address.eq(Array(bases(self._design)[name] for name in STACKS)[self.stack])
+            m.d.sync += self.address.eq(Array(bases(self._design)[name] for name in self._design.stacks)[self.stack])
         with m.Elif(self.launch | (self.reading & ~self.last)):
             m.d.sync += self.address.eq(self.address + 1)

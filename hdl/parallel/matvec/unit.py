@@ -1,6 +1,6 @@
 """Matrix-vector products on L lanes: block-normalised operands times folded coefficients.
 
-A frame is the five products of :data:`tfra.model.fixed.coefficients.PRODUCTS`, and for each of them
+A frame is the products of ``design.products``, and for each of them
 
     result[i, p] = round(2^-shift * sum_j rows[i, p, j] * operand[j, s]),    s = p ^ flip,
     shift = fraction + operand - 1 - significant[s]
@@ -48,7 +48,6 @@ from tfra.hdl.parallel.matvec.schedule import SOURCES, Schedule, spacing
 from tfra.hdl.parallel.payloads import operand, product, vector_quad
 from tfra.hdl.primitives import Multiplier, Rom
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
 
 
 def full(design: Design, stack: str) -> int:
@@ -125,7 +124,7 @@ class MatVec(wiring.Component):
     @property
     def busy_cycles(self) -> int:
         """Cycles of a frame in which the lanes multiply: no frame can take less of the unit's time."""
-        return sum(passes(self._design, name) for name in PRODUCTS) * self._design.quads
+        return sum(passes(self._design, name) for name in self._design.products) * self._design.quads
 
     def passes(self, stack: str) -> int:
         """Times the operand of ``stack`` runs past the lanes."""
@@ -221,7 +220,7 @@ class MatVec(wiring.Component):
         # TIMING: launch -> tokens; in time for the next choice
         starts = {
             name: register(m, start & (schedule.stack == n), f"starts_{name}", control=True)
-            for n, name in enumerate(STACKS)
+            for n, name in enumerate(self._design.stacks)
         }
         wanted = {
             "vector": buffers["vector"].full & (~is_force | self.plane_token.valid),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 SHORT = Formats("short", coefficient=12, operand=27, vector_fraction=0, force_fraction=0)
@@ -14,7 +15,7 @@ def make(
     rows: int, columns: int, lanes: int, formats: Formats = FORMATS["standard"], bits: int = 14, words: int = 4
 ) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return Design(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(lanes, words))
+    return TfraDesign(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(lanes, words))
 
 
 def label(design: Design) -> str:
