@@ -7,7 +7,6 @@ Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double n
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -32,7 +31,7 @@ from tfra.codegen.tomlfile import read_toml
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
-from tfra.model.errors import InputError, Notice, quoted
+from tfra.model.errors import InputError, quoted
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
@@ -144,7 +143,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
             adc=adc,
             search=search,
             formats=formats,
-            architecture=_architecture(file, document.architecture, sensor, search),
+            architecture=_architecture(document.architecture, sensor),
             images=document.target.images,
             target=document.target.name,
         )
@@ -161,16 +160,9 @@ def _formats(section: FormatsSection) -> Formats:
     return replace(base, name="custom", **overrides) if overrides else base
 
 
-def _architecture(file: Path, section: ArchitectureSection, sensor: SensorArray, search: Search) -> Architecture:
+def _architecture(section: ArchitectureSection, sensor: SensorArray) -> Architecture:
     """Fill in defaults, limited to what a small sensor can keep busy."""
     most = 4 * -(-sensor.rows // 2) * -(-sensor.columns // 2)
-    sweep, candidates = section.sweep_lanes, search.steps + 1
-    if sweep is not None:
-        if not 1 <= sweep <= candidates:
-            reason = f"1 to {candidates} (steps + 1 candidates) is needed, got {sweep}"
-            raise ValueError(f"architecture.sweep_lanes: {reason}")
-        reason = "has no effect: the sweep takes a cycle for each taxel and each candidate without lanes"
-        warnings.warn(f"{file}: architecture.sweep_lanes: {reason}", Notice, stacklevel=2)
     default = SERIAL if section.kind == SERIAL.kind else Architecture(min(Architecture().mac_lanes, most))
     chosen = {key: value for key in ("mac_lanes", "vector_words") if (value := getattr(section, key)) is not None}
     return replace(default, kind=section.kind, **chosen)

@@ -74,15 +74,11 @@ class FormatsSection(Section):
 
 
 class ArchitectureSection(Section):
-    """``[architecture]``: the kind of core, and its parallelism, whose default follows from the sensor.
-
-    ``sweep_lanes`` has no effect any more.
-    """
+    """``[architecture]``: the kind of core, and its parallelism, whose default follows from the sensor."""
 
     kind: str = Architecture().kind
     mac_lanes: int | None = None
     vector_words: int | None = None
-    sweep_lanes: int | None = None
 
 
 class TargetSection(Section):

@@ -170,8 +170,8 @@ class Choices:
             reason = "a serial core is always loaded: inline or readmemh, for its program, is needed"
             _require(self.images != "load", "target.images", reason)
             return
-        allowed = lanes in (1, 2) or (lanes % 4 == 0 and 4 <= lanes <= most)
-        reason = f"1, 2 or a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"
+        allowed = lanes % 4 == 0 and 4 <= lanes <= most
+        reason = f"a multiple of 4 up to {most} (4 parities x {self.quads} quads) is needed, got {lanes}"
         _require(allowed, "architecture.mac_lanes", reason)
         words = self.architecture.vector_words
         _require(words in VECTOR_WORDS, "architecture.vector_words", f"1, 2 or 4 is needed, got {words}")

@@ -28,7 +28,7 @@ DESIGN = TfraDesign(
     adc=Adc(6),
     search=Search(2),
     formats=Formats("short", coefficient=10, operand=10, vector_fraction=0, force_fraction=0),
-    architecture=Architecture(mac_lanes=1),
+    architecture=Architecture(4),
 )
 
 

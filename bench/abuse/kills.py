@@ -37,7 +37,7 @@ thickness_mm = 3.0
 [search]
 steps = 4
 [architecture]
-mac_lanes = 1
+mac_lanes = 4
 [[contact]]
 shape = "hertz"
 half_x_mm = 2.0

@@ -15,7 +15,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
-CORES = ((1, 1), (4, 1), (12, 1), (12, 4), (16, 4), (32, 4), (52, 4), (100, 4))
+CORES = ((4, 1), (8, 1), (12, 1), (12, 4), (16, 4), (32, 4), (52, 4), (100, 4))
 """MAC lanes, and words of a vector a cycle behind them."""
 
 
@@ -27,7 +27,7 @@ def design(mac_lanes: int, vector_words: int = 4) -> Design:
 def main() -> None:
     """Compute and publish."""
     record, lines = rows()
-    products = design(1).multiplications
+    products = design(4).multiplications
     publish("cores", {"sensor": "10x10", "multiplications": products, "rows": record}, "\n".join(lines))
 
 

@@ -34,11 +34,11 @@ DESIGNS = (
     (design(10, 10, (4, 2), 3, 16), 120),
     (design(10, 10, (4, 4), 3, 64), 120),
     (design(10, 10, (4, 2), 3, 100, formats=FORMATS["wide"]), 60),
-    (design(8, 8, (2, 2), 3, 1, search=Search(20)), 40),
+    (design(8, 8, (2, 2), 3, 4, search=Search(20)), 40),
     (design(5, 7, (3, 3), 2, 48), 400),
-    (design(5, 7, (3, 3), 2, 2, search=Search(40, 1.5)), 200),
+    (design(5, 7, (3, 3), 2, 4, search=Search(40, 1.5)), 200),
     (design(4, 6, (5, 3), 2, 12, adc=Adc(12)), 500),
-    (design(4, 6, (5, 3), 2, 1, search=Search(10), adc=Adc(16)), 200),
+    (design(4, 6, (5, 3), 2, 4, search=Search(10), adc=Adc(16)), 200),
     (design(16, 16, (1, 1), 1.5, 64), 20),
 )
 """Designs and how many random frames each gets, beside 60 contacts and the directed frames."""

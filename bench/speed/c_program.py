@@ -148,7 +148,7 @@ def folded_tables(sensor: SensorArray) -> dict[str, npt.NDArray[Any]]:
     """
     if sensor.rows % 2 or sensor.columns % 2:
         raise ValueError(f"rows, columns: even numbers are needed, got {sensor.rows}, {sensor.columns}")
-    index = taxel_index(TfraDesign(sensor, architecture=Architecture(mac_lanes=1)))
+    index = taxel_index(TfraDesign(sensor, architecture=Architecture(4)))
     padded = _padded(sensor)
     ops, first = operators(sensor), index[:, 0]
     matrices = {

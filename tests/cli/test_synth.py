@@ -149,7 +149,7 @@ def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert found["frames_per_second"] >= 100
     assert main([*SIZE, "--frames-per-second", "100", "--latency-us", "1e5"]) == 0
     text = capsys.readouterr().out
-    assert text.startswith(f"[architecture]\nmac_lanes = 1\nvector_words = 1\n# ecp5-85-6 at {CLOCK:g} MHz: ")
+    assert text.startswith(f"[architecture]\nmac_lanes = 4\nvector_words = 1\n# ecp5-85-6 at {CLOCK:g} MHz: ")
 
 
 def test_size_out_of_reach(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -12,7 +12,7 @@ import pytest
 from tfra.codegen.config import LayerSpec, Project, load
 from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.cover.contact import Contact, ContactShape
-from tfra.model.errors import InputError, Notice
+from tfra.model.errors import InputError
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
@@ -141,12 +141,6 @@ def test_default_lanes_fit(read: Any, rows: int, columns: int, lanes: int) -> No
 def test_the_serial_core_chooses_its_own_lanes(read: Any) -> None:
     assert read(SENSOR + '[architecture]\nkind = "serial"').design.architecture == SERIAL
     assert read(SENSOR + '[architecture]\nkind = "parallel"').design == read(SENSOR).design
-
-
-def test_sweep_lanes_of_earlier_versions(read: Any, tmp_path: Path) -> None:
-    said = rf"^{tmp_path / 'sensor.toml'}: architecture.sweep_lanes: has no effect"
-    with pytest.warns(Notice, match=said):
-        assert read(SENSOR + "[architecture]\nsweep_lanes = 26").design == read(SENSOR).design
 
 
 @pytest.mark.parametrize(
@@ -279,7 +273,7 @@ WRONG_SECTIONS = [
     ),
     (
         "[architecture]\nmac_lanes = 3",
-        "architecture.mac_lanes: 1, 2 or a multiple of 4 up to 100 (4 parities x 25 quads) is needed, got 3",
+        "architecture.mac_lanes: a multiple of 4 up to 100 (4 parities x 25 quads) is needed, got 3",
     ),
     ('[architecture]\nkind = "serail"', "architecture.kind: one of parallel, serial is needed, got 'serail'"),
     (
@@ -289,10 +283,6 @@ WRONG_SECTIONS = [
     (
         '[architecture]\nkind = "serial"\nvector_words = 2',
         "architecture.vector_words: the serial core leaves nothing to choose, got 2",
-    ),
-    (
-        "[architecture]\nsweep_lanes = 102",
-        "architecture.sweep_lanes: 1 to 101 (steps + 1 candidates) is needed, got 102",
     ),
     ('[target]\nname = "nexus"', "target.name: one of portable, ecp5, ice40 is needed, got 'nexus'"),
     ('[target]\nimages = "hex"', "target.images: 'inline', 'readmemh' or 'load' is needed, got 'hex'"),

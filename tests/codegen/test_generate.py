@@ -29,7 +29,7 @@ DESIGNS = {
         "odd",
         search=Search(7),
         formats=FORMATS["wide"],
-        architecture=Architecture(2),
+        architecture=Architecture(4),
     ),
 }
 DESIGNS["serial"] = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), "serial", search=Search(3), architecture=SERIAL)

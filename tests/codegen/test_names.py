@@ -23,7 +23,7 @@ def test_keywords_of_ieee_1800_2017() -> None:
 
 
 def test_ports() -> None:
-    design = TfraDesign(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(1), images="load")
+    design = TfraDesign(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4), images="load")
     assert set(Top(design).signature.members) | {"clk", "rst"} == PORTS
 
 

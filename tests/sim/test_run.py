@@ -31,7 +31,7 @@ DESIGN = TfraDesign(
     SensorArray(2, 2, 4e-3, 2e-3, 3e-3),
     name="tiny",
     search=Search(8),
-    architecture=Architecture(mac_lanes=1),
+    architecture=Architecture(4),
 )
 WORDS = DESIGN.frame_words
 FRAMES = 5

@@ -35,7 +35,7 @@ DESIGN = TfraDesign(
     SensorArray(3, 2, 4e-3, 4e-3, 3e-3),
     name="tiny",
     search=Search(8),
-    architecture=Architecture(mac_lanes=2),
+    architecture=Architecture(4),
 )
 
 

@@ -22,7 +22,7 @@ TARGET = find("ecp5-85")
 
 
 def test_choices() -> None:
-    assert microarchitecture(DESIGN).lane_choices == (1, 2, 4, 8, 12, 16)
+    assert microarchitecture(DESIGN).lane_choices == (4, 8, 12, 16)
     for lanes in microarchitecture(DESIGN).lane_choices:
         replace(DESIGN, architecture=Architecture(lanes))
 

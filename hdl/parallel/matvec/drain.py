@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Const, Module, Signal, Value, signed
+from amaranth import Array, Cat, Const, Module, Signal, Value, signed
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import always_ready_stream
-from tfra.hdl.parallel.matvec.drain_register import DrainRegister, drain_words
-from tfra.hdl.parallel.matvec.operand import headroom_quad, pick_word
+from tfra.hdl.parallel.matvec.drain_register import DrainRegister
+from tfra.hdl.parallel.matvec.operand import headroom_quad
 from tfra.hdl.parallel.matvec.placement import Placement, table
 from tfra.hdl.parallel.payloads import product
 from tfra.model.fixed.design import Design
@@ -28,6 +28,12 @@ def drain_latency(design: Design) -> int:
 
 _FINE = 3
 """Bits of a shift by which its second step moves: about half of them."""
+
+
+def pick_word(words: Any, group: Value, word: int, size: int) -> Value:
+    """Word ``group * size + word`` of a quad."""
+    choices = [words[number] for number in range(word, 4, size)]
+    return choices[0] if size == 4 else Array(choices)[group]
 
 
 class Drain(wiring.Component):
@@ -53,7 +59,7 @@ class Drain(wiring.Component):
     """
 
     def __init__(self, design: Design) -> None:
-        self._design, self._words = design, drain_words(design)
+        self._design, self._words = design, design.architecture.vector_words
         super().__init__(
             {
                 "sums": In(signed(design.widths.accumulator)).array(design.architecture.mac_lanes),

@@ -14,14 +14,9 @@ from tfra.hdl.lib.pipeline import register
 from tfra.model.fixed.design import Design
 
 
-def drain_words(design: Design) -> int:
-    """W: words that leave the drain register in a cycle."""
-    return min(design.architecture.vector_words, design.architecture.mac_lanes)
-
-
 def drain_steps(design: Design) -> int:
     """Cycles in which the words of a pass leave the drain register."""
-    return design.architecture.mac_lanes // drain_words(design)
+    return design.architecture.mac_lanes // design.architecture.vector_words
 
 
 class DrainRegister(wiring.Component):
@@ -56,7 +51,7 @@ class DrainRegister(wiring.Component):
     """
 
     def __init__(self, design: Design) -> None:
-        self._words, self._steps = drain_words(design), drain_steps(design)
+        self._words, self._steps = design.architecture.vector_words, drain_steps(design)
         accumulator = signed(design.widths.accumulator)
         super().__init__(
             {

@@ -20,17 +20,6 @@ def headroom_quad(design: Design) -> data.ArrayLayout:
     return data.ArrayLayout(unsigned((design.widths.vector - 1).bit_length()), 4)
 
 
-def slot_groups(design: Design) -> int:
-    """Groups of slots of a result quad, one for each pass that it takes: four slots over the lanes, or one."""
-    return 4 // min(4, design.architecture.mac_lanes)
-
-
-def pick_word(words: Any, group: Value, word: int, size: int) -> Value:
-    """Word ``group * size + word`` of a quad."""
-    choices = [words[number] for number in range(word, 4, size)]
-    return choices[0] if size == 4 else Array(choices)[group]
-
-
 def codes_fit(design: Design) -> bool:
     """Whether a folded converter code is no longer than a multiplier operand.
 
@@ -183,24 +172,23 @@ class Prepare(wiring.Component):
         quad: of a buffer.
         headroom: of the operand.
         group: which slots' words the lanes need, if they are fewer than four.
-        words: operand words, min(4, L).
+        words: operand words, one for each slot.
     """
 
     def __init__(self, design: Design) -> None:
-        self._design, self._words = design, min(4, design.architecture.mac_lanes)
+        self._design = design
         super().__init__(
             {
                 "quad": In(vector_quad(design)),
                 "headroom": In(headroom_quad(design)),
-                "group": In(counter_shape(slot_groups(design) - 1)),
-                "words": Out(data.ArrayLayout(signed(design.formats.operand), self._words)),
+                "words": Out(data.ArrayLayout(signed(design.formats.operand), 4)),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         vector, words = self._design.widths.vector, driver(m, self.words)
-        for word in range(self._words):
+        for word in range(4):
             raw = Signal(signed(vector), name=f"raw{word}", reset_less=True)
             shift = Signal(self.headroom.shape().elem_shape, name=f"shift{word}", reset_less=True)
             aligned = Signal(signed(vector), name=f"aligned{word}", reset_less=True)
@@ -208,8 +196,8 @@ class Prepare(wiring.Component):
             _, fine_shift = two_steps(register(m, shift, f"coarse_shift{word}"), _FINE)
             coarse = register(m, (raw << coarse_shift)[:vector].as_signed(), f"coarse{word}")
             m.d.sync += [
-                raw.eq(pick_word(self.quad, self.group, word, self._words)),
-                shift.eq(pick_word(self.headroom, self.group, word, self._words)),
+                raw.eq(self.quad[word]),
+                shift.eq(self.headroom[word]),
                 aligned.eq(coarse << fine_shift),
                 words[word].eq(round_top(aligned, self._design.formats.operand)),
             ]

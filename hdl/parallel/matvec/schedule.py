@@ -11,7 +11,6 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import bases, depth, passes
-from tfra.hdl.parallel.matvec.operand import slot_groups
 from tfra.model.fixed.design import Design
 
 SOURCES = ("vector", "n", "b")
@@ -48,7 +47,6 @@ class Schedule(wiring.Component):
         quad: its number.
         read_source: where it is.
         read_parity: number of its pass, modulo two.
-        read_group: group of slots that its pass is about: they begin at ``read_group * L``.
         address: of its coefficients.
     """
 
@@ -71,7 +69,6 @@ class Schedule(wiring.Component):
                 "quad": Out(counter_shape(design.quads - 1)),
                 "read_source": Out(2),
                 "read_parity": Out(1),
-                "read_group": Out(counter_shape(slot_groups(design) - 1)),
                 "address": Out(counter_shape(depth(design) - 1)),
             }
         )
@@ -140,10 +137,6 @@ class Schedule(wiring.Component):
         m.d.comb += self.launch.eq(due & chosen & ~busy.bit_select(self.parity, 1))
         m.d.sync += busy.eq((busy | (self.launch << self.parity)) & ~(self.drained << self.oldest))
         m.d.sync += [self.parity.eq(self.parity ^ self.launch), self.oldest.eq(self.oldest ^ self.drained)]
-        if slot_groups(self._design) > 1:
-            group = Signal.like(self.read_group)
-            with m.If(self.launch):
-                m.d.sync += [self.read_group.eq(group), group.eq(group + 1)]
 
     def _count_addresses(self, m: Module) -> None:
         """Coefficients are read in their order; only a product's first pass jumps, to its stack."""

@@ -9,7 +9,7 @@ as :mod:`tfra.model.fixed.matvec` has it.  Row (i, p) is known by its slot ``s``
 word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing but finished results.
 
     b      -> bank      -.
-    n      -> two banks -+-> align -> round to operand bits -> W = min(4, L) words, broadcast
+    n      -> two banks -+-> align -> round to operand bits -> four words, broadcast
     vector -> two banks -'                                        |
         |  magnitudes                                             v
         v                                  coefficient memory -> multiply -> accumulate    (L times)
@@ -40,7 +40,7 @@ from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.pipeline import READ, delayed, register
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
-from tfra.hdl.parallel.matvec.drain_register import drain_steps, drain_words
+from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import depth, lane_images, passes
 from tfra.hdl.parallel.matvec.loader import Loader
 from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Prepare, codes_fit, headroom_quad
@@ -89,7 +89,6 @@ class MatVec(wiring.Component):
     def __init__(self, design: Design) -> None:
         self._design = design
         self._lanes = design.architecture.mac_lanes
-        self._words = min(4, self._lanes)
         self._drain_steps = drain_steps(design)
         super().__init__(
             {
@@ -142,7 +141,7 @@ class MatVec(wiring.Component):
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
         turn, row = divmod(4 * number + 3, self._lanes)
         launch = turn // 2 * self.pair_interval + turn % 2 * spacing(self._design)
-        leave = row // drain_words(self._design) + drain_latency(self._design)
+        leave = row // self._design.architecture.vector_words + drain_latency(self._design)
         found = full(self._design, stack) + CHOICE + 1  # to the first read
         return found + launch + self._design.quads - 1 + CAPTURE + leave
 
@@ -170,7 +169,7 @@ class MatVec(wiring.Component):
             m.submodules[f"lane{number}"] = lane = _Lane(self._design)
             m.d.comb += [
                 lane.coefficient.eq(coefficient),
-                lane.word.eq(words[number % self._words]),
+                lane.word.eq(words[number % 4]),
                 lane.valid.eq(valid),
                 drain.sums[number].eq(lane.sum),
             ]
@@ -267,14 +266,12 @@ class MatVec(wiring.Component):
         m.d.sync += captured.eq(captured ^ drain.complete)
         source = delayed(m, schedule.read_source, READ, "found_source")
         parity_found = delayed(m, schedule.read_parity, READ, "found_parity")
-        group = delayed(m, schedule.read_group, READ, "found_group")
         headrooms = [each.headroom.as_value() for each in passes_in_flight]
         m.d.comb += [
             *(b.read.eq(Cat(schedule.quad, bank)) for b in sources),
             schedule.drained.eq(drain.drained),
             prepare.quad.eq(Array(b.quad.as_value() for b in sources)[source]),
             prepare.headroom.eq(Array(headrooms)[parity_found]),
-            prepare.group.eq(group),
             drain.headroom.eq(Array(headrooms)[schedule.oldest]),
             drain.new.eq(Array(each.new for each in passes_in_flight)[captured]),
             drain.stack.eq(Array(each.stack for each in passes_in_flight)[captured]),

@@ -91,7 +91,7 @@ class Parallel:
     @property
     def lane_choices(self) -> tuple[int, ...]:
         """Numbers of lanes that the sensor allows, upwards."""
-        return (1, 2, *range(4, 4 * self.design.quads + 1, 4))
+        return tuple(range(4, 4 * self.design.quads + 1, 4))
 
     @property
     def probes(self) -> tuple[Probe, ...]:

@@ -28,7 +28,7 @@ THRESHOLD = Adc().threshold * Adc().lsb
 
 def scene(sensor, steps=100, count=100):
     """Frames in Pa and the float model's results."""
-    design = TfraDesign(sensor, architecture=Architecture(mac_lanes=1))
+    design = TfraDesign(sensor, architecture=Architecture(4))
     stress = np.concatenate([contact_codes(design, count, 5), wild_codes(design, count, 6)]) * design.adc.lsb
     return stress, Tfra(sensor, steps, contact_threshold=THRESHOLD)(stress)
 

@@ -24,7 +24,7 @@ from tfra.model.sensor import SensorArray
 def _design(rows: int, columns: int, formats: Formats, bits: int = 14, steps: int = 100) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2.5e-3, 3e-3)
     adc = Adc(bits, contact_threshold=0)
-    return TfraDesign(sensor, adc=adc, search=Search(steps), formats=formats, architecture=Architecture(1))
+    return TfraDesign(sensor, adc=adc, search=Search(steps), formats=formats, architecture=Architecture(4))
 
 
 DESIGNS = {

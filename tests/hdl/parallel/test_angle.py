@@ -27,7 +27,7 @@ NUMBER = 30
 
 
 def design(formats: str) -> Design:
-    return TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), formats=FORMATS[formats], architecture=Architecture(1))
+    return TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), formats=FORMATS[formats], architecture=Architecture(4))
 
 
 class Kept(wiring.Component):

@@ -23,7 +23,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 SENSOR = SensorArray(4, 4, 4e-3, 4e-3, 3e-3)
-SINGLE = Architecture(1)
+SINGLE = Architecture(4)
 DESIGNS = {
     "standard": TfraDesign(SENSOR, architecture=SINGLE),
     "wide": TfraDesign(SENSOR, formats=FORMATS["wide"], architecture=SINGLE),

@@ -28,7 +28,7 @@ from tfra.model.sensor import SensorArray
 def design(rows: int, columns: int, formats: Formats, bits: int = 14, thickness: float = 3e-3) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, thickness)
     adc = Adc(bits, contact_threshold=0)
-    return TfraDesign(sensor, adc=adc, formats=formats, architecture=Architecture(1))
+    return TfraDesign(sensor, adc=adc, formats=formats, architecture=Architecture(4))
 
 
 DESIGNS = {

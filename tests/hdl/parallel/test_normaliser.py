@@ -22,7 +22,7 @@ SIZES = ((2, 2), (2, 3), (3, 2), (3, 3), (4, 4), (5, 7), (4, 6), (7, 4), (10, 10
 def make(rows: int, columns: int, bits: int = 14, formats: str = "standard", threshold: int | None = None) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
     adc = Adc(bits, contact_threshold=threshold)
-    return TfraDesign(sensor, adc=adc, formats=FORMATS[formats], architecture=Architecture(mac_lanes=1))
+    return TfraDesign(sensor, adc=adc, formats=FORMATS[formats], architecture=Architecture(4))
 
 
 def corners(design: Design) -> list[np.ndarray]:

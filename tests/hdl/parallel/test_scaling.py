@@ -27,7 +27,7 @@ from tfra.model.tfra import Status
 def design(rows: int, columns: int, formats: Formats = FORMATS["standard"], bits: int = 14) -> Design:
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
     adc = Adc(bits, contact_threshold=0)
-    return TfraDesign(sensor, adc=adc, formats=formats, architecture=Architecture(1))
+    return TfraDesign(sensor, adc=adc, formats=formats, architecture=Architecture(4))
 
 
 DESIGNS = {

@@ -26,7 +26,7 @@ FORMATS = Formats("long", 20, 20, 9, 4)
 
 def design(bits: int = 14, threshold: int | None = None, full_scale: float = 200e3) -> Design:
     adc = Adc(bits, full_scale, threshold)
-    return TfraDesign(SENSOR, adc=adc, search=Search(10), formats=FORMATS, architecture=Architecture(1))
+    return TfraDesign(SENSOR, adc=adc, search=Search(10), formats=FORMATS, architecture=Architecture(4))
 
 
 @pytest.mark.parametrize(

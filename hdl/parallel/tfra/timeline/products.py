@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from tfra.hdl.lib.streams import Router
 from tfra.hdl.parallel.matvec.drain import drain_latency
-from tfra.hdl.parallel.matvec.drain_register import drain_steps, drain_words
+from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import CAPTURE, CHOICE, FULL, full
@@ -78,7 +78,7 @@ class Products:
         results = []
         for quad in range(design.stacks[stack].quads):
             turn, row = divmod(4 * quad + 3, lanes)
-            leave = row // drain_words(design) + drain_latency(design)
+            leave = row // design.architecture.vector_words + drain_latency(design)
             results.append(captured[turn] + leave + Router.latency)
         events.spans.append(Span("matvec", stack, number, launches[0] + 1, launches[-1] + 1 + design.quads))
         self._give(stack, launches[-1])

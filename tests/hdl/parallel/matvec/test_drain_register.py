@@ -10,7 +10,7 @@ from tests.hdl.harness import play
 from tests.hdl.parallel.matvec.designs import label, make
 from tfra.hdl.parallel.matvec.drain_register import DrainRegister, drain_steps, drain_words
 
-DESIGNS = [make(2, 2, 1), make(2, 2, 4), make(4, 4, 12), make(4, 4, 12, words=1), make(4, 6, 8, words=2)]
+DESIGNS = [make(2, 2, 4), make(4, 4, 12), make(4, 4, 12, words=1), make(4, 6, 8, words=2)]
 PASSES = 12
 
 

@@ -19,7 +19,7 @@ def make(rows: int, columns: int, lanes: int, name: str = "standard") -> Design:
 
 
 @pytest.mark.parametrize(
-    "design", [make(2, 2, 1), make(4, 6, 2), make(5, 7, 4), make(5, 7, 20, "wide"), make(10, 10, 100)], ids=str
+    "design", [make(2, 2, 4), make(4, 6, 8), make(5, 7, 4), make(5, 7, 20, "wide"), make(10, 10, 100)], ids=str
 )
 def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
     lanes, q = design.architecture.mac_lanes, design.quads

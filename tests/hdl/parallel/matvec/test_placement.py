@@ -12,7 +12,7 @@ from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.placement import Placement
 from tfra.model.fixed.tfra.operators import STACKS
 
-DESIGNS = [make(2, 2, 1), make(4, 6, 24), make(4, 4, 12, LONG, 10), make(5, 7, 48)]
+DESIGNS = [make(4, 6, 24), make(4, 4, 12, LONG, 10), make(5, 7, 48)]
 
 
 SIGNIFICANT = 5

@@ -29,7 +29,7 @@ def random_design(seed):
     rng = random.Random(seed)
     rows, columns, steps = rng.randrange(2, 8), rng.randrange(2, 8), rng.choice([4, 12, 33])
     most = 4 * ((rows + 1) // 2) * ((columns + 1) // 2)
-    lanes = rng.choice([1, 2, *range(4, most + 1, 4)])
+    lanes = rng.choice(range(4, most + 1, 4))
     sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
     architecture = Architecture(lanes, rng.choice([1, 2, 4]))
     adc = Adc(contact_threshold=rng.choice([None, 0, rng.randrange(2000)]))

@@ -20,7 +20,7 @@ PITCHES = ((2.0, 2.0), (4.0, 2.0), (2.0, 4.0), (1.27, 2.54), (3.7, 2.3), (1.0, n
 def make(rows, columns, pitches=(4.0, 2.0), bits=14, formats=FORMATS["standard"]):
     x, y = pitches
     sensor = SensorArray(rows, columns, x * 1e-3, y * 1e-3, 3e-3)
-    return TfraDesign(sensor, adc=Adc(bits=bits), formats=formats, architecture=Architecture(mac_lanes=1))
+    return TfraDesign(sensor, adc=Adc(bits=bits), formats=formats, architecture=Architecture(4))
 
 
 def corners(design: Design) -> list[np.ndarray]:

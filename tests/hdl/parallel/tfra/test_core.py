@@ -33,14 +33,14 @@ CASES = [
         random_stalls,
         flowing,
     ),
-    (TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=Architecture(1)), flowing, bursts),
+    (TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), search=Search(5), architecture=Architecture(4)), flowing, bursts),
     (
         TfraDesign(
             SensorArray(3, 5, 1.27e-3, 2.54e-3, 2e-3),
             adc=Adc(16),
             search=Search(9, 2.5),
             formats=FORMATS["wide"],
-            architecture=Architecture(2),
+            architecture=Architecture(4),
         ),
         bursts,
         random_stalls,

@@ -20,7 +20,7 @@ from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
-DESIGN = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(1))
+DESIGN = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
 
 
 class Routed(wiring.Component):
