@@ -128,24 +128,28 @@ class Centroids(wiring.Component):
             m.d.comb += getattr(solver, name).eq(zone.sums)
         m.d.comb += [
             solver.claim.eq(register(m, raster.transfer & raster.last, "claim", control=True)),
-            solver.load_u.eq(flags[2].last),
-            solver.load_v.eq(flags[3].last),
+            solver.load_u.eq(flags[_STAGES.index("v")].last),  # behind the stage of s and u
+            solver.load_v.eq(flags[_STAGES.index("whole")].last),
         ]
         return m
 
     def _flags(self, m: Module, raster: Raster) -> list[data.View[Any]]:
         """Where the taxel in each stage of the sums is; a stage is empty when nothing is set."""
-        flags = [Signal(_FLAGS, name=f"flags{stage}") for stage in range(4)]
+        flags = [Signal(_FLAGS, name=f"at_{stage}") for stage in _STAGES]
+        first = flags[0]
         m.d.sync += [
-            flags[0].taxel.eq(raster.transfer),
-            flags[0].row_end.eq(raster.transfer & raster.row_end),
-            flags[0].last.eq(raster.transfer & raster.last),
-            flags[0].row_start.eq(raster.row_start),
-            flags[0].first_row.eq(raster.row == 0),
+            first.taxel.eq(raster.transfer),
+            first.row_end.eq(raster.transfer & raster.row_end),
+            first.last.eq(raster.transfer & raster.last),
+            first.row_start.eq(raster.row_start),
+            first.first_row.eq(raster.row == 0),
             *(after.eq(before) for before, after in pairwise(flags)),
         ]
         return flags
 
+
+_STAGES = ("row", "sum", "v", "whole")
+"""Where a taxel is: in the sum of its row, in S and U, in V, in all of them."""
 
 _FLAGS = data.StructLayout({"taxel": 1, "row_end": 1, "last": 1, "row_start": 1, "first_row": 1})
 
@@ -160,7 +164,12 @@ def _sums(design: Design) -> data.StructLayout:
 class _Zone(Elaboratable):
     """Sum and moments of compression or traction; the taxel is ``bits + carry``.
 
-    A stage each: row (flags 0), s and u (flags 1), v (flags 2).
+    A stage each: ``row``; ``s`` and ``u`` in stage ``sum``; ``v``.
+
+    Members:
+        bits: of a taxel, without its carry.
+        carry: is added to ``bits``.
+        sums: of the frame until now.
     """
 
     def __init__(self, design: Design, flags: list[data.View[Any]]) -> None:
@@ -189,8 +198,31 @@ class _Zone(Elaboratable):
 class _Solver(Elaboratable):
     """The serial part, from copies of the sums to the direction.
 
-    ``claim`` comes with the last taxel and sets ``busy`` until ``result`` is ``taken``; ``load_u`` when s and u are
-    complete, ``load_v`` a cycle later.  Every state but those that wait takes a fixed number of cycles.
+    Every state but those that wait takes a fixed number of cycles:
+
+    ========== ===================================================================================
+    state      what happens
+    ========== ===================================================================================
+    idle       until the frame's last taxel comes
+    load       the sums are copied when they are complete
+    multiply   a bit of the factors a cycle, the lowest first
+    look       can both values move by the distance of this step?
+    move       they do, or not; look again until all steps have been taken
+    pitch      the normalised values are rounded and become the words that the pitches multiply
+    compare    behind the second product: |y| with |x|, words rounded
+    test       sign of the difference; a cycle later ``decide`` writes the rest of ``result``
+    ========== ===================================================================================
+
+    Members:
+        compression: sums of the zone.
+        traction: sums of the zone.
+        claim: pulse, with the frame's last taxel.
+        load_u: pulse: s and u are complete.
+        load_v: pulse, a cycle later: v is complete, too.
+        taken: ``result`` is taken, if it is valid.
+        busy: from ``claim`` until ``result`` has been taken.
+        valid: ``result`` stands.
+        result: the direction.
 
     A product is ``plus * factor0 - minus * factor1`` at first; then ``plus`` times the axis' own factor, its pitch.
     It enters ``value`` from above and so ends up times a power of two, which normalisation does not mind.
@@ -198,9 +230,14 @@ class _Solver(Elaboratable):
 
     def __init__(self, design: Design) -> None:
         self._design, self._sizes = design, _sizes(design)
-        self.compression, self.traction = Signal(_sums(design)), Signal(_sums(design))
-        self.claim, self.load_u, self.load_v = Signal(), Signal(), Signal()
-        self.busy, self.valid, self.taken = Signal(), Signal(), Signal()
+        self.compression = Signal(_sums(design))
+        self.traction = Signal(_sums(design))
+        self.claim = Signal()
+        self.load_u = Signal()
+        self.load_v = Signal()
+        self.taken = Signal()
+        self.busy = Signal()
+        self.valid = Signal()
         self.result = Signal(direction(design), reset_less=True)
 
         sizes = self._sizes
@@ -209,15 +246,17 @@ class _Solver(Elaboratable):
         self._factor = _pair("factor", unsigned(sizes.multiplier))
         self._term = _pair("term", signed(sizes.word))
         self._value = _pair("value", signed(sizes.product))
-        self._by_pitch = Signal()
-        self._left = Signal(counter_shape(sizes.multiplier))
-        self._step = Signal(len(sizes.shifts))
         self._distances = sorted(set(sizes.shifts))
-        self._adding, self._shift = Signal(), Signal(len(self._distances))
+        self._by_pitch = Signal()  # the second product, and what follows
+        self._left = Signal(counter_shape(sizes.multiplier))  # bits of the factors that are left
+        self._step = Signal(len(sizes.shifts))  # of a normalisation, one bit set
+        self._adding = Signal()  # TIMING: state -> term, value, factor
+        self._shift = Signal(len(self._distances))  # TIMING: step -> value: the distance that is moved by, one bit set
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        pitch, decide = Signal(), Signal()
+        pitch = Signal()
+        decide = Signal()
         difference = Signal(signed(len(self._top(0)) + 1), reset_less=True)
         positive = register(m, ~difference[-1] & difference.any(), "positive")
         m.d.sync += [self._shift.eq(0), pitch.eq(0), decide.eq(0)]
@@ -328,6 +367,7 @@ class _Solver(Elaboratable):
         ]
 
     def _decide(self, m: Module, difference: Signal, positive: Value) -> None:
+        """The longer of |x| and |y|, which is swept along, and its sign; cos = 1 where both vanish."""
         x_negative, y_negative = (value[-1] for value in self._value)
         sweep_y = Signal()
         m.d.comb += sweep_y.eq(Mux(y_negative, difference[-1], positive))

@@ -168,7 +168,8 @@ class Winner(wiring.Component):
 
     def _keep_best(self, m: Module, distance: Value, candidate: Value, on_plateau: Value, begins: Value) -> None:
         """The first smallest B^xy of those on the plateau, which ``begins`` anew with this one."""
-        best, index = Signal(len(distance), name="best", reset_less=True), driver(m, self.index)
+        best = Signal(len(distance), reset_less=True)
+        index = driver(m, self.index)
         with m.If(begins | (on_plateau & less(distance, best))):
             m.d.sync += [best.eq(distance), index.eq(candidate)]
 
