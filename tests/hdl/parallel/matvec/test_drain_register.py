@@ -8,7 +8,7 @@ import pytest
 
 from tests.hdl.harness import play
 from tests.hdl.parallel.matvec.designs import label, make
-from tfra.hdl.parallel.matvec.drain_register import DrainRegister, drain_steps, drain_words
+from tfra.hdl.parallel.matvec.drain_register import DrainRegister, drain_steps
 
 DESIGNS = [make(2, 2, 4), make(4, 4, 12), make(4, 4, 12, words=1), make(4, 6, 8, words=2)]
 PASSES = 12
@@ -23,7 +23,7 @@ def _signed(value, bits):
 @pytest.mark.parametrize("slack", [0, 3])
 def test_words_are_differences_of_captures(design, slack):
     rng, lanes, bits = random.Random(slack), design.architecture.mac_lanes, design.widths.accumulator
-    steps, size, apart = drain_steps(design), drain_words(design), max(drain_steps(design), 2)
+    steps, size, apart = drain_steps(design), design.architecture.vector_words, max(drain_steps(design), 2)
     half = 1 << (bits - 1)
     anything = [rng.randrange(-half, half) for _ in range(lanes)]
     passes = [[rng.choice([rng.randrange(-half, half), -half, half - 1]) for _ in range(lanes)] for _ in range(PASSES)]

@@ -12,7 +12,7 @@ from tfra.hdl.parallel.tfra.sweep.sums import at_once
 from tfra.hdl.parallel.tfra.sweep.terms import measured_sum, unit_shift
 from tfra.hdl.parallel.tfra.sweep.winner import Winner, winner_latency
 from tfra.model.choices import Architecture, Search
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.sweep import tolerance
 from tfra.model.sensor import SensorArray
 
@@ -21,7 +21,7 @@ GAP = 8
 
 
 def make(steps, words, slack=0.0):
-    return Design(
+    return TfraDesign(
         SensorArray(2, 3, 4e-3, 2e-3, 3e-3),
         search=Search(steps, tolerance=slack),
         architecture=Architecture(4, vector_words=words),
