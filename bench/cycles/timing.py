@@ -12,8 +12,8 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
+from bench.cycles.streamed import random_design, stream
 from bench.publish import publish
-from tests.hdl.parallel.tfra.cores import random_design, stream
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.model.cover.scenes import contact_codes
 

@@ -75,10 +75,10 @@ def test_nothing_fits(cheap: None) -> None:
 
 @pytest.mark.long
 def test_more_lanes_for_fewer_memories(cheap: None) -> None:
-    shallow = replace(TARGET, name="shallow", available={"LUT": 1000, "BRAM": 10})
-    assert size(DESIGN, shallow, Bounds(100.0, 1.0, 1e6)).architecture.mac_lanes == 4
-    both = replace(TARGET, name="both", available={"LUT": 300, "BRAM": 10})
-    with pytest.raises(ValueError, match=r"^BRAM: about 40 are needed, both has 10, for the smallest core"):
+    shallow = replace(TARGET, name="shallow", available={"LUT": 1000, "BRAM": 5})
+    assert size(DESIGN, shallow, Bounds(100.0, 1.0, 1e6)).architecture.mac_lanes == 8
+    both = replace(TARGET, name="both", available={"LUT": 500, "BRAM": 5})
+    with pytest.raises(ValueError, match=r"^BRAM: about 10 are needed, both has 5, for the smallest core"):
         size(DESIGN, both, Bounds(100.0, 1.0, 1e6))
 
 

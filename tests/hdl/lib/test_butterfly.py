@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, flowing, run
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.model.fixed.butterfly import butterfly
+from tfra.sim.harness import PATTERNS, flowing, run
 
 
 def _quads(bits, seed, number=40):

@@ -7,9 +7,9 @@ import random
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.lib.divider import Divider
 from tfra.model.fixed.numbers import divide
+from tfra.sim.harness import PATTERNS, run
 
 SHAPES = [(9, 9, 7, 1), (22, 22, 15, 1), (12, 6, 10, 3), (5, 11, 0, 1), (31, 31, 24, 2)]
 """numerator, denominator, fraction, whole."""

@@ -7,8 +7,8 @@ from amaranth import Module, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.lib.streams import TOKEN, Fork, PerFrameQueue, Queue, Router, Spare, Tokens
+from tfra.sim.harness import PATTERNS, run
 
 
 @pytest.mark.parametrize("stall_in", PATTERNS)

@@ -11,7 +11,6 @@ from amaranth import Module, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tests.hdl.harness import PATTERNS, flowing, run
 from tfra.hdl.lib.streams import PerFrameQueue, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
@@ -22,6 +21,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.widths import DIVISION_GUARD
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import PATTERNS, flowing, run
 
 NUMBER = 30
 

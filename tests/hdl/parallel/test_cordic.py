@@ -12,7 +12,6 @@ from amaranth import Cat, Module
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, cordic_vector, cordic_word
@@ -21,6 +20,7 @@ from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, cordic, cordic_gai
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import PATTERNS, run
 
 SENSOR = SensorArray(4, 4, 4e-3, 4e-3, 3e-3)
 SINGLE = Architecture(4)

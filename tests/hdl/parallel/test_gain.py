@@ -11,7 +11,6 @@ from amaranth import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.gain import Gain
@@ -23,6 +22,7 @@ from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import PATTERNS, run
 
 
 def design(rows: int, columns: int, formats: Formats, bits: int = 14, thickness: float = 3e-3) -> Design:

@@ -7,7 +7,6 @@ import random
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, flowing, run
 from tfra.hdl.parallel.normaliser import Normaliser
 from tfra.model.choices import FORMATS, Adc, Architecture
 from tfra.model.fixed.butterfly import to_quads
@@ -15,6 +14,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import normaliser
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import PATTERNS, flowing, run
 
 SIZES = ((2, 2), (2, 3), (3, 2), (3, 3), (4, 4), (5, 7), (4, 6), (7, 4), (10, 10))
 

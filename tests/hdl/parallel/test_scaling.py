@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.scaling import FACTS, Scaling
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
@@ -22,6 +21,7 @@ from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import encode
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
+from tfra.sim.harness import PATTERNS, run
 
 
 def design(rows: int, columns: int, formats: Formats = FORMATS["standard"], bits: int = 14) -> Design:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.hdl.harness import bursts, flowing, random_stalls, run
 from tests.hdl.serial.designs import DESIGNS
 from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.tfra import Status
+from tfra.sim.harness import bursts, flowing, random_stalls, run
 
 
 def stream(design, codes, **stalls):

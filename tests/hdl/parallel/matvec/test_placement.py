@@ -6,11 +6,11 @@ import random
 
 import pytest
 
-from tests.hdl.harness import play
 from tests.hdl.parallel.matvec.designs import LONG, label, make
 from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.placement import Placement
 from tfra.model.fixed.tfra.operators import STACKS
+from tfra.sim.harness import play
 
 DESIGNS = [make(4, 6, 24), make(4, 4, 12, LONG, 10), make(5, 7, 48)]
 

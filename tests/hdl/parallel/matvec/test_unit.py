@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, Recording, bursts, random_stalls, run
 from tests.hdl.parallel.matvec.designs import LONG, SHORT, label, make
 from tfra.hdl.parallel.matvec.operand import codes_fit
 from tfra.hdl.parallel.matvec.schedule import spacing
@@ -14,6 +13,7 @@ from tfra.model.choices import FORMATS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
+from tfra.sim.harness import PATTERNS, Recording, bursts, random_stalls, run
 
 SMALL = [
     make(2, 2, 4),

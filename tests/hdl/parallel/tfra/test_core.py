@@ -9,8 +9,7 @@ import pytest
 from amaranth import ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from tests.hdl.harness import bursts, flowing, random_stalls
-from tests.hdl.parallel.tfra.cores import random_design, stream
+from bench.cycles.streamed import random_design, stream
 from tests.marks import long
 from tfra.hdl.parallel.matvec.schedule import Schedule
 from tfra.hdl.parallel.tfra.core import Core
@@ -21,6 +20,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import bursts, flowing, random_stalls
 
 CASES = [
     (

@@ -7,7 +7,6 @@ import random
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, run
 from tests.hdl.parallel.facts import (
     DESIGNS,
     random_codes,
@@ -22,6 +21,7 @@ from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.fixed.tfra.dependent import dependent, gather_sums
+from tfra.sim.harness import PATTERNS, run
 
 
 def split(design, exact, rng):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 from tfra.hdl.parallel.tfra.forces import Forces
 from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.fixed.butterfly import butterfly, to_taxels
@@ -13,6 +12,7 @@ from tfra.model.fixed.numbers import round_shift
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.widths import force_drop
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 
 
 def _design(rows, columns, formats=FORMATS["standard"], words=4):

@@ -7,7 +7,6 @@ import random
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, run
 from tests.hdl.parallel.facts import (
     DESIGNS,
     random_affine,
@@ -23,6 +22,7 @@ from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import friction
+from tfra.sim.harness import PATTERNS, run
 
 
 def inputs(frame, direction, affine, index):

@@ -7,7 +7,6 @@ import random
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, run
 from tests.hdl.parallel.facts import (
     DESIGNS,
     bits_of,
@@ -23,6 +22,7 @@ from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import Friction, friction
 from tfra.model.fixed.tfra.resultant import resultant
+from tfra.sim.harness import PATTERNS, run
 
 
 def inputs(frame, affine, chosen):

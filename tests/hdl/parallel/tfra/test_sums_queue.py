@@ -11,7 +11,6 @@ from amaranth import Module
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tests.hdl.harness import PATTERNS, run
 from tfra.hdl.lib.streams import Router, always_ready_stream
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
@@ -19,6 +18,7 @@ from tfra.hdl.parallel.tfra.sums_queue import ROWS, SumsQueue
 from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import PATTERNS, run
 
 DESIGN = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
 

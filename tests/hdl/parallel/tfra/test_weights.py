@@ -7,7 +7,6 @@ import pytest
 from amaranth import Module
 from amaranth.lib import wiring
 
-from tests.hdl.harness import PATTERNS, apart, flowing, run
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.parallel.tfra.weights import Weights
 from tfra.model.choices import FORMATS, Architecture
@@ -15,6 +14,7 @@ from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import PATTERNS, apart, flowing, run
 
 
 def _design(rows, columns, formats="standard", words=4):

@@ -7,11 +7,11 @@ from collections import deque
 
 import pytest
 
-from tests.hdl.harness import play
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, make, name
 from tfra.hdl.parallel.tfra.combine.arbiter import Arbiter
 from tfra.hdl.parallel.tfra.combine.stages import Job
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
+from tfra.sim.harness import play
 
 NUMBER = 2 * FRAMES
 WATCHED = ["valid", "tag", "bank_token.ready", "direction.ready", "affine.ready", "chosen.ready"]

@@ -6,10 +6,10 @@ import random
 
 import pytest
 
-from tests.hdl.harness import play
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, name, words
 from tfra.hdl.parallel.tfra.combine.assembler import Assembler
 from tfra.hdl.parallel.tfra.combine.stages import Job
+from tfra.sim.harness import play
 
 WATCHED = ["vector.valid", "vector.payload.words", "vector.payload.force", "forces.valid", "forces.payload"]
 

@@ -6,10 +6,10 @@ import random
 
 import pytest
 
-from tests.hdl.harness import play
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, name, transfers, words
 from tfra.hdl.parallel.tfra.combine.loader import ResidualLoader, WeightLoader
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE
+from tfra.sim.harness import play
 
 NUMBER = FRAMES + 2
 """Frames of a run, so that places come round."""

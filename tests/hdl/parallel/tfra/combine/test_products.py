@@ -6,11 +6,11 @@ import random
 
 import pytest
 
-from tests.hdl.harness import play
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, name, transfers, words
 from tfra.hdl.parallel.tfra.combine.products import ProductBeats
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.model.fixed.scalars import scalar_fraction
+from tfra.sim.harness import play
 
 NUMBER = FRAMES + 2
 WATCHED = ["valid", "words", "place", "number", "scalar", "frame_done", "forced.ready"]

@@ -8,11 +8,11 @@ from math import floor
 
 import pytest
 
-from tests.hdl.harness import play
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, name, words
 from tfra.hdl.parallel.tfra.combine.scale_add import ScaleAdd
 from tfra.hdl.parallel.tfra.combine.stages import Stage
 from tfra.model.fixed.scalars import scalar_fraction
+from tfra.sim.harness import play
 
 BEATS = 300
 

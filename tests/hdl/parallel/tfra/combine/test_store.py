@@ -6,10 +6,10 @@ import random
 
 import pytest
 
-from tests.hdl.harness import play
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, name, words
 from tfra.hdl.lib.pipeline import READ
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE, Store
+from tfra.sim.harness import play
 
 
 def _vectors(design, rng, count):

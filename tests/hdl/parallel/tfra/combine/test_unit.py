@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tests.hdl.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, make, name
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
@@ -17,6 +16,7 @@ from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import centroids
 from tfra.model.fixed.tfra.combine import combine
 from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.sim.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 
 RUNS = [(d, s) for d in DESIGNS for s in (PATTERNS if d.quads < 5 else (bursts, random_stalls))]
 

@@ -7,9 +7,9 @@ from collections import deque
 
 import pytest
 
-from tests.hdl.harness import play
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.combine.waiting import FramesWaiting
+from tfra.sim.harness import play
 
 
 @pytest.mark.parametrize("seed", range(3))

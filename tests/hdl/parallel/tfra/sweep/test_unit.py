@@ -11,7 +11,6 @@ from amaranth.sim import Simulator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.hdl.harness import PATTERNS, apart, bursts, flowing, run
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import product_latency
 from tfra.hdl.lib.streams import Buffer, Queue
@@ -26,6 +25,7 @@ from tfra.model.fixed.tfra.operators import PRODUCTS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.sweep import sweep
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import PATTERNS, apart, bursts, flowing, run
 
 
 def make(rows, columns, steps, tolerance=0.0, formats="standard", bits=14, words=4):

@@ -6,12 +6,12 @@ import random
 
 import numpy as np
 
-from tests.hdl.harness import run
 from tfra.hdl.parallel.tfra.core import Core
 from tfra.model.choices import Adc, Architecture, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import run
 
 
 def stream(design, codes, **stalls):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from amaranth import Const, Value
@@ -95,12 +97,13 @@ def run(
     leave: Mapping[str, Leave] | None = None,
     seed: int = 0,
     limit: int = 100_000,
+    vcd: Path | None = None,
 ) -> Recording:
     """Send ``inputs`` (port -> payloads), take ``outputs`` (port -> number of transfers), record them all.
 
     Ports are dotted attribute paths, with numbers for arrays (``o.0``); ``steady`` ones never stall, those in ``leave``
-    ask it.  A stream that is always ready is taken as it comes.  Raises ``AssertionError`` when the block hangs, drops
-    valid before ready, or changes a payload that was not taken.
+    ask it.  ``vcd`` is a file to write with every signal.  A stream that is always ready is taken as it comes.  Raises
+    ``AssertionError`` when the block hangs, drops valid before ready, or changes a payload that was not taken.
     """
     record = Recording()
     clock = {"cycle": 0}
@@ -169,5 +172,6 @@ def run(
     for name, number in outputs.items():
         simulator.add_testbench(receiver(name, number), background=True)
     simulator.add_testbench(until_done)
-    simulator.run()
+    with simulator.write_vcd(str(vcd)) if vcd else nullcontext():
+        simulator.run()
     return record
