@@ -105,26 +105,54 @@ def run(
     ask it.  ``vcd`` is a file to write with every signal.  A stream that is always ready is taken as it comes.  Raises
     ``AssertionError`` when the block hangs, drops valid before ready, or changes a payload that was not taken.
     """
-    record = Recording()
-    clock = {"cycle": 0}
+    bench = _Bench(dut, Recording(), leave or {}, seed)
     simulator = Simulator(dut)
     simulator.add_clock(1e-6)
-    missing, leave = {"ports": len(outputs)}, leave or {}
+    simulator.add_testbench(bench.count(limit), background=True)
+    for name, values in inputs.items():
+        simulator.add_testbench(bench.send(name, values, flowing if name in steady else stall_in), background=True)
+    for name, number in outputs.items():
+        simulator.add_testbench(bench.take(name, number, stall_out), background=True)
+    simulator.add_testbench(bench.until_done)
+    with simulator.write_vcd(str(vcd)) if vcd else nullcontext():
+        simulator.run()
+    return bench.record
 
-    async def cycles(ctx: Any) -> None:
-        while True:
-            await ctx.tick()
-            clock["cycle"] += 1
-            assert clock["cycle"] < limit, f"no end after {limit} cycles (seed {seed})"
 
-    def sender(name: str, values: Sequence[Any]) -> Callable[[Any], Any]:
-        stalls = (flowing if name in steady else stall_in)(random.Random(f"{seed} {name}"))
-        record.cycles[name], record.values[name] = [], list(values)
+Process = Callable[[Any], Any]
+
+
+@dataclass
+class _Bench:
+    """The processes that drive a block, and what they see."""
+
+    dut: Any
+    record: Recording
+    leave: Mapping[str, Leave]
+    seed: int
+    cycle: int = 0
+    missing: int = 0
+    """Output ports that have not seen all their transfers."""
+
+    def count(self, limit: int) -> Process:
+        """Count cycles up to ``limit``."""
 
         async def process(ctx: Any) -> None:
-            s = port(dut, name)
+            while True:
+                await ctx.tick()
+                self.cycle += 1
+                assert self.cycle < limit, f"no end after {limit} cycles (seed {self.seed})"
+
+        return process
+
+    def send(self, name: str, values: Sequence[Any], pattern: Pattern) -> Process:
+        """Offer ``values`` at the port ``name``."""
+        stalls, s = pattern(random.Random(f"{self.seed} {name}")), port(self.dut, name)
+        self.record.cycles[name], self.record.values[name] = [], list(values)
+
+        async def process(ctx: Any) -> None:
             for number, value in enumerate(values):
-                while name in leave and not leave[name](number, record, clock["cycle"]):
+                while name in self.leave and not self.leave[name](number, self.record, self.cycle):
                     await ctx.tick()
                 while next(stalls):
                     await ctx.tick()
@@ -133,45 +161,38 @@ def run(
                 taken = False
                 while not taken:
                     *_, taken = await ctx.tick().sample(s.ready)
-                record.cycles[name].append(clock["cycle"])
+                self.record.cycles[name].append(self.cycle)
                 ctx.set(s.valid, 0)
 
         return process
 
-    def receiver(name: str, number: int) -> Callable[[Any], Any]:
-        stalls = stall_out(random.Random(f"{seed} {name} out"))
-        record.cycles[name], record.values[name] = [], []
+    def take(self, name: str, number: int, pattern: Pattern) -> Process:
+        """Take ``number`` transfers at the port ``name``."""
+        stalls, s = pattern(random.Random(f"{self.seed} {name} out")), port(self.dut, name)
+        values, cycles = self.record.values.setdefault(name, []), self.record.cycles.setdefault(name, [])
+        self.missing += 1
 
         async def process(ctx: Any) -> None:
-            s = port(dut, name)
             held, never_waits = None, isinstance(s.ready, Const)
-            while len(record.values[name]) < number:
+            while len(values) < number:
                 ready = never_waits or not next(stalls)
                 if not never_waits:
                     ctx.set(s.ready, ready)
                 _, _, valid, payload = await ctx.tick().sample(s.valid, s.payload)
                 now = plain(payload)
-                assert held is None or (valid and held == now), f"{name}: changed before it was taken (seed {seed})"
+                kept = held is None or (valid and held == now)
+                assert kept, f"{name}: changed before it was taken (seed {self.seed})"
                 held = now if valid and not ready else None
                 if valid and ready:
-                    record.values[name].append(now)
-                    record.cycles[name].append(clock["cycle"])
+                    values.append(now)
+                    cycles.append(self.cycle)
             if not never_waits:
                 ctx.set(s.ready, 0)
-            missing["ports"] -= 1
+            self.missing -= 1
 
         return process
 
-    async def until_done(ctx: Any) -> None:
-        while missing["ports"]:
+    async def until_done(self, ctx: Any) -> None:
+        """End when every output port has seen its transfers."""
+        while self.missing:
             await ctx.tick()
-
-    simulator.add_testbench(cycles, background=True)
-    for name, values in inputs.items():
-        simulator.add_testbench(sender(name, values), background=True)
-    for name, number in outputs.items():
-        simulator.add_testbench(receiver(name, number), background=True)
-    simulator.add_testbench(until_done)
-    with simulator.write_vcd(str(vcd)) if vcd else nullcontext():
-        simulator.run()
-    return record

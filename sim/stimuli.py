@@ -47,6 +47,11 @@ class Stimuli:
         pairs = ((getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__)
         return Stimuli(*(np.concatenate(pair) for pair in pairs))
 
+    @property
+    def known(self) -> Bools:
+        """Whether the true values of each frame are known."""
+        return np.asarray(np.isfinite(self.resultant).all(axis=1))
+
     def __getitem__(self, part: slice | Bools) -> Stimuli:
         return Stimuli(*(getattr(self, name)[part] for name in self.__dataclass_fields__))
 

@@ -65,13 +65,8 @@ def verify(
     recorded = shown.record(waves) if waves else None
     back = Returned.of(design, len(stimuli.codes), runs)
     result, seen = decode(design, back.words), stimuli[back.whole]
-    known = np.asarray(np.isfinite(seen.resultant).all(axis=1))
-    special, unfit = reasons(result.status, SPECIAL), reasons(result.status, Status, known)
-    why = {
-        "model": np.where(back.compared, "", NOT_RETURNED),
-        "float": back.why(special),
-        "contact": back.why(unfit),
-    }
+    special, unfit = reasons(result.status, SPECIAL), reasons(result.status, Status, seen.known)
+    why = {"model": np.where(back.compared, "", NOT_RETURNED), "float": back.why(special), "contact": back.why(unfit)}
     return Report(
         name=design.name,
         simulator=chosen,

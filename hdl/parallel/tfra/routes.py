@@ -52,7 +52,11 @@ def product_routes(blocks: Blocks, sums: SumsQueue) -> tuple[ProductRoute, ...]:
 
 def facts(blocks: Blocks) -> tuple[Fact, ...]:
     """Every fact of a frame, in the order in which they are known."""
-    b, regular = blocks, ("contact", "traction")
+    return (*_facts_of_the_input(blocks), *_facts_of_the_results(blocks))
+
+
+def _facts_of_the_input(b: Blocks) -> tuple[Fact, ...]:
+    regular = ("contact", "traction")
     return (
         Fact(
             "frame",
@@ -81,6 +85,11 @@ def facts(blocks: Blocks) -> tuple[Fact, ...]:
             ),
             registered=True,
         ),
+    )
+
+
+def _facts_of_the_results(b: Blocks) -> tuple[Fact, ...]:
+    return (
         Fact(
             "affine",
             b.dependent.affine,

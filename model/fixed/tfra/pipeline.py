@@ -57,15 +57,12 @@ class FixedTfra:
         residual = matvec(design, "residual", n)
         by_n = design.stacks["residual"].split(residual)
         g, d1, d2 = (by_n[name] for name in ("c33", "c31", "c32"))
-        d0 = b + g
         affine = dependent(design, gather_sums(by_b["sums_b"], by_n["sums_n"]), direction, frame.regular)
-        swap = direction.sweep_y[:, None, None]
-        d_ind, d_dep = np.where(swap, d2, d1), np.where(swap, d1, d2)
-        e0 = combine(design, d0, affine.alpha, d_dep)
+        d_ind, d_dep = ordered(direction, d1, d2)
+        e0 = combine(design, b + g, affine.alpha, d_dep)
         e1 = combine(design, d_ind, affine.beta, d_dep)
         normal = [matvec(design, "normal", e) for e in (e0, e1)]
-        p, slope = butterfly(normal[0] - g), butterfly(normal[1])
-        p, slope = to_taxels(design, p), to_taxels(design, slope)
+        p, slope = (to_taxels(design, butterfly(quads)) for quads in (normal[0] - g, normal[1]))
         found = sweep(design, frame.stress, p, slope, direction.negative, frame.exponent)
         chosen = friction(design, found.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
@@ -107,6 +104,12 @@ class FixedTfra:
             Stage.SCALING: words,
         }
         return words, stages
+
+
+def ordered(direction: Direction, d1: Ints, d2: Ints) -> tuple[Ints, Ints]:
+    """What mu_ind and what mu_dep multiplies: d1 and d2, or the other way round where mu_y is swept."""
+    swap = direction.sweep_y[:, None, None]
+    return np.where(swap, d2, d1), np.where(swap, d1, d2)
 
 
 def status(frame: Normalised, direction: Direction, affine: Dependent, chosen: Friction, scaled: Scaled) -> Ints:
