@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any
 
 import pytest
+
+from tfra.sim.harness import PATTERNS, bursts, flowing, random_stalls
 
 
 def long(*cases: Any) -> list[Any]:
@@ -12,3 +15,9 @@ def long(*cases: Any) -> list[Any]:
     return [
         pytest.param(*(case if isinstance(case, tuple) else (case,)), marks=pytest.mark.long) for case in cases
     ]
+
+
+_FEW = [(flowing, flowing), (random_stalls, bursts), (bursts, random_stalls)]
+
+STALLS = [*_FEW, *long(*(pair for pair in product(PATTERNS, PATTERNS) if pair not in _FEW))]
+"""Stalls at the inputs and at the outputs of a block."""

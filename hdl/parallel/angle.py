@@ -92,7 +92,7 @@ class Angle(wiring.Component):
         ``rotation`` is the one whose turn is looked up: the next one of the direction.
         """
         table, half = angle_table(self._design), 1 << (ANGLE_GUARD - 1)
-        angle = Signal(self._design.formats.operand + ANGLE_GUARD, name="angle", reset_less=True)
+        angle = Signal(self._design.formats.operand + ANGLE_GUARD, name="angle_so_far", reset_less=True)
         rotation = Signal(counter_shape(len(table)), reset_less=True)
         table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared
         step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.marks import STALLS
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.model.fixed.butterfly import butterfly
-from tfra.sim.harness import PATTERNS, flowing, run
+from tfra.sim.harness import flowing, run
 
 
 def _quads(bits, seed, number=40):
@@ -19,8 +20,7 @@ def _quads(bits, seed, number=40):
 
 
 @pytest.mark.parametrize("bits", [6, 29])
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_equals_the_model(bits, stall_in, stall_out):
     quads = _quads(bits, seed=bits)
     seen = run(Butterfly(bits), {"i": quads.tolist()}, {"o": len(quads)}, stall_in=stall_in, stall_out=stall_out)

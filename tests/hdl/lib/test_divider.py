@@ -7,9 +7,10 @@ import random
 import numpy as np
 import pytest
 
+from tests.marks import STALLS
 from tfra.hdl.lib.divider import Divider
 from tfra.model.fixed.numbers import divide
-from tfra.sim.harness import PATTERNS, run
+from tfra.sim.harness import run
 
 SHAPES = [(9, 9, 7, 1), (22, 22, 15, 1), (12, 6, 10, 3), (5, 11, 0, 1), (31, 31, 24, 2)]
 """numerator, denominator, fraction, whole."""
@@ -45,8 +46,7 @@ def test_equals_the_model(shape):
     assert seen.values["o"] == expected(shape, sent), "seed 1"
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_survives_stalls(stall_in, stall_out):
     sent = operands(SHAPES[0], seed=2, number=40)[-16:]
     seen = run(Divider(*SHAPES[0]), {"i": sent}, {"o": len(sent)}, stall_in=stall_in, stall_out=stall_out, seed=2)

@@ -7,12 +7,12 @@ from amaranth import Module, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
+from tests.marks import STALLS
 from tfra.hdl.lib.streams import TOKEN, Fork, PerFrameQueue, Queue, Router, Spare, Tokens
 from tfra.sim.harness import PATTERNS, run
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_every_sink_of_a_fork_sees_everything(stall_in, stall_out):
     values = list(range(60))
     seen = run(
@@ -32,8 +32,7 @@ def test_router_sends_every_kind_where_its_table_says(stall_in):
 
 
 @pytest.mark.parametrize("parts", [1, 2, 4])
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_queue_keeps_order_whatever_its_width(parts, stall_in, stall_out):
     values = [number * 2654435761 % 4096 for number in range(40)]
     seen = run(Queue(unsigned(12), 5, parts), {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
@@ -47,8 +46,7 @@ def test_latency_of_a_queue(parts):
     assert [b - a for a, b in zip(seen.cycles["i"], seen.cycles["i"][1:], strict=False)] == [parts] * 8
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_facts_keep_order_and_only_their_fields(stall_in, stall_out):
     shape = data.StructLayout({"mu": signed(7), "flag": 1, "rest": 5})
     values = [{"mu": number - 20, "flag": number & 1, "rest": number % 32} for number in range(40)]
@@ -86,8 +84,7 @@ def test_tokens_are_as_many_as_were_given():
         run(Taken(), {}, {"o": 4}, limit=200)
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_a_spare_place_keeps_order_under_stalls(stall_in, stall_out):
     values = list(range(60))
     seen = run(Spare(unsigned(8)), {"i": values}, {"o": 60}, stall_in=stall_in, stall_out=stall_out)

@@ -11,6 +11,7 @@ from amaranth import Module, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tests.marks import STALLS
 from tfra.hdl.lib.streams import PerFrameQueue, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
@@ -21,7 +22,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.widths import DIVISION_GUARD
 from tfra.model.sensor import SensorArray
-from tfra.sim.harness import PATTERNS, flowing, run
+from tfra.sim.harness import flowing, run
 
 NUMBER = 30
 
@@ -72,8 +73,7 @@ def expected(d: Design, sent: dict[str, list[dict[str, int]]]) -> dict[str, list
 
 
 @pytest.mark.parametrize("formats", ["standard", "wide"])
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_both_users_get_their_own(formats, stall_in, stall_out):
     d = design(formats)
     sent = inputs(d, 1)

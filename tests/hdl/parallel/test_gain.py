@@ -11,6 +11,7 @@ from amaranth import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tests.marks import STALLS
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.gain import Gain
@@ -22,7 +23,7 @@ from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
-from tfra.sim.harness import PATTERNS, run
+from tfra.sim.harness import run
 
 
 def design(rows: int, columns: int, formats: Formats, bits: int = 14, thickness: float = 3e-3) -> Design:
@@ -136,8 +137,7 @@ def test_corners(name):
     check(DESIGNS[name], corner_case(DESIGNS[name]), name)
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_survives_stalls(stall_in, stall_out):
     d = DESIGNS["3x2 short"]
     check(d, random_case(d, 6, 2), "seed 2", stall_in=stall_in, stall_out=stall_out, seed=2)

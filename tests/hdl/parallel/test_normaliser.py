@@ -7,6 +7,7 @@ import random
 import numpy as np
 import pytest
 
+from tests.marks import STALLS
 from tfra.hdl.parallel.normaliser import Normaliser
 from tfra.model.choices import FORMATS, Adc, Architecture
 from tfra.model.fixed.butterfly import to_quads
@@ -14,7 +15,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import normaliser
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.sim.harness import PATTERNS, flowing, run
+from tfra.sim.harness import flowing, run
 
 SIZES = ((2, 2), (2, 3), (3, 2), (3, 3), (4, 4), (5, 7), (4, 6), (7, 4), (10, 10))
 
@@ -111,8 +112,7 @@ def test_widest_converter():
     compare(design, corners(design) + every_exponent(design, np.random.default_rng(20)), seed=20)
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 @pytest.mark.parametrize("size", [(2, 2), (4, 4), (5, 7)])
 def test_stalls_on_every_port(stall_in, stall_out, size):
     design = make(*size, 8)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.marks import STALLS
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.scaling import FACTS, Scaling
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
@@ -21,7 +22,7 @@ from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import encode
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
-from tfra.sim.harness import PATTERNS, run
+from tfra.sim.harness import run
 
 
 def design(rows: int, columns: int, formats: Formats = FORMATS["standard"], bits: int = 14) -> Design:
@@ -142,8 +143,7 @@ def test_equals_the_model(name, seed):
     check(DESIGNS[name], facts(DESIGNS[name], 12, seed), f"{name}, seed {seed}")
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_survives_stalls(stall_in, stall_out):
     d = DESIGNS["3x2 short"]
     check(d, facts(d, 5, 3), "seed 3", stall_in=stall_in, stall_out=stall_out, seed=3)

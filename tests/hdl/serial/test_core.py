@@ -53,6 +53,7 @@ def test_stalls_change_nothing(name, stall_in, stall_out):
     assert (words == want).all()
 
 
+@pytest.mark.long
 def test_wide_words():
     design = DESIGNS["wide"]
     _, words, want, *_ = stream(design, contact_codes(design, 1, seed=2), stall_in=flowing)

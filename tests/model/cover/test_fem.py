@@ -11,6 +11,7 @@ import pytest
 import skfem
 from skfem.models.elasticity import linear_elasticity
 
+from tests.marks import long
 from tfra.model.arrays import Floats
 from tfra.model.cover import fem
 from tfra.model.cover.contact import Contact, ContactShape
@@ -133,9 +134,7 @@ def test_agrees_with_the_generic_solve() -> None:
     ("shape", "poisson", "size", "bound"),
     [
         ("hertz", 0.48, 1.5e-3, 0.02),
-        ("hertz", 0.48, 0.75e-3, 0.01),
-        ("uniform", 0.48, 0.75e-3, 0.01),
-        ("rounded", 0.3, 0.75e-3, 0.005),
+        *long(("hertz", 0.48, 0.75e-3, 0.01), ("uniform", 0.48, 0.75e-3, 0.01), ("rounded", 0.3, 0.75e-3, 0.005)),
     ],
 )
 def test_agrees_with_the_series(shape: str, poisson: float, size: float, bound: float) -> None:

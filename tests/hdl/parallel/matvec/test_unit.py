@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.parallel.matvec.designs import LONG, SHORT, label, make
+from tests.marks import long
 from tfra.hdl.parallel.matvec.operand import codes_fit
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import MatVec
@@ -116,7 +117,7 @@ def check(design: Design, frames: np.ndarray, seed: int = 0, **stalls) -> None:
         assert by_operator(design, seen) == expected(design, some), f"{label(design)}, seed {seed}"
 
 
-@pytest.mark.parametrize("design", SMALL, ids=label)
+@pytest.mark.parametrize("design", [*SMALL[:3], *long(*SMALL[3:])], ids=label)
 def test_extreme_operands(design):
     check(design, corners(design))
 
@@ -132,7 +133,7 @@ def test_random_operands_of_larger_designs(design):
     check(design, draw(design, 1, 6), seed=6, stall_in=random_stalls)
 
 
-@pytest.mark.parametrize("lanes", [64, 100])
+@pytest.mark.parametrize("lanes", long(64, 100))
 def test_ten_by_ten(lanes):
     check(make(10, 10, lanes), draw(make(10, 10, lanes), 1, 8), seed=8, stall_in=bursts)
 
@@ -141,7 +142,7 @@ PORTS = {"contact": "b", "residual": "n", "normal": "vector", "force": "vector"}
 
 
 @pytest.mark.parametrize("name", STACKS)
-@pytest.mark.parametrize("design", [SMALL[0], SMALL[1], SMALL[5], SMALL[7]], ids=label)
+@pytest.mark.parametrize("design", [SMALL[1], *long(SMALL[0], SMALL[5], SMALL[7])], ids=label)
 def test_latency_and_duration_are_as_told(design, name):
     """The unit is idle but for one product."""
     unit, everything, q = MatVec(design), operands(design, draw(design, 1, 9)), design.quads

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.marks import STALLS
 from tfra.hdl.parallel.tfra.centroids import Centroids, shift_distances
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.centroids import centroids, pitch_ratio
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.sim.harness import PATTERNS, flowing, run
+from tfra.sim.harness import flowing, run
 
 SIZES = ((2, 2), (2, 3), (3, 2), (4, 4), (5, 7), (4, 6), (10, 10))
 PITCHES = ((2.0, 2.0), (4.0, 2.0), (2.0, 4.0), (1.27, 2.54), (3.7, 2.3), (1.0, np.pi), (np.e, 1.3))
@@ -121,8 +122,7 @@ def test_ties_and_frames_without_direction():
     compare(design, list(codes))
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 @pytest.mark.parametrize("size", [(2, 2), (5, 7)])
 def test_stalls_on_every_port(stall_in, stall_out, size):
     design = make(*size, bits=8)

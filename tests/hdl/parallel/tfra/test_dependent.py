@@ -16,12 +16,13 @@ from tests.hdl.parallel.facts import (
     transfers,
     words,
 )
+from tests.marks import STALLS
 from tfra.hdl.parallel.tfra.dependent import Dependent
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.fixed.tfra.dependent import dependent, gather_sums
-from tfra.sim.harness import PATTERNS, run
+from tfra.sim.harness import run
 
 
 def split(design, exact, rng):
@@ -133,8 +134,7 @@ def _around(half):
     return [(e, 0) for e in ends] + [(0, e) for e in ends]
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_survives_stalls(stall_in, stall_out):
     design = DESIGNS["standard"]
     check(design, *anything(design, 5, 8), stall_in=stall_in, stall_out=stall_out, seed=5)

@@ -16,13 +16,14 @@ from tests.hdl.parallel.facts import (
     real_affine,
     transfers,
 )
+from tests.marks import STALLS
 from tfra.hdl.parallel.tfra.friction import Friction
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import friction
-from tfra.sim.harness import PATTERNS, run
+from tfra.sim.harness import run
 
 
 def inputs(frame, direction, affine, index):
@@ -100,8 +101,7 @@ def test_limits_of_mu_dep(name):
     assert not model.out_of_range[np.abs(mu_dep) == one].any()
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_survives_stalls(stall_in, stall_out):
     design = DESIGNS["wide"]
     check(design, *anything(design, 5, 16), stall_in=stall_in, stall_out=stall_out, seed=5)

@@ -17,12 +17,13 @@ from tests.hdl.parallel.facts import (
     transfers,
     words,
 )
+from tests.marks import STALLS
 from tfra.hdl.parallel.tfra.resultant import Resultant
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import Friction, friction
 from tfra.model.fixed.tfra.resultant import resultant
-from tfra.sim.harness import PATTERNS, run
+from tfra.sim.harness import run
 
 
 def inputs(frame, affine, chosen):
@@ -91,8 +92,7 @@ def test_corners(name):
     )
 
 
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_survives_stalls(stall_in, stall_out):
     design = DESIGNS["wide"]
     check(design, *anything(design, 4, 12), stall_in=stall_in, stall_out=stall_out, seed=4)

@@ -11,6 +11,7 @@ from amaranth import Module
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tests.marks import STALLS
 from tfra.hdl.lib.streams import Router, always_ready_stream
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
@@ -18,7 +19,7 @@ from tfra.hdl.parallel.tfra.sums_queue import ROWS, SumsQueue
 from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.sim.harness import PATTERNS, run
+from tfra.sim.harness import run
 
 DESIGN = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
 
@@ -63,8 +64,7 @@ def in_flight(kinds):
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("stall_in", PATTERNS)
-@pytest.mark.parametrize("stall_out", PATTERNS)
+@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_quads_leave_in_the_order_of_their_frames(stall_in, stall_out, seed):
     frames, rng = 20, random.Random(seed)
     kinds = order(frames, seed)

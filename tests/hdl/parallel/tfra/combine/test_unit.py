@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, make, name
+from tests.marks import long
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly
@@ -156,6 +157,7 @@ def test_equals_the_model(design, stall_in):
     assert same, "seed 7"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("design", DESIGNS[:2], ids=name)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equals_the_model_for_more_seeds(design, seed):
@@ -200,7 +202,7 @@ def _late(design, port, number=1):
     return unit, seen.cycles
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=name)
 @pytest.mark.parametrize("port", ["residual", "affine", "direction"])
 def test_latency(design, port):
     dut, cycles = _late(design, port)
@@ -208,7 +210,7 @@ def test_latency(design, port):
     assert cycles["vector"][0] - start == dut.latency - 3 * (port != "residual")
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=name)
 def test_update_latency(design):
     dut, cycles = _late(design, "chosen")
     assert cycles["vector"][2 * design.quads] - LATE == dut.update_latency
@@ -216,7 +218,7 @@ def test_update_latency(design):
     assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == dut.update_latency + 2
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=name)
 def test_force_latency_and_jobs(design):
     dut, cycles = _late(design, "products")
     q = design.quads
