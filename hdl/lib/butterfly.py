@@ -39,7 +39,9 @@ class Butterfly(wiring.Component):
         m = Module()
         half = Signal(quad(self._bits + 1), reset_less=True)
         whole = Signal(quad(self._bits + 2), reset_less=True)
-        half_valid, whole_valid, advance = Signal(), Signal(), Signal()
+        half_valid = Signal()
+        whole_valid = Signal()
+        advance = Signal()
         x = self.i.payload
         m.d.comb += [
             advance.eq(~whole_valid | self.o.ready),

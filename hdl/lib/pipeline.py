@@ -43,7 +43,8 @@ def ahead(m: Module, counter: Value, window: range) -> Signal:
 
 def wrapping_counter(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:
     """Number of what ``step`` takes, from 0 to ``length - 1`` and again; whether it is the last, a register too."""
-    number, last = Signal(counter_shape(length - 1), name=name), Signal(init=length == 1, name=f"{name}_last")
+    number = Signal(counter_shape(length - 1), name=name)
+    last = Signal(init=length == 1, name=f"{name}_last")
     with m.If(step):
         m.d.sync += number.eq(Mux(last, 0, number + 1))
         if length > 1:
@@ -69,7 +70,9 @@ def occupancy_flags(m: Module, places: int, enter: Value, leave: Value) -> tuple
 
     ``enter`` counts only while there is a place, ``leave`` only while one is taken.
     """
-    taken, some, full = Signal(counter_shape(places)), Signal(), Signal()
+    taken = Signal(counter_shape(places))
+    some = Signal()
+    full = Signal()
     with m.If(enter & ~leave):
         m.d.sync += taken.eq(taken + 1)
     with m.Elif(leave & ~enter):

@@ -133,7 +133,9 @@ class Queue(wiring.Component):
         size, depth = len(into) // self._parts, self._depth * self._parts
         m.submodules.places = places = Memory(shape=unsigned(size), depth=depth, init=[])
         write, read = places.write_port(), places.read_port()
-        found, leave, move = Signal(), Signal(), Signal()
+        found = Signal()
+        leave = Signal()
+        move = Signal()
         head, _ = wrapping_counter(m, write.en, depth, "head")
         tail, _ = wrapping_counter(m, read.en, depth, "tail")
         some, full = occupancy_flags(m, depth - 1, write.en, read.en)  # the output is the last place
@@ -243,7 +245,9 @@ def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last:
     ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; behind
     cycle ``last`` stream ``leave`` is valid until it is taken.
     """
-    busy, valid, cycle = Signal(), Signal(), Signal(counter_shape(last))
+    busy = Signal()
+    valid = Signal()
+    cycle = Signal(counter_shape(last))
     m.d.comb += [enter.ready.eq(~busy), leave.valid.eq(valid)]
     with m.If(~busy):
         m.d.sync += busy.eq(enter.valid)

@@ -113,7 +113,10 @@ class Normaliser(wiring.Component):
         m.submodules.raster = raster = Raster(self._design)
         m.submodules.facts = facts = _Facts(self._design)
         m.submodules.pages = pages = _Pages(self._design, raster)
-        quads_left, facts_left, waiting, end = (Signal(name=n) for n in ("quads_left", "facts_left", "waiting", "end"))
+        quads_left = Signal()  # quads of the frame before are left in the unit
+        facts_left = Signal()
+        waiting = Signal()  # the facts wait to be taken
+        end = Signal()
         steps = Signal(4)  # bit k: the last taxel came k + 1 cycles ago
         code = Signal(signed(self._design.adc.bits), reset_less=True)
         m.d.comb += [
@@ -146,13 +149,17 @@ class Normaliser(wiring.Component):
         """Read the quads of a frame and shift them in two steps; true when the last one is taken."""
         quad = stress_quad(self._design)
         m.submodules.spare = spare = Spare(data.StructLayout({"quad": quad, "end": 1}))  # a register lets all go
-        flow, running, final = Signal(), Signal(), Signal()
-        read, (coarse, fine) = Signal(quad, reset_less=True), two_steps(exponent, _FINE)
-        valid, end = Signal(2), Signal(2)  # behind the memory and the register
+        advance = Signal()
+        running = Signal()
+        final = Signal()
+        coarse, fine = two_steps(exponent, _FINE)
+        read = Signal(quad, reset_less=True)
+        valid = Signal(2)  # behind the memory, and behind the register ``read``
+        end = Signal(2)
         m.d.comb += [
-            flow.eq(spare.i.ready),
+            advance.eq(spare.i.ready),
             final.eq(pages.quad == self._design.quads - 1),
-            pages.read.eq(flow),
+            pages.read.eq(advance),
             spare.i.valid.eq(valid[1]),
             *(spare.i.p.quad[place].eq(read[place] << fine) for place in range(4)),
             spare.i.p.end.eq(end[1]),
@@ -160,10 +167,10 @@ class Normaliser(wiring.Component):
             self.quads.payload.eq(spare.o.p.quad),
             spare.o.ready.eq(self.quads.ready),
         ]
-        with m.If(flow):
+        with m.If(advance):
             m.d.sync += [valid.eq(Cat(running, valid)), end.eq(Cat(final, end))]
             m.d.sync += [read[place].eq(pages.stored[place] << coarse) for place in range(4)]
-        with m.If(flow & running):
+        with m.If(advance & running):
             m.d.sync += [running.eq(~final), pages.quad.eq(Mux(final, 0, pages.quad + 1))]
         with m.If(start):
             m.d.sync += running.eq(1)
@@ -193,7 +200,8 @@ class _Facts(Elaboratable):
         fresh = Cat(seen, negative, ~negative & self.code.any(), seen.all(), seen >= self._threshold)
         kept = Signal(len(fresh), reset_less=True)
         compressed, stretched, saturated, reached = kept[len(seen) :]
-        magnitude, whole = (Signal(self._magnitude, name=name, reset_less=True) for name in ("magnitude", "whole"))
+        magnitude = Signal(self._magnitude, reset_less=True)
+        whole = Signal(self._magnitude, reset_less=True)
         with m.If(self.valid):
             # |code| = (code ^ sign) + sign, so that the adder's carry input does the negation.
             m.d.sync += [
@@ -245,7 +253,9 @@ class _Pages(Elaboratable):
         for number in range(4):
             bank = memory.Memory(shape=self.code.shape(), depth=(1 << len(raster.quad)) + design.quads, init=[])
             m.submodules[f"bank{number}"] = bank
-            write, read, enable = bank.write_port(), bank.read_port(), Signal(name=f"enable{number}")
+            write = bank.write_port()
+            read = bank.read_port()
+            enable = Signal(name=f"enable{number}")
             m.d.sync += enable.eq(raster.transfer & side_y[number >> 1] & side_x[number & 1])
             m.d.comb += [
                 *(write.en.eq(enable), write.addr.eq(place), write.data.eq(self.code)),

@@ -106,7 +106,8 @@ class Scaling(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        advance, valid = Signal(), Signal(STAGES)
+        advance = Signal()
+        valid = Signal(STAGES)
         into = Signal(self._operands(), reset_less=True)
         result = Signal(ports.result(self._design), reset_less=True)
         m.submodules.spare = spare = Spare(ports.result(self._design))  # so that a register lets all advance
@@ -187,9 +188,12 @@ class Scaling(wiring.Component):
         counter = Signal(COUNTER_BITS)
         entries = self._entries(m, counter)
         step = Signal(len(entries), init=1)  # a bit each, since much is chosen by it
-        taxels, closing = Signal(), Signal()
+        taxels = Signal()
+        closing = Signal()
         held = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
-        first, go, move = Signal(init=1), Signal(), Signal()
+        first = Signal(init=1)
+        go = Signal()
+        move = Signal()
         facts = [getattr(self, name) for name in FACTS]
         # Facts stay until they are taken, so only the first word has to look for them.  The gain comes last: the
         # others, from a register, which tells nothing of the next frame while those of this one are taken: a cycle
@@ -217,7 +221,8 @@ class Scaling(wiring.Component):
 
     def _last_taxel(self, m: Module) -> Value:
         """Whether the next taxel is a plane's last one."""
-        number, last = Signal(counter_shape(self._design.sensor.taxels - 1)), Signal()
+        number = Signal(counter_shape(self._design.sensor.taxels - 1))
+        last = Signal()
         with m.If(self.taxel.valid & self.taxel.ready):
             m.d.sync += [number.eq(Mux(last, 0, number + 1)), last.eq(number == self._design.sensor.taxels - 2)]
         return last
@@ -245,7 +250,8 @@ class Scaling(wiring.Component):
     def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:
         """Limit the word, remember that it was limited, and tell so in the status."""
         output, place = self._design.widths.output, Status.OUTPUT_SATURATED.bit_length() - 1
-        limited, above = Signal(), rounded[output - 1 :]
+        limited = Signal()
+        above = rounded[output - 1 :]
         beyond = register(m, ~plain & above.any() & ~above.all(), "beyond")
         rounded, last = register(m, rounded, "found"), register(m, last, "ends")
         top = Cat((~rounded[-1]).replicate(output - 1), rounded[-1]).as_signed()

@@ -56,7 +56,8 @@ class Multiplier(wiring.Component):
         return m
 
     def _registers(self, m: Module) -> None:
-        a, b = Signal.like(self.a, reset_less=True), Signal.like(self.b, reset_less=True)
+        a = Signal.like(self.a, reset_less=True)
+        b = Signal.like(self.b, reset_less=True)
         product = Signal.like(self.product, reset_less=True)
         m.d.comb += self.product.eq(product)
         with m.If(self.enable):

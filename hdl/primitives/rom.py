@@ -62,7 +62,8 @@ class Rom(wiring.Component):
     def _memory(self, m: Module, number: int) -> None:
         image, shape = self._images[number].tolist(), signed(self._bits)
         m.submodules[f"memory{number}"] = memory = Memory(shape=shape, depth=len(image), init=image)
-        port, word = memory.read_port(), Signal(shape, name=f"word{number}", reset_less=True)
+        port = memory.read_port()
+        word = Signal(shape, name=f"word{number}", reset_less=True)
         m.d.comb += [port.addr.eq(self.address), port.en.eq(self.enable), self.words[number].eq(word)]
         with m.If(self.enable):
             m.d.sync += word.eq(port.data)
