@@ -114,7 +114,7 @@ def during(counter: Value, window: range) -> Value:
     return (counter >= window.start) & (counter < window.stop)
 
 
-def nth_part(word: Value, number: Value, parts: int) -> Value:
-    """One of ``parts`` equal parts of ``word``: a multiplexer, where ``word_select`` would take a multiplier."""
-    size = len(word) // parts
-    return Array(word.word_select(k, size) for k in range(parts))[number] if parts > 1 else word
+def nth_slice(word: Value, number: Value, slices: int) -> Value:
+    """One of ``slices`` equal slices of ``word``: a multiplexer, where ``word_select`` would take a multiplier."""
+    size = len(word) // slices
+    return Array(word.word_select(k, size) for k in range(slices))[number] if slices > 1 else word

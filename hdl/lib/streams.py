@@ -16,7 +16,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape, nth_part
+from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
 from tfra.hdl.lib.pipeline import occupancy, occupancy_flags, register, wrapping_counter
 
 TOKEN = unsigned(1)
@@ -114,23 +114,23 @@ class Buffer(wiring.Component):
 class Queue(wiring.Component):
     """First in, first out, ``depth`` transfers long, in block memory.
 
-    A transfer may pass in ``parts`` cycles, through a memory of that much less width.
+    A transfer may pass in ``beats`` cycles, through a memory of that much less width.
 
     Members: ``i``: stream in; ``o``: stream out, registered.  ``latency``: cycles through an empty queue, from the
-    transfer, which is the end of the last part; a transfer in ``parts`` cycles.  Neither ``i.ready`` nor ``o.valid``
+    transfer, which is the end of the last beat; a transfer in ``beats`` cycles.  Neither ``i.ready`` nor ``o.valid``
     depends on an input.
     """
 
     latency = 2
 
-    def __init__(self, shape: Any, depth: int, parts: int = 1) -> None:
-        self._depth, self._parts = depth, parts
+    def __init__(self, shape: Any, depth: int, beats: int = 1) -> None:
+        self._depth, self._beats = depth, beats
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         into, out = self._kept(self.i.payload), self._kept(self.o.payload)
-        size, depth = len(into) // self._parts, self._depth * self._parts
+        size, depth = len(into) // self._beats, self._depth * self._beats
         m.submodules.places = places = Memory(shape=unsigned(size), depth=depth, init=[])
         write, read = places.write_port(), places.read_port()
         found = Signal()
@@ -139,14 +139,14 @@ class Queue(wiring.Component):
         head, _ = wrapping_counter(m, write.en, depth, "head")
         tail, _ = wrapping_counter(m, read.en, depth, "tail")
         some, full = occupancy_flags(m, depth - 1, write.en, read.en)  # the output is the last place
-        number, ends = self._part(m, write.en, "put")
-        _, complete = self._part(m, leave, "got")
+        number, ends = self._beat(m, write.en, "put")
+        _, complete = self._beat(m, leave, "got")
         before = self._before(m, leave, read.data, len(into) - size)
         m.d.comb += [
             self.i.ready.eq(~full & ends),
             *(
                 write.addr.eq(head),
-                write.data.eq(nth_part(into, number, self._parts)),
+                write.data.eq(nth_slice(into, number, self._beats)),
                 write.en.eq(self.i.valid & ~full),
             ),
             leave.eq(found & (self.o.ready | ~complete)),
@@ -160,7 +160,7 @@ class Queue(wiring.Component):
 
     @staticmethod
     def _before(m: Module, leave: Value, latest: Value, bits: int) -> Value:
-        """The parts of a transfer that have left the memory."""
+        """The beats of a transfer that have left the memory."""
         if not bits:
             return Const(0, 0)
         before = Signal(bits, reset_less=True)
@@ -168,9 +168,9 @@ class Queue(wiring.Component):
             m.d.sync += before.eq(Cat(before, latest)[len(latest) :])
         return before
 
-    def _part(self, m: Module, step: Value, name: str) -> tuple[Value, Value]:
-        """Number of a transfer's part, and whether it is the last; no counter for a single one."""
-        return wrapping_counter(m, step, self._parts, name) if self._parts > 1 else (Const(0, 0), Const(1))
+    def _beat(self, m: Module, step: Value, name: str) -> tuple[Value, Value]:
+        """Number of a transfer's beat, and whether it is the last; no counter for a single one."""
+        return wrapping_counter(m, step, self._beats, name) if self._beats > 1 else (Const(0, 0), Const(1))
 
     def _kept(self, payload: Any) -> Value:
         """What is stored of a payload."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from amaranth import Cat, Module, Shape, Signal, Value
 
-from tfra.hdl.lib.arithmetic import counter_shape, nth_part
+from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
 from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.model.fixed.design import Design
 
@@ -27,7 +27,7 @@ def beat_in_quad(design: Design, number: Value) -> Value:
 
 def select_beat(design: Design, quad: Any, number: Value) -> Value:
     """Words of beat ``number`` of a vector, from its ``quad`` or from anything else with a member for each parity."""
-    return nth_part(Cat(quad[k] for k in range(4)), beat_in_quad(design, number), design.cycles_per_quad)
+    return nth_slice(Cat(quad[k] for k in range(4)), beat_in_quad(design, number), design.cycles_per_quad)
 
 
 def beat_valid(m: Module, quad_valid: Value, ends_quad: Value) -> Value:

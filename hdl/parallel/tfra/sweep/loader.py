@@ -10,7 +10,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape, nth_part
+from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
 from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.butterfly import distinct
@@ -85,7 +85,7 @@ class Loader(wiring.Component):
     2      ``vector``, ``offset``: the same, held until the next quad
     3      ``difference``: minus g in e0
     4      ``half``: first level of the butterfly
-    5      ``FOLDED``: words behind the butterfly.  Quads of e0 go to the memory of p, a part a cycle.  Quads of e1 stay
+    5      ``FOLDED``: words behind the butterfly.  Quads of e0 go to the memory of p, a beat a cycle.  Quads of e1 stay
            for four cycles, while p, q and stress are picked word by word
     6      ``TAXEL``: p, q and stress of a taxel; ``valid`` is low for a mirror taxel that is the same one as another
     ====== ==============================================================================
@@ -101,7 +101,7 @@ class Loader(wiring.Component):
         ends: the last quad of e1 is taken.
         taxel: a :func:`folded_taxel`.
 
-    Resources: 12 adders of the vector width, a memory of Q vector quads, a part wide.
+    Resources: 12 adders of the vector width, a memory of Q vector quads, a beat wide.
     """
 
     def __init__(self, design: Design) -> None:
@@ -199,24 +199,24 @@ class Loader(wiring.Component):
         return [word(value, f"folded{k}") for k, value in enumerate(folded)]
 
     def _p(self, m: Module, folded: Value, number: Value, word: Value, e0: _Taken, e1: _Taken) -> Value:
-        """Memory of p, a part wide: in stage ``FOLDED`` of e1 the p of the taxel beside its q.
+        """Memory of p, a beat wide: in stage ``FOLDED`` of e1 the p of the taxel beside its q.
 
-        Words stand behind the butterfly until the next quad comes, which is as many cycles as it has parts.
+        Words stand behind the butterfly until the next quad comes, which is as many cycles as it has beats.
         """
         design, word_bits = self._design, (self._design.architecture.vector_words - 1).bit_length()
-        parts, shape = design.cycles_per_quad, payloads.vector_beat(design)
-        m.submodules.memory = memory = Memory(shape=shape, depth=parts << len(number), init=[])
+        beats, shape = design.cycles_per_quad, payloads.vector_beat(design)
+        m.submodules.memory = memory = Memory(shape=shape, depth=beats << len(number), init=[])
         write, read = memory.write_port(), memory.read_port()
-        stored = e0.during(FOLDED, parts)
-        part: Value = Const(0, 0)  # of the quad that is stored; one part has no number
-        if parts > 1:
-            part = Signal(counter_shape(parts - 1), name="part")
-            m.d.sync += part.eq(Mux(stored, part + 1, 0))
+        stored = e0.during(FOLDED, beats)
+        beat: Value = Const(0, 0)  # of the quad that is stored; one beat has no number
+        if beats > 1:
+            beat = Signal(counter_shape(beats - 1), name="beat")
+            m.d.sync += beat.eq(Mux(stored, beat + 1, 0))
         read_word = delayed(m, word, _READ_P - 1, "read_word")
         read_number = self._held(m, number, e1.at(_READ_P - 1), "read_number")
         m.d.comb += [
-            write.addr.eq(Cat(part, self._held(m, number, e0.at(FOLDED), "stored_number"))),
-            write.data.eq(nth_part(folded, part, parts)),
+            write.addr.eq(Cat(beat, self._held(m, number, e0.at(FOLDED), "stored_number"))),
+            write.data.eq(nth_slice(folded, beat, beats)),
             write.en.eq(stored),
             read.addr.eq(register(m, Cat(read_word[word_bits:], read_number), "read_address")),
             read.en.eq(e1.during(_READ_P, WORDS)),

@@ -164,8 +164,8 @@ class Sweep(wiring.Component):
         """Queues and buffers for what comes before the loader needs it."""
         for name, vectors in _WAITING.items():
             port = getattr(self, name)
-            parts = 1 if name == "stress" else self._design.cycles_per_quad
-            m.submodules[name] = wait = Queue(port.payload.shape(), vectors * self._design.quads + _FOLDED, parts)
+            beats = 1 if name == "stress" else self._design.cycles_per_quad
+            m.submodules[name] = wait = Queue(port.payload.shape(), vectors * self._design.quads + _FOLDED, beats)
             wiring.connect(m, wait.o, getattr(loader, name))
             if name == "stress":
                 wiring.connect(m, wiring.flipped(port), wait.i)
