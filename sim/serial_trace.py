@@ -13,9 +13,9 @@ from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import ADDRESS_BITS, NO_RESULT, Dest, Instruction, Op
 from tfra.hdl.serial.program.interpreter import wrap
-from tfra.hdl.serial.program.trace import TracedStep, trace
 from tfra.hdl.serial.serial import Serial
 from tfra.hdl.serial.sizes import Sizes, sizes
+from tfra.hdl.serial.trace import TracedStep, trace
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 

@@ -16,7 +16,7 @@ from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import Dest, Op, Src
 from tfra.hdl.serial.lanes import Lanes
 from tfra.hdl.serial.product import Product
-from tfra.hdl.serial.program.frame import Program
+from tfra.hdl.serial.program.tfra.frame import Program
 from tfra.hdl.serial.sequencer import Sequencer
 from tfra.hdl.serial.sizes import sizes
 from tfra.model.arrays import Ints

@@ -8,8 +8,8 @@ from pathlib import Path
 from tfra.hdl.interface.microarchitecture import Probe
 from tfra.hdl.primitives import models
 from tfra.hdl.serial.core import SerialCore
-from tfra.hdl.serial.program.frame import Program, program
 from tfra.hdl.serial.program.memory import store_image
+from tfra.hdl.serial.program.tfra.frame import Program, program
 from tfra.hdl.serial.sizes import sizes
 from tfra.hdl.serial.store import cells
 from tfra.model.arrays import Ints

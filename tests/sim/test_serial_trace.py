@@ -15,8 +15,8 @@ from tfra.hdl.serial import alu, core, datapath
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.isa import Op, Src
 from tfra.hdl.serial.product import Product
-from tfra.hdl.serial.program.trace import trace
 from tfra.hdl.serial.serial import Serial
+from tfra.hdl.serial.trace import trace
 from tfra.model.cover.scenes import contact_codes
 from tfra.sim.serial_trace import first_difference
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tests.hdl.serial.designs import DESIGNS
 from tfra.hdl.serial.isa import Dest
-from tfra.hdl.serial.program.frame import program
-from tfra.hdl.serial.program.trace import trace
+from tfra.hdl.serial.program.tfra.frame import program
+from tfra.hdl.serial.trace import trace
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 

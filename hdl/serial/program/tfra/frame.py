@@ -10,24 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from tfra.hdl.serial.isa import NOTHING, Instruction
-from tfra.hdl.serial.program import (
-    centroids,
-    combine,
-    cordic,
-    dependent,
-    forces,
-    friction,
-    gain,
-    intake,
-    matvec,
-    normaliser,
-    resultant,
-    scaling,
-    sweep,
-    weights,
-    words,
-)
+from tfra.hdl.serial.program import cordic, gain, intake, matvec, normaliser, scaling, words
 from tfra.hdl.serial.program.routines import Writer, label
+from tfra.hdl.serial.program.tfra import centroids, combine, dependent, forces, friction, resultant, sweep, weights
 from tfra.model.fixed.design import Design
 
 Stage = Callable[[Writer], None]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tfra.hdl.serial.isa import FLOOR, NOTHING, R0, R1, R2, R3, R4, R5, Dest, Op, When, imm, mem
-from tfra.hdl.serial.program.dependent import AXES, sum_words
 from tfra.hdl.serial.program.routines import Writer
+from tfra.hdl.serial.program.tfra.dependent import AXES, sum_words
 
 
 def resultant(w: Writer) -> None:

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from tfra.hdl.serial.program.disassembler import destination, disassemble
-from tfra.hdl.serial.program.frame import program
 from tfra.hdl.serial.program.interpreter import Interpreter, Step
 from tfra.hdl.serial.program.memory import store_image
+from tfra.hdl.serial.program.tfra.frame import program
 from tfra.hdl.serial.sizes import sizes
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from tests.hdl.serial.designs import DESIGNS, TEN, random_design
-from tfra.hdl.serial.program.frame import program
 from tfra.hdl.serial.program.interpreter import Interpreter
 from tfra.hdl.serial.program.memory import bases, groups, store_image
+from tfra.hdl.serial.program.tfra.frame import program
 from tfra.hdl.serial.sizes import sizes
 from tfra.model.choices import SERIAL, Adc, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes

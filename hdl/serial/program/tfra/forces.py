@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from tfra.hdl.serial.isa import R0, R1, R3, R4, R5, Dest
 from tfra.hdl.serial.program.butterfly import butterfly, each_quad, mirrors, quad
-from tfra.hdl.serial.program.combine import add_scaled
 from tfra.hdl.serial.program.matvec import product
 from tfra.hdl.serial.program.routines import Writer
 from tfra.hdl.serial.program.scaling import plane_words
+from tfra.hdl.serial.program.tfra.combine import add_scaled
 from tfra.model.fixed.widths import force_drop
 
 _PLANES = (("pinv1", "mu_x", "tangential"), ("pinv2", "mu_y", "tangential"), ("pinv3", None, "normal"))

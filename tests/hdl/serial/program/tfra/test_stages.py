@@ -7,10 +7,10 @@ import pytest
 
 from tests.hdl.serial.designs import DESIGNS
 from tfra.hdl.serial.isa import Dest
-from tfra.hdl.serial.program.frame import ANALYSIS, RESULT, program
 from tfra.hdl.serial.program.memory import MemoryMap
 from tfra.hdl.serial.program.routines import label
-from tfra.hdl.serial.program.trace import trace
+from tfra.hdl.serial.program.tfra.frame import ANALYSIS, RESULT, program
+from tfra.hdl.serial.trace import trace
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.tfra.pipeline import FixedTfra
