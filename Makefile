@@ -34,7 +34,7 @@ PACKAGES := model hdl codegen sim synth cli paper
 VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra
-PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2
+PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign formats rest gates cores schedule timing estimates blocks baselines primitives tree speed c_speed \
   growth large sparse calibrate errors truth fem_convergence abuse misuse

@@ -39,6 +39,7 @@ def cache(builds: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("TFRA_CACHE", str(builds))
 
 
+@pytest.mark.long
 def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     for name in demo.PAPER:
         (tmp_path / f"{name}.toml").write_text(EXAMPLE)

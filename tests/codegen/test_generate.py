@@ -145,6 +145,7 @@ def test_the_testbench_notices_a_wrong_file(tmp_path):
     assert "FAILED" in run_testbench(tmp_path / "core", design.name)
 
 
+@pytest.mark.long
 def test_the_testbench_notices_a_wrong_load(made, tmp_path):
     design, directory = made
     if design not in (DESIGNS["serial"], DESIGNS["loaded"]):

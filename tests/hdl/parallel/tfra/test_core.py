@@ -81,7 +81,7 @@ def test_everything_has_its_place_while_the_output_sleeps(seed):
     assert (words == want).all()
 
 
-@pytest.mark.parametrize(("seed", "held"), [(22, 1), *long((21, 1), (23, 1), (21, 4), (22, 4), (23, 4))])
+@pytest.mark.parametrize(("seed", "held"), long((22, 1), (21, 1), (23, 1), (21, 4), (22, 4), (23, 4)))
 def test_a_reset_at_any_time_forgets_all(seed, held):
     """Only control is cleared: sums run on, words and memories keep what they hold, and no later frame shows it."""
     design, rng = random_design(seed), random.Random(seed)
@@ -121,7 +121,7 @@ def test_a_reset_at_any_time_forgets_all(seed, held):
     assert found == want.tolist(), f"after resets at {interrupted}"
 
 
-@pytest.mark.parametrize("seed", [2, 4, 10, *long(0, 1, 3, 5, 6, 7, 8, 9, 11)])
+@pytest.mark.parametrize("seed", [2, 4, *long(0, 1, 3, 10, 5, 6, 7, 8, 9, 11)])
 def test_timing_is_what_the_gateware_does(seed):
     """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
     design = random_design(seed)
