@@ -115,12 +115,14 @@ def test_files_and_functions_are_short() -> None:
 
 
 def test_every_block_has_its_places() -> None:
-    """Model, stage, gateware, probe, timeline and test of every block, by the table of the guide."""
+    """Model, stage, gateware, probe, timeline, test and rows of every block, by the table of the guide."""
     guide = (ROOT / "docs" / "development.md").read_text()
     rows = re.findall(r"^\| `(\w+)` \| `(hdl/\S+)` \| `(model/\S+)` \| `(tests/\S+)` \|$", guide, re.MULTILINE)
     blocks = dict(Blocks.of(DESIGN))
     assert [row[0] for row in rows] == list(blocks)
-    watched = {probe.stage for probe in probes(DESIGN)}
+    picture = (ROOT / "docs" / "architecture.md").read_text()
+    assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) == set(blocks)
+    watched = [probe.stage for probe in probes(DESIGN)]
     timeline = "".join(file.read_text() for file in (ROOT / "hdl/parallel/tfra").rglob("timeline*/*.py"))
     for name, gateware, model, test in rows:
         assert inspect.getfile(type(blocks[name])) == str(ROOT / gateware), name
@@ -129,7 +131,7 @@ def test_every_block_has_its_places() -> None:
         assert name == "fold" or name in set(Stage), name
         assert name in watched or name in ("fold", Stage.SCALING), name
         assert type(blocks[name]).__name__ in timeline or name in ("fold", "angle"), name
-    assert watched | {Stage.SCALING} == set(Stage)
+    assert [*watched, Stage.SCALING] == list(Stage)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
