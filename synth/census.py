@@ -74,8 +74,12 @@ def block_of(path: str) -> str:
 
 
 def lane_of(path: str) -> int | None:
-    """MAC lane that a hierarchical name of a cell belongs to, if it does; of two that share a memory, the first."""
-    found = re.search(r"\.matvec\.(?:lane|rom\.memory|drain\.(?:register\.)?sums__|drain\.register\.held)(\d+)", path)
+    """MAC lane that a hierarchical name of a cell belongs to, if it does; of two that share a memory, the first.
+
+    The register of the address has the name of one memory, but drives all of them.
+    """
+    places = r"lane|rom\.memory(?!.*\.address)|drain\.(?:register\.)?sums__|drain\.register\.held"
+    found = re.search(rf"\.matvec\.(?:{places})(\d+)", path)
     return int(found[1]) if found else None
 
 

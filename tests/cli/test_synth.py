@@ -145,7 +145,7 @@ def test_wrong_targets_and_folders(folder: Path, capfd: pytest.CaptureFixture[st
 def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([*SIZE, "--frames-per-second", "100", "--latency-us", "1e5", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert (found["mac_lanes"], found["clock_mhz"]) == (1, CLOCK)
+    assert (found["mac_lanes"], found["clock_mhz"]) == (4, CLOCK)
     assert found["frames_per_second"] >= 100
     assert main([*SIZE, "--frames-per-second", "100", "--latency-us", "1e5"]) == 0
     text = capsys.readouterr().out
