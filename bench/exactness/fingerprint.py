@@ -1,0 +1,80 @@
+"""What some designs come to, as a line each: netlist, stated cycles, program and words of the model.
+
+``python -m bench.exactness.fingerprint`` prints them.  A change of the source that leaves every line as it was has
+made none of these cores another.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from tfra.codegen.verilog import Top, to_rtlil
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.serial.program.trace import trace
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
+from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.sensor import SensorArray
+
+_SQUARE = SensorArray(4, 4, 4e-3, 2e-3, 3e-3)
+_ODD = SensorArray(5, 7, 3e-3, 3e-3, 2e-3)
+_TINY = SensorArray(2, 3, 2e-3, 3e-3, 2e-3)
+
+DESIGNS = (
+    TfraDesign(_SQUARE, search=Search(20), architecture=Architecture(4), target="ecp5"),
+    TfraDesign(_ODD, search=Search(16, 2.5), architecture=Architecture(48), target="ice40"),
+    TfraDesign(_TINY, adc=Adc(contact_threshold=0), search=Search(5), architecture=Architecture(1), images="load"),
+    TfraDesign(_ODD, adc=Adc(16), search=Search(9), formats=FORMATS["wide"], architecture=Architecture(2, 1)),
+    TfraDesign(_SQUARE, adc=Adc(18), search=Search(33), architecture=Architecture(8, 2)),
+    TfraDesign(_TINY, search=Search(5), architecture=SERIAL),
+    TfraDesign(_ODD, adc=Adc(8), search=Search(16, 2.5), architecture=SERIAL, target="ecp5"),
+    TfraDesign(_SQUARE, search=Search(33), formats=FORMATS["wide"], architecture=SERIAL, target="ice40"),
+)
+
+
+def fingerprint(design: Design) -> str:
+    """A hash for each thing that may change."""
+    return " ".join(f"{key}={_hash(value)}" for key, value in _facts(design))
+
+
+def _facts(design: Design) -> Iterator[tuple[str, Any]]:
+    core = microarchitecture(design)
+    core.check()
+    yield "cycles", (core.latency, core.frame_latency, core.initiation_interval, core.settled, core.enough)
+    yield "lanes", (core.lanes, core.lane_choices, [path.name for path in core.cell_models], core.load_order)
+    yield "probes", core.probes
+    for name in ("coefficients", "loaded"):
+        yield name, _bytes(getattr(core, name))
+    yield "netlist", to_rtlil(Top(design), "core")
+    codes = np.concatenate([contact_codes(design, 100, 1), directed_codes(design), wild_codes(design, 100, 2)])
+    result = FixedTfra(design)(codes)
+    yield "words", _bytes(result.words)
+    yield "values", [(name, _bytes(value)) for stages in result.parts for name, value in stages.items()]
+    yield "design", (design.widths, design.layout, design.multiplications, design.nonzero_products, design.frame_words)
+    if design.architecture == SERIAL:
+        yield "program", [str(step) for step in trace(replace(design, target="portable"), codes[:2])]
+
+
+def _bytes(values: Any) -> bytes:
+    return np.ascontiguousarray(values, dtype=np.int64).tobytes() if values is not None else b""
+
+
+def _hash(value: Any) -> str:
+    return hashlib.blake2b(repr(value).encode(), digest_size=8).hexdigest()
+
+
+def main() -> None:
+    """A line for each design."""
+    for design in DESIGNS:
+        print(fingerprint(design), flush=True)
+
+
+if __name__ == "__main__":
+    main()

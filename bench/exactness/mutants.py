@@ -1,0 +1,192 @@
+"""How many small wrong changes of gateware and model the tests notice: those of ``make test``, and all of them.
+
+``python -m bench.exactness.mutants [--count N] [--seed S] [--workers W] [--keep]`` changes one place at a time in a
+copy of the tree, spread evenly over the files, and runs tests until one fails that passes without the change.  The
+tests nearest to the file come first, then those of whole cores, then all others that can reach it; the long ones come
+last.  A mutant that the nearest don't notice and that leaves the fingerprint of all designs as it was is equivalent.
+``bench/results/mutants.json`` grows with every mutant, and ``--keep`` goes on from there; the table of
+docs/development.md comes at the end.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from queue import SimpleQueue
+from threading import Lock
+from typing import Any
+
+from bench.exactness.mutations import Mutation, choose
+from bench.exactness.suite import CORES, ORDER, SLOW, TIERS, Copy, Outcome, nearest, reached, texts
+from bench.publish import ROOT, insert, store
+
+PAGE = "docs/development.md"
+AIM = 0.9
+"""Share of what all tests notice that the short ones have to."""
+
+FATE = ("status", "tier", "test", "seconds")
+"""Keys of a line of the record that say what became of the mutant; the others say what it is."""
+
+MUTATED = ("hdl/", "model/fixed/")
+_FINGERPRINT = 900
+"""Seconds that the fingerprint may take."""
+
+
+class Judge:
+    """Runs the tests of one copy against one mutant at a time."""
+
+    def __init__(self, folder: Path) -> None:
+        self._copy = Copy(folder)
+        self._sources = texts(self._copy.root)
+        self._reached = reached(self._sources)
+        self._passes: dict[tuple[str, str], bool] = {}
+        self._before = self._fingerprint()
+        if self._before is None:
+            raise RuntimeError("the fingerprint fails on the tree as it is")
+
+    def _fingerprint(self) -> str | None:
+        code, output = self._copy.run(["bench.exactness.fingerprint"], _FINGERPRINT)
+        return output if code == 0 else None
+
+    def __call__(self, file: str, mutation: Mutation) -> dict[str, Any]:
+        """The mutant's line of the record: what was changed, what became of it, and the test that noticed."""
+        text, start = self._sources[file], time.perf_counter()
+        self._copy.write(file, mutation.apply(text))
+        try:
+            status, tier, test = self._judge(file, mutation)
+        finally:
+            self._copy.write(file, text)
+        fate = status, tier, test, round(time.perf_counter() - start)
+        return {**described(file, text, mutation), **dict(zip(FATE, fate, strict=True))}
+
+    def _judge(self, file: str, mutation: Mutation) -> tuple[str, str, str]:
+        for number, (tier, tests) in enumerate(self._runs(file)):
+            outcome = self._first_failure(file, mutation, tests, tier)
+            if outcome.failed:
+                return ("killed" if outcome.loaded else "broken"), tier, outcome.failed
+            if number == 0 and self._fingerprint() == self._before:
+                return "equivalent", "", ""
+        return "survived", "", ""
+
+    def _runs(self, file: str) -> Iterator[tuple[str, list[str]]]:
+        """Tiers and test files, one run after another."""
+        tests = [test for test, files in self._reached.items() if file in files]
+        near = nearest(file, tests)
+        cores = [test for test in tests if test.startswith(CORES) and test not in near]
+        rest = sorted(set(tests) - {*near, *cores}, key=_turn)
+        gates = file.startswith("hdl/primitives/")
+        for tier in TIERS:
+            for part in (near, cores, rest):
+                yield tier, [test for test in part if tier == "short" or gates or not test.startswith(SLOW)]
+
+    def _first_failure(self, file: str, mutation: Mutation, tests: list[str], tier: str) -> Outcome:
+        """The first test that fails with the mutation and passes without."""
+        chosen = list(tests)
+        while (outcome := self._copy.test(chosen, tier)).failed.startswith("tests/"):
+            key = tier, outcome.failed
+            if key not in self._passes:
+                self._copy.write(file, self._sources[file])
+                self._passes[key] = not self._copy.test([outcome.failed], tier).failed
+                self._copy.write(file, mutation.apply(self._sources[file]))
+            if self._passes[key]:
+                return outcome
+            print(f"left out, fails without a mutant: {outcome.failed}", flush=True)
+            chosen = [test for test in chosen if test != outcome.failed.partition("::")[0]]
+        return outcome
+
+
+def _turn(test: str) -> tuple[int, str]:
+    return next(number for number, folder in enumerate(ORDER) if test.startswith(folder)), test
+
+
+def described(file: str, text: str, mutation: Mutation) -> dict[str, Any]:
+    """The change in words; two mutants of a tree never have the same."""
+    before, after = mutation.before(text), mutation.after(text)
+    return {"file": file, "line": mutation.line(text), "kind": mutation.kind, "before": before, "after": after}
+
+
+def sources() -> list[tuple[str, str]]:
+    """Files that are changed, with their texts."""
+    return [(name, text) for name, text in texts(ROOT).items() if name.startswith(MUTATED)]
+
+
+def table(record: list[dict[str, Any]]) -> str:
+    """Mutants and what noticed them, by folder."""
+    counted = [one for one in record if one["status"] in ("killed", "survived")]
+    folders = sorted({str(Path(one["file"]).parent) for one in counted})
+    lines = ["| folder | mutants | noticed by all tests | by `make test` |", "|---|---:|---:|---:|"]
+    for folder in folders:
+        lines.append(_row(f"`{folder}`", [one for one in counted if str(Path(one["file"]).parent) == folder]))
+    lines.append(_row("all", counted))
+    every, short = _noticed(counted)
+    left = len(record) - len(counted)
+    files = len({one["file"] for one in counted})
+    text = (
+        f"{len(counted)} mutants of {files} files; {left} more are left out, since they change nothing or can't be "
+        f"loaded. `make test` notices {short} of the {every} that all tests notice, {short / max(1, every):.0%}."
+    )
+    return "\n".join([text, "", *lines])
+
+
+def _noticed(record: Iterable[dict[str, Any]]) -> tuple[int, int]:
+    """How many all tests notice, and how many the short ones."""
+    tiers = [one["tier"] for one in record if one["status"] == "killed"]
+    return len(tiers), tiers.count("short")
+
+
+def _row(name: str, record: list[dict[str, Any]]) -> str:
+    every, short = _noticed(record)
+    return f"| {name} | {len(record)} | {every} | {short} |"
+
+
+def stored(seed: int) -> list[dict[str, Any]]:
+    """The mutants of this seed that were judged before."""
+    path = ROOT / "bench" / "results" / "mutants.json"
+    found = json.loads(path.read_text()) if path.exists() else {"seed": None}
+    return list(found["mutants"]) if found["seed"] == seed else []
+
+
+def main() -> int:
+    """Judge all mutants; 1 if the short tests notice too few of them."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=120)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--workers", type=int, default=1, help="mutants at a time")
+    parser.add_argument("--keep", action="store_true", help="keep what was judged before with this seed")
+    options = parser.parse_args()
+    files = dict(sources())
+    record = stored(options.seed) if options.keep else []
+    done = [{key: one[key] for key in one if key not in FATE} for one in record]
+    chosen = choose(files.items(), options.count, options.seed)
+    waiting = [one for one in chosen if described(one[0], files[one[0]], one[1]) not in done]
+    lock, judges = Lock(), SimpleQueue[Judge]()
+
+    def judge(one: tuple[str, Mutation]) -> None:
+        own = judges.get()
+        try:
+            found = own(*one)
+        finally:
+            judges.put(own)
+        with lock:
+            record.append(found)
+            print("{file}:{line} {kind}: {status} {tier} {test} {seconds} s".format(**found), flush=True)
+            store("mutants", {"seed": options.seed, "mutants": record})
+
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(options.workers) as pool:
+        for number in range(options.workers):
+            judges.put(Judge(Path(folder) / str(number)))
+        for _ in pool.map(judge, waiting):
+            pass
+    insert("mutants", table(record), PAGE)
+    every, short = _noticed(record)
+    return 0 if short >= AIM * every else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

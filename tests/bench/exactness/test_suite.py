@@ -1,0 +1,54 @@
+"""Which tests can notice a change, and in what order they are asked."""
+
+from __future__ import annotations
+
+from bench.exactness.mutants import table
+from bench.exactness.suite import nearest, reached
+
+TREE = {
+    "hdl/__init__.py": "",
+    "hdl/lib/divider.py": "from tfra.model.numbers import length\n",
+    "hdl/lib/streams.py": "",
+    "model/numbers.py": "",
+    "tests/hdl/lib/test_divider.py": "from tfra.hdl.lib.divider import Divider\n",
+    "tests/hdl/lib/test_streams.py": "from tfra.hdl.lib import (\n    streams,\n)\n",
+    "tests/model/test_divider.py": "from tests.hdl.lib import test_divider\n",
+    "tests/cli/test_main.py": 'run([sys.executable, "-m", "tfra.hdl.lib.divider"])\n',
+    "tests/test_all.py": "",
+}
+
+
+def reaching(file):
+    return [test for test, files in reached(TREE).items() if file in files]
+
+
+def test_tests_that_reach_a_file():
+    assert reaching("hdl/lib/streams.py") == ["tests/hdl/lib/test_streams.py"]
+    through_others = ["tests/hdl/lib/test_divider.py", "tests/model/test_divider.py", "tests/cli/test_main.py"]
+    assert reaching("model/numbers.py") == reaching("hdl/lib/divider.py") == through_others
+
+
+def test_the_nearest_come_first():
+    tests = list(reached(TREE))
+    divider = ["tests/hdl/lib/test_divider.py", "tests/model/test_divider.py", "tests/hdl/lib/test_streams.py"]
+    assert nearest("hdl/lib/divider.py", tests) == divider
+    assert nearest("hdl/serial/new/core.py", tests) == ["tests/test_all.py"]
+    assert nearest("hdl/serial/new/core.py", tests[:-1]) == []
+
+
+def test_table():
+    def line(file, status, tier=""):
+        return {"file": file, "status": status, "tier": tier}
+
+    record = [
+        line("hdl/lib/a.py", "killed", "short"),
+        line("hdl/lib/a.py", "killed", "long"),
+        line("hdl/lib/b.py", "survived"),
+        line("model/fixed/c.py", "killed", "short"),
+        line("model/fixed/c.py", "equivalent"),
+        line("model/fixed/d.py", "broken", "short"),
+    ]
+    lines = table(record).splitlines()
+    assert lines[0].startswith("4 mutants of 3 files; 2 more are left out")
+    assert lines[0].endswith("`make test` notices 2 of the 3 that all tests notice, 67%.")
+    assert lines[-3:] == ["| `hdl/lib` | 3 | 2 | 1 |", "| `model/fixed` | 1 | 1 | 1 |", "| all | 4 | 3 | 2 |"]
