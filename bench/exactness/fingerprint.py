@@ -30,9 +30,9 @@ _TINY = SensorArray(2, 3, 2e-3, 3e-3, 2e-3)
 DESIGNS = (
     TfraDesign(_SQUARE, search=Search(20), architecture=Architecture(4), target="ecp5"),
     TfraDesign(_ODD, search=Search(16, 2.5), architecture=Architecture(48), target="ice40"),
-    TfraDesign(_TINY, adc=Adc(contact_threshold=0), search=Search(5), architecture=Architecture(1), images="load"),
-    TfraDesign(_ODD, adc=Adc(16), search=Search(9), formats=FORMATS["wide"], architecture=Architecture(2, 1)),
-    TfraDesign(_SQUARE, adc=Adc(18), search=Search(33), architecture=Architecture(8, 2)),
+    TfraDesign(_TINY, adc=Adc(contact_threshold=0), search=Search(5), architecture=Architecture(4), images="load"),
+    TfraDesign(_ODD, adc=Adc(16), search=Search(9), formats=FORMATS["wide"], architecture=Architecture(8, 1)),
+    TfraDesign(_SQUARE, adc=Adc(18), search=Search(33), architecture=Architecture(12, 2)),
     TfraDesign(_TINY, search=Search(5), architecture=SERIAL),
     TfraDesign(_ODD, adc=Adc(8), search=Search(16, 2.5), architecture=SERIAL, target="ecp5"),
     TfraDesign(_SQUARE, search=Search(33), formats=FORMATS["wide"], architecture=SERIAL, target="ice40"),
