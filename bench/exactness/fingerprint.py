@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.cycles.streamed import random_design
 from tfra.codegen.verilog import Top, to_rtlil
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.serial.program.trace import trace
@@ -37,6 +38,10 @@ DESIGNS = (
     TfraDesign(_ODD, adc=Adc(8), search=Search(16, 2.5), architecture=SERIAL, target="ecp5"),
     TfraDesign(_SQUARE, search=Search(33), formats=FORMATS["wide"], architecture=SERIAL, target="ice40"),
 )
+
+
+TIMED = 60
+"""Random designs whose cycles alone are looked at."""
 
 
 def fingerprint(design: Design) -> str:
@@ -70,8 +75,15 @@ def _hash(value: Any) -> str:
     return hashlib.blake2b(repr(value).encode(), digest_size=8).hexdigest()
 
 
+def cycles(seed: int) -> tuple[int, int, int]:
+    """What is stated of a random design."""
+    core = microarchitecture(random_design(seed))
+    return core.latency, core.frame_latency, core.initiation_interval
+
+
 def main() -> None:
     """A line for each design."""
+    print(_hash([cycles(seed) for seed in range(TIMED)]), flush=True)
     for design in DESIGNS:
         print(fingerprint(design), flush=True)
 

@@ -15,22 +15,31 @@ import json
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from itertools import repeat
 from pathlib import Path
 from queue import SimpleQueue
 from threading import Lock
 from typing import Any
 
 from bench.exactness.mutations import Mutation, choose
-from bench.exactness.suite import CORES, ORDER, SLOW, TIERS, Copy, Outcome, nearest, reached, texts
+from bench.exactness.suite import CORES, ORDER, SLOW, Copy, Outcome, nearest, reached, texts
 from bench.publish import ROOT, insert, store
 
 PAGE = "docs/development.md"
 AIM = 0.9
 """Share of what all tests notice that the short ones have to."""
 
-FATE = ("status", "tier", "test", "seconds")
+ROUNDS: tuple[tuple[tuple[str, str], ...], ...] = (
+    (("short", "near"), ("short", "cores")),
+    (("short", "rest"),),
+    (("long", "near"), ("long", "cores")),
+    (("long", "rest"),),
+)
+"""Tiers and parts of the tests.  All mutants go through a round before those that are left go through the next."""
+
+FATE = ("status", "tier", "test", "round", "seconds")
 """Keys of a line of the record that say what became of the mutant; the others say what it is."""
 
 MUTATED = ("hdl/", "model/fixed/")
@@ -54,36 +63,34 @@ class Judge:
         code, output = self._copy.run(["bench.exactness.fingerprint"], _FINGERPRINT)
         return output if code == 0 else None
 
-    def __call__(self, file: str, mutation: Mutation) -> dict[str, Any]:
-        """The mutant's line of the record: what was changed, what became of it, and the test that noticed."""
+    def __call__(self, file: str, mutation: Mutation, number: int) -> dict[str, Any]:
+        """What became of the mutant in this one of the rounds, and the test that noticed it."""
         text, start = self._sources[file], time.perf_counter()
         self._copy.write(file, mutation.apply(text))
         try:
-            status, tier, test = self._judge(file, mutation)
+            status, tier, test = self._judge(file, mutation, number)
         finally:
             self._copy.write(file, text)
-        fate = status, tier, test, round(time.perf_counter() - start)
-        return {**described(file, text, mutation), **dict(zip(FATE, fate, strict=True))}
+        return dict(zip(FATE, (status, tier, test, number, round(time.perf_counter() - start)), strict=True))
 
-    def _judge(self, file: str, mutation: Mutation) -> tuple[str, str, str]:
-        for number, (tier, tests) in enumerate(self._runs(file)):
-            outcome = self._first_failure(file, mutation, tests, tier)
+    def _judge(self, file: str, mutation: Mutation, number: int) -> tuple[str, str, str]:
+        for tier, part in ROUNDS[number]:
+            outcome = self._first_failure(file, mutation, self._tests(file, tier, part), tier)
             if outcome.failed:
                 return ("killed" if outcome.loaded else "broken"), tier, outcome.failed
-            if number == 0 and self._fingerprint() == self._before:
+            if (tier, part) == ROUNDS[0][0] and self._fingerprint() == self._before:
                 return "equivalent", "", ""
-        return "survived", "", ""
+        return ("survived" if number == len(ROUNDS) - 1 else "open"), "", ""
 
-    def _runs(self, file: str) -> Iterator[tuple[str, list[str]]]:
-        """Tiers and test files, one run after another."""
+    def _tests(self, file: str, tier: str, part: str) -> list[str]:
+        """The test files of a part, in the order in which they are asked."""
         tests = [test for test, files in self._reached.items() if file in files]
         near = nearest(file, tests)
         cores = [test for test in tests if test.startswith(CORES) and test not in near]
         rest = sorted(set(tests) - {*near, *cores}, key=_turn)
-        gates = file.startswith("hdl/primitives/")
-        for tier in TIERS:
-            for part in (near, cores, rest):
-                yield tier, [test for test in part if tier == "short" or gates or not test.startswith(SLOW)]
+        found = {"near": near, "cores": cores, "rest": rest}[part]
+        every = tier == "short" or file.startswith("hdl/primitives/")
+        return [test for test in found if every or not test.startswith(SLOW)]
 
     def _first_failure(self, file: str, mutation: Mutation, tests: list[str], tier: str) -> Outcome:
         """The first test that fails with the mutation and passes without."""
@@ -152,6 +159,39 @@ def stored(seed: int) -> list[dict[str, Any]]:
     return list(found["mutants"]) if found["seed"] == seed else []
 
 
+def run(record: Sequence[dict[str, Any]], chosen: Sequence[tuple[str, Mutation]], seed: int, workers: int) -> None:
+    """Complete the lines of ``record``, a round after another, and store them as they come."""
+    lock, judges = Lock(), SimpleQueue[Judge]()
+
+    def judge(place: int, number: int) -> None:
+        own = judges.get()
+        try:
+            fate = own(*chosen[place], number)
+        finally:
+            judges.put(own)
+        with lock:
+            record[place].update(fate)
+            print("{file}:{line} {kind}: {status} {tier} {test} {seconds} s".format(**record[place]), flush=True)
+            store("mutants", {"seed": seed, "mutants": judged(record)})
+
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(workers) as pool:
+        for number in range(workers):
+            judges.put(Judge(Path(folder) / str(number)))
+        for number in range(len(ROUNDS)):
+            left = [place for place, one in enumerate(record) if is_open(one, number)]
+            list(pool.map(judge, left, repeat(number)))
+
+
+def is_open(one: dict[str, Any], number: int) -> bool:
+    """Whether a mutant is to go through this round."""
+    return bool("status" not in one or (one["status"] == "open" and one["round"] < number))
+
+
+def judged(record: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Those that have gone through a round."""
+    return [one for one in record if "status" in one]
+
+
 def main() -> int:
     """Judge all mutants; 1 if the short tests notice too few of them."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -161,28 +201,12 @@ def main() -> int:
     parser.add_argument("--keep", action="store_true", help="keep what was judged before with this seed")
     options = parser.parse_args()
     files = dict(sources())
-    record = stored(options.seed) if options.keep else []
-    done = [{key: one[key] for key in one if key not in FATE} for one in record]
     chosen = choose(files.items(), options.count, options.seed)
-    waiting = [one for one in chosen if described(one[0], files[one[0]], one[1]) not in done]
-    lock, judges = Lock(), SimpleQueue[Judge]()
-
-    def judge(one: tuple[str, Mutation]) -> None:
-        own = judges.get()
-        try:
-            found = own(*one)
-        finally:
-            judges.put(own)
-        with lock:
-            record.append(found)
-            print("{file}:{line} {kind}: {status} {tier} {test} {seconds} s".format(**found), flush=True)
-            store("mutants", {"seed": options.seed, "mutants": record})
-
-    with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(options.workers) as pool:
-        for number in range(options.workers):
-            judges.put(Judge(Path(folder) / str(number)))
-        for _ in pool.map(judge, waiting):
-            pass
+    record = [described(name, files[name], mutation) for name, mutation in chosen]
+    before = stored(options.seed) if options.keep else []
+    for one in record:
+        one |= next((old for old in before if one.items() <= old.items()), {})
+    run(record, chosen, options.seed, options.workers)
     insert("mutants", table(record), PAGE)
     every, short = _noticed(record)
     return 0 if short >= AIM * every else 1
