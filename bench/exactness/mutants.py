@@ -32,7 +32,8 @@ AIM = 0.9
 """Share of what all tests notice that the short ones have to."""
 
 ROUNDS: tuple[tuple[tuple[str, str], ...], ...] = (
-    (("short", "near"), ("short", "cores")),
+    (("short", "near"),),
+    (("short", "cores"),),
     (("short", "rest"),),
     (("long", "near"), ("long", "cores")),
     (("long", "rest"),),
@@ -78,7 +79,7 @@ class Judge:
             outcome = self._first_failure(file, mutation, self._tests(file, tier, part), tier)
             if outcome.failed:
                 return ("killed" if outcome.loaded else "broken"), tier, outcome.failed
-            if (tier, part) == ROUNDS[0][0] and self._fingerprint() == self._before:
+            if number == 0 and self._fingerprint() == self._before:
                 return "equivalent", "", ""
         return ("survived" if number == len(ROUNDS) - 1 else "open"), "", ""
 
@@ -132,12 +133,15 @@ def table(record: list[dict[str, Any]]) -> str:
         lines.append(_row(f"`{folder}`", [one for one in counted if str(Path(one["file"]).parent) == folder]))
     lines.append(_row("all", counted))
     every, short = _noticed(counted)
-    left = len(record) - len(counted)
+    waiting = sum(one["status"] == "open" for one in record)
+    left = len(record) - len(counted) - waiting
     files = len({one["file"] for one in counted})
     text = (
         f"{len(counted)} mutants of {files} files; {left} more are left out, since they change nothing or can't be "
         f"loaded. `make test` notices {short} of the {every} that all tests notice, {short / max(1, every):.0%}."
     )
+    if waiting:
+        text += f" {waiting} more have passed the tests nearest to them and wait for the others."
     return "\n".join([text, "", *lines])
 
 

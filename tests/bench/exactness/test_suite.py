@@ -51,4 +51,5 @@ def test_table():
     lines = table(record).splitlines()
     assert lines[0].startswith("4 mutants of 3 files; 2 more are left out")
     assert lines[0].endswith("`make test` notices 2 of the 3 that all tests notice, 67%.")
+    assert table([*record, line("hdl/lib/a.py", "open")]).splitlines()[2:] == lines[2:]
     assert lines[-3:] == ["| `hdl/lib` | 3 | 2 | 1 |", "| `model/fixed` | 1 | 1 | 1 |", "| all | 4 | 3 | 2 |"]
