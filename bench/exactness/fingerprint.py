@@ -16,7 +16,7 @@ import numpy as np
 from bench.cycles.streamed import random_design
 from tfra.codegen.verilog import Top, to_rtlil
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.serial.program.trace import trace
+from tfra.hdl.serial.trace import trace
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.design import Design

@@ -39,8 +39,8 @@ def design(rows: int, columns: int, mac: int, **others: Any) -> Design:
 
 FITTED = (
     design(4, 4, 4),
-    design(2, 2, 1),
-    design(3, 5, 2, adc=Adc(10)),
+    design(2, 2, 4),
+    design(3, 5, 4, adc=Adc(10)),
     design(3, 3, 4, formats=replace(FORMATS["wide"], name="custom")),
     design(4, 6, 8, search=Search(100, 3.0)),
 )
