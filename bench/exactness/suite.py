@@ -15,7 +15,7 @@ from pathlib import Path
 
 from bench.publish import ROOT
 
-PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "cli", "paper", "bench", "tests")
+PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "cli", "paper", "bench", "tests")
 _LEFT = shutil.ignore_patterns(".git", ".venv", "build", "__pycache__", "*.egg-info", ".hypothesis", ".*_cache")
 
 CORES = ("tests/hdl/parallel/tfra/test_core.py", "tests/sim/test_verify.py", "tests/hdl/serial")
