@@ -19,6 +19,7 @@ _NEEDED = {
     "string_pattern_mismatch": "a letter, then at most 62 letters, digits and underscores are needed",
     "list_type": "an array of tables, [[contact]], is needed",
     "model_type": "a table is needed",
+    "dict_type": "a table is needed",
     "literal_error": "{expected} is needed",
     "greater_than_equal": "{ge:g} or more is needed",
     "less_than_equal": "{le:g} or less is needed",

@@ -156,8 +156,8 @@ def _formats(section: FormatsSection) -> Formats:
         for field in ("coefficient", "operand", "vector_fraction", "force_fraction")
         if (bits := getattr(section, f"{field}_bits")) is not None
     }
-    base = FORMATS[section.name]
-    return replace(base, name="custom", **overrides) if overrides else base
+    base, signals = FORMATS[section.name], section.signals.pairs()
+    return replace(base, name="custom", signals=signals, **overrides) if overrides or signals else base
 
 
 def _architecture(section: ArchitectureSection, sensor: SensorArray) -> Architecture:

@@ -45,6 +45,6 @@ def content(design: Design) -> tuple[dict[str, Any], dict[str, str]]:
         f"{design.name}.v": verilog,
         **{image.file: hex_words(image.words, image.bits) for image in images},
         f"{design.name}.json": json.dumps(facts, indent=1) + "\n",
-        **({} if words is None else {LOADED: hex_words(words, design.formats.coefficient)}),
+        **({} if words is None else {LOADED: hex_words(words, design.coefficient_word)}),
         **{f"testbench/{name}": text for name, text in testbench(design, facts["interval_cycles"]).items()},
     }

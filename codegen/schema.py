@@ -63,6 +63,24 @@ class SearchSection(Section):
     plateau_tolerance: Annotated[float, Field(le=1e12)] = Search().tolerance
 
 
+class SignalsSection(Section):
+    """``[formats.signals]``: word lengths of single signals; those of operators and of products by their names."""
+
+    coefficient: dict[str, int] = {}
+    operand: dict[str, int] = {}
+    scalar: int | None = None
+    direction: int | None = None
+    sums: int | None = None
+    cordic: int | None = None
+    division: int | None = None
+
+    def pairs(self) -> tuple[tuple[str, int], ...]:
+        """Names and lengths as :class:`tfra.model.choices.Formats` has them."""
+        given = self.model_dump(exclude_none=True)
+        named = {kind: given.pop(kind) for kind in ("coefficient", "operand")}
+        return (*((f"{kind}.{name}", bits) for kind in named for name, bits in named[kind].items()), *given.items())
+
+
 class FormatsSection(Section):
     """``[formats]``: a named set of word lengths, and changes to it."""
 
@@ -71,6 +89,7 @@ class FormatsSection(Section):
     operand_bits: int | None = None
     vector_fraction_bits: int | None = None
     force_fraction_bits: int | None = None
+    signals: SignalsSection = SignalsSection()
 
 
 class ArchitectureSection(Section):

@@ -31,7 +31,7 @@ def sidecar(design: Design) -> dict[str, Any]:
         "sensor": asdict(design.sensor),
         "adc": {**asdict(design.adc), "contact_threshold": design.adc.threshold, "lsb_pa": design.adc.lsb},
         "search": asdict(design.search),
-        "formats": asdict(design.formats),
+        "formats": {**asdict(design.formats), "signals": dict(design.formats.signals)},
         "architecture": asdict(design.architecture),
         "target": design.target,
         "widths": asdict(design.widths),
@@ -66,7 +66,7 @@ def fixed_point(field: Field) -> str:
 def ports(design: Design, loaded: bool) -> list[dict[str, Any]]:
     """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
     load = [
-        ("load_data", "in", design.formats.coefficient, "coefficient, signed"),
+        ("load_data", "in", design.coefficient_word, "coefficient, signed"),
         ("load_valid", "in", 1, ""),
         ("load_ready", "out", 1, "high after a reset until every coefficient is there"),
     ]

@@ -136,7 +136,7 @@ def _load(core: Microarchitecture) -> dict[str, str]:
     words = core.loaded
     if words is None:
         return dict.fromkeys(_LOAD, "")
-    sizes = {"last_load": len(words) - 1, "load_top": core.design.formats.coefficient - 1}
+    sizes = {"last_load": len(words) - 1, "load_top": core.design.coefficient_word - 1}
     return {name: Template(text).substitute(sizes) for name, text in _LOAD.items()}
 
 

@@ -75,13 +75,23 @@ class Search:
         _require(good, "plateau_tolerance", f"zero or more is needed, got {self.tolerance}")
 
 
+DIVISION_GUARD = 4
+"""Bits that quotients' operands keep beyond a multiplier operand, unless they are given."""
+
+
+_ORDERED = (("division", "direction", 0), ("division", "cordic", 1), ("cordic", "scalar", 0))
+"""A signal that has at least so many bits more than another: words enter the CORDIC shifted left, a rotation leaves
+bits of what it turns, and a quotient takes no longer than a run."""
+
+
 @dataclass(frozen=True, slots=True)
 class Formats:
     """Word lengths of the arithmetic; integer bits of every vector follow by proof from the coefficients.
 
-    ``coefficient`` x ``operand`` is the multiplier of a lane.  Scalars (the affine coefficients, mu, gain) are
-    as long as operands.  ``vector_fraction`` are the bits that vectors keep below one converter code of the
-    normalised frame; ``force_fraction`` those of the forces below one code times the taxel's area.
+    ``coefficient`` x ``operand`` is the multiplier of a lane, and every other signal follows one of the two.
+    ``vector_fraction`` are the bits that vectors keep below one converter code of the normalised frame;
+    ``force_fraction`` those of the forces below one code times the taxel's area.  ``signals`` gives signals of
+    an estimator a word length of their own, sorted by their names.
     """
 
     name: str
@@ -89,12 +99,34 @@ class Formats:
     operand: int
     vector_fraction: int
     force_fraction: int
+    signals: tuple[tuple[str, int], ...] = ()
 
     def __post_init__(self) -> None:
         for key in ("coefficient", "operand"):
             _require(10 <= getattr(self, key) <= 27, key, f"10 to 27 bits are supported, got {getattr(self, key)}")
         for key in ("vector_fraction", "force_fraction"):
             _require(0 <= getattr(self, key) <= 16, key, f"0 to 16 bits are supported, got {getattr(self, key)}")
+        object.__setattr__(self, "signals", tuple(sorted(self.signals)))
+        for name, bits in self.signals:
+            top = 27 + DIVISION_GUARD if name == "division" else 27
+            _require(10 <= bits <= top, f"signals.{name}", f"10 to {top} bits are supported, got {bits}")
+        for longer, shorter, more in _ORDERED:
+            found, least = self.bits(longer), self.bits(shorter) + more
+            reason = f"at least {least} bits are needed beside the {least - more} of {shorter}, got {found}"
+            _require(found >= least, f"signals.{longer}", reason)
+        most = self.bits("sums") + self.bits("direction") - 1
+        found = self.bits("division")
+        reason = f"at most {most} bits, those of sums and direction less one, are supported, got {found}"
+        _require(found <= most, "signals.division", reason)
+
+    def bits(self, signal: str) -> int:
+        """Word length of ``signal``: its own, or that of what it follows."""
+        own = dict(self.signals)
+        if signal in own:
+            return own[signal]
+        if signal.startswith("coefficient."):
+            return self.coefficient
+        return self.operand + (DIVISION_GUARD if signal == "division" else 0)
 
 
 FORMATS = {
@@ -102,6 +134,15 @@ FORMATS = {
     "wide": Formats("wide", coefficient=24, operand=24, vector_fraction=14, force_fraction=8),
 }
 """Named format sets; their measured exactness is stated in the README."""
+
+SCALARS = {
+    "scalar": "friction (alpha, beta, mu) and the mantissa of the gain: quotients of one divider",
+    "direction": "cos and sin of the tangential force",
+    "sums": "the sums A_pq of Eq. 12",
+    "cordic": "rotations of the CORDIC, and the angle",
+    "division": "operands of quotients, and words of the CORDIC",
+}
+"""Signals of one value a frame, and what they are."""
 
 KINDS = ("parallel", "serial")
 """Microarchitectures: blocks that stream to each other, or one instruction of a program a cycle (docs/serial.md)."""
@@ -164,6 +205,9 @@ class Choices:
         kind, lanes, most = self.architecture.kind, self.architecture.mac_lanes, 4 * self.quads
         _require(kind in KINDS, "architecture.kind", f"one of {', '.join(KINDS)} is needed, got {quoted(kind)}")
         if kind == "serial":
+            own = "".join(name for name, _ in self.formats.signals[:1])
+            reason = "a serial core has one multiplier and one memory for all signals: kind = parallel is needed"
+            _require(not own, f"formats.signals.{own}", reason)
             for key in ("mac_lanes", "vector_words"):
                 given = getattr(self.architecture, key)
                 _require(given == 0, f"architecture.{key}", f"the serial core leaves nothing to choose, got {given}")

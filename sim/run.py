@@ -204,7 +204,7 @@ def _job(
     taxels, words = design.sensor.taxels, design.frame_words
     core = microarchitecture(design)
     image = core.loaded
-    first = None if image is None else image & ((1 << design.formats.coefficient) - 1)
+    first = None if image is None else image & ((1 << design.coefficient_word) - 1)
     return Job(flat, taxels, words, patterns, first, seed, stall_in, stall_out, _patience(core), probes=probes)
 
 

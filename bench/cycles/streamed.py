@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import numpy as np
 
 from tfra.hdl.parallel.tfra.core import Core
-from tfra.model.choices import Adc, Architecture, Search
-from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.choices import Adc, Architecture, Formats, Search
+from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.harness import run
@@ -34,3 +35,17 @@ def random_design(seed):
     architecture = Architecture(lanes, rng.choice([1, 2, 4]))
     adc = Adc(contact_threshold=rng.choice([None, 0, rng.randrange(2000)]))
     return TfraDesign(sensor, adc=adc, search=Search(steps), architecture=architecture)
+
+
+def mixed_design(seed):
+    """A random design whose signals have word lengths of their own: the first draw that fits together."""
+    design, rng = random_design(seed), random.Random(seed)
+    while True:
+        own = tuple((name, rng.randrange(10, 28)) for name in SIGNALS if rng.random() < 0.6)
+        lengths = rng.randrange(10, 28), rng.randrange(design.adc.bits, 28), rng.randrange(17), rng.randrange(17)
+        try:
+            mixed = replace(design, formats=Formats("mixed", *lengths, own))
+            _ = mixed.widths
+        except ValueError:
+            continue
+        return mixed

@@ -13,9 +13,8 @@ from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import Buffer, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector
-from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table
+from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.widths import DIVISION_GUARD
 
 
 class Angle(wiring.Component):
@@ -46,7 +45,7 @@ class Angle(wiring.Component):
                 "vector": In(always_ready_stream(cordic_vector(design))),
                 "turned": Out(always_ready_stream(cordic_modulus(design))),
                 "direction": In(stream.Signature(payloads.direction(design))),
-                "phi": Out(stream.Signature(unsigned(design.formats.operand))),
+                "phi": Out(stream.Signature(unsigned(iterations(design)))),
             }
         )
 
@@ -70,8 +69,9 @@ class Angle(wiring.Component):
             self.turned.valid.eq(cordic.turned.valid),
             self.turned.payload.eq(cordic.turned.payload),
         ]
+        guard = self._design.widths.division - self._design.formats.bits("direction")
         for into, word in (("x", "cos"), ("y", "sin")):
-            direction = waiting.o.p[word] << DIVISION_GUARD
+            direction = waiting.o.p[word] << guard
             m.d.comb += cordic.vector.p[into].eq(Mux(self.vector.valid, self.vector.p[into], direction))
         angle = self._add(m, enter, marks, cordic.negative, waiting.o.p.cos[-1])
         m.d.comb += self.phi.payload.eq(angle[ANGLE_GUARD:])
@@ -92,7 +92,7 @@ class Angle(wiring.Component):
         ``rotation`` is the one whose turn is looked up: the next one of the direction.
         """
         table, half = angle_table(self._design), 1 << (ANGLE_GUARD - 1)
-        angle = Signal(self._design.formats.operand + ANGLE_GUARD, name="angle_so_far", reset_less=True)
+        angle = Signal(iterations(self._design) + ANGLE_GUARD, name="angle_so_far", reset_less=True)
         rotation = Signal(counter_shape(len(table)), reset_less=True)
         table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared
         step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")

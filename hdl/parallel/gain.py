@@ -14,6 +14,7 @@ from tfra.hdl.lib.pipeline import delayed, register, zeros_later
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import cordic_latency, cordic_modulus, cordic_vector
+from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import gain_constants, normal_gain
 from tfra.model.fixed.widths import force_drop
@@ -88,10 +89,10 @@ class Gain(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        operand, bits = design.formats.operand, design.widths.division
+        bits = design.widths.division
         self._turn = cordic_latency(design)
         # Numerators are below twice their denominators, mu's because it divides by four times the normal force.
-        self._divider = Divider(bits + 1, bits + 2, operand - 1)
+        self._divider = Divider(bits + 1, bits + 2, design.formats.bits("scalar") - 1)
         super().__init__(
             {
                 "total": In(stream.Signature(payloads.total(design))),
@@ -207,14 +208,14 @@ class Gain(wiring.Component):
             ]
 
     def _mantissa(self, regular: Value, numerator: Value) -> Value:
-        """The quotient, below 2^operand; the Divider answers a modulus of zero with just that limit."""
-        operand, quotient = self._design.formats.operand, self._divider.o.payload
-        limited = Mux(quotient[operand], numerator[-1].replicate(operand), quotient[:operand])
-        return Mux(regular, limited, Const(normal_gain(self._design)[0], operand))
+        """The quotient, below 2^bits; the Divider answers a modulus of zero with just that limit."""
+        bits, quotient = self._design.formats.bits("scalar"), self._divider.o.payload
+        limited = Mux(quotient[bits], numerator[-1].replicate(bits), quotient[:bits])
+        return Mux(regular, limited, Const(normal_gain(self._design)[0], bits))
 
     def _mu(self, regular: Value, unbounded: Value) -> Value:
-        """The quotient, below 2^(operand - 1)."""
-        sign, quotient = self._design.formats.operand - 1, self._divider.o.payload
+        """The quotient, below 2^sign."""
+        sign, quotient = self._design.formats.bits("scalar") - 1, self._divider.o.payload
         top = Const((1 << sign) - 1, sign)
         return Mux(regular, Mux(unbounded | quotient[sign], top, quotient[:sign]), 0)
 
@@ -236,13 +237,14 @@ class Gain(wiring.Component):
             m.d.sync += z.eq(abs(self.total.p.words[2]))
         normal = _serial_product(m, z, first, digits, start, busy, "normal")
         numerator = _serial_product(m, self.frame.p.magnitude, second, digits, start, busy, "numerator")
-        return normal[design.formats.operand - 2 :], numerator
+        return normal[iterations(design) - 2 :], numerator
 
     def _shifts(self, m: Module, growth: Value, regular: Value) -> tuple[Value, Value, Value]:
         """Shifts of forces and of resultants, and whether one is negative; they settle while the Divider works."""
         design, exponent_total = self._design, self.total.p.exponent
-        operand, fraction = design.formats.operand, design.formats.force_fraction
-        swept = register(m, register(m, growth, "growth") - exponent_total + (2 * operand - 4), "swept_exponent")
+        bits, fraction = design.formats.bits("scalar"), design.formats.force_fraction
+        settled = (bits - 1) + (iterations(design) - 3)  # of the quotient, and of its numerator
+        swept = register(m, register(m, growth, "growth") - exponent_total + settled, "swept_exponent")
         exponent = register(m, Mux(regular, swept, normal_gain(design)[1]), "exponent")
         force_shift = register(m, exponent + (2 - force_drop(design) - fraction), "force_shift")
         resultant_shift = register(m, exponent + exponent_total - fraction, "resultant_shift")

@@ -49,17 +49,17 @@ def frame_facts(design: Design) -> data.StructLayout:
 
 def direction(design: Design) -> data.StructLayout:
     """:class:`tfra.model.fixed.tfra.centroids.Direction`."""
-    word = signed(design.formats.operand)
+    word = signed(design.formats.bits("direction"))
     return data.StructLayout({"cos": word, "sin": word, "sweep_y": 1, "negative": 1, "vanishing": 1})
 
 
 def affine(design: Design) -> data.StructLayout:
     """:class:`tfra.model.fixed.tfra.dependent.Dependent`; ``sums`` holds the nine A_pq row by row."""
-    word = signed(design.formats.operand)
+    scalar, word = signed(design.formats.bits("scalar")), signed(design.formats.bits("sums"))
     return data.StructLayout(
         {
-            "alpha": word,
-            "beta": word,
+            "alpha": scalar,
+            "beta": scalar,
             "vanishing": 1,
             "sums": data.ArrayLayout(word, 9),
             "significant": counter_shape(design.widths.vector - 1),
@@ -69,7 +69,7 @@ def affine(design: Design) -> data.StructLayout:
 
 def chosen(design: Design) -> data.StructLayout:
     """:class:`tfra.model.fixed.tfra.friction.Friction`."""
-    word = signed(design.formats.operand)
+    word = signed(design.formats.bits("scalar"))
     return data.StructLayout(
         {"index": sweep_index(design), "mu_ind": word, "mu_x": word, "mu_y": word, "out_of_range": 1}
     )
@@ -88,13 +88,13 @@ def total(design: Design) -> data.StructLayout:
 
 def gain(design: Design) -> data.StructLayout:
     """:class:`tfra.model.fixed.gain.Gain`."""
-    operand = design.formats.operand
+    scalar = design.formats.bits("scalar")
     return data.StructLayout(
         {
-            "mantissa": unsigned(operand),
+            "mantissa": unsigned(scalar),
             "force_shift": unsigned(7),
             "resultant_shift": unsigned(7),
-            "mu": signed(operand),
+            "mu": signed(scalar),
             "overflow": 1,
         }
     )

@@ -19,6 +19,7 @@ from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import Spare
 from tfra.hdl.parallel import payloads
+from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.tfra import Status
@@ -60,10 +61,10 @@ class Scaling(wiring.Component):
 
     Every word goes the same way: header and status have factor one, what a frame does not keep has factor zero,
     and the status, which is last, picks up the overflows before it.  The mantissa enters the multiplier as a
-    signed word, to keep to its operand's width; the weight of its top bit follows with the second sum.
+    signed word, to keep to its width; the weight of its top bit follows with the second sum.
 
     A frame starts when all its facts are there, forces follow as they come, one word per cycle without gaps; the
-    facts are taken a cycle behind the entry of the status.  Resources: one multiplier of a word by an operand.
+    facts are taken a cycle behind the entry of the status.  Resources: one multiplier of a word by a scalar.
 
     Members:
         taxel: stream in, unscaled forces plane by plane, ``3 * taxels`` a frame.
@@ -81,7 +82,7 @@ class Scaling(wiring.Component):
             "affine": payloads.affine(design),
             "direction": payloads.direction(design),
             "frame": payloads.frame_facts(design),
-            "phi": unsigned(design.formats.operand),
+            "phi": unsigned(iterations(design)),
         }
         inputs: dict[str, Any] = {name: In(stream.Signature(shape)) for name, shape in shapes.items()}
         super().__init__(inputs | {"result": Out(stream.Signature(ports.result(design)))})

@@ -77,7 +77,7 @@ class Folding:
         q, parity = self._choices.quads, np.arange(4)
         folded = (self.fold @ matrix @ self.unfold).reshape(q, 4, q, 4)
         exact = np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1)  # (i, parity, j)
-        rows, fraction = quantise_rows(self._choices, exact)
+        rows, fraction = quantise_rows(self._choices, exact, self._bits(name))
         bare = Operator(name, rows, flip, fraction, 0.0, _row_sum(rows) / 2.0**fraction)
         return replace(bare, gain=_row_sum(self.taxel_matrix(bare)))
 
@@ -87,9 +87,12 @@ class Folding:
         for quad, by_parity in enumerate(functionals):
             for parity, functional in by_parity.items():
                 exact[quad, parity] = (functional @ self.unfold).reshape(-1, 4)[:, parity]
-        rows, fraction = quantise_rows(self._choices, exact)
+        rows, fraction = quantise_rows(self._choices, exact, self._bits(name))
         gain = _row_sum(rows) / 2.0**fraction
         return Operator(name, rows, 0, fraction, 4 * gain, gain)
+
+    def _bits(self, name: str) -> int:
+        return self._choices.formats.bits(f"coefficient.{name}")
 
     def taxel_matrix(self, op: Operator) -> Floats:
         """What the quantised ``op`` does to taxels, unfolded: ``(m, m)``, dimensionless."""
@@ -99,15 +102,15 @@ class Folding:
         return np.asarray(self.unfold @ exact.reshape(4 * q, 4 * q) @ self.fold)
 
 
-def quantise_rows(choices: Choices, rows: Floats) -> tuple[Ints, int]:
-    """Coefficients ``(..., Q)`` as integers, and their fraction bits.
+def quantise_rows(choices: Choices, rows: Floats, bits: int) -> tuple[Ints, int]:
+    """Coefficients ``(..., Q)`` as integers of ``bits``, and their fraction bits.
 
     Not each coefficient but the running sum along a row is rounded to nearest: an error is made up for by the next
     neighbour, so errors cancel for operands that are smooth over the array, as stress is.  A coefficient differs from
     its exact value by one at most, which leaves it a place in its word.
     """
     largest = np.abs(rows).max()
-    fraction = int(np.floor(np.log2(((1 << (choices.formats.coefficient - 1)) - 2) / largest)))
+    fraction = int(np.floor(np.log2(((1 << (bits - 1)) - 2) / largest)))
     order = _serpentine(choices)
     running = np.rint(np.cumsum(rows[..., order] * 2.0**fraction, axis=-1))
     words = np.empty(rows.shape, dtype=np.int64)

@@ -14,8 +14,8 @@ ANGLE_GUARD = 4
 
 
 def iterations(design: Design) -> int:
-    """Rotations of a run: one for each bit of an operand."""
-    return design.formats.operand
+    """Rotations of a run: one for each bit of the angle."""
+    return design.formats.bits("cordic")
 
 
 def cordic_gain(design: Design) -> float:
@@ -24,17 +24,17 @@ def cordic_gain(design: Design) -> float:
 
 
 def angle_table(design: Design) -> list[int]:
-    """atan(2^-i) in units of ``2^-(operand + ANGLE_GUARD)`` turns."""
-    scale = 2.0 ** (design.formats.operand + ANGLE_GUARD) / (2 * math.pi)
+    """atan(2^-i) in units of ``2^-(iterations + ANGLE_GUARD)`` turns."""
+    scale = 2.0 ** (iterations(design) + ANGLE_GUARD) / (2 * math.pi)
     return [round(math.atan(2.0**-i) * scale) for i in range(iterations(design))]
 
 
 def cordic(design: Design, x: Ints, y: Ints) -> tuple[Ints, Ints]:
-    """Modulus times :func:`cordic_gain`, and angle in ``2^-operand`` turns, of vectors ``(n,)``.
+    """Modulus times :func:`cordic_gain`, and angle in ``2^-iterations`` turns, of vectors ``(n,)``.
 
     Vectors of the left half plane are turned by half a turn first.  Each rotation rounds towards minus infinity.
     """
-    turn = design.formats.operand + ANGLE_GUARD
+    turn = iterations(design) + ANGLE_GUARD
     left = x < 0
     x, y = np.where(left, -x, x), np.where(left, -y, y)
     angle = np.where(left, np.int64(1) << (turn - 1), 0)
@@ -43,4 +43,4 @@ def cordic(design: Design, x: Ints, y: Ints) -> tuple[Ints, Ints]:
         x, y = x + np.where(up, -(y >> i), y >> i), y + np.where(up, x >> i, -(x >> i))
         angle = angle + np.where(up, -step, step)
     rounded = (angle + (1 << (ANGLE_GUARD - 1))) >> ANGLE_GUARD
-    return x, rounded & ((1 << design.formats.operand) - 1)
+    return x, rounded & ((1 << iterations(design)) - 1)

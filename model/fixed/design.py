@@ -37,6 +37,11 @@ class Design(Choices, ABC):
 
     @property
     @abstractmethod
+    def signals(self) -> tuple[str, ...]:
+        """Signals that may have a word length of their own in ``formats``."""
+
+    @property
+    @abstractmethod
     def widths(self) -> Widths:
         """Word lengths; raises ``ValueError`` that names a section where words could overflow."""
 
@@ -78,5 +83,15 @@ class Design(Choices, ABC):
     @property
     def coefficient_bits(self) -> int:
         """Bits of all coefficients, each stored once."""
-        words = sum(op.rows.size for stack in self.stacks.values() for op in stack.operators)
-        return int(words) * self.formats.coefficient
+        operators = (op for stack in self.stacks.values() for op in stack.operators)
+        return sum(op.rows.size * self.formats.bits(f"coefficient.{op.name}") for op in operators)
+
+    @property
+    def coefficient_word(self) -> int:
+        """Bits of a lane's coefficient: the longest of all operators."""
+        return max(self.formats.bits(f"coefficient.{name}") for name in self.kinds)
+
+    @property
+    def operand_word(self) -> int:
+        """Bits of a lane's operand: the longest of all products."""
+        return max(self.formats.bits(f"operand.{name}") for name in self.products)

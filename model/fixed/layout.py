@@ -35,17 +35,17 @@ def make_layout(choices: Choices, out: int) -> tuple[Field, ...]:
 
     Forces and resultants are worth ``lsb * 2^-exponent``; planes are f_x, f_y, f_z, each row-major.
     """
-    operand, m = choices.formats.operand, choices.sensor.taxels
+    scalar, angle, m = choices.formats.bits("scalar"), choices.formats.bits("cordic"), choices.sensor.taxels
     fraction, grid = scalar_fraction(choices), choices.formats.force_fraction
     force = choices.adc.lsb * choices.sensor.taxel_area
     rows = [
         ("frame", 1, COUNTER_BITS, False, 0, 1.0, "1"),
         ("exponent", 1, choices.adc.bits.bit_length(), False, 0, 1.0, "1"),
         ("sweep_index", 1, choices.search.steps.bit_length(), False, 0, 1.0, "1"),
-        ("phi", 1, operand, False, operand, 360.0, "deg"),
-        ("mu", 1, operand, True, fraction, 1.0, "1"),
-        ("mu_x", 1, operand, True, fraction, 1.0, "1"),
-        ("mu_y", 1, operand, True, fraction, 1.0, "1"),
+        ("phi", 1, angle, False, angle, 360.0, "deg"),
+        ("mu", 1, scalar, True, fraction, 1.0, "1"),
+        ("mu_x", 1, scalar, True, fraction, 1.0, "1"),
+        ("mu_y", 1, scalar, True, fraction, 1.0, "1"),
         ("resultant", 3, out, True, grid, force, "N"),
         ("forces", 3 * m, out, True, grid, force, "N"),
         ("status", 1, STATUS_BITS, False, 0, 1.0, "1"),

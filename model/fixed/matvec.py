@@ -13,28 +13,27 @@ EXACT_DOUBLE = 1 << 53
 """Sums of integers stay exact in float64 while every partial sum is below this."""
 
 
-def operand(design: Design, vector: Ints) -> tuple[Ints, Ints]:
-    """Multiplier words ``(n, Q, 4)`` of a folded ``vector (n, Q, 4)`` and the bits each parity needed ``(n, 4)``."""
+def operand(vector: Ints, bits: int) -> tuple[Ints, Ints]:
+    """Words ``(n, Q, 4)`` of ``bits`` of a folded ``vector (n, Q, 4)``, and the bits each parity needed ``(n, 4)``."""
     significant = significant_bits(vector, axis=1)
-    return normalise(vector, significant[:, None, :], design.formats.operand), significant
+    return normalise(vector, significant[:, None, :], bits), significant
 
 
 def matvec(design: Design, stack: str, vector: Ints) -> Ints:
     """Result quads ``(n, quads, 4)`` of a stack's operators applied to ``vector (n, Q, 4)``, on the vector grid."""
-    words, significant = operand(design, vector)
-    return np.concatenate(
-        [_apply(design, op, words, significant) for op in design.stacks[stack].operators], axis=1
-    )
+    bits = design.formats.bits(f"operand.{stack}")
+    words, significant = operand(vector, bits)
+    return np.concatenate([_apply(op, words, bits, significant) for op in design.stacks[stack].operators], axis=1)
 
 
-def _apply(design: Design, op: Operator, words: Ints, significant: Ints) -> Ints:
+def _apply(op: Operator, words: Ints, bits: int, significant: Ints) -> Ints:
     """Row (i, parity) works on parity ``parity ^ flip``; the sum is exact in float64 or in int64."""
-    exact = float(np.abs(op.rows).sum(axis=-1).max()) * (1 << (design.formats.operand - 1)) < EXACT_DOUBLE
+    exact = float(np.abs(op.rows).sum(axis=-1).max()) * (1 << (bits - 1)) < EXACT_DOUBLE
     dtype = np.float64 if exact else np.int64
     result = np.empty((len(words), op.quads, 4), dtype=np.int64)
     for parity in range(4):
         source = parity ^ op.flip
         sums = words[:, :, source].astype(dtype) @ op.rows[:, parity].T.astype(dtype)
-        shift = op.fraction + design.formats.operand - 1 - significant[:, source]
+        shift = op.fraction + bits - 1 - significant[:, source]
         result[:, :, parity] = round_shift(sums.astype(np.int64), shift[:, None])
     return result

@@ -1,4 +1,4 @@
-"""Fixed-point scalars: alpha, beta, mu_x, mu_y, mu are operand-long words in [-4, 4)."""
+"""Fixed-point scalars: alpha, beta, mu_x, mu_y, mu are words in [-4, 4)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tfra.model.fixed.numbers import divide
 
 def scalar_fraction(choices: Choices) -> int:
     """Fraction bits of a scalar."""
-    return choices.formats.operand - 3
+    return choices.formats.bits("scalar") - 3
 
 
 def mu_grid(choices: Choices) -> Ints:

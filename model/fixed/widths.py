@@ -13,9 +13,6 @@ from tfra.model.choices import Choices
 MU_LIMIT = 4
 """Scalars (alpha, beta, mu_x, mu_y) lie in [-4, 4)."""
 
-DIVISION_GUARD = 4
-"""Bits that quotients' operands keep beyond a multiplier operand."""
-
 
 @dataclass(frozen=True, slots=True)
 class Widths:

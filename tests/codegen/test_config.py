@@ -92,6 +92,14 @@ def test_every_section(read: Any) -> None:
     )
 
 
+def test_signals(read: Any) -> None:
+    text = SENSOR + "[formats.signals]\ncoefficient.normal = 14\noperand = {force = 16, combine = 12}\nsums = 20\n"
+    formats = read(text).design.formats
+    assert formats.name == "custom"
+    assert dict(formats.signals) == {"coefficient.normal": 14, "operand.force": 16, "operand.combine": 12, "sums": 20}
+    assert (formats.bits("operand.contact"), formats.bits("scalar")) == (18, 18)
+
+
 def test_contact_in_si_units(read: Any) -> None:
     (contact,) = read(GOOD).contacts
     expected = Contact(ContactShape.HERTZ, 0.018, 0.009, 0.008, 0.004, -5.73, 0.5, math.radians(30))
@@ -283,6 +291,23 @@ WRONG_SECTIONS = [
     (
         '[architecture]\nkind = "serial"\nvector_words = 2',
         "architecture.vector_words: the serial core leaves nothing to choose, got 2",
+    ),
+    ("[formats.signals]\nsum = 16", 'formats.signals.sum: unknown key, the nearest valid key is "sums"'),
+    (
+        "[formats.signals]\ncoefficient.norm = 16",
+        "formats.signals.coefficient.norm: unknown signal, the nearest is coefficient.normal",
+    ),
+    ("[formats.signals]\ncoefficient = 16", "formats.signals.coefficient: a table is needed, got 16"),
+    ("[formats.signals]\noperand.force = 1.5", "formats.signals.operand.force: a whole number is needed, got 1.5"),
+    ("[formats.signals]\noperand.force = 9", "formats.signals.operand.force: 10 to 27 bits are supported, got 9"),
+    (
+        "[formats.signals]\ncordic = 12",
+        "formats.signals.cordic: at least 18 bits are needed beside the 18 of scalar, got 12",
+    ),
+    (
+        '[formats.signals]\nsums = 12\n[architecture]\nkind = "serial"',
+        "formats.signals.sums: a serial core has one multiplier and one memory for all signals: "
+        "kind = parallel is needed",
     ),
     ('[target]\nname = "nexus"', "target.name: one of portable, ecp5, ice40 is needed, got 'nexus'"),
     ('[target]\nimages = "hex"', "target.images: 'inline', 'readmemh' or 'load' is needed, got 'hex'"),

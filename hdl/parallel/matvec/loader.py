@@ -28,7 +28,7 @@ class Loader(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design, self._depth = design, depth(design)
-        coefficient = signed(design.formats.coefficient)
+        coefficient = signed(design.coefficient_word)
         super().__init__(
             {
                 "load": In(stream.Signature(coefficient)),

@@ -25,7 +25,7 @@ def codes_fit(design: Design) -> bool:
 
     Then no bit of b is rounded off, however far its words are shifted, and a product by b need not know its largest.
     """
-    return design.adc.bits + 2 <= design.formats.operand
+    return design.adc.bits + 2 <= design.formats.bits("operand.contact")
 
 
 MEASURE = 2
@@ -157,6 +157,16 @@ class OperandBuffer(wiring.Component):
         return [a.as_value() for a in headroom]
 
 
+def operand_lengths(design: Design) -> list[int]:
+    """Bits of the operands of each stack's products."""
+    return [design.formats.bits(f"operand.{name}") for name in design.stacks]
+
+
+def lengths_differ(design: Design) -> bool:
+    """Whether operands must know whose they are to be rounded."""
+    return len(set(operand_lengths(design))) > 1
+
+
 PREPARE = 4
 """Cycles from a quad of a buffer to its operand words."""
 
@@ -168,9 +178,12 @@ class Prepare(wiring.Component):
 
         raw, shift -> coarse -> aligned -> words
 
+    Words of a product with shorter operands end in zeros, so that all have their point in the same place.
+
     Members:
         quad: of a buffer.
         headroom: of the operand.
+        stack: number of its product's in design.stacks, where ``lengths_differ``.
         group: which slots' words the lanes need, if they are fewer than four.
         words: operand words, one for each slot.
     """
@@ -181,13 +194,15 @@ class Prepare(wiring.Component):
             {
                 "quad": In(vector_quad(design)),
                 "headroom": In(headroom_quad(design)),
-                "words": Out(data.ArrayLayout(signed(design.formats.operand), 4)),
+                **({"stack": In(2)} if lengths_differ(design) else {}),
+                "words": Out(data.ArrayLayout(signed(design.operand_word), 4)),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         vector, words = self._design.widths.vector, driver(m, self.words)
+        stack = delayed(m, self.stack, PREPARE - 1, "stack") if lengths_differ(self._design) else None
         for word in range(4):
             raw = Signal(signed(vector), name=f"raw{word}", reset_less=True)
             shift = Signal(self.headroom.shape().elem_shape, name=f"shift{word}", reset_less=True)
@@ -199,6 +214,14 @@ class Prepare(wiring.Component):
                 raw.eq(self.quad[word]),
                 shift.eq(self.headroom[word]),
                 aligned.eq(coarse << fine_shift),
-                words[word].eq(round_top(aligned, self._design.formats.operand)),
+                words[word].eq(self._rounded(aligned, stack)),
             ]
         return m
+
+    def _rounded(self, aligned: Value, stack: Value | None) -> Value:
+        """A word of the length that its product has, at the top of a lane's word."""
+        word, lengths = self._design.operand_word, operand_lengths(self._design)
+        if stack is None:
+            return round_top(aligned, word)
+        by_length = {bits: round_top(aligned, bits) << (word - bits) for bits in set(lengths)}
+        return Array(by_length[bits] for bits in lengths)[stack]

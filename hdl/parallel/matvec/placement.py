@@ -36,7 +36,7 @@ def table(design: Design) -> list[Row]:
     for name in design.stacks:
         stack = design.stacks[name]
         for number, op in enumerate(stack.operators):
-            offset = design.widths.alignment + op.fraction + design.formats.operand - design.widths.vector
+            offset = design.widths.alignment + op.fraction + design.operand_word - design.widths.vector
             rows.append(Row(op.quads, offset, op.flip, design.kinds.index(op.name), number == 0))
         idle = passes(design, name) * design.architecture.mac_lanes // 4 - stack.quads
         if idle:

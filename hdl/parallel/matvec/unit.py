@@ -43,7 +43,15 @@ from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import depth, lane_images, passes
 from tfra.hdl.parallel.matvec.loader import Loader
-from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Prepare, codes_fit, headroom_quad
+from tfra.hdl.parallel.matvec.operand import (
+    MEASURE,
+    PREPARE,
+    OperandBuffer,
+    Prepare,
+    codes_fit,
+    headroom_quad,
+    lengths_differ,
+)
 from tfra.hdl.parallel.matvec.schedule import SOURCES, Schedule, spacing
 from tfra.hdl.parallel.payloads import operand, product, vector_quad
 from tfra.hdl.primitives import Multiplier, Rom
@@ -104,7 +112,7 @@ class MatVec(wiring.Component):
         )
 
     def _load_ports(self) -> dict[str, Any]:
-        coefficient = signed(self._design.formats.coefficient)
+        coefficient = signed(self._design.coefficient_word)
         return {"load": In(stream.Signature(coefficient)), "loading": Out(1)}
 
     @property
@@ -177,7 +185,7 @@ class MatVec(wiring.Component):
     def _coefficients(self, m: Module, schedule: Schedule) -> Rom:
         """The lanes' memories, and what fills them after a reset."""
         design, loaded = self._design, self._design.images == "load"
-        coefficient = design.formats.coefficient
+        coefficient = design.coefficient_word
         m.submodules.rom = rom = Rom(lane_images(design), coefficient, design.target, loaded=loaded)
         address = delayed(m, schedule.address, _ADDRESS - 1, "address")
         if loaded:
@@ -276,6 +284,8 @@ class MatVec(wiring.Component):
             drain.new.eq(Array(each.new for each in passes_in_flight)[captured]),
             drain.stack.eq(Array(each.stack for each in passes_in_flight)[captured]),
         ]
+        if lengths_differ(self._design):
+            m.d.comb += prepare.stack.eq(Array(each.stack for each in passes_in_flight)[parity_found])
 
 
 class _Lane(Elaboratable):
@@ -295,8 +305,8 @@ class _Lane(Elaboratable):
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        self.coefficient = Signal(signed(design.formats.coefficient))
-        self.word = Signal(signed(design.formats.operand))
+        self.coefficient = Signal(signed(design.coefficient_word))
+        self.word = Signal(signed(design.operand_word))
         self.valid = Signal()
         self.sum = Signal(signed(design.widths.accumulator), reset_less=True)
 

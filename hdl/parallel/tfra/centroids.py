@@ -359,7 +359,7 @@ class _Solver(Elaboratable):
     def _compare(self, difference: Signal) -> list[Any]:
         """``|y| - |x|`` with the sign of y, and the rounded words."""
         x, y = self._top(0), self._top(1)
-        cos, sin = (round_top(value, self._design.formats.operand) for value in self._value)
+        cos, sin = (round_top(value, self._design.formats.bits("direction")) for value in self._value)
         return [
             difference.eq(add_or_subtract(y, x, x[-1] == y[-1])),
             self.result.vanishing.eq(~(x | y).any()),
@@ -377,7 +377,7 @@ class _Solver(Elaboratable):
             self.valid.eq(1),
         ]
         with m.If(self.result.vanishing):
-            m.d.sync += self.result.cos.eq((1 << (self._design.formats.operand - 1)) - 1)
+            m.d.sync += self.result.cos.eq((1 << (self._design.formats.bits("direction") - 1)) - 1)
 
 
 def _pair(name: str, shape: Shape) -> tuple[Signal, Signal]:

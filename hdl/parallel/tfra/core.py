@@ -43,7 +43,7 @@ class Core(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self.design = design
-        load = {"load": In(stream.Signature(signed(design.formats.coefficient)))} if design.images == "load" else {}
+        load = {"load": In(stream.Signature(signed(design.coefficient_word)))} if design.images == "load" else {}
         super().__init__(
             {
                 **load,

@@ -29,7 +29,7 @@ class _Product(NamedTuple):
     """A row of the schedule: ``operand`` times ``factor``, added to a sum or subtracted from it."""
 
     operand: tuple[int, int]
-    """p, q of an A_pq at operand length."""
+    """p, q of a rounded A_pq."""
     factor: str
     """Of the direction."""
     sign: int
@@ -85,7 +85,7 @@ class Dependent(wiring.Component):
                      └────────────────────────────────┘       align ◀────────────────┘
                                                                 └▶ |round| ─▶ compare ─▶ two dividers
 
-    With a_pq, the A_pq at operand length, and u_q = a_0q sin - a_1q cos, alpha = num0 / den and beta = num1 / den of
+    With a_pq, the rounded A_pq, and u_q = a_0q sin - a_1q cos, alpha = num0 / den and beta = num1 / den of
 
     ======== ====== ====== ======
              num0   num1   den
@@ -117,7 +117,7 @@ class Dependent(wiring.Component):
         frame: fact of the frame; the calculation waits for it.
         affine: the result, one transfer a frame.
 
-    Resources: one operand x operand multiplier, used six times; two :class:`tfra.hdl.lib.divider.Divider`.
+    Resources: one multiplier of sums by the direction, used six times; two :class:`tfra.hdl.lib.divider.Divider`.
     """
 
     def __init__(self, design: Design) -> None:
@@ -137,13 +137,13 @@ class Dependent(wiring.Component):
     def latency(self) -> int:
         """Cycles from the transfer of the last quad of sums, the facts being there, to that of ``affine``.
 
-        ``operand + 27`` in all.
+        The length of a scalar and 27 in all.
         """
         return 1 + _DIVIDE + self._dividers[0].latency
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        bits = max(self.design.widths.vector, self.design.formats.operand)
+        bits = max(self.design.widths.vector, self.design.formats.bits("sums"))
         ring = [Signal(signed(bits), name=f"ring_{p}{q}", reset_less=True) for p, q in _ORDER]
         cycle = self._control(m, self._gather(m, ring))
         word = self._normalise(m, ring, cycle)
@@ -189,14 +189,14 @@ class Dependent(wiring.Component):
         return cycle
 
     def _normalise(self, m: Module, ring: list[Signal], cycle: Value) -> Value:
-        """The ring's words at operand length, one each cycle; they return to its tail."""
-        vector, operand = self.design.widths.vector, self.design.formats.operand
+        """The ring's words, rounded, one each cycle; they return to its tail."""
+        vector, bits = self.design.widths.vector, self.design.formats.bits("sums")
         exact = [word[:vector].as_signed() for word in ring]
-        rounded = Signal(signed(operand), reset_less=True)
+        rounded = Signal(signed(bits), reset_less=True)
         thirds = [register(m, reduce(or_, map(magnitude_bits, exact[k::3])), f"third{k}") for k in range(3)]
         measured = [Cat(word, 0).as_signed() for word in thirds]
         aligned, zeros = align(m, measured, exact[0], ahead(m, cycle, once(_ZEROS)))
-        m.d.sync += rounded.eq(round_top(aligned, operand))
+        m.d.sync += rounded.eq(round_top(aligned, bits))
         with m.If(ahead(m, cycle, _RING)):
             m.d.sync += [word.eq(after) for word, after in zip(ring, [*ring[1:], rounded], strict=True)]
         m.d.comb += self.affine.payload.significant.eq(vector - 1 - zeros)
@@ -204,12 +204,14 @@ class Dependent(wiring.Component):
 
     def _products(self, m: Module, rounded: Value, cycle: Value) -> list[Signal]:
         """num1, num0, den: exact; each sum enters the first of the registers and moves on for the next one."""
-        operand, direction = self.design.formats.operand, self.direction.payload
+        direction = self.direction.payload
+        turn = self.design.formats.bits("direction")
+        length = self.design.formats.bits("sums") + turn
         num1, num0, den = exact = [
-            Signal(signed(2 * operand), name=n, reset_less=True) for n in ("num1", "num0", "den")
+            Signal(signed(length), name=n, reset_less=True) for n in ("num1", "num0", "den")
         ]
-        factor = Signal(signed(operand), reset_less=True)
-        product = Signal(signed(2 * operand), reset_less=True)
+        factor = Signal(signed(turn), reset_less=True)
+        product = Signal(signed(length), reset_less=True)
         second = self._second(cycle)
         subtract = self._subtract(m, cycle)
         word = register(m, rounded, "word")  # TIMING: rounded -> product

@@ -47,7 +47,7 @@ class Friction(wiring.Component):
         frame: fact of the frame; the calculation waits for it.
         chosen: the result, one transfer a frame.
 
-    Resources: one multiplier, operand x (operand - 2, unsigned); K + 1 words of memory.
+    Resources: one multiplier, scalar x (two bits less, unsigned); K + 1 words of memory.
     """
 
     def __init__(self, design: Design) -> None:
@@ -71,10 +71,11 @@ class Friction(wiring.Component):
         m = Module()
         index, mirrored = self._control(m)
         regular = self.frame.payload.contact & self.frame.payload.traction
-        grid = Signal(unsigned(self.design.formats.operand - 2), reset_less=True)
+        bits = self.design.formats.bits("scalar")
+        grid = Signal(unsigned(bits - 2), reset_less=True)
         number = register(m, Mux(self.direction.payload.negative, mirrored, index), "number")
         m.d.sync += grid.eq(Mux(regular, self._grid(m, number), 0))
-        mu_ind = Signal(signed(self.design.formats.operand), reset_less=True)
+        mu_ind = Signal(signed(bits), reset_less=True)
         m.d.sync += mu_ind.eq(Mux(self.direction.payload.negative, -grid, grid))
         exact = self._exact(m, grid)
         chosen = driver(m, self.chosen.payload)
@@ -97,7 +98,7 @@ class Friction(wiring.Component):
     def _grid(self, m: Module, number: Value) -> Value:
         """|mu_ind|: index 0 is the smallest mu, so the negative side counts down."""
         words = [int(word) for word in mu_grid(self.design)]
-        shape = unsigned(self.design.formats.operand - 2)
+        shape = unsigned(self.design.formats.bits("scalar") - 2)
         m.submodules.grid = memory = Memory(shape=shape, depth=len(words), init=words)
         port = memory.read_port()
         m.d.comb += port.addr.eq(number)
@@ -105,10 +106,10 @@ class Friction(wiring.Component):
 
     def _exact(self, m: Module, grid: Value) -> Value:
         """alpha + beta mu_ind, rounded to a scalar's fraction, not yet saturated."""
-        operand, fraction = self.design.formats.operand, scalar_fraction(self.design)
+        bits, fraction = self.design.formats.bits("scalar"), scalar_fraction(self.design)
         affine = self.affine.payload
-        product = Signal(signed(2 * operand - 2), reset_less=True)
-        total = Signal(signed(2 * operand - 1), reset_less=True)
+        product = Signal(signed(2 * bits - 2), reset_less=True)
+        total = Signal(signed(2 * bits - 1), reset_less=True)
         base = Cat(Const(1 << (fraction - 1), fraction), affine.alpha).as_signed()
         m.d.sync += [
             product.eq(affine.beta * grid),
@@ -119,7 +120,7 @@ class Friction(wiring.Component):
     def _choose(self, m: Module, chosen: data.View, mu_ind: Value, exact: Value) -> None:
         """Both mu in the order of the axes."""
         one = 1 << scalar_fraction(self.design)
-        mu_dep = saturate(exact, self.design.formats.operand)
+        mu_dep = saturate(exact, self.design.formats.bits("scalar"))
         sweep_y = self.direction.payload.sweep_y
         m.d.sync += [
             chosen.mu_ind.eq(mu_ind),

@@ -9,6 +9,7 @@ from amaranth.lib import data
 
 from tfra.hdl.interface.microarchitecture import Probe
 from tfra.hdl.parallel import payloads
+from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.stages import Stage
 
@@ -33,7 +34,7 @@ def probes(design: Design) -> tuple[Probe, ...]:
         _probe(Stage.RESULTANT, "total.words", total, (0, 1, 2), 1),
         _probe(Stage.GAIN, "gain", payloads.gain(design), ("mantissa", "mu"), 1),
         _probe(Stage.FORCES, "taxel", signed(design.widths.force), (), 3 * m),
-        _probe(Stage.ANGLE, "phi", unsigned(design.formats.operand), (), 1),
+        _probe(Stage.ANGLE, "phi", unsigned(iterations(design)), (), 1),
     )
 
 

@@ -75,7 +75,7 @@ class Resultant(wiring.Component):
         frame: fact of the frame; the calculation waits for it.
         total: the result, one transfer a frame.
 
-    Resources: one operand x operand multiplier, used six times.
+    Resources: one multiplier of sums by a scalar, used six times.
     """
 
     def __init__(self, design: Design) -> None:
@@ -103,12 +103,12 @@ class Resultant(wiring.Component):
 
     def _control(self, m: Module) -> tuple[Value, Signal]:
         """Cycle of the schedule, zero until chosen and facts are there; the factor, which alternates."""
-        facts, operand = (self.affine, self.frame), self.design.formats.operand
+        facts, bits = (self.affine, self.frame), self.design.formats.bits("scalar")
         cycle, busy = one_at_a_time(m, self.chosen, facts, self.total, _LAST)
         taken = ahead(m, cycle, once(_ALIGN.start))
         m.d.comb += [fact.ready.eq(taken) for fact in facts]
-        factor = Signal(signed(operand), reset_less=True)
-        next_factor = Signal(signed(operand), reset_less=True)
+        factor = Signal(signed(bits), reset_less=True)
+        next_factor = Signal(signed(bits), reset_less=True)
         first, second = (self.chosen.payload[product.factor] for product in _PRODUCTS[:2])
         with m.If(~busy):
             m.d.sync += [factor.eq(first), next_factor.eq(second)]
@@ -118,11 +118,12 @@ class Resultant(wiring.Component):
 
     def _products(self, m: Module, factor: Value, cycle: Value) -> list[Signal]:
         """F_z, F_y, F_x: exact, with a scalar's fraction bits; each enters the first register and moves on."""
-        operand, fraction = self.design.formats.operand, scalar_fraction(self.design)
+        formats, fraction = self.design.formats, scalar_fraction(self.design)
+        length = formats.bits("sums") + formats.bits("scalar")
         word, start = self._operands(m, cycle)
-        product = Signal(signed(2 * operand), reset_less=True)
+        product = Signal(signed(length), reset_less=True)
         f_z, f_y, f_x = forces = [
-            Signal(signed(2 * operand + 1), name=n, reset_less=True) for n in ("f_z", "f_y", "f_x")
+            Signal(signed(length + 1), name=n, reset_less=True) for n in ("f_z", "f_y", "f_x")
         ]
         m.d.sync += product.eq(word * factor)
         second = cycle[0] ^ (_ADD.start & 1)
@@ -135,8 +136,9 @@ class Resultant(wiring.Component):
 
     def _operands(self, m: Module, cycle: Value) -> tuple[Signal, Signal]:
         """Operand of a product, and what its force's sum starts with."""
-        word = Signal(signed(self.design.formats.operand), reset_less=True)
-        start = Signal(signed(self.design.formats.operand), reset_less=True)
+        bits = self.design.formats.bits("sums")
+        word = Signal(signed(bits), reset_less=True)
+        start = Signal(signed(bits), reset_less=True)
         with m.Switch(cycle):
             for number, (load, product) in enumerate(zip(_LOAD, _PRODUCTS, strict=True)):
                 pair = _PRODUCTS[number - number % 2]
@@ -162,8 +164,8 @@ class Resultant(wiring.Component):
         words, exponent = total.words, total.exponent
         aligned, zeros = align(m, forces, forces[-1], ahead(m, cycle, once(_ZEROS)))
         with m.If(self.frame.ready):
-            # operand - 1 - affine.significant + fraction + bits - 1 - (width - 1 - zeros)
-            fixed = self.design.formats.operand - 1 + scalar_fraction(self.design) + bits - width
+            # sums - 1 - affine.significant + fraction + bits - 1 - (width - 1 - zeros)
+            fixed = self.design.formats.bits("sums") - 1 + scalar_fraction(self.design) + bits - width
             m.d.sync += exponent.eq(fixed - self.affine.payload.significant + zeros)
         with m.If(ahead(m, cycle, _ROUND)):
             m.d.sync += [words[0].eq(words[1]), words[1].eq(words[2]), words[2].eq(round_top(aligned, bits))]

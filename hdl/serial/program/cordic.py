@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tfra.hdl.serial.isa import FLOOR, NOTHING, R0, R1, R2, R3, R4, ZERO, Dest, Op, Post, When, imm, mem
 from tfra.hdl.serial.program.routines import Writer
+from tfra.model.choices import DIVISION_GUARD
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
-from tfra.model.fixed.widths import DIVISION_GUARD
 
 
 def cordic(w: Writer) -> None:

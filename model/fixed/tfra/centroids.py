@@ -18,7 +18,7 @@ from tfra.model.fixed.numbers import normalise, significant_bits
 
 @dataclass(frozen=True)
 class Direction:
-    """``cos`` and ``sin (n,)`` times a common factor, operand words; what is swept (Fig. 3)."""
+    """``cos`` and ``sin (n,)`` times a common factor; what is swept (Fig. 3)."""
 
     cos: Ints
     sin: Ints
@@ -28,9 +28,9 @@ class Direction:
 
 
 def pitch_ratio(design: Design) -> tuple[int, int]:
-    """Integers in the ratio pitch_x : pitch_y, within an operand's resolution."""
+    """Integers in the ratio pitch_x : pitch_y, within the resolution of the direction."""
     x, y = design.sensor.pitch_x, design.sensor.pitch_y
-    ratio = Fraction(min(x, y) / max(x, y)).limit_denominator(1 << (design.formats.operand - 2))
+    ratio = Fraction(min(x, y) / max(x, y)).limit_denominator(1 << (design.formats.bits("direction") - 2))
     pair = ratio.denominator, ratio.numerator
     return pair if x >= y else pair[::-1]
 
@@ -50,7 +50,7 @@ def centroids(design: Design, codes: Ints) -> Direction:
     x, y = length.T
     sweep_y = np.abs(y) > np.abs(x)
     vanishing = (x == 0) & (y == 0)
-    operand = design.formats.operand
-    words = normalise(length, significant_bits(length, axis=1)[:, None], operand)
-    cos = np.where(vanishing, (1 << (operand - 1)) - 1, words[:, 0])
+    word = design.formats.bits("direction")
+    words = normalise(length, significant_bits(length, axis=1)[:, None], word)
+    cos = np.where(vanishing, (1 << (word - 1)) - 1, words[:, 0])
     return Direction(cos, words[:, 1], sweep_y, np.where(sweep_y, y, x) < 0, vanishing)

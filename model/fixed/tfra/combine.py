@@ -11,6 +11,7 @@ from tfra.model.fixed.scalars import scalar_fraction
 
 def combine(design: Design, z: Ints, scalar: Ints, x: Ints) -> Ints:
     """``z + scalar * x`` for vectors ``(n, Q, 4)`` and scalars ``(n,)``; x enters as a multiplier operand."""
-    words, significant = operand(design, x)
-    shift = scalar_fraction(design) + design.formats.operand - 1 - significant
+    bits = design.formats.bits("operand.combine")
+    words, significant = operand(x, bits)
+    shift = scalar_fraction(design) + bits - 1 - significant
     return z + round_shift(scalar[:, None, None] * words, shift[:, None, :])

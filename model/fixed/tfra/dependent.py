@@ -17,8 +17,8 @@ from tfra.model.tfra import COEFFICIENT_LIMIT
 
 @dataclass(frozen=True)
 class Dependent:
-    """``alpha``, ``beta (n,)`` as scalars; ``sums (n, 3, 3)``: A_pq of Eq. 12 as operand words with a common
-    factor ``2^(operand - 1 - significant)``."""
+    """``alpha``, ``beta (n,)`` as scalars; ``sums (n, 3, 3)``: A_pq of Eq. 12 with a common factor
+    ``2^(bits - 1 - significant)``."""
 
     alpha: Ints
     beta: Ints
@@ -41,7 +41,7 @@ def gather_sums(sums_b: Ints, sums_n: Ints) -> Ints:
 def dependent(design: Design, exact: Ints, direction: Direction, regular: Bools) -> Dependent:
     """alpha and beta from ``exact (n, 3, 3)`` sums; zero where the denominator vanishes or nothing is swept."""
     significant = significant_bits(exact, axis=(1, 2))
-    a = normalise(exact, significant[:, None, None], design.formats.operand)
+    a = normalise(exact, significant[:, None, None], design.formats.bits("sums"))
     cos, sin = direction.cos[:, None], direction.sin[:, None]
     u = a[:, 0] * sin - a[:, 1] * cos  # u0, ux, -uy
     num0 = np.where(direction.sweep_y, -u[:, 0], u[:, 0])

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import difflib
 from dataclasses import dataclass
 from functools import cached_property
 
+from tfra.model.choices import SCALARS
 from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.bounds import make_widths
-from tfra.model.fixed.tfra.operators import PRODUCTS, make_stacks
+from tfra.model.fixed.tfra.operators import OPERATORS, PRODUCTS, make_stacks
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.widths import Widths
+
+SIGNALS = (
+    *(f"coefficient.{name}" for names in OPERATORS.values() for name in names),
+    *(f"operand.{name}" for name in (*OPERATORS, "combine")),
+    *SCALARS,
+)
+"""Signals that may have a word length of their own: operators' coefficients, products' operands, scalars."""
 
 
 @dataclass(frozen=True)
@@ -18,6 +27,14 @@ class TfraDesign(Design):
     """The estimator of doi:10.1016/j.mechatronics.2023.103070."""
 
     products = PRODUCTS
+    signals = SIGNALS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, _ in self.formats.signals:
+            if name not in SIGNALS:
+                nearest = difflib.get_close_matches(name, SIGNALS, n=1, cutoff=0)[0]
+                raise ValueError(f"formats.signals.{name}: unknown signal, the nearest is {nearest}")
 
     @cached_property
     def stacks(self) -> dict[str, Stack]:

@@ -33,7 +33,7 @@ def friction(
     mu_ind = np.where(direction.negative, -grid[np.abs(steps - index)], grid[index])
     mu_ind = np.where(regular, mu_ind, 0)
     fraction = scalar_fraction(design)
-    mu_dep = saturate(affine.alpha + round_shift(affine.beta * mu_ind, fraction), design.formats.operand)
+    mu_dep = saturate(affine.alpha + round_shift(affine.beta * mu_ind, fraction), design.formats.bits("scalar"))
     return Friction(
         np.where(regular, index, 0),
         mu_ind,

@@ -17,18 +17,25 @@ import numpy as np
 from tfra.model.boussinesq import operators
 from tfra.model.choices import Choices
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
-from tfra.model.fixed.coefficients import Folding, Operator, Stack
+from tfra.model.fixed.coefficients import Folding, Stack
 from tfra.model.sparse import filtered
 
-STACKS = ("contact", "residual", "normal", "force")
-"""Stacks in the order of the coefficient memories."""
+OPERATORS = {
+    "contact": ("c33_inv", "sums_b"),
+    "residual": ("sums_n", "c33", "c31", "c32"),
+    "normal": ("normal",),
+    "force": ("pinv1", "pinv2", "pinv3"),
+}
+"""Names of the operators of each stack, in the order of the coefficient memories."""
+
+STACKS = tuple(OPERATORS)
 
 PRODUCTS = ("contact", "residual", "normal", "normal", "force")
 """The stack of each product of a frame, in order: b^, n^, e0^, e1^, d^."""
 
 
 def make_stacks(choices: Choices) -> dict[str, Stack]:
-    """Every stack by its name, in the order of ``STACKS``."""
+    """Every stack by its name, in the order of ``OPERATORS``."""
     ops, h2 = operators(choices.sensor), choices.sensor.thickness**2
     if choices.sparse:
         ops = filtered(ops, choices.sparse)
@@ -44,15 +51,17 @@ def make_stacks(choices: Choices) -> dict[str, Stack]:
     sums_b = [{EE: s3, OX: s1, OY: s2}]  # A30, A10, A20
     fold = Folding(choices)
     # The sums come first, so that alpha and beta are found while the vectors are still on their way.
-    groups: dict[str, tuple[Operator, ...]] = {
-        "contact": (fold.matrix("c33_inv", ops.c33_inv / h2), fold.sums("sums_b", sums_b)),
-        "residual": (
-            fold.sums("sums_n", sums_n),
-            fold.matrix("c33", c33),
-            fold.matrix("c31", -c31, OX),
-            fold.matrix("c32", -c32, OY),
-        ),
-        "normal": (fold.matrix("normal", c33 @ pinv3),),
-        "force": (fold.matrix("pinv1", pinv1, OX), fold.matrix("pinv2", pinv2, OY), fold.matrix("pinv3", pinv3)),
-    }
-    return {name: Stack(name, groups[name]) for name in STACKS}
+    found = (
+        fold.matrix("c33_inv", ops.c33_inv / h2),
+        fold.sums("sums_b", sums_b),
+        fold.sums("sums_n", sums_n),
+        fold.matrix("c33", c33),
+        fold.matrix("c31", -c31, OX),
+        fold.matrix("c32", -c32, OY),
+        fold.matrix("normal", c33 @ pinv3),
+        fold.matrix("pinv1", pinv1, OX),
+        fold.matrix("pinv2", pinv2, OY),
+        fold.matrix("pinv3", pinv3),
+    )
+    by_name = {operator.name: operator for operator in found}
+    return {stack: Stack(stack, tuple(by_name[name] for name in names)) for stack, names in OPERATORS.items()}

@@ -23,7 +23,6 @@ from tfra.model.fixed.tfra.resultant import resultant
 from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.fixed.tfra.sweep import sweep
 from tfra.model.fixed.tfra.weights import weights
-from tfra.model.fixed.widths import DIVISION_GUARD
 from tfra.model.fixed.words import encode
 from tfra.model.tfra import Status
 
@@ -72,7 +71,8 @@ class FixedTfra:
         factor = gain(design, total, frame)
         planes = to_taxels(design, unscaled)
         scaled = scaling(design, frame, factor, planes, total)
-        _, phi = cordic(design, direction.cos << DIVISION_GUARD, direction.sin << DIVISION_GUARD)
+        guard = design.formats.bits("division") - design.formats.bits("direction")
+        _, phi = cordic(design, direction.cos << guard, direction.sin << guard)
         words = encode(
             design,
             {

@@ -20,5 +20,5 @@ def resultant(design: Design, affine: Dependent, chosen: Friction, regular: Bool
     exact = exact * np.where(regular[:, None], 1, np.array([0, 0, 1]))
     significant = significant_bits(exact, axis=1)
     bits = design.widths.division
-    exponent = (design.formats.operand - 1 - affine.significant) + fraction + (bits - 1 - significant)
+    exponent = (design.formats.bits("sums") - 1 - affine.significant) + fraction + (bits - 1 - significant)
     return Resultant(normalise(exact, significant[:, None], bits), exponent)

@@ -16,11 +16,10 @@ from tfra.hdl.lib.streams import PerFrameQueue, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.cordic import cordic_modulus, cordic_vector, cordic_word
-from tfra.model.choices import FORMATS, Architecture
+from tfra.model.choices import DIVISION_GUARD, FORMATS, Architecture
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.widths import DIVISION_GUARD
 from tfra.model.sensor import SensorArray
 from tfra.sim.harness import flowing, run
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.model.cases import make_design
+from tfra.model.choices import DIVISION_GUARD
 from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.cordic import cordic, cordic_gain
-from tfra.model.fixed.widths import DIVISION_GUARD
 
 
 @pytest.mark.parametrize("formats", ["standard", "wide"])

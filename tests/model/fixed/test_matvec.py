@@ -96,6 +96,6 @@ def test_sums_beyond_doubles_are_exact(name):
 
 def test_operand_words_fill_their_word():
     design = make(LONGEST)
-    words, significant = operand(design, np.full((1, design.quads, 4), -(1 << 30)))
+    words, significant = operand(np.full((1, design.quads, 4), -(1 << 30)), design.formats.operand)
     assert (words == -TOP).all()
     assert (significant == 30).all()

@@ -41,7 +41,7 @@ class ProductBeats(wiring.Component):
                 "words": Out(vector_beat(design)),
                 "place": Out(place),
                 "number": Out(beat_number(design)),
-                "scalar": Out(signed(design.formats.operand)),
+                "scalar": Out(signed(design.formats.bits("scalar"))),
                 "frame_done": Out(1),
             }
         )
@@ -56,7 +56,7 @@ class ProductBeats(wiring.Component):
         _, last = wrapping_counter(m, valid, 3 * design.quads * design.cycles_per_quad, "beat_in_frame")
         frame_ends = valid & last
         frame_place, _ = wrapping_counter(m, frame_ends, FRAMES, "place")
-        minus_one = C(-1 << scalar_fraction(design), signed(design.formats.operand))
+        minus_one = C(-1 << scalar_fraction(design), signed(design.formats.bits("scalar")))
         facts = forced.o.payload
         # TIMING: matvec's result router -> queue of facts, scalar of a beat
         entered_last = register(m, frame_ends, "entered_last", control=True)

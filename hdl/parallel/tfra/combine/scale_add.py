@@ -45,7 +45,7 @@ class ScaleAdd(wiring.Component):
             {
                 "x": In(vector_beat(design)),
                 "headroom": In(beat_headroom(design)),
-                "scalar": In(signed(design.formats.operand)),
+                "scalar": In(signed(design.formats.bits("scalar"))),
                 "z": In(vector_beat(design)),
                 "sum": Out(vector_beat(design)),
             }
@@ -67,7 +67,7 @@ class ScaleAdd(wiring.Component):
 
     def _operands(self, m: Module, headroom: dict[Stage, Any]) -> Any:
         """x, moved left by its headroom in two steps and rounded to multiplier operands."""
-        bits = self._design.formats.operand
+        bits = self._design.formats.bits("operand.combine")
         aligned = Signal(self.x.shape(), reset_less=True)
         operands = Signal(data.ArrayLayout(signed(bits), len(self.x)), reset_less=True)
         for k in range(len(self.x)):
@@ -82,10 +82,10 @@ class ScaleAdd(wiring.Component):
 
     def _multiply(self, m: Module, operands: Any, scalar: Value, headroom: dict[Stage, Any]) -> Any:
         """Products on the grid of z with one bit below the point, moved right by the headroom of x in two steps."""
-        size, bits = len(operands), self._design.formats.operand
+        size, bits = len(operands), self._design.formats.bits("operand.combine")
         drop = scalar_fraction(self._design) + bits - self._design.widths.vector
         # A register for each word: yosys packs one of all words into the SB_MAC16 of the first and loses the rest.
-        product = [Signal(signed(2 * bits), name=f"product{k}", reset_less=True) for k in range(size)]
+        product = [Signal(signed(bits + len(scalar)), name=f"product{k}", reset_less=True) for k in range(size)]
         shifted = Signal(data.ArrayLayout(signed(self._design.widths.vector + 1), size), reset_less=True)
         for k in range(size):
             # TIMING: multiplier -> shift back

@@ -64,7 +64,7 @@ def tag_layout(design: Design) -> data.StructLayout:
     ``job``: what it becomes; ``place``: that of its frame in the stores; ``number``: its number in the vector;
     ``swap``: the sweep goes along y, so that d2 is d_ind; ``scalar``: the s of ``z + s * x``.
     """
-    scalar = signed(design.formats.operand)
+    scalar = signed(design.formats.bits("scalar"))
     return data.StructLayout({"job": Job, "place": place, "number": beat_number(design), "swap": 1, "scalar": scalar})
 
 

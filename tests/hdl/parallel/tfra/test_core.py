@@ -9,7 +9,7 @@ import pytest
 from amaranth import ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from bench.cycles.streamed import random_design, stream
+from bench.cycles.streamed import mixed_design, random_design, stream
 from tests.marks import long
 from tfra.hdl.parallel.matvec.schedule import Schedule
 from tfra.hdl.parallel.tfra.core import Core
@@ -124,7 +124,15 @@ def test_a_reset_at_any_time_forgets_all(seed, held):
 @pytest.mark.parametrize("seed", [2, 4, *long(0, 1, 3, 10, 5, 6, 7, 8, 9, 11)])
 def test_timing_is_what_the_gateware_does(seed):
     """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
-    design = random_design(seed)
+    check_timing(random_design(seed), seed)
+
+
+@pytest.mark.parametrize("seed", [2, 4, *long(0, 1, 3, 6, 7, 8, 10, 12)])
+def test_signals_with_word_lengths_of_their_own(seed):
+    check_timing(mixed_design(seed), seed)
+
+
+def check_timing(design, seed):
     codes = contact_codes(design, 8, seed)
     words, want, _, taken, cycles = stream(design, codes)
     timeline = Parallel(design).timeline(len(codes))
