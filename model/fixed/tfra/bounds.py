@@ -61,14 +61,19 @@ def make_widths(choices: Choices, stacks: Mapping[str, Stack]) -> Widths:
         division=fmt.bits("division"),
         output=choices.adc.bits + (m - 1).bit_length() + fmt.force_fraction,
     )
+    _check(result, fmt.bits("scalar"))
+    return result
+
+
+def _check(widths: Widths, scalar: int) -> None:
+    """Raise where the model's integers would overflow, products by words of ``scalar`` bits included."""
     longest_word = {
-        "direction": result.direction,
-        "b_xy": result.b_xy + 1,
-        "accumulator": result.accumulator + result.alignment + 1,
-        "force": result.force + fmt.bits("scalar") + 1,
+        "direction": widths.direction,
+        "b_xy": widths.b_xy + 1,
+        "accumulator": widths.accumulator + widths.alignment + 1,
+        "force": widths.force + scalar + 1,
     }
     for name, bits in longest_word.items():
         if bits > 63:
             key = "sensor" if name == "direction" else "formats"
             raise ValueError(f"{key}: {name} can overflow: {bits} bits are needed, 63 are supported")
-    return result
