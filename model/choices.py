@@ -23,6 +23,10 @@ def _require(condition: bool, name: str, reason: str) -> None:
         raise ValueError(f"{name}: {reason}")
 
 
+def _require_between(name: str, bits: int, fewest: int, most: int) -> None:
+    _require(fewest <= bits <= most, name, f"{fewest} to {most} bits are supported, got {bits}")
+
+
 @dataclass(frozen=True, slots=True)
 class Adc:
     """The converter behind every taxel: signed codes of ``bits``, +-``full_scale`` in Pa.
@@ -75,13 +79,32 @@ class Search:
         _require(good, "plateau_tolerance", f"zero or more is needed, got {self.tolerance}")
 
 
+SCALARS = {
+    "scalar": "friction (alpha, beta, mu) and the mantissa of the gain: quotients of one divider",
+    "direction": "cos and sin of the tangential force",
+    "sums": "the sums A_pq of Eq. 12",
+    "cordic": "rotations of the CORDIC, and the angle",
+    "division": "operands of quotients, and words of the CORDIC",
+}
+"""Signals of one value a frame, and what they are."""
+
 DIVISION_GUARD = 4
 """Bits that quotients' operands keep beyond a multiplier operand, unless they are given."""
-
 
 _ORDERED = (("division", "direction", 0), ("division", "cordic", 1), ("cordic", "scalar", 0))
 """A signal that has at least so many bits more than another: words enter the CORDIC shifted left, a rotation leaves
 bits of what it turns, and a quotient takes no longer than a run."""
+
+_LIMITS = {
+    "coefficient": (6, 27),
+    "operand": (10, 27),
+    "vector_fraction": (0, 16),
+    "force_fraction": (0, 16),
+    "lane": (6, 27),
+    **dict.fromkeys(SCALARS, (10, 27)),
+    "division": (10, 27 + DIVISION_GUARD),
+}
+"""Fewest and most bits; ``"lane"``: of single operators and products."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,14 +125,11 @@ class Formats:
     signals: tuple[tuple[str, int], ...] = ()
 
     def __post_init__(self) -> None:
-        for key in ("coefficient", "operand"):
-            _require(10 <= getattr(self, key) <= 27, key, f"10 to 27 bits are supported, got {getattr(self, key)}")
-        for key in ("vector_fraction", "force_fraction"):
-            _require(0 <= getattr(self, key) <= 16, key, f"0 to 16 bits are supported, got {getattr(self, key)}")
         object.__setattr__(self, "signals", tuple(sorted(self.signals)))
+        for key in ("coefficient", "operand", "vector_fraction", "force_fraction"):
+            _require_between(key, getattr(self, key), *_LIMITS[key])
         for name, bits in self.signals:
-            top = 27 + DIVISION_GUARD if name == "division" else 27
-            _require(10 <= bits <= top, f"signals.{name}", f"10 to {top} bits are supported, got {bits}")
+            _require_between(f"signals.{name}", bits, *_LIMITS[name if name in _LIMITS else "lane"])
         for longer, shorter, more in _ORDERED:
             found, least = self.bits(longer), self.bits(shorter) + more
             reason = f"at least {least} bits are needed beside the {least - more} of {shorter}, got {found}"
@@ -134,15 +154,6 @@ FORMATS = {
     "wide": Formats("wide", coefficient=24, operand=24, vector_fraction=14, force_fraction=8),
 }
 """Named format sets; their measured exactness is stated in the README."""
-
-SCALARS = {
-    "scalar": "friction (alpha, beta, mu) and the mantissa of the gain: quotients of one divider",
-    "direction": "cos and sin of the tangential force",
-    "sums": "the sums A_pq of Eq. 12",
-    "cordic": "rotations of the CORDIC, and the angle",
-    "division": "operands of quotients, and words of the CORDIC",
-}
-"""Signals of one value a frame, and what they are."""
 
 KINDS = ("parallel", "serial")
 """Microarchitectures: blocks that stream to each other, or one instruction of a program a cycle (docs/serial.md)."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from tfra.hdl.parallel.tfra.core import Core
-from tfra.model.choices import Adc, Architecture, Formats, Search
+from tfra.model.choices import SCALARS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
@@ -41,8 +41,8 @@ def mixed_design(seed):
     """A random design whose signals have word lengths of their own: the first draw that fits together."""
     design, rng = random_design(seed), random.Random(seed)
     while True:
-        own = tuple((name, rng.randrange(10, 28)) for name in SIGNALS if rng.random() < 0.6)
-        lengths = rng.randrange(10, 28), rng.randrange(design.adc.bits, 28), rng.randrange(17), rng.randrange(17)
+        own = tuple((name, rng.randrange(10 if name in SCALARS else 6, 28)) for name in SIGNALS if rng.random() < 0.6)
+        lengths = rng.randrange(6, 28), rng.randrange(design.adc.bits, 28), rng.randrange(17), rng.randrange(17)
         try:
             mixed = replace(design, formats=Formats("mixed", *lengths, own))
             _ = mixed.widths

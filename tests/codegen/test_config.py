@@ -273,7 +273,7 @@ WRONG_SECTIONS = [
     ("[search]\nsteps = 0", "search.steps: 1 to 4096 is supported, got 0"),
     ("[search]\nplateau_tolerance = -1", "search.plateau_tolerance: zero or more is needed, got -1.0"),
     ('[formats]\nname = "huge"', "formats.name: one of standard, wide is needed, got 'huge'"),
-    ("[formats]\ncoefficient_bits = 9", "formats.coefficient_bits: 10 to 27 bits are supported, got 9"),
+    ("[formats]\ncoefficient_bits = 5", "formats.coefficient_bits: 6 to 27 bits are supported, got 5"),
     ("[formats]\nforce_fraction_bits = -1", "formats.force_fraction_bits: 0 to 16 bits are supported, got -1"),
     (
         "[formats]\noperand_bits = 12",
@@ -299,7 +299,7 @@ WRONG_SECTIONS = [
     ),
     ("[formats.signals]\ncoefficient = 16", "formats.signals.coefficient: a table is needed, got 16"),
     ("[formats.signals]\noperand.force = 1.5", "formats.signals.operand.force: a whole number is needed, got 1.5"),
-    ("[formats.signals]\noperand.force = 9", "formats.signals.operand.force: 10 to 27 bits are supported, got 9"),
+    ("[formats.signals]\noperand.force = 5", "formats.signals.operand.force: 6 to 27 bits are supported, got 5"),
     (
         "[formats.signals]\ncordic = 12",
         "formats.signals.cordic: at least 18 bits are needed beside the 18 of scalar, got 12",
