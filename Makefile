@@ -4,6 +4,8 @@
 # make speed   speed and memory of the models
 # make cores, make formats, make campaign
 #              the other tables of the README: cycles, exactness, verification of many cores (half an hour)
+# make libraries
+#              the products of a frame in fixed-point libraries, docs/numerics.md
 # make c_speed the table of docs/studies/c_speed.md: the same algorithm as a C program
 # make calibrate, make errors
 #              the studies of docs/studies/calibration.md and docs/studies/errors.md: contacts of the paper, sources of error
@@ -38,7 +40,7 @@ TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign formats rest gates mutants cores schedule timing estimates blocks baselines primitives tree \
-  speed c_speed growth large sparse calibrate errors truth fem_convergence abuse misuse
+  speed c_speed libraries growth large sparse calibrate errors truth fem_convergence abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -64,7 +66,7 @@ test-all: test test-rest
 campaign formats rest gates mutants: GROUP := exactness
 cores schedule timing: GROUP := cycles
 estimates blocks baselines primitives tree: GROUP := parts
-speed c_speed: GROUP := speed
+speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
 calibrate errors truth fem_convergence: GROUP := contacts
 abuse misuse: GROUP := abuse
