@@ -1,0 +1,69 @@
+"""The search space: which word lengths, lanes and steps a search may choose, and the design that a choice makes."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
+
+Point = Mapping[str, int]
+"""One option for each name of a space."""
+
+_FORMATS = ("coefficient", "operand", "vector_fraction", "force_fraction")
+_ARCHITECTURE = ("mac_lanes", "vector_words")
+NAMES = (*_FORMATS, *SIGNALS, *_ARCHITECTURE, "steps")
+"""What may be searched: formats, single signals, the parallelism of the core, steps of the sweep."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """``options``: for each name of ``NAMES`` that is searched, what it may be, in rising order.
+
+    Raises ``ValueError`` that starts with the name for an unknown one and for options that are none.
+    """
+
+    options: Mapping[str, tuple[int, ...]]
+
+    def __post_init__(self) -> None:
+        if not self.options:
+            raise ValueError("space: at least one name to choose is needed")
+        for name, options in self.options.items():
+            if name not in NAMES:
+                nearest = difflib.get_close_matches(name, NAMES, n=1, cutoff=0)[0]
+                raise ValueError(f"{name}: unknown signal, the nearest is {nearest}")
+            if not options or list(options) != sorted(set(options)):
+                raise ValueError(f"{name}: options in rising order are needed, got {list(options)}")
+
+    @property
+    def size(self) -> int:
+        """Points in all."""
+        size = 1
+        for options in self.options.values():
+            size *= len(options)
+        return size
+
+    def point(self, indices: Mapping[str, int]) -> dict[str, int]:
+        """The point of these places among the options."""
+        return {name: options[indices[name]] for name, options in self.options.items()}
+
+    def design(self, base: TfraDesign, point: Point) -> TfraDesign:
+        """``base`` with the point's choices.
+
+        Raises ``ValueError`` as :class:`tfra.model.choices.Choices` does where they do not fit together, and where
+        words could overflow.
+        """
+        formats = base.formats
+        own = dict(formats.signals) | {name: bits for name, bits in point.items() if name in SIGNALS}
+        chosen: dict[str, Any] = {name: point[name] for name in _FORMATS if name in point}
+        parallelism: dict[str, Any] = {name: point[name] for name in _ARCHITECTURE if name in point}
+        design = replace(
+            base,
+            formats=replace(formats, name="custom", signals=tuple(own.items()), **chosen),
+            architecture=replace(base.architecture, **parallelism),
+            search=replace(base.search, steps=point.get("steps", base.search.steps)),
+        )
+        _ = design.widths
+        return design
