@@ -1,10 +1,14 @@
-"""Who measures the points of a generation: this process, or some that it starts."""
+"""Who measures the points of a generation: this process, some that it starts, or those of a Dask cluster."""
 
 from __future__ import annotations
 
 import multiprocessing
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+
+from distributed import Client
+from distributed import as_completed as arrived
 
 from tfra.study.search import Measure, Measured, Workers, one_after_another
 from tfra.study.space import Point
@@ -24,3 +28,25 @@ def processes(count: int) -> Workers:
                 pool.shutdown(wait=False, cancel_futures=True)
 
     return one_after_another if count == 1 else work
+
+
+@contextmanager
+def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
+    """Workers of the Dask scheduler at ``address``, which have this package at the same version.
+
+    Results leave the cluster as they come, so that a worker that dies takes none with it.  Raises ``ConnectionError``
+    if no scheduler answers within ``patience`` seconds.
+    """
+    try:
+        client = Client(address, timeout=patience)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError) as error:
+        raise ConnectionError(f"no Dask scheduler answers at {address}: {str(error).splitlines()[0]}") from None
+
+    def work(measure: Measure, points: Sequence[Point]) -> Iterator[tuple[int, Measured]]:
+        places = {client.submit(measure, point, pure=False): place for place, point in enumerate(points)}
+        for future in arrived(list(places)):  # type: ignore[no-untyped-call]
+            yield places[future], future.result()
+            future.release()
+
+    with client:
+        yield work

@@ -1,0 +1,62 @@
+"""A Dask cluster measures what one process does, even if a worker dies."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from distributed import LocalCluster
+
+from tests.study.test_search import SEARCH, measure, run
+from tfra.study.search import Measured
+from tfra.study.space import Point
+from tfra.study.trials import Trials, sqlite
+from tfra.study.workers import cluster
+
+
+@pytest.fixture
+def two() -> Iterator[Any]:
+    """A scheduler and two workers, processes each."""
+    with LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=None
+    ) as found:
+        yield found
+
+
+def slow(point: Point) -> Measured:
+    time.sleep(0.05)
+    return measure(point)
+
+
+def test_a_worker_may_die(tmp_path: Path, two: Any) -> None:
+    """The trials are those of one process, and none is stored twice."""
+    trials = Trials(sqlite(tmp_path / "trials.db"), "search")
+    seen = []
+    with cluster(two.scheduler_address) as workers:
+        for trial in SEARCH.run(slow, trials, workers):
+            seen.append(trial.number)
+            if len(seen) == 5:
+                os.kill(next(iter(two.workers.values())).pid, signal.SIGKILL)
+    assert sorted(seen) == list(range(32))
+    assert trials() == run(tmp_path / "alone.db")
+
+
+def reach(address: str) -> None:
+    with cluster(address, patience=1.0):
+        pass
+
+
+def test_nobody_answers() -> None:
+    with pytest.raises(ConnectionError, match=r"^no Dask scheduler answers at tcp://127.0.0.1:9: ") as error:
+        reach("tcp://127.0.0.1:9")
+    assert "\n" not in str(error.value)
+
+
+def test_an_address_that_is_none() -> None:
+    with pytest.raises(ConnectionError, match=r"^no Dask scheduler answers at nobody://: "):
+        reach("nobody://")
