@@ -17,11 +17,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bench.contacts import truth
-from bench.contacts.half_space import half_space, taxel_forces
+from bench.contacts.half_space import half_space
 from bench.publish import ROOT, insert, store
 from tfra.codegen.config import load
 from tfra.model.arrays import Floats
 from tfra.model.boussinesq import operators
+from tfra.model.cover.cells import taxel_forces
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
@@ -101,7 +102,7 @@ def scene(group: Group, steps: int = 100) -> Scene:
 def kernels(group: Group) -> Scenes:
     """From what TFRA assumes to what a sensor sees."""
     sensor, contacts, forces = group.sensor, group.contacts, group.forces
-    ideal = taxel_forces(sensor, contacts) @ operators(sensor).a.T  # Eq. 3
+    ideal = taxel_forces(sensor, contacts).reshape(len(contacts), -1) @ operators(sensor).a.T  # Eq. 3
     yield "forces at taxels", Scene(sensor, ideal.reshape(-1, sensor.rows, sensor.columns), forces)
     yield "half-space", Scene(sensor, half_space(sensor, contacts), forces)
     yield "layer", scene(group)

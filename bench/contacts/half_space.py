@@ -40,15 +40,3 @@ def half_space(sensor: SensorArray, contacts: Sequence[Contact], order: int = 48
         c0 = 3 * h * h / (2 * np.pi * (rx * rx + ry * ry + h * h) ** 2.5)  # Eq. 5
         row[:] = (c0 * (rx * f_x + ry * f_y + h * f_z)) @ weight
     return stress.reshape(-1, sensor.rows, sensor.columns)
-
-
-def taxel_forces(sensor: SensorArray, contacts: Sequence[Contact], order: int = 64) -> Floats:
-    """The load gathered at the nearest taxel: ``(n, 3 m)`` in N, the f of Eq. 3."""
-    gathered = np.zeros((len(contacts), sensor.rows, sensor.columns))
-    for grid, contact in zip(gathered, contacts, strict=True):
-        u, v, weight = nodes(contact.shape, order)
-        j = np.rint((contact.center_x + contact.half_x * u) / sensor.pitch_x).astype(int).clip(0, sensor.columns - 1)
-        i = np.rint((contact.center_y + contact.half_y * v) / sensor.pitch_y).astype(int).clip(0, sensor.rows - 1)
-        np.add.at(grid, (i, j), weight)
-    forces = np.array([contact.force for contact in contacts])
-    return np.asarray((forces[:, :, None] * gathered.reshape(-1, 1, sensor.taxels)).reshape(len(contacts), -1))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -43,6 +43,11 @@ class ContactShape(StrEnum):
     def density(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return the profile at (u, v), scaled to integral 1 over the plane; zero off the footprint."""
         return _DENSITIES[self](np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64))
+
+    def gathered(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
+        """Return the integral of the profile over [0, u] x [0, v]: odd in u and in v, 1/4 beyond the corner (1, 1)."""
+        inside = (np.clip(np.asarray(w, dtype=np.float64), -1.0, 1.0) for w in (u, v))
+        return _INTEGRALS[self](*inside)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,6 +128,35 @@ class Contact:
         return np.stack([tangential * math.cos(self.phi), tangential * math.sin(self.phi), -pressure])
 
 
+@dataclass(frozen=True)
+class Contacts:
+    """Many contacts as arrays, for mixtures too large for an object each; nothing is checked here.
+
+    Attributes:
+        shape: Names of the ``ContactShape``, ``(n,)``.
+        center, half: Centres and half sizes along x and y, ``(n, 2)``, m.
+        force: Resultants, ``(n, 3)``, N.
+    """
+
+    shape: npt.NDArray[np.str_]
+    center: Floats
+    half: Floats
+    force: Floats
+
+    @classmethod
+    def of(cls, contacts: Sequence[Contact]) -> Contacts:
+        """The same contacts as arrays."""
+        return cls(
+            np.array([c.shape.value for c in contacts], dtype=np.str_),
+            np.array([(c.center_x, c.center_y) for c in contacts], dtype=np.float64).reshape(-1, 2),
+            np.array([(c.half_x, c.half_y) for c in contacts], dtype=np.float64).reshape(-1, 2),
+            np.array([c.force for c in contacts], dtype=np.float64).reshape(-1, 3),
+        )
+
+    def __len__(self) -> int:
+        return len(self.shape)
+
+
 def _require(condition: bool, name: str, needed: str, value: float) -> None:
     if not condition:
         raise ValueError(f"{name}: {needed} is needed, got {value}")
@@ -174,6 +208,28 @@ def _rounded_density(u: Floats, v: Floats) -> Floats:
     return np.asarray(4.0 / np.pi**2 * root_u * root_v)
 
 
+def _hertz_integral(u: Floats, v: Floats) -> Floats:
+    """The volume under the hemisphere, cut by two planes, in closed form; |u|, |v| <= 1.
+
+    Where the corner (u, v) lies off the ellipse the same formula holds with a root of zero: what is beyond each edge
+    is then a cap of its own.
+    """
+    root = np.sqrt(np.maximum(0.0, 1.0 - u * u - v * v))
+    a, b = np.abs(u), np.abs(v)
+    sides = (a - a**3 / 3.0) * np.arctan2(b, root) + (b - b**3 / 3.0) * np.arctan2(a, root)
+    volume = a * b * root / 3.0 + sides / 2.0 - np.arctan2(a * b, root) / 3.0
+    return np.asarray(np.copysign(1.5 / np.pi, u * v) * volume)
+
+
+def _uniform_integral(u: Floats, v: Floats) -> Floats:
+    return np.asarray(0.25 * u * v)
+
+
+def _rounded_integral(u: Floats, v: Floats) -> Floats:
+    along_u, along_v = (w * np.sqrt(1.0 - w * w) + np.arcsin(w) for w in (u, v))
+    return np.asarray(along_u * along_v / np.pi**2)
+
+
 _Function = Callable[[Floats, Floats], Floats]
 
 _TRANSFORMS: dict[ContactShape, _Function] = {
@@ -186,4 +242,10 @@ _DENSITIES: dict[ContactShape, _Function] = {
     ContactShape.HERTZ: _hertz_density,
     ContactShape.UNIFORM: _uniform_density,
     ContactShape.ROUNDED: _rounded_density,
+}
+
+_INTEGRALS: dict[ContactShape, _Function] = {
+    ContactShape.HERTZ: _hertz_integral,
+    ContactShape.UNIFORM: _uniform_integral,
+    ContactShape.ROUNDED: _rounded_integral,
 }

@@ -26,8 +26,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.arrays import Floats
-from tfra.model.cover.contact import Contact, ContactShape
+from tfra.model.arrays import Floats, Ints
+from tfra.model.cover.contact import Contact, Contacts, ContactShape
 from tfra.model.sensor import SensorArray
 
 Sampling = Literal["point", "area"]
@@ -107,7 +107,7 @@ class ElasticLayer:
 
     def base_stress(
         self,
-        contacts: Sequence[Contact],
+        contacts: Sequence[Contact] | Contacts,
         x: npt.ArrayLike,
         y: npt.ArrayLike,
         window: tuple[float, float] | None = None,
@@ -126,39 +126,36 @@ class ElasticLayer:
             ValueError: A footprint (named by the contact's index and the field), a grid point or a window
                 leaves the block, or ``x`` or ``y`` is not one-dimensional.
         """
-        for index, contact in enumerate(contacts):
-            self._check_footprint(index, contact)
+        loads = contacts if isinstance(contacts, Contacts) else Contacts.of(contacts)
+        self._check_footprints(loads)
         width_x, width_y = (0.0, 0.0) if window is None else window
         modes = _modes(self)
         waves_x = _sampled_cosines(modes.kx, x, width_x, self.origin_x, self.size_x, "x")
         waves_y = _sampled_cosines(modes.ky, y, width_y, self.origin_y, self.size_y, "y")
-        result = np.empty((len(contacts), waves_y.shape[0], waves_x.shape[0]))
+        places = loads.center - (self.origin_x, self.origin_y)
+        result = np.empty((len(loads), waves_y.shape[0], waves_x.shape[0]))
         step = max(1, _CHUNK // modes.normal.size)
-        for shape, indices in _chunks(contacts, step):
-            loads = self._loads([contacts[i] for i in indices])
-            result[indices] = _superpose(modes, shape, loads, waves_x, waves_y)
+        for shape, rows in _chunks(loads, step):
+            part = _Loads(places[rows], loads.half[rows], loads.force[rows])
+            result[rows] = _superpose(modes, shape, part, waves_x, waves_y)
         return result
 
-    def _check_footprint(self, index: int, contact: Contact) -> None:
-        for axis in ("x", "y"):
-            center, half = getattr(contact, f"center_{axis}"), getattr(contact, f"half_{axis}")
-            low = getattr(self, f"origin_{axis}")
-            size = getattr(self, f"size_{axis}")
-            if center - half < low - _SLACK * size or center + half > low + size * (1 + _SLACK):
-                raise ValueError(
-                    f"contact {index}: center_{axis}: the footprint {center:g} +- {half:g} m (half_{axis}) "
-                    f"leaves the block from {low:g} to {low + size:g} m"
-                )
-
-    def _loads(self, contacts: Sequence[Contact]) -> _Loads:
-        places = np.array([(c.center_x - self.origin_x, c.center_y - self.origin_y) for c in contacts])
-        halves = np.array([(c.half_x, c.half_y) for c in contacts])
-        return _Loads(places, halves, np.array([c.force for c in contacts]))
+    def _check_footprints(self, loads: Contacts) -> None:
+        low, size = np.array([self.origin_x, self.origin_y]), np.array([self.size_x, self.size_y])
+        under = loads.center - loads.half < low - _SLACK * size
+        over = loads.center + loads.half > low + size * (1 + _SLACK)
+        if len(outside := np.argwhere(under | over)):
+            index, axis = outside[0]
+            raise ValueError(
+                f"contact {index}: center_{'xy'[axis]}: the footprint {loads.center[index, axis]:g} +- "
+                f"{loads.half[index, axis]:g} m (half_{'xy'[axis]}) "
+                f"leaves the block from {low[axis]:g} to {low[axis] + size[axis]:g} m"
+            )
 
 
 def frames(
     sensor: SensorArray,
-    contacts: Sequence[Contact],
+    contacts: Sequence[Contact] | Contacts,
     sampling: Sampling = "point",
     poisson: float = 0.48,
 ) -> Floats:
@@ -265,10 +262,10 @@ def _sampled_cosines(
     return np.asarray(np.cos(np.outer(place, k)) * np.sinc(k * (width / (2 * np.pi))))
 
 
-def _chunks(contacts: Sequence[Contact], step: int) -> Iterator[tuple[ContactShape, list[int]]]:
+def _chunks(loads: Contacts, step: int) -> Iterator[tuple[ContactShape, Ints]]:
     """Yield at most ``step`` contact indices of one shape at a time."""
     for shape in ContactShape:
-        indices = [i for i, contact in enumerate(contacts) if contact.shape is shape]
+        indices = np.flatnonzero(loads.shape == shape.value)
         for start in range(0, len(indices), step):
             yield shape, indices[start : start + step]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.contacts import errors
-from bench.contacts.half_space import half_space, nodes, taxel_forces
+from bench.contacts.half_space import half_space, nodes
 from tfra.model.boussinesq import boussinesq
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.cover.scenes import random_contacts
@@ -57,14 +57,6 @@ def test_half_space_of_a_point_is_the_kernel(group):
     np.testing.assert_allclose(half_space(SENSOR, [contact]).ravel(), c31 * f_x + c32 * f_y + c33 * f_z, rtol=1e-6)
     fine, finer = (half_space(SENSOR, group.contacts, order) for order in (48, 96))
     np.testing.assert_allclose(fine, finer, atol=1e-5 * np.abs(finer).max())
-
-
-def test_forces_at_taxels_are_the_load(group):
-    gathered = taxel_forces(SENSOR, group.contacts).reshape(-1, 3, 10, 10)
-    np.testing.assert_allclose(gathered.sum(axis=(2, 3)), group.forces)
-    cell = Contact("uniform", 12e-3, 20e-3, 1.9e-3, 1.9e-3, -5, 0.4, 0.7)
-    only = taxel_forces(SENSOR, [cell]).reshape(3, 10, 10)
-    np.testing.assert_allclose(only[:, 5, 3], cell.force)
 
 
 @pytest.mark.parametrize("name", list(errors.STUDIES))
