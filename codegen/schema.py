@@ -138,12 +138,13 @@ class Directions(Section):
         return [float(start + i * step) for i in range(count)]
 
 
-def _direction_kind(value: object) -> str:
-    return "list" if isinstance(value, list) else "table" if isinstance(value, dict) else "number"
+def form(value: object) -> str:
+    """Return the form of a value that may be a single one, a list or a table: a tag of ``FORMS``."""
+    return "list" if isinstance(value, list) else "table" if isinstance(value, dict) else "one"
 
 
-DIRECTION_KINDS = ("number", "list", "table")
-"""Tags of the forms of ``phi_deg``; they stand in pydantic's locations but not in the file."""
+FORMS = ("one", "list", "table")
+"""Tags of :func:`form`; they stand in pydantic's locations but not in the file."""
 
 
 class ContactSection(Section):
@@ -157,10 +158,10 @@ class ContactSection(Section):
     force_n: Annotated[float, Field(ge=-1e6)]
     mu: Annotated[float, Field(le=100)]
     phi_deg: Annotated[
-        Annotated[float, Tag("number")]
+        Annotated[float, Tag("one")]
         | Annotated[list[float], Field(min_length=1, max_length=MOST_DIRECTIONS), Tag("list")]
         | Annotated[Directions, Tag("table")],
-        Discriminator(_direction_kind),
+        Discriminator(form),
     ]
 
     def directions(self) -> list[float]:

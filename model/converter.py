@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.arrays import Ints
+from tfra.model.arrays import Bools, Ints
 from tfra.model.choices import Choices
 from tfra.model.tfra import check_frames
 
@@ -16,13 +16,28 @@ def quantise(choices: Choices, frames: npt.ArrayLike) -> Ints:
     Raises ``ValueError`` naming the first taxel that is not finite or over full scale.
     """
     stress = check_frames(choices.sensor, frames)
-    codes = np.rint(stress / choices.adc.lsb)
     limit = 1 << (choices.adc.bits - 1)
-    bad = np.argwhere((codes < -limit) | (codes > limit))
+    bad = np.argwhere(np.abs(np.rint(stress / choices.adc.lsb)) > limit)
     if len(bad):
         frame, row, column = bad[0]
         raise ValueError(
             f"frames: frame {frame}, row {row}, column {column} is {stress[tuple(bad[0])]:.6g} Pa, "
             f"over the full scale of {choices.adc.full_scale:.6g} Pa"
         )
-    return np.minimum(codes, limit - 1).astype(np.int64)
+    return convert(choices, stress)
+
+
+def convert(choices: Choices, frames: npt.ArrayLike) -> Ints:
+    """The same for frames of any stress: what is over full scale is clipped, as a converter does.
+
+    :func:`saturated` tells which frames.  Raises ``ValueError`` naming the first taxel that is not finite.
+    """
+    limit = 1 << (choices.adc.bits - 1)
+    codes = np.rint(check_frames(choices.sensor, frames) / choices.adc.lsb)
+    return np.clip(codes, -limit, limit - 1).astype(np.int64)
+
+
+def saturated(choices: Choices, codes: Ints) -> Bools:
+    """Which frames of ``codes (n, ...)`` have a code at an end of its range, ``(n,)``."""
+    top = (1 << (choices.adc.bits - 1)) - 1
+    return np.asarray(((codes >= top) | (codes <= -top - 1)).any(axis=tuple(range(1, codes.ndim))))

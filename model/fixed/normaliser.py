@@ -8,6 +8,7 @@ import numpy as np
 
 from tfra.model.arrays import Bools, Ints
 from tfra.model.choices import Choices
+from tfra.model.converter import saturated
 from tfra.model.fixed.numbers import significant_bits
 
 
@@ -36,12 +37,11 @@ def normaliser(choices: Choices, codes: Ints) -> Normalised:
     threshold = choices.adc.threshold
     exponent = choices.adc.bits - 1 - significant_bits(codes, axis=1)
     stress = codes << exponent[:, None]
-    top = (1 << (choices.adc.bits - 1)) - 1
     return Normalised(
         stress,
         exponent,
         np.abs(stress).sum(axis=1),
         np.asarray((codes < 0).any(axis=1) & ((codes < -threshold) | (codes >= threshold)).any(axis=1)),
         np.asarray((codes > 0).any(axis=1)),
-        np.asarray(((codes >= top) | (codes <= -top - 1)).any(axis=1)),
+        saturated(choices, codes),
     )

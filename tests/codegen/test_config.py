@@ -239,7 +239,7 @@ WRONG = [
     ("-5.73", "5.73", "contact#1.force_n: a negative (compressive), finite force is needed, got 5.73"),
     ("-5.73", "-1e99", "contact#1.force_n: -1e+06 or more is needed, got -1e+99"),
     ("phi_deg = 30", "phi_deg = inf", "contact#1.phi_deg: a finite number is needed, got inf"),
-    ("phi_deg = 30", "phi_deg = []", "contact#1.phi_deg: at least one direction is needed, got []"),
+    ("phi_deg = 30", "phi_deg = []", "contact#1.phi_deg: at least one value is needed, got []"),
     (
         "phi_deg = 30",
         "phi_deg = {start = 0, stop = 9, step = 0}",
