@@ -140,7 +140,7 @@ class Directions(Section):
 
 def form(value: object) -> str:
     """Return the form of a value that may be a single one, a list or a table: a tag of ``FORMS``."""
-    return "list" if isinstance(value, list) else "table" if isinstance(value, dict) else "one"
+    return "list" if isinstance(value, list) else "table" if isinstance(value, dict | BaseModel) else "one"
 
 
 FORMS = ("one", "list", "table")

@@ -1,0 +1,82 @@
+"""A block of frames: what is drawn, stored, and worked on as one, by one process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from io import BytesIO
+
+import numpy as np
+import numpy.typing as npt
+import polars as pl
+
+from tfra.model.arrays import Floats
+
+BLOCK = 1024
+"""Frames of a block; the last one of a part may have fewer."""
+
+Singles = npt.NDArray[np.float32]
+
+_ARRAYS = {"stress": "stress_pa", "noisy": "noisy_stress_pa", "shares": "share_of_force"}
+"""Columns of the arrays, each row a frame's taxels, row by row."""
+
+
+class Part(StrEnum):
+    """Frames to choose by, and frames that no choice has seen."""
+
+    TRAIN = "train"
+    HELD_OUT = "held_out"
+
+
+@dataclass(frozen=True)
+class Block:
+    """Frames of a part from ``start``, with the truth.
+
+    Attributes:
+        start: Number of the first frame in its part.
+        stress: What an ideal array reports, ``(n, rows, columns)``, Pa.  In single precision from the beginning, so
+            that it is the same whether just made or loaded: its rounding is 1/32 of a code of the longest converter at
+            most, and everything that is computed begins with it.
+        noisy: The same with noise and offset.
+        shares: What each taxel's cell takes of the force, ``(n, rows, columns)``, nan where unknown.
+        truth: A row each frame: ``force_x_n``, ``force_y_n``, ``force_z_n``, ``mu`` and ``phi_deg``, nan where unknown
+            or, without friction, undefined; of simulated frames also what was drawn.
+    """
+
+    start: int
+    stress: Singles
+    noisy: Singles
+    shares: Singles
+    truth: pl.DataFrame
+
+    def __len__(self) -> int:
+        return len(self.stress)
+
+    @property
+    def resultant(self) -> Floats:
+        """True forces ``(n, 3)``, N."""
+        return self.truth.select("force_x_n", "force_y_n", "force_z_n").to_numpy()
+
+    @property
+    def mu(self) -> Floats:
+        """True friction ``(n,)``."""
+        return self.truth["mu"].to_numpy()
+
+    @property
+    def phi_deg(self) -> Floats:
+        """True directions ``(n,)``."""
+        return self.truth["phi_deg"].to_numpy()
+
+    def to_parquet(self) -> bytes:
+        """Return the block as a Parquet file; equal blocks give equal bytes."""
+        arrays = [pl.Series(column, getattr(self, name).reshape(len(self), -1)) for name, column in _ARRAYS.items()]
+        stream = BytesIO()
+        self.truth.with_columns(*arrays).write_parquet(stream, compression="zstd", statistics=False)
+        return stream.getvalue()
+
+    @classmethod
+    def from_parquet(cls, data: bytes, start: int, rows: int, columns: int) -> Block:
+        """Return the block in the bytes of a Parquet file."""
+        table = pl.read_parquet(BytesIO(data))
+        arrays = {name: table[column].to_numpy().reshape(-1, rows, columns) for name, column in _ARRAYS.items()}
+        return cls(start, truth=table.drop(*_ARRAYS.values()), **arrays)

@@ -1,0 +1,97 @@
+"""What the ``[frames]`` section of a STUDY file may say: form only, as in :mod:`tfra.codegen.schema`.
+
+    [frames]
+    train = 20000
+    held_out = 5000
+    seed = 1
+
+    [[frames.mixture]]
+    weight = 3
+    shape = ["hertz", "uniform"]
+    half_x_pitches = {from = 0.5, to = 3, log = true}
+    half_y_pitches = {from = 0.5, to = 3, log = true}
+    center_x_share = {from = 0, to = 1}
+    center_y_share = {from = 0, to = 1}
+    force_n = {from = -10, to = -1}
+    mu = {from = 0, to = 1}
+    phi_deg = {from = 0, to = 360}
+    noise_share_of_peak = 0.001
+    offset_share_of_peak = [-0.005, 0, 0.005]
+
+``recording = "frames.npz"`` takes the place of the mixture.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag
+
+from tfra.codegen.schema import Section, form
+from tfra.model.arrays import Floats
+
+MOST_FRAMES = 100_000_000
+"""Of a part."""
+
+
+class Range(Section):
+    """``{from, to}``: anything between, uniformly; with ``log`` its logarithm is uniform."""
+
+    low: float = Field(alias="from")
+    high: float = Field(alias="to")
+    log: bool = False
+
+    def at(self, u: Floats) -> Floats:
+        """Values at ``u`` in [0, 1) of the way."""
+        if not self.log:
+            return self.low + u * (self.high - self.low)
+        return np.asarray(self.low * np.exp(u * np.log(self.high / self.low)))
+
+
+Spread = Annotated[
+    Annotated[float, Tag("one")]
+    | Annotated[list[float], Field(min_length=1, max_length=1000), Tag("list")]
+    | Annotated[Range, Tag("table")],
+    Discriminator(form),
+]
+"""A number, a list to choose from, or a range."""
+
+Names = Annotated[
+    Annotated[str, Tag("one")] | Annotated[list[str], Field(min_length=1, max_length=1000), Tag("list")],
+    Discriminator(form),
+]
+
+
+class ComponentSection(Section):
+    """``[[frames.mixture]]``: contacts of one kind; each quantity is drawn on its own.
+
+    Half sizes are in pitches along their axis.  A centre is given as the share of the way that the footprint can go on
+    the block: at 0 and 1 it touches a side, at 0.5 it is in the middle.  Noise (the standard deviation of every taxel)
+    and offset (common to all taxels) are shares of the frame's largest stress.
+    """
+
+    weight: float = 1.0
+    shape: Names
+    half_x_pitches: Spread
+    half_y_pitches: Spread
+    center_x_share: Spread
+    center_y_share: Spread
+    force_n: Spread
+    mu: Spread
+    phi_deg: Spread
+    noise_share_of_peak: Spread = 0.0
+    offset_share_of_peak: Spread = 0.0
+
+
+Count = Annotated[int, Field(ge=0, le=MOST_FRAMES)]
+
+
+class FramesSection(Section):
+    """``[frames]``: how many frames each part has, and where they come from."""
+
+    train: Count
+    held_out: Count
+    seed: Annotated[int, Field(ge=0)] = 0
+    recording: str | None = None
+    mixture: list[ComponentSection] = Field(default_factory=list)

@@ -1,0 +1,55 @@
+"""A sensor and definitions of frames for the tests of studies."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from tfra.codegen.cover import LayerSpec
+from tfra.model.sensor import SensorArray
+from tfra.study.frameset import Definition
+from tfra.study.schema import FramesSection
+
+SENSOR = SensorArray(6, 8, 3e-3, 2e-3, 2e-3)
+LAYER = LayerSpec(poisson=0.48, sampling="point")
+
+MIXTURE = """
+train = 40
+held_out = 12
+seed = 7
+
+[[mixture]]
+weight = 3
+shape = ["hertz", "rounded"]
+half_x_pitches = {from = 0.5, to = 2.5, log = true}
+half_y_pitches = [1, 1.5, 2]
+center_x_share = {from = 0, to = 1}
+center_y_share = 0.25
+force_n = {from = -10, to = -1}
+mu = {from = 0, to = 1}
+phi_deg = {from = 0, to = 360}
+noise_share_of_peak = 0.001
+offset_share_of_peak = [-0.005, 0, 0.005]
+
+[[mixture]]
+weight = 1
+shape = "uniform"
+half_x_pitches = 1
+half_y_pitches = 1
+center_x_share = {from = 0, to = 1}
+center_y_share = 0.5
+force_n = -2
+mu = [0, 0.5]
+phi_deg = 30
+"""
+
+
+def section(text: str = MIXTURE, **changes: Any) -> FramesSection:
+    """The ``[frames]`` section in ``text``, with some keys changed."""
+    return FramesSection.model_validate(tomllib.loads(text) | changes)
+
+
+def definition(text: str = MIXTURE, **changes: Any) -> Definition:
+    """The same as a definition, of a file in the current folder."""
+    return Definition.of(Path("study.toml"), SENSOR, LAYER, section(text, **changes))
