@@ -61,8 +61,13 @@ def errors(reference: Contact, found: Contact) -> dict[str, Floats]:
 
 def turn_deg(reference_deg: npt.ArrayLike, estimate_deg: npt.ArrayLike) -> Floats:
     """Return the angle between two directions in degrees, 0 to 180; the arguments broadcast."""
-    difference = np.subtract(reference_deg, estimate_deg, dtype=np.float64)
-    return np.asarray(np.abs(np.remainder(difference + 180.0, 360.0) - 180.0))
+    return np.abs(rotation_deg(estimate_deg, reference_deg))
+
+
+def rotation_deg(start_deg: npt.ArrayLike, end_deg: npt.ArrayLike) -> Floats:
+    """Return the rotation that leads from one direction to the other in degrees, -180 to below 180."""
+    difference = np.subtract(end_deg, start_deg, dtype=np.float64)
+    return np.asarray(np.remainder(difference + 180.0, 360.0) - 180.0)
 
 
 def error_mu(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:

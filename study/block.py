@@ -58,6 +58,11 @@ class Block:
         return self.truth.select("force_x_n", "force_y_n", "force_z_n").to_numpy()
 
     @property
+    def forces(self) -> Floats:
+        """True forces of the taxels ``(n, 3, rows, columns)``, N."""
+        return self.resultant[:, :, None, None] * self.shares[:, None].astype(np.float64)
+
+    @property
     def mu(self) -> Floats:
         """True friction ``(n,)``."""
         return self.truth["mu"].to_numpy()

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from tfra.codegen.cover import LayerSpec
+from tfra.model.choices import Adc, Architecture
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.study.frameset import Definition
 from tfra.study.schema import FramesSection
@@ -53,3 +55,8 @@ def section(text: str = MIXTURE, **changes: Any) -> FramesSection:
 def definition(text: str = MIXTURE, **changes: Any) -> Definition:
     """The same as a definition, of a file in the current folder."""
     return Definition.of(Path("study.toml"), SENSOR, LAYER, section(text, **changes))
+
+
+def design(**changes: Any) -> TfraDesign:
+    """A core for the sensor, whose converter clips a few of the frames."""
+    return TfraDesign(SENSOR, adc=Adc(bits=12, full_scale=400e3), architecture=Architecture(8), **changes)
