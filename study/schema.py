@@ -71,7 +71,7 @@ class ComponentSection(Section):
     and offset (common to all taxels) are shares of the frame's largest stress.
     """
 
-    weight: float = 1.0
+    weight: Annotated[float, Field(le=1e6)] = 1.0
     shape: Names
     half_x_pitches: Spread
     half_y_pitches: Spread

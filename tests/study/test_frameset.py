@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import tomllib
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
@@ -19,6 +20,7 @@ from tests.study.test_mixture import same
 from tfra.codegen.complaints import complaint
 from tfra.codegen.schema import Section
 from tfra.model.errors import InputError
+from tfra.study import schema
 from tfra.study.block import BLOCK, Block, Part
 from tfra.study.frameset import Definition, FrameSet
 from tfra.study.schema import FramesSection
@@ -263,6 +265,7 @@ ITEM = [
     ({"mu": [1, "a"]}, "frames.mixture#1.mu#2: a number is needed, got 'a'"),
     ({"mu": "a"}, "frames.mixture#1.mu: a number is needed, got 'a'"),
     ({"mu": {"from": 0, "to": 1, "log": 1}}, "frames.mixture#1.mu.log: true or false is needed, got 1"),
+    ({"weight": 1e300}, "frames.mixture#1.weight: 1e+06 or less is needed, got 1e+300"),
     ({"shape": ["hertz", 2]}, "frames.mixture#1.shape#2: a text in quotes is needed, got 2"),
     ({"mu": float("inf")}, "frames.mixture#1.mu: a finite number is needed, got inf"),
 ]
@@ -276,6 +279,14 @@ def test_form_is_complained_of_by_key(changes, line):
     with pytest.raises(ValidationError) as caught:
         Document.model_validate({"frames": content | changes})
     assert ": ".join(complaint(caught.value, Document)) == line
+
+
+def test_the_example_in_the_schema_is_one():
+    text = schema.__doc__.partition("\n\n")[2].rpartition("\n\n")[0]
+    document = Document.model_validate(tomllib.loads(text))
+    found = Definition.of(Path("study.toml"), SENSOR, LAYER, document.frames)
+    assert [found.frames(part) for part in Part] == [20_000, 5_000]
+    assert [found.blocks(part) for part in Part] == [20, 5]
 
 
 def test_either_a_mixture_or_a_recording():
