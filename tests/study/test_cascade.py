@@ -13,6 +13,7 @@ import pytest
 
 from tests.study.definitions import MIXTURE, SENSOR, definition, design
 from tests.study.test_mixture import contacts_of, head
+from tfra.model.converter import convert
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import Contact, rotation_deg, turn_deg
 from tfra.model.tfra import Status, Tfra
@@ -135,17 +136,31 @@ def test_a_corrupted_result_is_seen_in_its_step_and_what_follows(block, scores):
     )
 
 
-def test_decisions_are_those_behind_the_result(block, scores):
+def test_decisions_are_those_behind_the_result():
     """The independent friction lies on the grid: k/K, or (k - K)/K on the negative side."""
+    block = definition(train=BLOCK).make(Part.TRAIN, 0)
+    scores = Cascade(design())(block)
     for step, found in estimates(block).items():
         decided = {key: scores[decision_column(key, step)].to_numpy() for key in ("sweep_y", "negative", "quadrant")}
         assert scores[decision_column("sweep_index", step)].to_list() == found.sweep_index.tolist()
         swept = (found.status & ~(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)) == 0
-        assert swept.sum() > 20
+        assert swept.sum() > 500
         grid = (found.sweep_index - 100 * decided["negative"]) / 100
         mu_ind = np.where(decided["sweep_y"], found.mu_y, found.mu_x)
         np.testing.assert_allclose(mu_ind[swept], grid[swept], atol=1e-4)
         assert (decided["quadrant"] == found.phi_deg // 90)[swept].all()
+
+
+@pytest.mark.parametrize("axis", [1, 2])
+def test_quadrants_begin_on_the_axes(block, axis):
+    """A frame that is its own mirror image has its force along an axis: 0, 90, 180 or 270 degrees, exactly."""
+    alike = block.noisy / 2 + np.flip(block.noisy, axis) / 2
+    scores = Cascade(design())(replace(block, noisy=alike))
+    core = design()
+    found = decode(core, core.model(convert(core, alike)).words)
+    swept = (found.status & ~Status.INPUT_SATURATED) == 0
+    assert set(found.phi_deg[swept]) == ({0, 180} if axis == 1 else {90, 270})
+    assert (scores[decision_column("quadrant", Step.ARITHMETIC)].to_numpy() == found.phi_deg / 90)[swept].all()
 
 
 def test_saturation_is_told_behind_the_converter(block, scores):

@@ -133,6 +133,19 @@ def test_an_interrupted_write_leaves_no_block(tmp_path, monkeypatch):
     assert (Part.TRAIN, 0) in frames.missing()
 
 
+def test_nothing_is_written_in_its_place(tmp_path, monkeypatch):
+    frames = FrameSet.create(tmp_path / "set", definition())
+    whole = Path.write_bytes
+
+    def elsewhere(path: Path, data: bytes) -> int:
+        assert path.parent != frames.folder
+        return whole(path, data)
+
+    monkeypatch.setattr(Path, "write_bytes", elsewhere)
+    frames.write(Part.TRAIN, 0)
+    assert len(frames.block(Part.TRAIN, 0)) == 40
+
+
 def test_a_full_disk_is_told(tmp_path, monkeypatch):
     frames = FrameSet.create(tmp_path / "set", definition())
 

@@ -99,6 +99,14 @@ def test_noise_and_offset_are_shares_of_the_peak():
     assert np.array_equal(block.noisy[quiet & (offset == 0)], block.stress[quiet & (offset == 0)])
 
 
+def test_noise_has_a_generator_of_its_own():
+    block = definition().make(Part.TRAIN, 0)
+    normal = np.random.default_rng(np.random.SeedSequence(7, spawn_key=(0, 0, 1))).standard_normal((40, 6, 8))
+    noise, offset = (block.truth[f"{key}_share_of_peak"].to_numpy()[:, None, None] for key in ("noise", "offset"))
+    peak = np.abs(block.stress).max(axis=(1, 2), keepdims=True)
+    np.testing.assert_allclose(block.noisy, block.stress + peak * (noise * normal + offset), rtol=1e-5, atol=1e-2)
+
+
 def test_noise_changes_nothing_else():
     block = definition().make(Part.TRAIN, 0)
     louder = definition(MIXTURE.replace("0.001", "0.01")).make(Part.TRAIN, 0)
