@@ -23,17 +23,20 @@ def matvec(design: Design, stack: str, vector: Ints) -> Ints:
     """Result quads ``(n, quads, 4)`` of a stack's operators applied to ``vector (n, Q, 4)``, on the vector grid."""
     bits = design.formats.bits(f"operand.{stack}")
     words, significant = operand(vector, bits)
-    return np.concatenate([_apply(op, words, bits, significant) for op in design.stacks[stack].operators], axis=1)
+    exact = [accumulate(op, words, bits, significant) for op in design.stacks[stack].operators]
+    return np.concatenate([round_shift(sums, shift[:, None]) for sums, shift in exact], axis=1)
 
 
-def _apply(op: Operator, words: Ints, bits: int, significant: Ints) -> Ints:
-    """Row (i, parity) works on parity ``parity ^ flip``; the sum is exact in float64 or in int64."""
+def accumulate(op: Operator, words: Ints, bits: int, significant: Ints) -> tuple[Ints, Ints]:
+    """Exact sums ``(n, quads, 4)`` of ``op``, and the shift ``(n, 4)`` that brings them to the vector grid.
+
+    ``words (n, Q, 4)`` of ``bits``.  Row (i, parity) works on parity ``parity ^ flip``; sums are exact in float64 or in
+    int64.
+    """
     exact = float(np.abs(op.rows).sum(axis=-1).max()) * (1 << (bits - 1)) < EXACT_DOUBLE
     dtype = np.float64 if exact else np.int64
-    result = np.empty((len(words), op.quads, 4), dtype=np.int64)
+    sums = np.empty((len(words), op.quads, 4), dtype=np.int64)
+    source = np.arange(4) ^ op.flip
     for parity in range(4):
-        source = parity ^ op.flip
-        sums = words[:, :, source].astype(dtype) @ op.rows[:, parity].T.astype(dtype)
-        shift = op.fraction + bits - 1 - significant[:, source]
-        result[:, :, parity] = round_shift(sums.astype(np.int64), shift[:, None])
-    return result
+        sums[:, :, parity] = words[:, :, source[parity]].astype(dtype) @ op.rows[:, parity].T.astype(dtype)
+    return sums, op.fraction + bits - 1 - significant[:, source]

@@ -11,11 +11,11 @@ from tfra.model.fixed.widths import MU_LIMIT, Widths, force_drop
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 
-def make_widths(choices: Choices, stacks: Mapping[str, Stack]) -> Widths:
-    """Word lengths of a core with these ``choices`` and coefficients.
+def bounds(choices: Choices, stacks: Mapping[str, Stack]) -> dict[str, dict[str, float]]:
+    """Largest magnitudes, in integers of their grids, of the quantities that each field of ``Widths`` has words for.
 
-    Raises ``ValueError`` naming ``formats``, or ``sensor``, when exact integers would not fit the 63 bits that the
-    model can hold, that is when the formats could overflow.
+    Results of a product have the name of their operator, ``normal0`` and ``normal1`` are those of e0 and e1, and
+    accumulators that of the operator that they are summed for.  Vectors are folded: four times what taxels hold.
     """
     fmt, m, k, code = choices.formats, choices.sensor.taxels, choices.search.steps, 2 ** (choices.adc.bits - 1)
     stack = {o.name: s.name for s in stacks.values() for o in s.operators}
@@ -32,32 +32,61 @@ def make_widths(choices: Choices, stacks: Mapping[str, Stack]) -> Widths:
         return limit * (1 + 2.0 ** (3 - fmt.bits("operand.combine"))) * taxel + 1
 
     b = float(code << fmt.vector_fraction)
-    n = product(op["c33_inv"], b) + 1
-    g, d1, d2 = (product(op[name], n) for name in ("c33", "c31", "c32"))
-    d0, tangential = b + g, max(d1, d2)
+    taxel = {"b": b, "c33_inv": product(op["c33_inv"], b)}
+    n = taxel["n"] = taxel["c33_inv"] + 1
+    taxel |= {name: product(op[name], n) for name in ("c33", "c31", "c32")}
+    d0, tangential = b + taxel["c33"], max(taxel["c31"], taxel["c32"])
     e0, e1 = (z + scaled(COEFFICIENT_LIMIT, tangential) for z in (d0, tangential))
     d = e0 + scaled(1, e1)
-    p, q = product(op["normal"], e0) + g, product(op["normal"], e1)
-    force = max(product(o, d) for o in stacks["force"].operators)
-    unscaled = force + scaled(MU_LIMIT, n) + 1
-    sums = product(op["sums_b"], b) + product(op["sums_n"], n)
-    vector = signed_bits(max(4 * max(b, n, d0, d1, d2, e0, e1, d, p, q, unscaled), sums) + 4)
+    taxel |= {"d0": d0, "e0": e0, "e1": e1, "d": d}
+    taxel |= {"normal0": product(op["normal"], e0), "normal1": product(op["normal"], e1)}
+    p, q = taxel["normal0"] + taxel["c33"], taxel["normal1"]
+    taxel |= {"p": p, "q": q} | {o.name: product(o, d) for o in stacks["force"].operators}
+    taxel["unscaled"] = max(taxel[o.name] for o in stacks["force"].operators) + scaled(MU_LIMIT, n) + 1
     word = max(lane.values())
-    row_sum = max(float(abs(o.rows).sum(axis=-1).max()) for o in op.values())
-    candidate = 4 * k * (p + q)
-    longest = max(choices.sensor.rows, choices.sensor.columns)
+    sums = {"sums_b": product(op["sums_b"], b), "sums_n": product(op["sums_n"], n)}
+    candidate, longest = 4 * k * (p + q), max(choices.sensor.rows, choices.sensor.columns)
+    return {
+        "stress": {"stress": code},
+        "vector": {**{name: 4 * v for name, v in taxel.items()}, **sums, "sums": sum(sums.values())},
+        "accumulator": {name: _row_sum(o) * 2 ** (word - 1) for name, o in op.items()},
+        "moment": {"moment": m * longest * code},
+        "direction": {"direction": 2 * m * longest * code * m * code},
+        "candidate": {"candidate": candidate},
+        "b_z": {"b_z": m * candidate},
+        "b_xy": {"b_xy": m * (candidate + 4 * k * b)},
+        "force": {"force": 4 * taxel["unscaled"] / 2 ** force_drop(choices) + 1},
+        "magnitude": {"magnitude": m * code},
+    }
+
+
+def _row_sum(operator: Operator) -> float:
+    return float(abs(operator.rows).sum(axis=-1).max())
+
+
+def make_widths(choices: Choices, stacks: Mapping[str, Stack]) -> Widths:
+    """Word lengths of a core with these ``choices`` and coefficients.
+
+    Raises ``ValueError`` naming ``formats``, or ``sensor``, when exact integers would not fit the 63 bits that the
+    model can hold, that is when the formats could overflow.
+    """
+    fmt, m = choices.formats, choices.sensor.taxels
+    most = {name: max(quantities.values()) for name, quantities in bounds(choices, stacks).items()}
+    vector = signed_bits(most["vector"] + 4)
+    fractions = [o.fraction for s in stacks.values() for o in s.operators]
+    word = max(fmt.bits(f"operand.{name}") for name in stacks)
     result = Widths(
         stress=choices.adc.bits,
         vector=vector,
-        accumulator=signed_bits(row_sum * 2 ** (word - 1)),
-        alignment=max(0, *(vector - word - o.fraction for o in op.values())),
-        moment=(m * longest * code).bit_length(),
-        direction=signed_bits(2 * m * longest * code * m * code),
-        candidate=signed_bits(candidate),
-        b_z=int(m * candidate).bit_length(),
-        b_xy=int(m * (candidate + 4 * k * b)).bit_length(),
+        accumulator=signed_bits(most["accumulator"]),
+        alignment=max(0, *(vector - word - fraction for fraction in fractions)),
+        moment=int(most["moment"]).bit_length(),
+        direction=signed_bits(most["direction"]),
+        candidate=signed_bits(most["candidate"]),
+        b_z=int(most["b_z"]).bit_length(),
+        b_xy=int(most["b_xy"]).bit_length(),
         force=vector - force_drop(choices),
-        magnitude=(m * code).bit_length(),
+        magnitude=int(most["magnitude"]).bit_length(),
         division=fmt.bits("division"),
         output=choices.adc.bits + (m - 1).bit_length() + fmt.force_fraction,
     )

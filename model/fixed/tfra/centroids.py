@@ -35,16 +35,25 @@ def pitch_ratio(design: Design) -> tuple[int, int]:
     return pair if x >= y else pair[::-1]
 
 
+def moments(design: Design, codes: Ints) -> tuple[Ints, Ints]:
+    """Sums ``(n, 2)`` and first moments ``(n, 2, 2)`` of the compression, then of the traction, of ``codes (n, m)``.
+
+    Moments are those about u, then about v.
+    """
+    i, j = np.divmod(np.arange(design.sensor.taxels), design.sensor.columns)
+    weights = np.stack([design.sensor.columns - j, design.sensor.rows - i], axis=1)
+    zones = np.stack([np.maximum(-codes, 0), np.maximum(codes, 0)], axis=1)
+    return zones.sum(axis=2), zones @ weights
+
+
+def offset(sums: Ints, first: Ints) -> Ints:
+    """c - t ``(n, 2)``, cleared of its denominators, of what :func:`moments` returns; exact."""
+    return np.asarray(first[:, 1] * sums[:, :1] - first[:, 0] * sums[:, 1:])
+
+
 def centroids(design: Design, codes: Ints) -> Direction:
     """Direction of ``codes (n, m)``; frames without one get cos > 0 and sin = 0."""
-    rows, columns = design.sensor.rows, design.sensor.columns
-    i, j = np.divmod(np.arange(design.sensor.taxels), columns)
-    compression, traction = np.maximum(-codes, 0), np.maximum(codes, 0)
-    sum_c, sum_t = compression.sum(axis=1), traction.sum(axis=1)
-    exact = np.stack(
-        [(traction @ w) * sum_c - (compression @ w) * sum_t for w in (columns - j, rows - i)],
-        axis=1,
-    )
+    exact = offset(*moments(design, codes))
     bits = design.widths.division
     length = normalise(exact, significant_bits(exact, axis=1)[:, None], bits) * np.array(pitch_ratio(design))
     x, y = length.T

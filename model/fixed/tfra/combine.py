@@ -11,7 +11,12 @@ from tfra.model.fixed.scalars import scalar_fraction
 
 def combine(design: Design, z: Ints, scalar: Ints, x: Ints) -> Ints:
     """``z + scalar * x`` for vectors ``(n, Q, 4)`` and scalars ``(n,)``; x enters as a multiplier operand."""
+    exact, shift = products(design, scalar, x)
+    return z + round_shift(exact, shift[:, None])
+
+
+def products(design: Design, scalar: Ints, x: Ints) -> tuple[Ints, Ints]:
+    """Exact ``scalar * x (n, Q, 4)``, and the shift ``(n, 4)`` that brings it to the vector grid."""
     bits = design.formats.bits("operand.combine")
     words, significant = operand(x, bits)
-    shift = scalar_fraction(design) + bits - 1 - significant
-    return z + round_shift(scalar[:, None, None] * words, shift[:, None, :])
+    return scalar[:, None, None] * words, scalar_fraction(design) + bits - 1 - significant

@@ -38,16 +38,21 @@ def gather_sums(sums_b: Ints, sums_n: Ints) -> Ints:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=1)
 
 
+def quotients(sums: Ints, direction: Direction) -> Ints:
+    """Numerators of alpha and beta, and their denominator, ``(n, 3)``, of ``sums (n, 3, 3)``; exact."""
+    cos, sin = direction.cos[:, None], direction.sin[:, None]
+    u = sums[:, 0] * sin - sums[:, 1] * cos  # u0, ux, -uy
+    num0 = np.where(direction.sweep_y, -u[:, 0], u[:, 0])
+    num1 = np.where(direction.sweep_y, -u[:, 2], u[:, 1])
+    den = np.where(direction.sweep_y, u[:, 1], -u[:, 2])
+    return np.stack([num0, num1, den], axis=1)
+
+
 def dependent(design: Design, exact: Ints, direction: Direction, regular: Bools) -> Dependent:
     """alpha and beta from ``exact (n, 3, 3)`` sums; zero where the denominator vanishes or nothing is swept."""
     significant = significant_bits(exact, axis=(1, 2))
     a = normalise(exact, significant[:, None, None], design.formats.bits("sums"))
-    cos, sin = direction.cos[:, None], direction.sin[:, None]
-    u = a[:, 0] * sin - a[:, 1] * cos  # u0, ux, -uy
-    num0 = np.where(direction.sweep_y, -u[:, 0], u[:, 0])
-    num1 = np.where(direction.sweep_y, -u[:, 2], u[:, 1])
-    den = np.where(direction.sweep_y, u[:, 1], -u[:, 2])
-    quotient = np.stack([num0, num1, den], axis=1)
+    quotient = quotients(a, direction)
     quotient = normalise(quotient, significant_bits(quotient, axis=1)[:, None], design.widths.division)
     size = np.abs(quotient)
     vanishing = np.maximum(size[:, 0], size[:, 1]) >= int(COEFFICIENT_LIMIT) * size[:, 2]

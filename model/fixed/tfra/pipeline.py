@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.gain import gain
+from tfra.model.fixed.gain import Gain, Resultant, gain
 from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.normaliser import Normalised, normaliser
@@ -21,12 +24,44 @@ from tfra.model.fixed.tfra.forces import forces
 from tfra.model.fixed.tfra.friction import Friction, friction
 from tfra.model.fixed.tfra.resultant import resultant
 from tfra.model.fixed.tfra.stages import Stage
-from tfra.model.fixed.tfra.sweep import sweep
+from tfra.model.fixed.tfra.sweep import Sweep, sweep
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.fixed.words import encode
 from tfra.model.tfra import Status
 
 _CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cache
+
+
+@dataclass(frozen=True)
+class Trace:
+    """What every block made of some frames, in the order of the data; vectors are folded, ``(n, Q, 4)``."""
+
+    frame: Normalised
+    direction: Direction
+    stress: Ints
+    """Normalised stress of taxels, as quads."""
+    b: Ints
+    contact: Ints
+    n: Ints
+    residual: Ints
+    affine: Dependent
+    e0: Ints
+    e1: Ints
+    normal: tuple[Ints, Ints]
+    """C33 A3-dagger times e0, and times e1."""
+    p: Ints
+    """``(n, m)``, times four, as ``q``."""
+    q: Ints
+    found: Sweep
+    chosen: Friction
+    d: Ints
+    force: Ints
+    planes: Ints
+    """Unscaled forces ``(n, 3, m)``."""
+    total: Resultant
+    factor: Gain
+    phi: Ints
+    scaled: Scaled
 
 
 class FixedTfra:
@@ -37,14 +72,21 @@ class FixedTfra:
 
     def __call__(self, codes: Ints, first_frame: int = 0) -> FixedResult:
         """Result words of converter ``codes (n, rows, columns)``; frames count from ``first_frame``."""
-        flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
-        parts = [
-            self._chunk(flat[start : start + _CHUNK], first_frame + start)
-            for start in range(0, max(1, len(flat)), _CHUNK)
-        ]
-        return FixedResult(np.concatenate([words for words, _ in parts]), tuple(stages for _, stages in parts))
+        words: list[Ints] = []
+        parts: list[dict[str, Ints]] = []
+        for trace in self.traces(codes):
+            words.append(self._words(trace, first_frame))
+            parts.append(stages(trace, words[-1]))
+            first_frame += len(words[-1])
+        return FixedResult(np.concatenate(words), tuple(parts))
 
-    def _chunk(self, codes: Ints, first_frame: int) -> tuple[Ints, dict[str, Ints]]:
+    def traces(self, codes: Ints) -> Iterator[Trace]:
+        """What every block makes of converter ``codes (n, rows, columns)``, some frames at a time."""
+        flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
+        for start in range(0, max(1, len(flat)), _CHUNK):
+            yield self._trace(flat[start : start + _CHUNK])
+
+    def _trace(self, codes: Ints) -> Trace:
         design = self.design
         frame = normaliser(design, codes)
         direction = centroids(design, codes)
@@ -60,50 +102,61 @@ class FixedTfra:
         d_ind, d_dep = ordered(direction, d1, d2)
         e0 = combine(design, b + g, affine.alpha, d_dep)
         e1 = combine(design, d_ind, affine.beta, d_dep)
-        normal = [matvec(design, "normal", e) for e in (e0, e1)]
-        p, slope = (to_taxels(design, butterfly(quads)) for quads in (normal[0] - g, normal[1]))
-        found = sweep(design, frame.stress, p, slope, direction.negative, frame.exponent)
+        normal = matvec(design, "normal", e0), matvec(design, "normal", e1)
+        p, q = (to_taxels(design, butterfly(quads)) for quads in (normal[0] - g, normal[1]))
+        found = sweep(design, frame.stress, p, q, direction.negative, frame.exponent)
         chosen = friction(design, found.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
         force = matvec(design, "force", d)
-        unscaled = forces(design, force, chosen, n)
+        planes = to_taxels(design, forces(design, force, chosen, n))
         total = resultant(design, affine, chosen, frame.regular)
         factor = gain(design, total, frame)
-        planes = to_taxels(design, unscaled)
-        scaled = scaling(design, frame, factor, planes, total)
         guard = design.formats.bits("division") - design.formats.bits("direction")
         _, phi = cordic(design, direction.cos << guard, direction.sin << guard)
-        words = encode(
-            design,
+        scaled = scaling(design, frame, factor, planes, total)
+        return Trace(
+            frame, direction, stress, b, contact, n, residual, affine, e0, e1, normal, p, q,
+            found, chosen, d, force, planes, total, factor, phi, scaled,
+        )  # fmt: skip
+
+    def _words(self, trace: Trace, first_frame: int) -> Ints:
+        frame, chosen, scaled = trace.frame, trace.chosen, trace.scaled
+        count = len(frame.exponent)
+        return encode(
+            self.design,
             {
-                "frame": (first_frame + np.arange(len(codes))) % (1 << COUNTER_BITS),
+                "frame": (first_frame + np.arange(count)) % (1 << COUNTER_BITS),
                 "exponent": frame.exponent,
                 "sweep_index": chosen.index,
-                "phi": np.where(frame.regular, phi, 0),
-                "mu": factor.mu,
+                "phi": np.where(frame.regular, trace.phi, 0),
+                "mu": trace.factor.mu,
                 "mu_x": chosen.mu_x,
                 "mu_y": chosen.mu_y,
                 "resultant": scaled.resultant,
-                "forces": scaled.forces.reshape(len(codes), 3 * design.sensor.taxels),
-                "status": status(frame, direction, affine, chosen, scaled),
+                "forces": scaled.forces.reshape(count, 3 * self.design.sensor.taxels),
+                "status": status(frame, trace.direction, trace.affine, chosen, scaled),
             },
         )
-        stages: dict[str, Ints] = {
-            Stage.NORMALISER: stress,
-            Stage.CENTROIDS: np.stack([direction.cos, direction.sin], axis=1),
-            Stage.MATVEC: np.concatenate([contact, residual, *normal, force], axis=1),
-            Stage.WEIGHTS: n,
-            Stage.DEPENDENT: np.stack([affine.alpha, affine.beta], axis=1),
-            Stage.COMBINE: np.concatenate([e0, e1, d], axis=1),
-            Stage.SWEEP: found.index[:, None],
-            Stage.FRICTION: np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
-            Stage.RESULTANT: total.words,
-            Stage.GAIN: np.stack([factor.mantissa, factor.mu], axis=1),
-            Stage.FORCES: planes.reshape(len(codes), 3 * design.sensor.taxels, 1),
-            Stage.ANGLE: phi[:, None],
-            Stage.SCALING: words,
-        }
-        return words, stages
+
+
+def stages(trace: Trace, words: Ints) -> dict[str, Ints]:
+    """What flows out of every block: the frame first, the words of a transfer last."""
+    direction, affine, chosen, factor = trace.direction, trace.affine, trace.chosen, trace.factor
+    return {
+        Stage.NORMALISER: trace.stress,
+        Stage.CENTROIDS: np.stack([direction.cos, direction.sin], axis=1),
+        Stage.MATVEC: np.concatenate([trace.contact, trace.residual, *trace.normal, trace.force], axis=1),
+        Stage.WEIGHTS: trace.n,
+        Stage.DEPENDENT: np.stack([affine.alpha, affine.beta], axis=1),
+        Stage.COMBINE: np.concatenate([trace.e0, trace.e1, trace.d], axis=1),
+        Stage.SWEEP: trace.found.index[:, None],
+        Stage.FRICTION: np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
+        Stage.RESULTANT: trace.total.words,
+        Stage.GAIN: np.stack([factor.mantissa, factor.mu], axis=1),
+        Stage.FORCES: trace.planes.reshape(len(trace.planes), 3 * trace.planes.shape[2], 1),
+        Stage.ANGLE: trace.phi[:, None],
+        Stage.SCALING: words,
+    }
 
 
 def ordered(direction: Direction, d1: Ints, d2: Ints) -> tuple[Ints, Ints]:
