@@ -192,11 +192,11 @@ class Tfra:
         self._x, self._y = sensor.positions()
 
     @classmethod
-    def of(cls, choices: Choices) -> Tfra:
-        """The algorithm with the search and the contact threshold of ``design``."""
+    def of(cls, choices: Choices, ops: Operators | None = None) -> Tfra:
+        """The algorithm with the search and the contact threshold of ``choices``."""
         search, adc = choices.search, choices.adc
         tolerance, threshold = search.tolerance * adc.lsb, adc.threshold * adc.lsb
-        return cls(choices.sensor, search.steps, tolerance, contact_threshold=threshold)
+        return cls(choices.sensor, search.steps, tolerance, ops, threshold)
 
     def __call__(self, frames: npt.ArrayLike, *, keep_sweep: bool = False) -> Result:
         """Forces of ``frames (n, rows, columns)`` in Pa; raises ``ValueError`` for a wrong shape or NaN."""

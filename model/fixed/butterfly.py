@@ -8,19 +8,23 @@ middle line of an odd count the two mirror taxels are the same one, and the odd 
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.arrays import Ints
+from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Choices
 
 EE, OX, OY, OO = range(4)
 """Parities, and the places of mirror taxels, by their place in a quad: bit 0 mirrors x, bit 1 mirrors y."""
 
+Numbers = TypeVar("Numbers", Ints, Floats)
+
 HADAMARD = np.array([[1, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]], dtype=np.int64)
 
 
-def butterfly(quads: Ints) -> Ints:
+def butterfly(quads: Numbers) -> Numbers:
     """Sums and differences over the last axis of ``(..., 4)`` words; two bits longer."""
     a, b, c, d = np.moveaxis(quads, -1, 0)
     return np.stack([a + b + c + d, a - b + c - d, a + b - c - d, a - b - c + d], axis=-1)
@@ -44,13 +48,13 @@ def distinct(choices: Choices) -> npt.NDArray[np.bool_]:
     return first.reshape(-1, 4)
 
 
-def to_quads(choices: Choices, taxels: Ints) -> Ints:
+def to_quads(choices: Choices, taxels: Numbers) -> Numbers:
     """Row-major vectors ``(..., m)`` as taxel-domain quads ``(..., quads, 4)``."""
     return taxels[..., taxel_index(choices)]
 
 
-def to_taxels(choices: Choices, quads: Ints) -> Ints:
+def to_taxels(choices: Choices, quads: Numbers) -> Numbers:
     """Taxel-domain quads ``(..., quads, 4)`` as row-major vectors ``(..., m)``."""
     flat = quads.reshape(*quads.shape[:-2], 4 * choices.quads)
     first = np.unique(taxel_index(choices).ravel(), return_index=True)[1]
-    return np.asarray(flat[..., first])
+    return flat[..., first]

@@ -1,0 +1,110 @@
+"""What flows between the stages of the bit-accurate model: integers by name, and what their last bits are worth."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from tfra.model.arrays import Bools, Floats, Ints
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.tfra.dependent import gather_sums
+from tfra.model.fixed.tfra.pipeline import Trace
+from tfra.model.fixed.tfra.stages import Stage
+from tfra.model.fixed.widths import force_drop
+
+SIGNALS = {
+    "stress": Stage.NORMALISER,
+    "magnitude": Stage.NORMALISER,
+    "direction": Stage.CENTROIDS,
+    "c33_inv": Stage.MATVEC,
+    "sums_b": Stage.MATVEC,
+    "n": Stage.WEIGHTS,
+    "sums_n": Stage.MATVEC,
+    "c33": Stage.MATVEC,
+    "c31": Stage.MATVEC,
+    "c32": Stage.MATVEC,
+    "sums": Stage.DEPENDENT,
+    "alpha": Stage.DEPENDENT,
+    "beta": Stage.DEPENDENT,
+    "e0": Stage.COMBINE,
+    "e1": Stage.COMBINE,
+    "normal0": Stage.MATVEC,
+    "normal1": Stage.MATVEC,
+    "p": Stage.SWEEP,
+    "q": Stage.SWEEP,
+    "b_z": Stage.SWEEP,
+    "b_xy": Stage.SWEEP,
+    "mu_ind": Stage.FRICTION,
+    "mu_x": Stage.FRICTION,
+    "mu_y": Stage.FRICTION,
+    "d": Stage.COMBINE,
+    "pinv1": Stage.MATVEC,
+    "pinv2": Stage.MATVEC,
+    "pinv3": Stage.MATVEC,
+    "planes": Stage.FORCES,
+    "f_star": Stage.RESULTANT,
+    "gain": Stage.GAIN,
+    "mu": Stage.GAIN,
+    "phi": Stage.ANGLE,
+    "resultant": Stage.SCALING,
+    "forces": Stage.SCALING,
+}
+"""The stage of every signal, in the order of the data."""
+
+
+def words(design: Design, trace: Trace) -> dict[str, Ints]:
+    """The integers of every signal; those of a frame's vectors are folded, ``(n, Q, 4)``."""
+    by_b, by_n, by_d = (
+        design.stacks[name].split(results)
+        for name, results in (("contact", trace.contact), ("residual", trace.residual), ("force", trace.force))
+    )
+    sums_b, sums_n, affine, chosen = by_b["sums_b"], by_n["sums_n"], trace.affine, trace.chosen
+    return {
+        "stress": trace.frame.stress,
+        "magnitude": trace.frame.magnitude,
+        "direction": np.stack([trace.direction.cos, trace.direction.sin], axis=1),
+        "c33_inv": by_b["c33_inv"],
+        "sums_b": gather_sums(sums_b, 0 * sums_n)[:, :, 0],
+        "n": trace.n,
+        "sums_n": gather_sums(0 * sums_b, sums_n),
+        **{name: by_n[name] for name in ("c33", "c31", "c32")},
+        **{"sums": affine.sums, "alpha": affine.alpha, "beta": affine.beta},
+        **{"e0": trace.e0, "e1": trace.e1, "normal0": trace.normal[0], "normal1": trace.normal[1]},
+        **{"p": trace.p, "q": trace.q, "b_z": trace.found.b_z, "b_xy": trace.found.b_xy},
+        **{"mu_ind": chosen.mu_ind, "mu_x": chosen.mu_x, "mu_y": chosen.mu_y},
+        **{"d": trace.d, **by_d, "planes": trace.planes, "f_star": trace.total.words},
+        **{"gain": trace.factor.mantissa, "mu": trace.factor.mu, "phi": trace.phi},
+        **{"resultant": trace.scaled.resultant, "forces": trace.scaled.forces},
+    }
+
+
+def last_bits(design: Design, trace: Trace) -> dict[str, Floats]:
+    """What the last bit of a signal is worth where that is not 1; it has the signal's number of axes.
+
+    Stress is in converter codes of the normalised frame, vectors are on the vector grid, p and q on a quarter of it;
+    directions are unit vectors, phi is in turns, results are in codes times a taxel's area.
+    """
+    fields_of = {f.name: np.array(2.0**-f.fraction) for f in design.layout}
+    drop, scalar = force_drop(design), np.array(2.0 ** -scalar_fraction(design))
+    factor, total, affine = trace.factor, trace.total, trace.affine
+    cos, sin = trace.direction.cos, trace.direction.sin
+    shift = factor.force_shift - 2 + drop + design.formats.force_fraction
+    return {
+        "direction": 1 / np.hypot(cos, sin)[:, None],
+        "sums": 2.0 ** (affine.significant - (design.formats.operand - 1))[:, None, None],
+        **{name: scalar for name in ("alpha", "beta", "mu_ind")},
+        **{name: fields_of[name] for name in ("mu_x", "mu_y", "mu", "phi", "resultant", "forces")},
+        "planes": np.array(2.0**drop / 4),
+        "f_star": 2.0 ** -total.exponent[:, None],
+        "gain": 2.0**-shift,
+    }
+
+
+def only(node: Any, keep: Bools) -> Any:
+    """``node``, a dataclass or a tuple of arrays with the frame first, with the frames ``keep`` alone."""
+    if is_dataclass(node) and not isinstance(node, type):
+        return replace(node, **{f.name: only(getattr(node, f.name), keep) for f in fields(node)})
+    return tuple(only(part, keep) for part in node) if isinstance(node, tuple) else node[keep]
