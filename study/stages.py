@@ -94,22 +94,20 @@ class StageMeter:
 
     def __call__(self, block: Ints) -> StageErrors:
         """Errors of converter codes ``(n, rows, columns)``."""
-        found, done = StageErrors(), 0
+        found = StageErrors()
         for trace in self._model.traces(block):
             keep = trace.frame.regular & ~trace.scaled.saturated
-            codes = block[done : done + len(keep)].reshape(-1, self._design.sensor.taxels)
-            sums = self._errors(codes[keep], only(trace, keep)) if keep.any() else {}
-            found += StageErrors(len(keep), int((~keep).sum()), sums, self._flips(codes, trace))
-            done += len(keep)
+            sums = self._errors(only(trace, keep)) if keep.any() else {}
+            found += StageErrors(len(keep), int((~keep).sum()), sums, self._flips(trace))
         return found
 
-    def _errors(self, codes: Ints, trace: Trace) -> dict[tuple[str, str], Floats]:
-        """Sums of swept frames, ``codes (n, m)``."""
+    def _errors(self, trace: Trace) -> dict[tuple[str, str], Floats]:
+        """Sums of frames that are swept."""
         decided = Decisions.of(self._design, trace)
         found, grid = words(self._design, trace), last_bits(self._design, trace)
         given: Values = {name: value * grid[name] if name in grid else value for name, value in found.items()}
-        given["codes"] = codes
-        wanted = self._reference.from_codes(codes, decided), self._reference.from_inputs(given, decided)
+        given["codes"] = trace.codes
+        wanted = self._reference.from_codes(trace.codes, decided), self._reference.from_inputs(given, decided)
         sums = {}
         for name, word in found.items():
             for reference, values in zip(REFERENCES, wanted, strict=True):
@@ -121,9 +119,10 @@ class StageMeter:
                 sums[name, reference] = np.array([error.size, *squares, error.sum(), np.abs(error).max()])
         return sums
 
-    def _flips(self, codes: Ints, trace: Trace) -> dict[str, Ints]:
-        """Decisions of any frames, ``codes (n, m)``, each compared where those before it agree."""
-        shape = len(codes), self._design.sensor.rows, self._design.sensor.columns
+    def _flips(self, trace: Trace) -> dict[str, Ints]:
+        """Decisions of any frames, each compared where those before it agree."""
+        codes, sensor = trace.codes, self._design.sensor
+        shape = len(codes), sensor.rows, sensor.columns
         exact = self._float(codes.reshape(shape) * self._design.adc.lsb)
         frame, found, counts = trace.frame, trace.direction, {}
 

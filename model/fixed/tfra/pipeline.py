@@ -36,6 +36,8 @@ _CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cach
 class Trace:
     """What every block made of some frames, in the order of the data; vectors are folded, ``(n, Q, 4)``."""
 
+    codes: Ints
+    """Converter codes ``(n, m)``."""
     frame: Normalised
     direction: Direction
     stress: Ints
@@ -115,7 +117,7 @@ class FixedTfra:
         _, phi = cordic(design, direction.cos << guard, direction.sin << guard)
         scaled = scaling(design, frame, factor, planes, total)
         return Trace(
-            frame, direction, stress, b, contact, n, residual, affine, e0, e1, normal, p, q,
+            codes, frame, direction, stress, b, contact, n, residual, affine, e0, e1, normal, p, q,
             found, chosen, d, force, planes, total, factor, phi, scaled,
         )  # fmt: skip
 
