@@ -10,7 +10,8 @@
 # make calibrate, make errors
 #              the studies of docs/studies/calibration.md and docs/studies/errors.md: contacts of the paper, sources of error
 # make truth   what the README, the demo and tfra estimate say of it
-# make rest    the tables of docs/numerics.md: noise of a sensor at rest and faint contacts
+# make rest, make signals
+#              the tables of docs/numerics.md: noise of a sensor at rest and faint contacts; every signal's word and error
 # make sparse, make fem_convergence
 #              the tables of docs/studies/sparse.md and docs/studies/fem.md
 # make schedule, make timing
@@ -39,8 +40,8 @@ READY := $(VENV)/ready
 TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-STUDIES := campaign formats rest gates mutants cores schedule timing estimates blocks baselines primitives tree \
-  speed c_speed libraries growth large sparse calibrate errors truth fem_convergence abuse misuse
+STUDIES := campaign formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
+  tree speed c_speed libraries growth large sparse calibrate errors truth fem_convergence abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -63,7 +64,7 @@ test-rest: $(READY) icarus chromium
 
 test-all: test test-rest
 
-campaign formats rest gates mutants: GROUP := exactness
+campaign formats rest signals gates mutants: GROUP := exactness
 cores schedule timing: GROUP := cycles
 estimates blocks baselines primitives tree: GROUP := parts
 speed c_speed libraries: GROUP := speed

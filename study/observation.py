@@ -66,15 +66,16 @@ def catalogue(design: Design) -> dict[str, Word]:
             signal = f"{name}.accumulator" if field == "accumulator" else name
             bits = getattr(design.widths, field)
             found[signal] = Word(_stage(signal), field, bits, field not in UNSIGNED, bound)
-    operand, division, scalar = design.formats.operand, design.widths.division, scalar_fraction(design)
-    for signal in (*(f"{name}.operand" for name in OPERANDS), "d_dep.operand", "sums.operand", "direction.operand"):
-        found[signal] = _full(_stage(signal), "operand", operand)
+    formats, division, fraction = design.formats, design.widths.division, scalar_fraction(design)
+    operands = {name: f"operand.{name.rstrip('01')}" for name in OPERANDS}
+    for signal, name in (operands | {"d_dep": "operand.combine", "sums": "sums", "direction": "direction"}).items():
+        found[f"{signal}.operand"] = _full(_stage(f"{signal}.operand"), name, formats.bits(name))
     for signal in ("direction.division", "quotient.division", "f_star.division"):
         found[signal] = _full(_stage(signal), "division", division)
     for signal, limit in (("alpha", COEFFICIENT_LIMIT), ("beta", COEFFICIENT_LIMIT), ("mu_ind", 1.0)):
-        found[signal] = Word(_stage(signal), "scalar", operand, True, limit * 2**scalar)
-    found["mu_dep"] = _full(Stage.FRICTION, "scalar", operand)
-    found["gain"] = _full(Stage.GAIN, "operand", operand, signed=False)
+        found[signal] = Word(_stage(signal), "scalar", formats.bits("scalar"), True, limit * 2**fraction)
+    found["mu_dep"] = _full(Stage.FRICTION, "scalar", formats.bits("scalar"))
+    found["gain"] = _full(Stage.GAIN, "scalar", formats.bits("scalar"), signed=False)
     layout = {f.name: f for f in design.layout}
     for signal in ("mu", "phi", "resultant", "forces"):
         field_of = layout[signal]
@@ -142,7 +143,7 @@ def _front(design: Design, trace: Trace) -> dict[str, Seen]:
         "moment": Seen(first),
         "direction": Seen(exact),
         "direction.division": length,
-        "direction.operand": filled(length.values * np.array(pitch_ratio(design)), 1, design.formats.operand),
+        "direction.operand": filled(length.values * np.array(pitch_ratio(design)), 1, design.formats.bits("direction")),
     }
 
 
@@ -150,11 +151,12 @@ def _products(design: Design, trace: Trace) -> dict[str, Seen]:
     """Operands, exact sums and results of the five products."""
     found, normal = {}, []
     for product, vector in OPERANDS.items():
-        source = getattr(trace, vector)
-        words, significant = operand(design, source)
-        found[f"{product}.operand"] = filled(source, 1, design.formats.operand)
-        for op in design.stacks[product.rstrip("01")].operators:
-            sums, shift = accumulate(design, op, words, significant)
+        source, stack = getattr(trace, vector), product.rstrip("01")
+        bits = design.formats.bits(f"operand.{stack}")
+        words, significant = operand(source, bits)
+        found[f"{product}.operand"] = filled(source, 1, bits)
+        for op in design.stacks[stack].operators:
+            sums, shift = accumulate(op, words, bits, significant)
             found[product if op.name == "normal" else op.name] = cast(sums, shift[:, None])
             if op.name == "normal":
                 normal.append(sums)
@@ -176,7 +178,7 @@ def _dependent(design: Design, trace: Trace) -> dict[str, Seen]:
     inexact = [int(np.count_nonzero((divided[:, i] << fraction) % divided[:, 2])) for i in (0, 1)]
     return {
         "sums": Seen(exact),
-        "sums.operand": filled(exact, (1, 2), design.formats.operand),
+        "sums.operand": filled(exact, (1, 2), design.formats.bits("sums")),
         "quotient.division": quotient,
         "alpha": Seen(affine.alpha, inexact[0]),
         "beta": Seen(affine.beta, inexact[1]),
@@ -199,7 +201,7 @@ def _updates(design: Design, trace: Trace) -> dict[str, Seen]:
     unscaled = butterfly(folded)
     return {
         "d0": Seen(trace.b + by_n["c33"]),
-        "d_dep.operand": filled(d_dep, 1, design.formats.operand),
+        "d_dep.operand": filled(d_dep, 1, design.formats.bits("operand.combine")),
         "e0": added(trace.e0, (affine.alpha, d_dep)),
         "e1": added(trace.e1, (affine.beta, d_dep)),
         "d": added(trace.d, (chosen.mu_ind, trace.e1)),

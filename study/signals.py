@@ -94,7 +94,7 @@ def last_bits(design: Design, trace: Trace) -> dict[str, Floats]:
     shift = factor.force_shift - 2 + drop + design.formats.force_fraction
     return {
         "direction": 1 / np.hypot(cos, sin)[:, None],
-        "sums": 2.0 ** (affine.significant - (design.formats.operand - 1))[:, None, None],
+        "sums": 2.0 ** (affine.significant - (design.formats.bits("sums") - 1))[:, None, None],
         **{name: scalar for name in ("alpha", "beta", "mu_ind")},
         **{name: fields_of[name] for name in ("mu_x", "mu_y", "mu", "phi", "resultant", "forces")},
         "planes": np.array(2.0**drop / 4),

@@ -12,6 +12,7 @@ from tests.model.cases import make_design
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra import pipeline
 from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.tfra import Tfra
 from tfra.study.reference import Decisions, Reference
 from tfra.study.signals import SIGNALS, last_bits, only, words
@@ -63,6 +64,10 @@ def test_a_reference_fed_with_itself_is_itself(name):
     assert again.keys() == SIGNALS.keys()
     for signal, value in again.items():
         assert value == pytest.approx(values[signal], rel=1e-9, abs=1e-9 * np.abs(value).max()), signal
+
+
+def test_every_stage_has_signals():
+    assert set(SIGNALS.values()) == set(Stage)
 
 
 def test_words_of_every_signal_are_the_models():
