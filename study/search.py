@@ -20,6 +20,7 @@ from optuna.trial import TrialState, create_trial
 
 from tfra.study.space import Point, Space
 from tfra.study.trials import COMPLETE, UNFIT, Trial, Trials
+from tfra.study.workers import Workers
 
 optuna.logging.set_verbosity(optuna.logging.WARNING)
 
@@ -41,9 +42,6 @@ class Measured:
 
 Measure = Callable[[Point], Measured]
 """What a worker does; it and its result travel between processes."""
-
-Workers = Callable[[Measure, Sequence[Point]], Iterable[tuple[int, Measured]]]
-"""Measures points in any order: yields the place of each with its result, as they come."""
 
 
 @dataclass(frozen=True)
@@ -138,12 +136,6 @@ def _require_one(trials: Sequence[Trial]) -> None:
     """Raise where nothing fits together: more of the same would not, either."""
     if all(trial.state == UNFIT for trial in trials):
         raise ValueError(f"space: none of {len(trials)} points fits together; of the last, {trials[-1].reason}")
-
-
-def one_after_another(measure: Measure, points: Sequence[Point]) -> Iterator[tuple[int, Measured]]:
-    """Workers that are this process."""
-    for place, point in enumerate(points):
-        yield place, measure(point)
 
 
 def front(trials: Iterable[Trial], objectives: Sequence[str]) -> list[Trial]:

@@ -16,7 +16,7 @@ from tests.study.test_search import SEARCH, measure, run
 from tfra.study.search import Measured
 from tfra.study.space import Point
 from tfra.study.trials import Trials, sqlite
-from tfra.study.workers import cluster
+from tfra.study.workers import ONE_THREAD, cluster, processes
 
 
 @pytest.fixture
@@ -26,6 +26,31 @@ def two() -> Iterator[Any]:
         n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, memory_limit=None
     ) as found:
         yield found
+
+
+def threads(name: str) -> str | None:
+    return os.environ.get(name)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_processes_have_one_thread_and_no_other_process_does(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    monkeypatch.delenv("POLARS_MAX_THREADS", raising=False)
+    with processes(count) as workers:
+        found = dict(workers(threads, list(ONE_THREAD)))
+        assert found == dict.fromkeys(range(len(ONE_THREAD)), "1")
+        assert dict(workers(threads, ["OMP_NUM_THREADS"])) == {0: "1"}
+    assert os.environ["OMP_NUM_THREADS"] == "7"
+    assert "POLARS_MAX_THREADS" not in os.environ
+
+
+def test_what_goes_wrong_in_a_process_comes_out() -> None:
+    with pytest.raises(ZeroDivisionError), processes(1) as workers:
+        list(workers(divide, [1, 0]))
+
+
+def divide(number: int) -> float:
+    return 1 / number
 
 
 def slow(point: Point) -> Measured:
