@@ -78,7 +78,7 @@ def lane_of(path: str) -> int | None:
 
     The register of the address has the name of one memory, but drives all of them.
     """
-    places = r"lane|rom\.memory(?!.*\.address)|drain\.(?:register\.)?sums__|drain\.register\.held"
+    places = r"lane|(?:rom|tail)\.memory(?!.*\.address)|drain\.(?:register\.)?sums__|drain\.register\.held"
     found = re.search(rf"\.matvec\.(?:{places})(\d+)", path)
     return int(found[1]) if found else None
 

@@ -43,9 +43,9 @@ FITTED = (
     design(3, 5, 4, adc=Adc(10)),
     design(3, 3, 4, formats=replace(FORMATS["wide"], name="custom")),
     design(4, 6, 8, search=Search(100, 3.0)),
+    design(5, 5, 12),
 )
 UNSEEN = (
-    design(5, 5, 12),
     design(6, 4, 24, search=Search(30)),
     design(7, 9, 32),
     design(10, 10, 16),
