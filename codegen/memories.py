@@ -14,7 +14,8 @@ _BLOCK = re.compile(
     """,
     re.MULTILINE | re.VERBOSE,
 )
-_WORD = re.compile(r"\[(\d+)\] = (\d+)'h([0-9a-f]+);")
+_WORD = re.compile(r"\[(\d+)\] = (\d+)'(?:h([0-9a-f]+)|d(\d+));")
+"""Address, bits and value of a word; yosys writes words of 32 bits in decimal."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,6 +73,6 @@ def extract(verilog: str) -> tuple[str, list[Image]]:
 
 def _image(module: str, memory: str, block: str) -> Image:
     found = _WORD.findall(block)
-    if [int(address) for address, _, _ in found] != list(range(block.count("\n"))):
+    if [int(address) for address, *_ in found] != list(range(block.count("\n"))):
         raise ValueError(f"images: the words of {module}, {memory} are not understood")
-    return Image(module, memory, int(found[0][1]), tuple(int(w, 16) for _, _, w in found))
+    return Image(module, memory, int(found[0][1]), tuple(int(w, 16) if w else int(d) for *_, w, d in found))

@@ -44,6 +44,13 @@ def test_a_memory_with_data_is_read_from_a_file() -> None:
     assert after == [*before[:2], '  initial $readmemh("top.lane.grid_27.hex", \\grid$27 );', *before[7:]]
 
 
+def test_words_of_32_bits_are_decimal() -> None:
+    """As yosys writes them."""
+    words = "".join(f"    places[{n}] = 32'd{word};\n" for n, word in enumerate((4294967295, 0, 7)))
+    _, (image,) = extract(f"module top(clk);\n  initial begin\n{words}  end\nendmodule\n")
+    assert image == Image("top", "places", 32, (0xFFFFFFFF, 0, 7))
+
+
 def test_memories_of_different_modules_do_not_mix() -> None:
     other = MODULE.replace("top.lane", "top.other").replace("0a1a2", "0a1a3")
     text, images = extract(MODULE + "\n" + other)
