@@ -22,8 +22,8 @@ class Operator:
     """One quantised operator in folded form.
 
     ``rows (n, 4, Q)``: row (i, parity) of result quad i; it multiplies the operand's parity ``parity ^ flip``.
-    A coefficient is worth ``rows / 2^fraction``.  ``gain`` bounds |result| / |operand| in the taxel domain,
-    ``folded_gain`` in the parity domain.
+    A coefficient is worth ``rows / 2^fraction``; one that is shorter than a lane's ends in zeros.  ``gain`` bounds
+    |result| / |operand| in the taxel domain, ``folded_gain`` in the parity domain.
     """
 
     name: str
@@ -37,6 +37,10 @@ class Operator:
     def quads(self) -> int:
         """Result quads."""
         return len(self.rows)
+
+    def longer(self, bits: int) -> Operator:
+        """The same with so many bits more in each coefficient, which are zero."""
+        return replace(self, rows=self.rows << bits, fraction=self.fraction + bits)
 
 
 @dataclass(frozen=True, eq=False)

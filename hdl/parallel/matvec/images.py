@@ -7,6 +7,8 @@ pass ``t`` of ``L`` lanes computes rows ``t L ... t L + L - 1``, one per lane, a
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from tfra.model.arrays import Ints
@@ -18,10 +20,40 @@ def passes(design: Design, stack: str) -> int:
     return -(-4 * design.stacks[stack].quads // design.architecture.mac_lanes)
 
 
+def longest(design: Design, stack: str) -> int:
+    """Bits of the longest coefficients of ``stack``."""
+    return max(design.formats.bits(f"coefficient.{op.name}") for op in design.stacks[stack].operators)
+
+
+def order(design: Design) -> list[str]:
+    """Stacks as they lie in the memories: those with the longest coefficients first, else as in the design."""
+    return sorted(design.stacks, key=lambda name: -longest(design, name))
+
+
 def bases(design: Design) -> dict[str, int]:
-    """Address of every stack's first coefficient; stacks lie one behind the other in the order of the design."""
-    ends = np.cumsum([0, *(passes(design, name) * design.quads for name in design.stacks)])
-    return {name: int(start) for name, start in zip(design.stacks, ends, strict=False)}
+    """Address of every stack's first coefficient; stacks lie one behind the other in their :func:`order`."""
+    stacks = order(design)
+    ends = np.cumsum([0, *(passes(design, name) * design.quads for name in stacks)])
+    return {name: int(start) for name, start in zip(stacks, ends, strict=False)}
+
+
+@dataclass(frozen=True, slots=True)
+class Tail:
+    """The lowest ``bits`` of a lane's words: zero from the address ``depth`` on, so that nothing is stored there."""
+
+    bits: int
+    depth: int
+
+
+def tail(design: Design) -> Tail:
+    """The tail that spares most bits; it has none where no stack is shorter than the lanes' words."""
+    word, whole = design.coefficient_word, depth(design)
+
+    def cut(length: int) -> Tail:
+        long = (passes(design, name) for name in design.stacks if longest(design, name) > length)
+        return Tail(word - length, design.quads * sum(long))
+
+    return max((cut(longest(design, name)) for name in order(design)), key=lambda one: one.bits * (whole - one.depth))
 
 
 def depth(design: Design) -> int:
@@ -34,7 +66,12 @@ def lane_images(design: Design) -> Ints:
 
     Rows past the end of a stack are zero.
     """
-    return np.concatenate([_stack_image(design, name) for name in design.stacks], axis=1)
+    return np.concatenate([_stack_image(design, name) for name in order(design)], axis=1)
+
+
+def low_bits(images: Ints, bits: int) -> Ints:
+    """The lowest ``bits`` of all words, as signed words of this length."""
+    return ((images + (1 << (bits - 1))) & ((1 << bits) - 1)) - (1 << (bits - 1))
 
 
 def _stack_image(design: Design, name: str) -> Ints:

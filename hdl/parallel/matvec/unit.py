@@ -41,7 +41,7 @@ from tfra.hdl.lib.pipeline import READ, delayed, register
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
-from tfra.hdl.parallel.matvec.images import depth, lane_images, passes
+from tfra.hdl.parallel.matvec.images import depth, lane_images, low_bits, passes, tail
 from tfra.hdl.parallel.matvec.loader import Loader
 from tfra.hdl.parallel.matvec.operand import (
     MEASURE,
@@ -170,10 +170,10 @@ class MatVec(wiring.Component):
         """Coefficients and operand words meet in the lanes, whose sums go to the drain."""
         valid = delayed(m, schedule.reading, CAPTURE - 1, "valid", control=True)
         m.d.comb += drain.completing.eq(delayed(m, schedule.last, CAPTURE - 1, "last", control=True))
-        rom = self._coefficients(m, schedule)
+        coefficients = self._coefficients(m, schedule)
         # TIMING: operand words -> lanes
         words = [delayed(m, word, 2, f"word{number}") for number, word in enumerate(prepare.words)]
-        for number, coefficient in enumerate(rom.words):
+        for number, coefficient in enumerate(coefficients):
             m.submodules[f"lane{number}"] = lane = _Lane(self._design)
             m.d.comb += [
                 lane.coefficient.eq(coefficient),
@@ -182,24 +182,35 @@ class MatVec(wiring.Component):
                 drain.sums[number].eq(lane.sum),
             ]
 
-    def _coefficients(self, m: Module, schedule: Schedule) -> Rom:
+    def _coefficients(self, m: Module, schedule: Schedule) -> list[Value]:
         """The lanes' memories, and what fills them after a reset."""
-        design, loaded = self._design, self._design.images == "load"
-        coefficient = design.coefficient_word
-        m.submodules.rom = rom = Rom(lane_images(design), coefficient, design.target, loaded=loaded)
+        design, loaded, cut = self._design, self._design.images == "load", tail(self._design)
+        images, bits = lane_images(design), design.coefficient_word - cut.bits
+        m.submodules.rom = rom = Rom(images >> cut.bits, bits, design.target, loaded=loaded)
         address = delayed(m, schedule.address, _ADDRESS - 1, "address")
         if loaded:
             m.submodules.loader = loader = Loader(design)
             wiring.connect(m, wiring.flipped(self.load), loader.load)
             address = Mux(loader.writing, loader.address, address)
+            write, data = register(m, loader.write, "write", control=True), register(m, loader.data, "data")
             m.d.comb += [
                 self.loading.eq(loader.loading),
-                rom.write.eq(register(m, loader.write, "write", control=True)),
-                rom.data.eq(register(m, loader.data, "data")),
+                rom.write.eq(write),
+                rom.data.eq(data[cut.bits :] if cut.bits else data),
             ]
         # TIMING: schedule, loader -> memories of all lanes
         m.d.comb += rom.address.eq(register(m, address, "address"))
-        return rom
+        if not cut.bits:
+            return list(rom.words)
+        lowest = low_bits(images[:, : cut.depth], cut.bits)
+        m.submodules.tail = low = Rom(lowest, cut.bits, design.target, loaded=loaded)
+        there = rom.address < cut.depth
+        m.d.comb += low.address.eq(rom.address)
+        if loaded:
+            m.d.comb += [low.write.eq(write & there.replicate(len(write))), low.data.eq(data[: cut.bits])]
+        found = delayed(m, there, Rom.latency, "tail_there")
+        pairs = zip(rom.words, low.words, strict=True)
+        return [Cat(Mux(found, short, 0)[: cut.bits], long).as_signed() for long, short in pairs]
 
     def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
         """One for each source, so that no operand waits for another one's transfers."""

@@ -67,5 +67,7 @@ def make_stacks(choices: Choices) -> dict[str, Stack]:
         fold.matrix("pinv2", pinv2, OY),
         fold.matrix("pinv3", pinv3),
     )
-    by_name = {operator.name: operator for operator in found}
+    lengths = {operator.name: choices.formats.bits(f"coefficient.{operator.name}") for operator in found}
+    word = max(lengths.values())  # a lane's, in which shorter ones stand at the top
+    by_name = {operator.name: operator.longer(word - lengths[operator.name]) for operator in found}
     return {stack: Stack(stack, tuple(by_name[name] for name in names)) for stack, names in OPERATORS.items()}

@@ -69,18 +69,21 @@ def test_each_signal_is_somebodys(signal: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name in SIGNALS if name.startswith("coefficient.")])
 def test_an_operators_coefficients_have_its_length(name: str) -> None:
-    design = replace(make_design(SENSOR), formats=replace(STANDARD, name="own", signals=((name, 12),)))
-    plain = make_design(SENSOR)
-    for stack, before in zip(design.stacks.values(), plain.stacks.values(), strict=True):
-        for operator, uniform in zip(stack.operators, before.operators, strict=True):
-            bits = 12 if f"coefficient.{operator.name}" == name else 18
-            assert signed_bits(float(np.abs(operator.rows).max())) in (bits - 1, bits)
-            assert operator.fraction - uniform.fraction == bits - 18
-    words = sum(op.rows.size for stack in design.stacks.values() for op in stack.operators)
-    (own_words,) = (
-        op.rows.size for s in design.stacks.values() for op in s.operators if f"coefficient.{op.name}" == name
-    )
-    assert design.coefficient_bits == 18 * words - 6 * own_words
+    """They stand at the top of a lane's word, and are those of a design that has this length everywhere."""
+    plain, formats = make_design(SENSOR), replace(STANDARD, name="own", signals=((name, 12),))
+    design, short = replace(plain, formats=formats), replace(plain, formats=replace(STANDARD, coefficient=12))
+    for stack, others in design.stacks.items():
+        for operator, long, twelve in zip(
+            others.operators, plain.stacks[stack].operators, short.stacks[stack].operators, strict=True
+        ):
+            if f"coefficient.{operator.name}" == name:
+                assert (operator.rows == twelve.rows << 6).all()
+                assert operator.fraction == twelve.fraction + 6
+                assert operator.gain == twelve.gain
+            else:
+                assert (operator.rows == long.rows).all()
+    words = {f"coefficient.{op.name}": op.rows.size for stack in design.stacks.values() for op in stack.operators}
+    assert design.coefficient_bits == 18 * sum(words.values()) - 6 * words[name]
     assert design.coefficient_word == 18
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from tfra.hdl.parallel.matvec.images import bases, lane_images, passes
+from tfra.hdl.parallel.matvec.images import Tail, bases, lane_images, low_bits, order, passes, tail
 from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.tfra.operators import STACKS
+from tfra.model.fixed.tfra.operators import OPERATORS, STACKS
 from tfra.model.sensor import SensorArray
 
 
@@ -18,8 +20,23 @@ def make(rows: int, columns: int, lanes: int, name: str = "standard") -> Design:
     return TfraDesign(sensor, formats=FORMATS[name], architecture=Architecture(mac_lanes=lanes))
 
 
+def mixed(rows: int, columns: int, lanes: int, **bits: int) -> Design:
+    """Coefficients as long as their stack says, 18 bits elsewhere."""
+    own = tuple((f"coefficient.{op}", bits[stack]) for stack in bits for op in OPERATORS[stack])
+    return replace(make(rows, columns, lanes), formats=replace(FORMATS["standard"], signals=own))
+
+
 @pytest.mark.parametrize(
-    "design", [make(2, 2, 4), make(4, 6, 8), make(5, 7, 4), make(5, 7, 20, "wide"), make(10, 10, 100)], ids=str
+    "design",
+    [
+        make(2, 2, 4),
+        make(4, 6, 8),
+        mixed(4, 6, 8, contact=9, force=6, normal=18),
+        make(5, 7, 4),
+        make(5, 7, 20, "wide"),
+        make(10, 10, 100),
+    ],
+    ids=str,
 )
 def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
     lanes, q = design.architecture.mac_lanes, design.quads
@@ -49,3 +66,31 @@ def test_images_of_a_small_design_are_what_they_were_when_checked_by_hand():
     c31 = design.stacks["residual"].operators[2]
     assert c31.flip == 1
     assert image[:, 6].tolist() == c31.rows[0, [1, 0, 3, 2], 0].tolist()
+
+
+def test_uniform_words_have_no_tail():
+    design = make(4, 6, 8)
+    assert tail(design).bits == 0
+    assert order(design) == list(STACKS)
+
+
+def test_the_tail_spares_most_bits():
+    """Lengths of the stacks, all of them in memory: 12, 18, 18, 6; a pass has Q = 6 words."""
+    design = mixed(4, 6, 8, contact=12, force=6)
+    assert order(design) == ["residual", "normal", "contact", "force"]
+    words = {name: 6 * passes(design, name) for name in STACKS}
+    to_force, to_contact = sum(words.values()) - words["force"], words["residual"] + words["normal"]
+    assert 12 * words["force"] > 6 * (words["contact"] + words["force"])
+    assert tail(design) == Tail(12, to_force)
+    assert tail(mixed(4, 6, 8, contact=12, force=11)) == Tail(6, to_contact)
+
+
+@pytest.mark.parametrize("lengths", [{"force": 6}, {"contact": 9, "residual": 12}, {"normal": 7}])
+def test_nothing_is_lost_behind_the_tail(lengths):
+    design = mixed(4, 6, 8, **lengths)
+    cut, image = tail(design), lane_images(design)
+    assert 0 < cut.depth < image.shape[1]
+    low = low_bits(image, cut.bits)
+    assert not low[:, cut.depth :].any()
+    assert np.abs(low).max() <= 1 << (cut.bits - 1)
+    assert ((low & ((1 << cut.bits) - 1)) + ((image >> cut.bits) << cut.bits) == image).all()
