@@ -224,6 +224,7 @@ def frames_of(design, count):
     return np.unique(np.stack(frames), axis=0)[:count]
 
 
+@pytest.mark.long
 def test_the_gateware_gives_the_models_words():
     frames = frames_of(SMALL, 12)
     assert len(frames) > 8
@@ -236,6 +237,7 @@ def test_every_stage_of_the_gateware_gives_the_models_words(builds):
         assert replay(design, frames_of(design, 5), "icarus", builds) == []
 
 
+@pytest.mark.long
 def test_a_wrong_coefficient_is_noticed(monkeypatch):
     def corrupted(design):
         images = original(design).copy()

@@ -207,6 +207,7 @@ def table_of(number: int) -> pl.DataFrame:
     return Cascade(design())(wanted.make(Part.TRAIN, number))
 
 
+@pytest.mark.long
 def test_tables_of_blocks_are_the_same_from_any_number_of_processes(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "1")  # of the processes: with more, the sums of BLAS are shared otherwise
     merged = []

@@ -127,7 +127,7 @@ def test_timing_is_what_the_gateware_does(seed):
     check_timing(random_design(seed), seed)
 
 
-@pytest.mark.parametrize("seed", [2, 4, *long(0, 1, 3, 6, 7, 8, 10, 12)])
+@pytest.mark.parametrize("seed", [2, *long(0, 1, 3, 4, 6, 7, 8, 10, 12)])
 def test_signals_with_word_lengths_of_their_own(seed):
     check_timing(mixed_design(seed), seed)
 
@@ -142,7 +142,7 @@ def check_timing(design, seed):
     assert (cycles - start).tolist() == [frame.words for frame in timeline.frames]
 
 
-@pytest.mark.parametrize("seed", [13, 14, *long(12, 15, 16, 17)])
+@pytest.mark.parametrize("seed", [13, *long(12, 14, 15, 16, 17)])
 def test_a_single_frame_takes_the_stated_latency(seed):
     design = random_design(seed)
     words, want, _, taken, cycles = stream(design, contact_codes(design, 1, seed))
