@@ -141,7 +141,11 @@ def table(record: list[dict[str, Any]]) -> str:
         f"loaded. `make test` notices {short} of the {every} that all tests notice, {short / max(1, every):.0%}."
     )
     if waiting:
-        text += f" {waiting} more have passed the tests nearest to them and wait for the others."
+        least = short / (every + waiting)
+        text += (
+            f" {waiting} more have passed the tests nearest to them and wait for the others: if the long ones alone "
+            f"noticed all of these, it would be {least:.0%}."
+        )
     return "\n".join([text, "", *lines])
 
 
