@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
+from tfra.codegen.colours import BLACK, BLUE, VERMILION
 from tfra.model.arrays import Floats
-from tfra.paper.picture import BLACK, BLUE, VERMILION, Columns, Picture, Text, rounded
+from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 
 PHI = 45

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text, rounded
+from tfra.codegen.colours import BLACK, BLUE, ORANGE, VERMILION
+from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
 
 PHI = 45

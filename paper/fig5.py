@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tfra.codegen.colours import BLACK, BLUE, ORANGE, VERMILION
 from tfra.model.arrays import Floats
-from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text, rounded
+from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.published import errors, largest, largest_plain, table
 from tfra.paper.setups import DIRECTIONS, Setup, near
 

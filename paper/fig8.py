@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from tfra.paper.picture import BLACK, BLUE, VERMILION, Columns, Picture, Text, rounded
+from tfra.codegen.colours import BLACK, BLUE, VERMILION
+from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup, near
 
 PHI = 45

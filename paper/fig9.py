@@ -9,9 +9,10 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
+from tfra.codegen.colours import BLUE, GREEN, VERMILION
 from tfra.model.arrays import Floats
 from tfra.model.literal import LiteralTfra
-from tfra.paper.picture import BLUE, GREEN, VERMILION, Column, Columns, Picture, Text
+from tfra.paper.picture import Column, Columns, Picture, Text
 from tfra.paper.setups import DIRECTIONS, Engine, Setup
 
 STYLES = {"two-variable": (VERMILION, "s"), "TFRA literal": (GREEN, "^"), "TFRA": (BLUE, "o")}

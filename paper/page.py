@@ -8,19 +8,11 @@ from html import escape
 from itertools import groupby
 from pathlib import Path
 
+from tfra.codegen.html import document, grid, row
 from tfra.paper.picture import Picture, Text
 from tfra.paper.tables import HEADER, MAXIMA_HEADER, Cells, Table
 
-CSS = """
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #111; }
-img { max-width: 100%; height: auto; display: block; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .8rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .15rem .45rem; text-align: right; }
-td { white-space: nowrap; }
-thead th { border-bottom: 2px solid #111; vertical-align: bottom; }
-tbody { border-bottom: 1px solid #999; }
-td.name { text-align: left; }
+STYLE = """
 tr.published { background: #f3f0e6; }
 dt { font-weight: 600; float: left; clear: left; width: 6.5rem; }
 dd { margin: 0 0 .4rem 7rem; }
@@ -61,19 +53,13 @@ def index(folder: Path, tables: Sequence[Table], pictures: Sequence[Picture], ve
     """The whole report but the times, with the SVG files of ``folder``."""
     shown = [*(_table(table) for table in tables), *(_picture(folder, picture) for picture in pictures)]
     parts = [INTRODUCTION, *shown, TIMING, _versions(versions)]
-    return _page("The paper's tables and figures, computed again", parts)
+    return document("The paper's tables and figures, computed again", parts, STYLE)
 
 
 def alone(folder: Path, picture: Picture, versions: dict[str, str]) -> str:
     """One figure on a page of its own."""
-    return _page(f"{_label(picture.name)}: {picture.title}", [_picture(folder, picture), _versions(versions)])
-
-
-def _page(title: str, parts: Sequence[str]) -> str:
-    head = f'<meta charset="utf-8"><title>{escape(title)}</title><link rel="icon" href="data:,"><style>{CSS}</style>'
-    body = "\n".join(parts)
-    content = f"<h1>{escape(title)}</h1>\n{body}"
-    return f'<!DOCTYPE html>\n<html lang="en"><head>{head}</head><body>\n{content}\n</body></html>\n'
+    parts = [_picture(folder, picture), _versions(versions)]
+    return document(f"{_label(picture.name)}: {picture.title}", parts, STYLE)
 
 
 def _label(name: str) -> str:
@@ -99,16 +85,13 @@ def _table(table: Table) -> str:
 
 
 def _grid(name: str, header: Sequence[str], groups: Sequence[Cells]) -> str:
-    head = "".join(f"<th>{escape(SHORT[cell]).replace('/ ', '/&nbsp;')}</th>" for cell in header)
     place = header.index("method")
-    bodies = "\n".join("<tbody>" + "\n".join(_row(row, place) for row in rows) + "</tbody>" for rows in groups)
-    return f'<div class="wide"><table data-csv="{name}.csv"><thead><tr>{head}</tr></thead>\n{bodies}</table></div>'
+    rows = ((_row(cells, place) for cells in group) for group in groups)
+    return grid([SHORT[cell] for cell in header], rows, csv=f"{name}.csv")
 
 
-def _row(row: Sequence[str], place: int) -> str:
-    kind = ' class="published"' if row[place].startswith(("published", "printed")) else ""
-    cells = (f'<td class="name">{escape(c)}</td>' if n == place else f"<td>{escape(c)}</td>" for n, c in enumerate(row))
-    return f"<tr{kind}>{''.join(cells)}</tr>"
+def _row(cells: Sequence[str], place: int) -> str:
+    return row(cells, (place,), "published" if cells[place].startswith(("published", "printed")) else "")
 
 
 def _text(text: Text) -> str:

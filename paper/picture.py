@@ -15,9 +15,6 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.figure import Figure
 
-BLUE, ORANGE, GREEN, VERMILION, PURPLE, BLACK = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#000000"
-"""Colours of Okabe and Ito, which colour-blind readers tell apart."""
-
 STYLE: Any = {
     "font.size": 9,
     "axes.titlesize": 10,

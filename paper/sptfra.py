@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from tfra.codegen.colours import BLACK, BLUE, ORANGE, VERMILION
 from tfra.model.boussinesq import operators
 from tfra.model.choices import Adc
 from tfra.model.converter import quantise
@@ -17,7 +18,7 @@ from tfra.model.fixed.words import decode
 from tfra.model.metrics import error_force
 from tfra.model.sparse import Filter, Kind, filtered, multiplications
 from tfra.model.tfra import Result, Tfra
-from tfra.paper.picture import BLACK, BLUE, ORANGE, VERMILION, Columns, Picture, Text, rounded
+from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import DIRECTIONS, Setup
 
 STRENGTHS: dict[Kind, tuple[float, ...]] = {
