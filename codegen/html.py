@@ -14,7 +14,7 @@ th, td { padding: .15rem .45rem; text-align: right; }
 td { white-space: nowrap; }
 thead th { border-bottom: 2px solid #111; vertical-align: bottom; }
 tbody { border-bottom: 1px solid #999; }
-td.name { text-align: left; }
+.name { text-align: left; }
 """
 
 
@@ -27,9 +27,12 @@ def document(title: str, parts: Iterable[str], style: str, head: str = "") -> st
     return f'<!DOCTYPE html>\n<html lang="en"><head>{heading}</head><body>\n{content}\n</body></html>\n'
 
 
-def grid(header: Sequence[str], groups: Iterable[Iterable[str]], **data: str) -> str:
-    """A table of groups of rows that may be wider than the page; ``data`` are attributes for tests and scripts."""
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in header).replace("/ ", "/&nbsp;")
+def grid(header: Sequence[str], groups: Iterable[Iterable[str]], names: Collection[int], **data: str) -> str:
+    """A table of groups of rows that may be wider than the page; the columns ``names`` hold words.
+
+    ``data`` are attributes for tests and scripts.
+    """
+    head = _cells("th", header, names).replace("/ ", "/&nbsp;")
     bodies = "\n".join("<tbody>" + "\n".join(rows) + "</tbody>" for rows in groups)
     table = f"<table{_attributes(data)}><thead><tr>{head}</tr></thead>\n{bodies}</table>"
     return f'<div class="wide">{table}</div>'
@@ -37,11 +40,13 @@ def grid(header: Sequence[str], groups: Iterable[Iterable[str]], **data: str) ->
 
 def row(cells: Sequence[str], names: Collection[int], kind: str = "", **data: str) -> str:
     """A row of a table; the columns ``names`` hold words, ``kind`` is its class."""
-    shown = (
-        f'<td class="name">{escape(c)}</td>' if n in names else f"<td>{escape(c)}</td>" for n, c in enumerate(cells)
-    )
     named = f' class="{kind}"' if kind else ""
-    return f"<tr{named}{_attributes(data)}>{''.join(shown)}</tr>"
+    return f"<tr{named}{_attributes(data)}>{_cells('td', cells, names)}</tr>"
+
+
+def _cells(tag: str, cells: Sequence[str], names: Collection[int]) -> str:
+    kinds = (' class="name"' if place in names else "" for place in range(len(cells)))
+    return "".join(f"<{tag}{kind}>{escape(cell)}</{tag}>" for kind, cell in zip(kinds, cells, strict=True))
 
 
 def _attributes(data: dict[str, str]) -> str:

@@ -87,7 +87,7 @@ def _table(table: Table) -> str:
 def _grid(name: str, header: Sequence[str], groups: Sequence[Cells]) -> str:
     place = header.index("method")
     rows = ((_row(cells, place) for cells in group) for group in groups)
-    return grid([SHORT[cell] for cell in header], rows, csv=f"{name}.csv")
+    return grid([SHORT[cell] for cell in header], rows, (place,), csv=f"{name}.csv")
 
 
 def _row(cells: Sequence[str], place: int) -> str:

@@ -1,0 +1,31 @@
+"use strict";
+// Charts follow the filters; rows of tables that belong to another choice are hidden.
+const charts = JSON.parse(document.getElementById("charts").textContent);
+const filters = [...document.querySelectorAll("select[data-filter]")];
+const rows = [...document.querySelectorAll("tbody tr")];
+const narrow = matchMedia("(max-width: 640px)");
+const buttons = [["zoom2d", "pan2d", "resetScale2d", "toImage"]];
+
+function draw(id) {
+  const chosen = charts[id].filters.map((name) => filters.find((filter) => filter.dataset.filter === name).value);
+  const { data, layout } = charts[id].figures[chosen.join(" ")];
+  // A finger that moves over a chart scrolls the page.  Nothing here may send a chart anywhere.
+  const config = { responsive: true, displaylogo: false, showSendToCloud: false, modeBarButtons: buttons };
+  if (narrow.matches) config.displayModeBar = false;
+  Plotly.react(id, data, { ...layout, dragmode: narrow.matches ? false : "zoom" }, config);
+}
+
+function hide() {
+  const other = (row, { dataset, value }) => dataset.filter in row.dataset && row.dataset[dataset.filter] !== value;
+  for (const row of rows) row.hidden = filters.some((filter) => other(row, filter));
+}
+
+for (const filter of filters) {
+  filter.addEventListener("change", () => {
+    Object.keys(charts).filter((id) => charts[id].filters.includes(filter.dataset.filter)).forEach(draw);
+    hide();
+  });
+}
+narrow.addEventListener("change", () => Object.keys(charts).forEach(draw));
+Object.keys(charts).forEach(draw);
+hide();
