@@ -91,14 +91,10 @@ def flips(tables: Tables, part: str) -> go.Figure:
     series = {Step.NOISE: (PURPLE, "square"), Step.CONVERTER: (GREEN, "diamond"), Step.ARITHMETIC: (BLUE, "circle")}
     order = list(FLIPS)
     for n, (step, (colour, symbol)) in enumerate(series.items()):
-        dots = [
-            Dot(
-                order.index(row["decision"]) + 0.24 * (n - 1),
-                *(100 * row[name] for name in ("rate", "rate_low", "rate_high")),
-                _flip_text(row),
-            )
-            for row in rows.filter(pl.col("step") == step).iter_rows(named=True)
-        ]
+        dots = []
+        for row in rows.filter(pl.col("step") == step).iter_rows(named=True):
+            rate, low, high = (100 * row[name] for name in ("rate", "rate_low", "rate_high"))
+            dots.append(Dot(order.index(row["decision"]) + 0.24 * (n - 1), rate, low, high, _flip_text(row)))
         add_dots(shown, scale, STEPS[step], colour, symbol, dots)
     return shown if len(rows) else say(shown, "no frames to compare")
 

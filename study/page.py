@@ -178,9 +178,7 @@ def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = 
         _contents(sections),
         _filters(sections, choices),
         *(_section(section, tables) for section in sections),
-        f"<script>{get_plotlyjs()}</script>",
-        f'<script type="application/json" id="charts">{_figures(sections, tables, choices)}</script>',
-        f"<script>{_resource('page.js')}</script>",
+        *(_scripts(sections, tables, choices) if any(section.charts for section in sections) else ()),
     ]
     policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
@@ -200,7 +198,8 @@ def _words(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator[s
     if said:
         yield f'<p class="answer">{_inline(said)}</p>'
     yield from (f'<p class="note">{_inline(sentence)}</p>' for sentence in words.explanation(tables))
-    yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
+    if tables:
+        yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
 
 
 def _title_of(table: str) -> str:
@@ -244,6 +243,12 @@ def _filters(sections: Sequence[Section], choices: Mapping[str, Mapping[str, str
 
 def _options(offered: Mapping[str, str]) -> str:
     return "".join(f'<option value="{escape(value)}">{escape(label)}</option>' for value, label in offered.items())
+
+
+def _scripts(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
+    yield f"<script>{get_plotlyjs()}</script>"
+    yield f'<script type="application/json" id="charts">{_figures(sections, tables, choices)}</script>'
+    yield f"<script>{_resource('page.js')}</script>"
 
 
 def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> str:

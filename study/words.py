@@ -147,13 +147,13 @@ def _enough(tables: Tables) -> str:
     """Like ``A 12-bit converter or products of 16×16 bits alone change the total by less than 5 %.``"""
     few, none = [], []
     if "converter" in tables:
-        bits, tried = enough_converter(tables["converter"]), tables["converter"]["converter_bits"]
+        bits, tried = enough_converter(tables["converter"]), tables["converter"]["converter_bits"].to_list()
         few += [f"a {bits}-bit converter"] if bits else []
-        none += [] if bits else [f"no converter of {tried.min()} to {tried.max()} bits"]
+        none += [] if bits else [f"no converter of {min(tried)} to {max(tried)} bits"]
     if "uniform" in tables and "errors" in tables:
-        bits, tried = enough_products(tables), tables["uniform"]["bits"]
+        bits, tried = enough_products(tables), tables["uniform"]["bits"].to_list()
         few += [f"products of {bits}×{bits} bits"] if bits else []
-        none += [] if bits else [f"no products of {tried.min()} to {tried.max()} bits"]
+        none += [] if bits else [f"no products of {min(tried)} to {max(tried)} bits"]
     close = f"the total by less than {CLOSE_PERCENT:g}\N{NO-BREAK SPACE}%."
     said = [f"{' or '.join(few)} alone would change {close}"] if few else []
     said += [f"{' and '.join(none)} would change {close}"] if none else []
@@ -197,6 +197,8 @@ def _meaning(tables: Tables) -> str:
         return ""
     name, errors = _first_part(tables, "errors")
     of_phi, of_f = (cell(errors, "count", quantity=q, step=Step.ARITHMETIC, view=View.TOTAL) for q in HEADLINE)
+    if not of_f:
+        return ""
     some = "" if of_phi == of_f else f" (φ: {of_phi:,}, which have friction)"
     close = f"; less than {CLOSE_PERCENT:g}\N{NO-BREAK SPACE}% is meant for median and 95th percentile of both"
     return (
@@ -215,14 +217,10 @@ def _left_out(tables: Tables) -> str:
     out, of = flagged.filter(pl.col("status") == "left_out").select("frames", "of").row(0)
     most = flagged.filter(pl.col("status") != "left_out").group_by("status", maintain_order=True).max()
     flags = {status: frames for status, frames in most.select("status", "frames").iter_rows() if frames}
-    why, kept = (
-        listed([f"{status.replace('_', ' ')} in {frames:,}" for status, frames in flags.items() if is_kept(status)])
-        for is_kept in (lambda status: status not in _SATURATED, lambda status: status in _SATURATED)
-    )
-    said = (
-        f"Of {of:,} {name} frames {out:,} are left out of all errors"
-        if out
-        else f"None of {of:,} {name} frames is left out"
-    )
-    said += f", since a step flags them (at any one step at most: {why})" if out and why else ""
+    said_of = {status: f"{status.replace('_', ' ')} in {frames:,}" for status, frames in flags.items()}
+    why = listed([said for status, said in said_of.items() if status not in _SATURATED])
+    kept = listed([said for status, said in said_of.items() if status in _SATURATED])
+    flagged_by = f", since a step flags them (at any one step at most: {why})" if why else ""
+    said = f"{out:,} of {of:,} {name} frames are left out of all errors{flagged_by}"
+    said = said if out else f"None of {of:,} {name} frames is left out"
     return said + (f"; frames that saturate are kept ({kept})." if kept else ".")

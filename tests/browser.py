@@ -22,7 +22,7 @@ PATIENCE = 60.0
 
 @dataclass
 class Browser:
-    """One tab.  ``messages`` of its console and ``requests`` for anything but the page itself are those so far."""
+    """One tab.  ``messages`` of its console and ``requests`` for anything but the page itself are those of the page."""
 
     commands: int
     answers: int
@@ -49,10 +49,21 @@ class Browser:
 
     def open(self, file: Path, width: int = 1280, height: int = 900) -> None:
         """Load ``file`` in a window of this size."""
+        self._load("about:blank")
+        self.messages.clear()
+        self.requests.clear()
+        self.resize(width, height)
+        self._load(file.as_uri())
+
+    def resize(self, width: int, height: int = 900) -> None:
+        """Give the window this size."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", **size)
+        self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+    def _load(self, url: str) -> None:
         self.loaded = False
-        self.call("Page.navigate", url=file.as_uri())
+        self.call("Page.navigate", url=url)
         while not self.loaded:
             self._note(self._receive())
 
