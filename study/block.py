@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import IntEnum, StrEnum
+from functools import cached_property
 from io import BytesIO
 
 import numpy as np
@@ -26,6 +27,29 @@ class Part(StrEnum):
 
     TRAIN = "train"
     HELD_OUT = "held_out"
+
+
+class Stream(IntEnum):
+    """What is drawn of a block, each from a generator of its own, so that one can be varied alone."""
+
+    CONTACTS = 0
+    NOISE = 1
+
+
+def generator(seed: int, part: Part, number: int, stream: Stream) -> np.random.Generator:
+    """The generator of block ``number`` of a part."""
+    key = list(Part).index(part), number, stream.value
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
+
+
+def with_noise(stress: Singles, spread: npt.ArrayLike, offset: npt.ArrayLike, normal: Floats) -> Singles:
+    """``stress (n, rows, columns)`` with noise and a common offset, both shares ``(n,)`` of the frame's peak.
+
+    ``normal`` is the noise at unit deviation.
+    """
+    peak = np.abs(stress.astype(np.float64)).max(axis=(1, 2), initial=0.0)
+    deviation, common = (np.asarray(peak * share)[:, None, None] for share in (spread, offset))
+    return np.asarray(stress + deviation * normal + common, dtype=np.float32)
 
 
 @dataclass(frozen=True)
@@ -52,12 +76,12 @@ class Block:
     def __len__(self) -> int:
         return len(self.stress)
 
-    @property
+    @cached_property
     def resultant(self) -> Floats:
         """True forces ``(n, 3)``, N."""
         return self.truth.select("force_x_n", "force_y_n", "force_z_n").to_numpy()
 
-    @property
+    @cached_property
     def forces(self) -> Floats:
         """True forces of the taxels ``(n, 3, rows, columns)``, N."""
         return self.resultant[:, :, None, None] * self.shares[:, None].astype(np.float64)

@@ -16,6 +16,7 @@ of signed quantities add up to the total.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from typing import Protocol
@@ -89,28 +90,44 @@ class Cascade:
         Errors are in single precision; a frame takes some 290 bytes.
         """
         codes = convert(self.design, block.noisy)
-        results = self.results(block, codes)
-        columns: dict[str, Floats | Ints | Bools] = {"frame": block.start + np.arange(len(block))}
-        before: Estimate = block
-        for step, found in results.items():
-            exact = centroids(self.design, codes.reshape(len(codes), -1)) if step is Step.ARITHMETIC else None
-            decided = _decided(found) if exact is None else _decided_in_words(exact.cos, exact.sin, exact.sweep_y)
-            decided |= {"status": found.status, "sweep_index": found.sweep_index}
-            columns |= {decision_column(key, step): values for key, values in decided.items()}
-            for view, reference in ((View.TOTAL, block), (View.OWN, before)):
-                errors = differences(block, reference, found)
-                columns |= {error_column(key, step, view): values for key, values in errors.items()}
-            before = found
-        return pl.DataFrame(columns).with_columns(pl.col(name).cast(kind) for name, kind in _TYPES.items())
+        return scores(self.design, block, codes, self.results(block, codes))
 
     def results(self, block: Block, codes: Ints) -> dict[Step, Result]:
         """What each step finds in ``block``, whose converter codes are ``codes``."""
         return {
             Step.METHOD: self._tfra(block.stress),
             Step.NOISE: self._tfra(block.noisy),
-            Step.CONVERTER: _flagged(self._tfra(codes * self.design.adc.lsb), saturated(self.design, codes)),
+            Step.CONVERTER: from_codes(self.design, self._tfra, codes),
             Step.ARITHMETIC: decode(self.design, self.design.model(codes).words),
         }
+
+
+def from_codes(design: Design, tfra: Tfra, codes: Ints) -> Result:
+    """What float arithmetic finds in ``codes``; clipping is told, which it does not see itself."""
+    found = tfra(codes * design.adc.lsb)
+    clipped = np.where(saturated(design, codes), Status.INPUT_SATURATED, 0)
+    return replace(found, status=found.status | clipped)
+
+
+def scores(
+    design: Design, block: Block, codes: Ints, results: Mapping[Step, Result], compared: Sequence[Step] = tuple(Step)
+) -> pl.DataFrame:
+    """A row each frame, as a cascade gives it, with the errors of the steps ``compared`` alone.
+
+    ``codes`` are those that the fixed-point result of ``results`` is from.
+    """
+    columns: dict[str, Floats | Ints | Bools] = {"frame": block.start + np.arange(len(block))}
+    before: Estimate = block
+    for step, found in results.items():
+        exact = centroids(design, codes.reshape(len(codes), -1)) if step is Step.ARITHMETIC else None
+        decided = _decided(found) if exact is None else _decided_in_words(exact.cos, exact.sin, exact.sweep_y)
+        decided |= {"status": found.status, "sweep_index": found.sweep_index}
+        columns |= {decision_column(key, step): values for key, values in decided.items()}
+        for view, reference in ((View.TOTAL, block), (View.OWN, before)) if step in compared else ():
+            errors = differences(block, reference, found)
+            columns |= {error_column(key, step, view): values for key, values in errors.items()}
+        before = found
+    return pl.DataFrame(columns).with_columns(pl.col(key).cast(kind) for key, kind in _TYPES.items() if key in columns)
 
 
 def differences(truth: Estimate, start: Estimate, end: Estimate) -> dict[str, Floats]:
@@ -165,11 +182,6 @@ def _field(estimate: Estimate) -> Floats:
 
 def _percent(part: Floats, whole: Floats) -> Floats:
     return 100.0 * np.divide(part, whole, out=np.full_like(part, np.nan), where=whole > 0)
-
-
-def _flagged(found: Result, frames: Bools) -> Result:
-    """The float algorithm does not see that its input is clipped."""
-    return replace(found, status=found.status | np.where(frames, Status.INPUT_SATURATED, 0))
 
 
 def _decided(found: Result) -> dict[str, Ints | Bools]:

@@ -19,10 +19,11 @@ from typing import Any
 
 from tfra.codegen.cover import LayerSpec
 from tfra.codegen.inputfile import opened
+from tfra.model.arrays import Floats
 from tfra.model.errors import InputError
 from tfra.model.scratch import scratch, writing
 from tfra.model.sensor import SensorArray
-from tfra.study.block import BLOCK, Block, Part
+from tfra.study.block import BLOCK, Block, Part, Stream, generator
 from tfra.study.mixture import Mixture
 from tfra.study.recording import Recording
 from tfra.study.schema import FramesSection
@@ -74,9 +75,18 @@ class Definition:
         """How many blocks a part has."""
         return -(-self.frames(part) // BLOCK)
 
+    def count(self, part: Part, number: int) -> int:
+        """How many frames a block has."""
+        return min(BLOCK, self.frames(part) - number * BLOCK)
+
     def make(self, part: Part, number: int) -> Block:
         """Return a block, made now."""
-        return self.source.block(part, number, min(BLOCK, self.frames(part) - number * BLOCK))
+        return self.source.block(part, number, self.count(part, number))
+
+    def noise(self, part: Part, number: int) -> Floats:
+        """Return the noise of a block at unit deviation, ``(n, rows, columns)``: a recording has its own already."""
+        shape = self.count(part, number), self.sensor.rows, self.sensor.columns
+        return generator(self.section.seed, part, number, Stream.NOISE).standard_normal(shape)
 
 
 def _source(file: Path, sensor: SensorArray, layer: LayerSpec, section: FramesSection) -> Mixture | Recording:

@@ -21,7 +21,7 @@ from tfra.model.cover.contact import Contacts, ContactShape
 from tfra.model.cover.layer import frames
 from tfra.model.errors import quoted
 from tfra.model.sensor import SensorArray
-from tfra.study.block import BLOCK, Block, Part
+from tfra.study.block import BLOCK, Block, Part, Stream, generator, with_noise
 from tfra.study.schema import ComponentSection, Range
 
 LIMITS = {
@@ -69,17 +69,12 @@ class Mixture:
 
     def block(self, part: Part, number: int, count: int) -> Block:
         """Return the first ``count`` frames of block ``number``."""
-        draws, noise = (
-            np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=(list(Part).index(part), number, stream)))
-            for stream in range(2)
-        )
+        draws, noise = (generator(self.seed, part, number, stream) for stream in Stream)
         component, shape, values = self._drawn(draws.random((count, 2 + len(LIMITS))))
         contacts = self._contacts(shape, values)
         stress = frames(self.sensor, contacts, self.layer.sampling, self.layer.poisson).astype(np.float32)
-        peak = np.abs(stress.astype(np.float64)).max(axis=(1, 2), initial=0.0)
-        spread, offset = (peak * values[key] for key in ("noise_share_of_peak", "offset_share_of_peak"))
-        normal = noise.standard_normal(stress.shape)
-        noisy = (stress + spread[:, None, None] * normal + offset[:, None, None]).astype(np.float32)
+        spread, offset = (values[key] for key in ("noise_share_of_peak", "offset_share_of_peak"))
+        noisy = with_noise(stress, spread, offset, noise.standard_normal(stress.shape))
         shares = cell_shares(self.sensor, contacts).astype(np.float32)
         return Block(number * BLOCK, stress, noisy, shares, _truth(component, contacts, values))
 

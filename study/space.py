@@ -49,7 +49,8 @@ class Space:
         """The point of these places among the options."""
         return {name: options[indices[name]] for name, options in self.options.items()}
 
-    def design(self, base: TfraDesign, point: Point) -> TfraDesign:
+    @staticmethod
+    def design(base: TfraDesign, point: Point) -> TfraDesign:
         """``base`` with the point's choices.
 
         Raises ``ValueError`` as :class:`tfra.model.choices.Choices` does where they do not fit together, and where

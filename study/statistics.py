@@ -7,7 +7,7 @@ depends on how frames were spread over blocks; a million frames take some 300 MB
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -30,7 +30,7 @@ CONFIDENCE = 0.95
 
 _SATURATION = Status.INPUT_SATURATED | Status.OUTPUT_SATURATED
 
-_ERRORS = {
+ERRORS = {
     "quantity": pl.String,
     "step": pl.String,
     "view": pl.String,
@@ -39,6 +39,8 @@ _ERRORS = {
     "worst_frame": pl.Int64,
     "bias": pl.Float64,
 }
+"""Columns of :func:`errors`."""
+
 _FLAGS = {"step": pl.String, "status": pl.String, "frames": pl.Int64, "of": pl.Int64}
 _FLIPS = {
     "step": pl.String,
@@ -55,8 +57,8 @@ def kept(scores: pl.DataFrame) -> pl.Series:
     return scores.select(kept=pl.all_horizontal(*clean)).to_series()
 
 
-def errors(scores: pl.DataFrame) -> pl.DataFrame:
-    """Return a row each quantity, step and view of the frames that are kept, in the quantity's unit.
+def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.DataFrame:
+    """Return a row each quantity, step ``compared`` and view of the frames that are kept, in the quantity's unit.
 
     Median, 95th and 99.9th percentile and worst are of magnitudes; ``worst_frame`` is the number of the first frame
     that has it.  ``bias`` is the mean with its sign, null where there is none.  ``count`` leaves out frames whose error
@@ -68,10 +70,10 @@ def errors(scores: pl.DataFrame) -> pl.DataFrame:
         {"quantity": key, "step": step, "view": view}
         | _spread(used[error_column(key, step, view)].to_numpy(), frames, signed)
         for key, signed in SIGNED.items()
-        for step in Step
+        for step in compared
         for view in View
     ]
-    return pl.DataFrame(rows, schema=_ERRORS)
+    return pl.DataFrame(rows, schema=ERRORS)
 
 
 def _spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
@@ -115,6 +117,13 @@ def flips(scores: pl.DataFrame) -> pl.DataFrame:
         for decision, count, total in _changes(scores, used, before, step)
     ]
     return pl.DataFrame(rows, schema=_FLIPS)
+
+
+def index_equal_rate(scores: pl.DataFrame) -> float | None:
+    """Return the rate of ``sweep_index_equal`` of the arithmetic alone, null of no frames."""
+    changes = _changes(scores, scores.filter(kept(scores)), Step.CONVERTER, Step.ARITHMETIC)
+    count, total = next((count, total) for decision, count, total in changes if decision == "sweep_index_equal")
+    return count / total if total else None
 
 
 def _changes(scores: pl.DataFrame, used: pl.DataFrame, before: Step, step: Step) -> Iterator[tuple[str, int, int]]:

@@ -38,6 +38,12 @@ FACTS = ("gain", "total", "chosen", "affine", "direction", "frame", "phi")
 """Streams of one transfer a frame."""
 
 
+def word_bits(design: Design) -> int:
+    """Bits of a word at the entry of the multiplier."""
+    header = max(f.bits + (not f.signed) for f in design.layout if f.name not in ("resultant", "forces"))
+    return max(design.widths.force, design.widths.division, header)
+
+
 @dataclass(frozen=True)
 class _Entry:
     """A step of a frame: ``word * factor / 2^shift``, only the ``plain`` ones unlimited; or the taxels of a plane."""
@@ -126,12 +132,10 @@ class Scaling(wiring.Component):
 
     def _operands(self) -> data.StructLayout:
         """One word at the entry of the multiplier."""
-        design, facts = self._design, payloads.gain(self._design).members
-        header = max(f.bits + (not f.signed) for f in design.layout if f.name not in ("resultant", "forces"))
-        word = max(design.widths.force, design.widths.division, header)
+        facts = payloads.gain(self._design).members
         return data.StructLayout(
             {
-                "word": signed(word),
+                "word": signed(word_bits(self._design)),
                 "factor": facts["mantissa"],
                 "shift": facts["force_shift"],
                 "plain": 1,

@@ -21,10 +21,15 @@ def operand(vector: Ints, bits: int) -> tuple[Ints, Ints]:
 
 def matvec(design: Design, stack: str, vector: Ints) -> Ints:
     """Result quads ``(n, quads, 4)`` of a stack's operators applied to ``vector (n, Q, 4)``, on the vector grid."""
+    exact = exact_products(design, stack, vector)
+    return np.concatenate([round_shift(sums, shift[:, None]) for sums, shift in exact], axis=1)
+
+
+def exact_products(design: Design, stack: str, vector: Ints) -> list[tuple[Ints, Ints]]:
+    """What :func:`accumulate` gives for each operator of a stack, before anything of it is rounded."""
     bits = design.formats.bits(f"operand.{stack}")
     words, significant = operand(vector, bits)
-    exact = [accumulate(op, words, bits, significant) for op in design.stacks[stack].operators]
-    return np.concatenate([round_shift(sums, shift[:, None]) for sums, shift in exact], axis=1)
+    return [accumulate(op, words, bits, significant) for op in design.stacks[stack].operators]
 
 
 def accumulate(op: Operator, words: Ints, bits: int, significant: Ints) -> tuple[Ints, Ints]:

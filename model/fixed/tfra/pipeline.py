@@ -82,6 +82,18 @@ class FixedTfra:
             first_frame += len(words[-1])
         return FixedResult(np.concatenate(words), tuple(parts))
 
+    def words(self, codes: Ints) -> Ints:
+        """The same result words alone, in less time and memory."""
+        first, words = 0, []
+        for trace in self.traces(codes):
+            words.append(self._words(trace, first))
+            first += len(words[-1])
+        return np.concatenate(words)
+
+    def product(self, stack: str, vector: Ints) -> Ints:
+        """Result quads of a stack's operators, on the vector grid."""
+        return matvec(self.design, stack, vector)
+
     def traces(self, codes: Ints) -> Iterator[Trace]:
         """What every block makes of converter ``codes (n, rows, columns)``, some frames at a time."""
         flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
@@ -94,22 +106,22 @@ class FixedTfra:
         direction = centroids(design, codes)
         stress = to_quads(design, frame.stress)
         b = butterfly(stress) << design.formats.vector_fraction
-        contact = matvec(design, "contact", b)
+        contact = self.product("contact", b)
         by_b = design.stacks["contact"].split(contact)
         n = weights(by_b["c33_inv"], frame.regular)
-        residual = matvec(design, "residual", n)
+        residual = self.product("residual", n)
         by_n = design.stacks["residual"].split(residual)
         g, d1, d2 = (by_n[name] for name in ("c33", "c31", "c32"))
         affine = dependent(design, gather_sums(by_b["sums_b"], by_n["sums_n"]), direction, frame.regular)
         d_ind, d_dep = ordered(direction, d1, d2)
         e0 = combine(design, b + g, affine.alpha, d_dep)
         e1 = combine(design, d_ind, affine.beta, d_dep)
-        normal = matvec(design, "normal", e0), matvec(design, "normal", e1)
+        normal = self.product("normal", e0), self.product("normal", e1)
         p, q = (to_taxels(design, butterfly(quads)) for quads in (normal[0] - g, normal[1]))
         found = sweep(design, frame.stress, p, q, direction.negative, frame.exponent)
         chosen = friction(design, found.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
-        force = matvec(design, "force", d)
+        force = self.product("force", d)
         planes = to_taxels(design, forces(design, force, chosen, n))
         total = resultant(design, affine, chosen, frame.regular)
         factor = gain(design, total, frame)

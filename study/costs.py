@@ -1,0 +1,49 @@
+"""What a design costs as far as its choices tell, without elaborating it: for the thousands of designs of a study."""
+
+from __future__ import annotations
+
+from tfra.hdl.parallel.scaling import CHUNK, word_bits
+from tfra.hdl.serial.product import low_bits
+from tfra.hdl.serial.sizes import sizes
+from tfra.model.fixed.design import Design
+from tfra.synth.estimate import multipliers
+from tfra.synth.targets import Family
+
+
+def coefficient_kbit(design: Design) -> float:
+    """Coefficients of all operators, each stored once, in 1000 bits."""
+    return design.coefficient_bits / 1000
+
+
+def products(design: Design) -> list[tuple[int, int]]:
+    """Widths of the factors of every multiplier of the core."""
+    return _serial(design) if design.architecture.kind == "serial" else _parallel(design)
+
+
+def dsp(design: Design, family: Family) -> int:
+    """Multiplier cells that the core takes of ``family``, as :func:`tfra.synth.estimate.estimate` counts them."""
+    return sum(multipliers(widths, family) for widths in products(design))
+
+
+def _parallel(design: Design) -> list[tuple[int, int]]:
+    bits, architecture = design.formats.bits, design.architecture
+    scalar = bits("scalar")
+    return [
+        *[(design.coefficient_word, design.operand_word)] * architecture.mac_lanes,
+        *[(bits("operand.combine"), scalar)] * architecture.vector_words,
+        (bits("sums"), bits("direction")),  # dependent
+        (scalar, scalar - 1),  # friction: |mu_ind| is at most one
+        (bits("sums"), scalar),  # resultant
+        *((chunk, scalar) for chunk in _chunks(word_bits(design))),  # scaling
+    ]
+
+
+def _chunks(bits: int) -> list[int]:
+    """Words of the partial products of a word of ``bits``; all but the last are unsigned."""
+    return [bits] if bits <= CHUNK + 1 else [CHUNK + 1, *_chunks(bits - CHUNK)]
+
+
+def _serial(design: Design) -> list[tuple[int, int]]:
+    size = sizes(design)
+    pairs = [(size.multiplicand, size.multiplier), *[(size.operand, size.coefficient)] * size.lanes]
+    return [(a - low_bits(a), b - low_bits(b)) for a, b in pairs]
