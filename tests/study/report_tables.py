@@ -16,11 +16,12 @@ from tfra.study.block import Block, Part
 from tfra.study.cascade import Cascade, Step, View
 from tfra.study.frameset import Definition
 from tfra.study.ranges import ranges
-from tfra.study.search import Measured, Search, front, one_after_another
+from tfra.study.search import Measured, Search, front
 from tfra.study.space import Point, Space
 from tfra.study.stages import stage_errors
 from tfra.study.statistics import errors, flagged, flips
 from tfra.study.trials import COMPLETE, UNFIT, Trials, sqlite
+from tfra.study.workers import one_after_another
 
 FORCE = "force_difference_percent_of_true_force"
 ERROR = f"{FORCE}.p95"

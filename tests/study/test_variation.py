@@ -13,9 +13,9 @@ import polars as pl
 import pytest
 
 from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, design, section
-from tfra.model.choices import Adc
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
 from tfra.study import variation as module
 from tfra.study.block import BLOCK, Part
@@ -112,12 +112,10 @@ def test_what_does_not_fit_is_there_with_its_reason(table):
 
 
 def test_words_that_could_overflow_do_not_fit():
-    long = replace(design().formats, name="custom", coefficient=27, operand=27, vector_fraction=16)
-    found = Variation.of({}, lambda: TfraDesign(SENSOR, adc=Adc(20), formats=long))
-    assert found.design is None or found.design.widths
-    wide = Variation.of({}, lambda: TfraDesign(replace(SENSOR, rows=64, columns=64), adc=Adc(20), formats=long))
-    assert wide.design is None
-    assert "can overflow" in str(wide.reason)
+    """Taxels at a third of the cover's thickness: operators so badly conditioned that sums need more than 63 bits."""
+    found = Variation.of({}, lambda: TfraDesign(SensorArray(10, 10, 1e-3, 1e-3, 3e-3)))
+    assert found.design is None
+    assert "can overflow" in str(found.reason)
 
 
 def test_types_of_columns_do_not_hang_on_values(frames, table):
