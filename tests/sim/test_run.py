@@ -174,7 +174,7 @@ def test_the_second_run_needs_no_build(
     assert sorted(cache.iterdir()) == before
 
 
-@pytest.mark.parametrize("damage", ["a bit in the middle", "a full folder", "half an entry of a killed run"])
+@pytest.mark.parametrize("damage", ["a bit in the middle", *long("a full folder", "half an entry of a killed run")])
 def test_a_damaged_build_is_built_again(cache: Path, codes: Ints, words: Ints, standin: Maker, damage: str) -> None:
     core = standin()
     simulate(DESIGN, codes, "icarus", build_dir=cache, core=core)

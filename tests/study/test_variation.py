@@ -128,6 +128,7 @@ def test_any_split_gives_the_same(frames, table, together):
     assert measured(frames, some(), together).equals(table)
 
 
+@pytest.mark.long
 def test_any_number_of_processes_in_any_order_gives_the_same(frames, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
     comparison = Comparison(frames, Part.TRAIN, some())

@@ -17,6 +17,13 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, Tfra
 
+FLAGS = [
+    ("-O3", "-march=native"),
+    pytest.param(("-O3", "-Wextra", "-Werror"), marks=pytest.mark.long),
+    ("-O0",),
+]
+"""How the program is built: the first as it is measured."""
+
 SENSORS = {
     "10x10": SensorArray(10, 10, 4e-3, 2e-3, 3e-3),
     "2x2": SensorArray(2, 2, 4e-3, 2e-3, 3e-3),
@@ -38,7 +45,7 @@ def library(program, sensor, directory, steps=100):
     return Library(program, sensor, steps, directory, THRESHOLD)
 
 
-@pytest.mark.parametrize("flags", [("-O3", "-march=native"), ("-O3", "-Wextra", "-Werror"), ("-O0",)], ids=" ".join)
+@pytest.mark.parametrize("flags", FLAGS, ids=" ".join)
 @pytest.mark.parametrize("steps", [1, 100])
 @pytest.mark.parametrize("name", SENSORS)
 def test_doubles_equal_the_float_model(name, steps, flags, tmp_path):
@@ -75,7 +82,7 @@ def test_single_precision_is_close(tmp_path):
     assert 1e-9 < worst < 1e-2
 
 
-@pytest.mark.parametrize("flags", [("-O3", "-march=native"), ("-O3", "-Wextra", "-Werror")], ids=" ".join)
+@pytest.mark.parametrize("flags", FLAGS[:2], ids=" ".join)
 def test_the_literal_loop_agrees(flags, tmp_path):
     program = Program("literal", "double", flags)
     stress, expected = scene(SENSORS["10x10"])
