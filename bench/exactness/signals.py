@@ -15,9 +15,9 @@ import polars as pl
 from bench.publish import insert, store
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.study.attaining import attaining
-from tfra.study.ranges import broken, ranges
-from tfra.study.stages import stage_errors
+from tfra.study.signals.attaining import attaining
+from tfra.study.signals.ranges import broken, ranges
+from tfra.study.signals.stages import stage_errors
 
 PAGE = "docs/numerics.md"
 DESIGN = TfraDesign(SENSORS["10×10, 4×2 mm, h 3 mm"])

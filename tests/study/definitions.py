@@ -10,8 +10,8 @@ from tfra.codegen.cover import LayerSpec
 from tfra.model.choices import Adc, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.study.frameset import Definition
-from tfra.study.schema import FramesSection
+from tfra.study.frames.frameset import Definition
+from tfra.study.frames.schema import FramesSection
 
 SENSOR = SensorArray(6, 8, 3e-3, 2e-3, 2e-3)
 LAYER = LayerSpec(poisson=0.48, sampling="point")

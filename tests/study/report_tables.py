@@ -12,15 +12,15 @@ import polars as pl
 from tfra.model.choices import Search as Sweep
 from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.study.block import Block, Part
-from tfra.study.cascade import Cascade, Step, View
-from tfra.study.frameset import Definition
-from tfra.study.ranges import ranges
-from tfra.study.search import Measured, Search, front
-from tfra.study.space import Point, Space
-from tfra.study.stages import stage_errors
-from tfra.study.statistics import errors, flagged, flips
-from tfra.study.trials import COMPLETE, UNFIT, Trials, sqlite
+from tfra.study.errors.cascade import Cascade, Step, View
+from tfra.study.errors.statistics import errors, flagged, flips
+from tfra.study.frames.block import Block, Part
+from tfra.study.frames.frameset import Definition
+from tfra.study.search.search import Measured, Search, front
+from tfra.study.search.space import Point, Space
+from tfra.study.search.trials import COMPLETE, UNFIT, Trials, sqlite
+from tfra.study.signals.ranges import ranges
+from tfra.study.signals.stages import stage_errors
 from tfra.study.workers import one_after_another
 
 FORCE = "force_difference_percent_of_true_force"

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 from distributed import LocalCluster
 
-from tests.study.test_search import SEARCH, measure, run
-from tfra.study.search import Measured
-from tfra.study.space import Point
-from tfra.study.trials import Trials, sqlite
+from tests.study.search.test_search import SEARCH, measure, run
+from tfra.study.search.search import Measured
+from tfra.study.search.space import Point
+from tfra.study.search.trials import Trials, sqlite
 from tfra.study.workers import ONE_THREAD, cluster, processes
 
 

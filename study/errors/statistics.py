@@ -1,0 +1,150 @@
+"""Tables of errors and of decisions that flip, from the rows of all frames.
+
+Frames that any step flags, but for saturation, are left out of all steps: what a step says of a frame without contact
+or without traction can't be compared.  :func:`flagged` counts them.  Quantiles are those of all values, so nothing
+depends on how frames were spread over blocks; a million frames take some 300 MB.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import polars as pl
+from scipy import stats
+
+from tfra.model.arrays import Floats
+from tfra.model.tfra import Status
+from tfra.study.errors.cascade import SIGNED, Step, View, decision_column, error_column
+
+PERMILLES = {"median": 500, "p95": 950, "p99_9": 999}
+"""Percentiles of a table, by their columns."""
+
+BEYOND = 10
+"""So many values have to lie beyond a percentile: else it hangs on a few frames, and is null."""
+
+CONFIDENCE = 0.95
+"""Of the intervals of rates."""
+
+_SATURATION = Status.INPUT_SATURATED | Status.OUTPUT_SATURATED
+
+ERRORS = {
+    "quantity": pl.String,
+    "step": pl.String,
+    "view": pl.String,
+    "count": pl.Int64,
+    **dict.fromkeys([*PERMILLES, "worst"], pl.Float64),
+    "worst_frame": pl.Int64,
+    "bias": pl.Float64,
+}
+"""Columns of :func:`errors`."""
+
+_FLAGS = {"step": pl.String, "status": pl.String, "frames": pl.Int64, "of": pl.Int64}
+_FLIPS = {
+    "step": pl.String,
+    "decision": pl.String,
+    "frames": pl.Int64,
+    "of": pl.Int64,
+    **dict.fromkeys(["rate", "rate_low", "rate_high"], pl.Float64),
+}
+
+
+def kept(scores: pl.DataFrame) -> pl.Series:
+    """Return which rows no step flags, but for saturation."""
+    clean = (pl.col(decision_column("status", step)) & ~int(_SATURATION) == 0 for step in Step)
+    return scores.select(kept=pl.all_horizontal(*clean)).to_series()
+
+
+def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.DataFrame:
+    """Return a row each quantity, step ``compared`` and view of the frames that are kept, in the quantity's unit.
+
+    Median, 95th and 99.9th percentile and worst are of magnitudes; ``worst_frame`` is the number of the first frame
+    that has it.  ``bias`` is the mean with its sign, null where there is none.  ``count`` leaves out frames whose error
+    is unknown or undefined, such as that of phi without friction.
+    """
+    used = scores.filter(kept(scores))
+    frames = used["frame"].to_numpy()
+    rows = [
+        {"quantity": key, "step": step, "view": view}
+        | _spread(used[error_column(key, step, view)].to_numpy(), frames, signed)
+        for key, signed in SIGNED.items()
+        for step in compared
+        for view in View
+    ]
+    return pl.DataFrame(rows, schema=ERRORS)
+
+
+def _spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
+    known = np.flatnonzero(~np.isnan(values))
+    exact = values[known].astype(np.float64)
+    found: dict[str, Any] = {"count": len(exact)}
+    magnitudes = np.abs(exact)
+    for column, permille in PERMILLES.items():
+        if len(exact) * (1000 - permille) >= BEYOND * 1000:
+            found[column] = float(np.quantile(magnitudes, permille / 1000))
+    if len(exact):
+        worst = magnitudes.argmax()
+        found |= {"worst": float(magnitudes[worst]), "worst_frame": int(frames[known[worst]])}
+        found["bias"] = float(exact.mean()) if signed else None
+    return found
+
+
+def flagged(scores: pl.DataFrame) -> pl.DataFrame:
+    """Return how many of all frames have each status bit at each step; in the last row, how many are left out."""
+    rows: list[dict[str, Any]] = []
+    for step in Step:
+        bits = scores[decision_column("status", step)].to_numpy()
+        rows += [
+            {"step": step, "status": str(status.name).lower(), "frames": int(np.count_nonzero(bits & status.value))}
+            for status in Status
+        ]
+    rows.append({"step": "any", "status": "left_out", "frames": int((~kept(scores)).sum())})
+    return pl.DataFrame([row | {"of": len(scores)} for row in rows], schema=_FLAGS)
+
+
+def flips(scores: pl.DataFrame) -> pl.DataFrame:
+    """Return how often a step decides otherwise than the one before, with Wilson intervals of 95 % confidence.
+
+    ``status`` is compared in all frames, but for saturation; the others in those kept.  Indices are compared where the
+    same variable is swept the same way: ``of`` says how many frames these are.  A rate of no frames is null.
+    """
+    used = scores.filter(kept(scores))
+    rows = [
+        {"step": step, "decision": decision, "frames": count, "of": total} | _rate(count, total)
+        for before, step in pairwise(Step)
+        for decision, count, total in _changes(scores, used, before, step)
+    ]
+    return pl.DataFrame(rows, schema=_FLIPS)
+
+
+def index_equal_rate(scores: pl.DataFrame) -> float | None:
+    """Return the rate of ``sweep_index_equal`` of the arithmetic alone, null of no frames."""
+    changes = _changes(scores, scores.filter(kept(scores)), Step.CONVERTER, Step.ARITHMETIC)
+    count, total = next((count, total) for decision, count, total in changes if decision == "sweep_index_equal")
+    return count / total if total else None
+
+
+def _changes(scores: pl.DataFrame, used: pl.DataFrame, before: Step, step: Step) -> Iterator[tuple[str, int, int]]:
+    """Every decision: its name, in how many frames it changes, and of how many."""
+    one, other = (scores[decision_column("status", each)].to_numpy() & ~_SATURATION.value for each in (before, step))
+    yield "status", int((one != other).sum()), len(scores)
+    first, then = (
+        {key: used[decision_column(key, each)].to_numpy() for key in ("quadrant", "sweep_y", "negative", "sweep_index")}
+        for each in (before, step)
+    )
+    for decision, key in (("quadrant", "quadrant"), ("swept_variable", "sweep_y")):
+        yield decision, int((first[key] != then[key]).sum()), len(used)
+    same = (first["sweep_y"] == then["sweep_y"]) & (first["negative"] == then["negative"])
+    moved = np.abs(then["sweep_index"] - first["sweep_index"])[same]
+    yield "sweep_index_equal", int((moved == 0).sum()), len(moved)
+    yield "sweep_index_off_by_one", int((moved == 1).sum()), len(moved)
+    yield "sweep_index_off_by_more", int((moved > 1).sum()), len(moved)
+
+
+def _rate(count: int, total: int) -> dict[str, float]:
+    if not total:
+        return {}
+    interval = stats.binomtest(count, total).proportion_ci(CONFIDENCE, method="wilson")
+    return {"rate": count / total, "rate_low": float(interval.low), "rate_high": float(interval.high)}

@@ -1,0 +1,188 @@
+"""One design after the other on identical frames: what changes when one choice does.
+
+A variation changes a choice; the errors of its steps are those of a cascade on the same frames.  What variations have
+in common is computed once for a block: the truth, and the float estimates on exact stress, noisy stress and codes.
+A score is the same whatever else is in its job, so that jobs may be of any size and done anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import product
+from typing import Any, NamedTuple
+
+import polars as pl
+
+from tfra.model.arrays import Ints
+from tfra.model.choices import Adc
+from tfra.model.converter import convert
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.words import decode
+from tfra.model.tfra import Result, Tfra
+from tfra.study.errors.cascade import SIGNED, Step, View, from_codes, scores
+from tfra.study.errors.rounding import RoundedTfra, Rounding
+from tfra.study.errors.statistics import ERRORS, errors, index_equal_rate, kept
+from tfra.study.frames.block import Block, Part, with_noise
+from tfra.study.frames.frameset import FrameSet
+
+Facts = Mapping[str, str | int | float | None]
+"""What a variation is, by columns of its table."""
+
+
+@dataclass(frozen=True)
+class Variation:
+    """A ``design`` that differs from another in what ``facts`` say, or the ``reason`` why there is none.
+
+    ``compared`` are the steps whose errors are wanted; ``noise`` a deviation as a share of the frame's peak instead of
+    the frame's own; ``rounding`` that of the products.
+    """
+
+    facts: Facts
+    design: TfraDesign | None
+    reason: str | None = None
+    compared: tuple[Step, ...] = (Step.ARITHMETIC,)
+    noise: float | None = None
+    rounding: Rounding = Rounding.HALF_UP
+
+    @classmethod
+    def of(cls, facts: Facts, make: Callable[[], TfraDesign], **others: Any) -> Variation:
+        """The variation whose design ``make`` gives; a ``ValueError`` of it is the reason why it does not fit."""
+        try:
+            design = make()
+            _ = design.widths
+        except ValueError as error:
+            return cls(facts, None, str(error), **others)
+        return cls(facts, design, **others)
+
+
+class Job(NamedTuple):
+    """Variations from ``first`` to before ``stop`` on a block."""
+
+    block: int
+    first: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Variations on all frames of a part.  It travels between processes, as jobs and their scores do.
+
+    All processes have to give BLAS as many threads: then tables are the same for any number of processes.
+    """
+
+    frames: FrameSet
+    part: Part
+    variations: tuple[Variation, ...]
+
+    def jobs(self, together: int) -> list[Job]:
+        """All jobs, block by block, of up to ``together`` variations: the float estimates are made once for a job."""
+        count = len(self.variations)
+        return [
+            Job(block, first, min(first + together, count))
+            for block in range(self.frames.definition.blocks(self.part))
+            for first in range(0, count, together)
+        ]
+
+    def __call__(self, job: Job) -> list[pl.DataFrame | None]:
+        """Scores of a job's variations, some 100 bytes a frame for one step; none of what does not fit."""
+        shared = Shared(self.frames, self.part, job.block)
+        return [shared.scores(variation) for variation in self.variations[job.first : job.stop]]
+
+    def table(self, jobs: Sequence[Job], found: Iterable[Sequence[pl.DataFrame | None]]) -> pl.DataFrame:
+        """The table of what all ``jobs`` gave, ``found`` in their order; see :func:`rows` for the columns."""
+        blocks: list[list[pl.DataFrame]] = [[] for _ in self.variations]
+        for job, tables in sorted(zip(jobs, found, strict=True), key=lambda pair: pair[0]):
+            for number, table in zip(range(job.first, job.stop), tables, strict=True):
+                blocks[number] += [] if table is None else [table]
+        pairs = zip(self.variations, blocks, strict=True)
+        found_rows = [row for each, parts in pairs for row in rows(each, parts)]
+        return pl.DataFrame(found_rows, schema_overrides=ERRORS | _BEHIND, infer_schema_length=None)
+
+
+_BEHIND = {"frames": pl.Int64, "left_out": pl.Int64, "sweep_index_equal": pl.Float64, "reason": pl.String}
+
+
+def rows(variation: Variation, blocks: Sequence[pl.DataFrame]) -> Iterator[dict[str, Any]]:
+    """Rows of a variation's table: its facts, then the columns of :func:`tfra.study.statistics.errors`.
+
+    Behind them are ``frames``, how many of them are ``left_out``, ``sweep_index_equal`` as the share of those swept
+    alike whose index float finds, too, and the ``reason`` why all of it is null.
+    """
+    if not blocks:
+        nothing = dict.fromkeys([*ERRORS, *_BEHIND])
+        for quantity, step, view in product(SIGNED, variation.compared, View):
+            name = {"quantity": quantity, "step": step, "view": view, "reason": variation.reason}
+            yield {**variation.facts, **nothing, **name}
+        return
+    scored = pl.concat(blocks)
+    common = {
+        "frames": len(scored),
+        "left_out": int((~kept(scored)).sum()),
+        "sweep_index_equal": index_equal_rate(scored),
+        "reason": None,
+    }
+    for row in errors(scored, variation.compared).rows(named=True):
+        yield {**variation.facts, **row, **common}
+
+
+class _Search(NamedTuple):
+    """All that float TFRA takes from a design of the same sensor; stress in Pa."""
+
+    steps: int
+    tolerance: float
+    threshold: float
+
+
+class Shared:
+    """A block, and what variations have in common on it."""
+
+    def __init__(self, frames: FrameSet, part: Part, number: int) -> None:
+        self._set, self._part, self._number = frames.definition, part, number
+        self._exact = frames.block(part, number)
+        # Few of each are kept: variations that follow each other share most.
+        self._block = lru_cache(maxsize=1)(self._make_block)
+        self._method = lru_cache(maxsize=4)(self._make_method)
+        self._noise = lru_cache(maxsize=4)(self._make_noise)
+        self._converted: dict[tuple[_Search, float | None, Adc], Result] = {}  # the last one alone
+
+    def scores(self, variation: Variation) -> pl.DataFrame | None:
+        """Scores of a variation, none if it does not fit."""
+        design, noise = variation.design, variation.noise
+        if design is None:
+            return None
+        lsb = design.adc.lsb
+        search = _Search(design.search.steps, design.search.tolerance * lsb, design.adc.threshold * lsb)
+        codes = convert(design, self._block(noise).noisy)
+        results = {
+            Step.METHOD: self._method(search),
+            Step.NOISE: self._noise(search, noise),
+            Step.CONVERTER: self._converter(search, noise, design, codes),
+            Step.ARITHMETIC: decode(design, RoundedTfra(design, variation.rounding).words(codes)),
+        }
+        return scores(design, self._block(noise), codes, results, variation.compared)
+
+    def _make_block(self, noise: float | None) -> Block:
+        exact = self._exact
+        if noise is None:
+            return exact
+        drawn = "offset_share_of_peak" in exact.truth.columns
+        offset = exact.truth["offset_share_of_peak"].to_numpy() if drawn else 0.0
+        normal = self._set.noise(self._part, self._number)
+        return replace(exact, noisy=with_noise(exact.stress, noise, offset, normal))
+
+    def _tfra(self, search: _Search) -> Tfra:
+        return Tfra(self._set.sensor, search.steps, search.tolerance, contact_threshold=search.threshold)
+
+    def _make_method(self, search: _Search) -> Result:
+        return self._tfra(search)(self._exact.stress)
+
+    def _make_noise(self, search: _Search, noise: float | None) -> Result:
+        return self._tfra(search)(self._block(noise).noisy)
+
+    def _converter(self, search: _Search, noise: float | None, design: TfraDesign, codes: Ints) -> Result:
+        key = search, noise, design.adc
+        if key not in self._converted:
+            self._converted = {key: from_codes(design, self._tfra(search), codes)}
+        return self._converted[key]

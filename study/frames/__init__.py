@@ -1,0 +1,1 @@
+"""Frame sets: contacts drawn from a mixture, or a recording, in blocks that any process can make."""

@@ -1,0 +1,220 @@
+"""Frame sets: a definition, and the frames that follow from it, in a folder of Parquet files.
+
+A folder holds ``definition.json`` and a file for each block, ``PART-NUMBER-HASH.parquet``.  HASH is that of the
+definition, the block's place and its bytes, so a file that is damaged, of another set or in another's place is noticed
+before anything in it is believed.  Files take their place in one step; any process may write any block at any time, and
+the set is complete when all of them are there.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from tfra.codegen.cover import LayerSpec
+from tfra.codegen.inputfile import opened
+from tfra.model.arrays import Floats
+from tfra.model.errors import InputError
+from tfra.model.scratch import scratch, writing
+from tfra.model.sensor import SensorArray
+from tfra.study.frames.block import BLOCK, Block, Part, Stream, generator
+from tfra.study.frames.mixture import Mixture
+from tfra.study.frames.recording import Recording
+from tfra.study.frames.schema import FramesSection
+
+_DEFINITION = "definition.json"
+
+
+@dataclass(frozen=True)
+class Definition:
+    """What the frames of a set follow from: the sensor, its cover, and a checked ``[frames]`` section."""
+
+    sensor: SensorArray
+    layer: LayerSpec
+    section: FramesSection
+    source: Mixture | Recording
+
+    @classmethod
+    def of(cls, file: Path, sensor: SensorArray, layer: LayerSpec, section: FramesSection) -> Definition:
+        """Return the definition that the STUDY ``file`` has in ``[frames]``; a recording's name is relative to it.
+
+        Raises ``InputError`` that names the file and the key.
+        """
+        try:
+            return cls(sensor, layer, section, _source(file, sensor, layer, section))
+        except InputError:
+            raise
+        except ValueError as error:
+            key, _, reason = str(error).partition(": ")
+            raise InputError(file, f"frames.{key}", reason) from None
+
+    @cached_property
+    def document(self) -> dict[str, Any]:
+        """The definition in plain values; a recording is known by its content, wherever it is."""
+        section = self.section.model_dump(mode="json", by_alias=True)
+        section["recording"] = self.source.digest if isinstance(self.source, Recording) else None
+        layer = {"poisson": self.layer.poisson, "sampling": self.layer.sampling}
+        return {"sensor": asdict(self.sensor), "layer": layer, "frames": section}
+
+    @cached_property
+    def hash(self) -> str:
+        """SHA-256 of the document."""
+        return _hash(self.document)
+
+    def frames(self, part: Part) -> int:
+        """How many frames a part has."""
+        return self.section.train if part is Part.TRAIN else self.section.held_out
+
+    def blocks(self, part: Part) -> int:
+        """How many blocks a part has."""
+        return -(-self.frames(part) // BLOCK)
+
+    def count(self, part: Part, number: int) -> int:
+        """How many frames a block has."""
+        return min(BLOCK, self.frames(part) - number * BLOCK)
+
+    def make(self, part: Part, number: int) -> Block:
+        """Return a block, made now."""
+        return self.source.block(part, number, self.count(part, number))
+
+    def noise(self, part: Part, number: int) -> Floats:
+        """Return the noise of a block at unit deviation, ``(n, rows, columns)``: a recording has its own already."""
+        shape = self.count(part, number), self.sensor.rows, self.sensor.columns
+        return generator(self.section.seed, part, number, Stream.NOISE).standard_normal(shape)
+
+
+def _source(file: Path, sensor: SensorArray, layer: LayerSpec, section: FramesSection) -> Mixture | Recording:
+    if (section.recording is None) == (not section.mixture):
+        raise ValueError("mixture: either this or a recording is needed")
+    if not section.train + section.held_out:
+        raise ValueError("train: at least one frame of this or of held_out is needed, got none")
+    if section.recording is None:
+        mixture = Mixture(sensor, layer, section.mixture, section.seed)
+        if section.train and section.held_out:
+            mixture.require_disjoint()
+        return mixture
+    recording = Recording.read(file.parent / section.recording, sensor)
+    wanted, have = section.train + section.held_out, len(recording.frames)
+    if wanted > have:
+        raise ValueError(f"train: {wanted:,} frames with those of held_out are wanted, the recording has {have:,}")
+    return recording
+
+
+@dataclass(frozen=True)
+class FrameSet:
+    """The frames of a definition in a folder."""
+
+    folder: Path
+    definition: Definition
+
+    @classmethod
+    def create(cls, folder: Path, definition: Definition) -> FrameSet:
+        """Return the set in ``folder``, which is made if it is missing; frames may be missing in it.
+
+        Raises ``InputError`` where it holds anything of another definition, or can't be written.
+        """
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+        if not os.path.lexists(folder / _DEFINITION):
+            content = {"sha256": definition.hash, "definition": definition.document}
+            _put(folder, _DEFINITION, (json.dumps(content, indent=1) + "\n").encode())
+        return cls.open(folder, definition)
+
+    @classmethod
+    def open(cls, folder: Path, definition: Definition) -> FrameSet:
+        """Return the set in ``folder``; raises ``InputError`` where it isn't one of ``definition``."""
+        found = _read_definition(folder / _DEFINITION)
+        if found != definition.document:
+            key = _first_difference(found, definition.document)
+            raise InputError(folder, "", f"holds frames of another definition: {key} differs")
+        return cls(folder, definition)
+
+    def missing(self) -> list[tuple[Part, int]]:
+        """Blocks that have no file yet, in order."""
+        there = {name.rpartition("-")[0] for name in self._names()}
+        every = ((part, number) for part in Part for number in range(self.definition.blocks(part)))
+        return [(part, number) for part, number in every if _stem(part, number) not in there]
+
+    def write(self, part: Part, number: int) -> None:
+        """Make a block and store it; raises ``InputError`` when it can't be written."""
+        data = self.definition.make(part, number).to_parquet()
+        _put(self.folder, f"{_stem(part, number)}-{self._digest(part, number, data)}.parquet", data)
+
+    def complete(self) -> None:
+        """Make and store all that is missing."""
+        for part, number in self.missing():
+            self.write(part, number)
+
+    def block(self, part: Part, number: int) -> Block:
+        """Load a block; raises ``InputError`` where its file is missing, damaged or another block's."""
+        stem, sensor = _stem(part, number), self.definition.sensor
+        names = [name for name in self._names() if name.startswith(f"{stem}-")]
+        if len(names) != 1:
+            reason = "there more than once: remove all of them" if names else "missing: the set is not complete"
+            raise InputError(self.folder, stem, f"is {reason}")
+        with opened(self.folder / names[0]) as stream:
+            data = stream.read()
+        if names[0] != f"{stem}-{self._digest(part, number, data)}.parquet":
+            raise InputError(self.folder / names[0], "", "is not as it was written: remove it, to have it made again")
+        return Block.from_parquet(data, number * BLOCK, sensor.rows, sensor.columns)
+
+    def blocks(self, part: Part) -> Iterator[Block]:
+        """Load the blocks of a part, one after the other."""
+        return (self.block(part, number) for number in range(self.definition.blocks(part)))
+
+    def _names(self) -> list[str]:
+        try:
+            return [name for name in os.listdir(self.folder) if name.endswith(".parquet")]
+        except OSError as error:
+            raise InputError(self.folder, "", f"cannot be read: {error.strerror}") from None
+
+    def _digest(self, part: Part, number: int, data: bytes) -> str:
+        return sha256(f"{self.definition.hash} {part} {number}\n".encode() + data).hexdigest()[:16]
+
+
+def _stem(part: Part, number: int) -> str:
+    return f"{part}-{number:06d}"
+
+
+def _hash(document: dict[str, Any]) -> str:
+    return sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
+
+
+def _put(folder: Path, name: str, data: bytes) -> None:
+    """Write a file that is there completely or not at all."""
+    with scratch(folder) as place, writing(folder):
+        (place / name).write_bytes(data)
+        os.replace(place / name, folder / name)
+
+
+def _read_definition(file: Path) -> dict[str, Any]:
+    """Return the document in ``file``; raises ``InputError`` where it isn't as it was written."""
+    with opened(file) as stream:
+        data = stream.read()
+    try:
+        content = json.loads(data)
+        document: dict[str, Any] = content["definition"]
+        intact = content["sha256"] == _hash(document)
+    except (ValueError, LookupError, TypeError, RecursionError):
+        intact = False
+    if not intact:
+        raise InputError(file, "", "is no definition of frames as it was written")
+    return document
+
+
+def _first_difference(one: Any, other: Any) -> str:
+    """Return the key at which two documents differ; people count from one."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        key = next(key for key in [*one, *other] if key not in one or key not in other or one[key] != other[key])
+        rest = _first_difference(one.get(key), other.get(key))
+        return f"{key}.{rest}".rstrip(".").replace(".#", "#")
+    if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
+        number = next(number for number, pair in enumerate(zip(one, other, strict=True)) if pair[0] != pair[1])
+        return f"#{number + 1}.{_first_difference(one[number], other[number])}".rstrip(".")
+    return ""

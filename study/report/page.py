@@ -1,0 +1,313 @@
+"""The report of a study: tables in, one page out that loads nothing and answers when pointed at."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+from itertools import product
+from typing import Any
+
+import plotly.graph_objects as go
+import polars as pl
+from plotly.offline import get_plotlyjs
+
+from tfra.codegen.html import document, grid, row
+from tfra.model.fixed.design import Design
+from tfra.study.errors.cascade import View
+from tfra.study.report import charts, front, words
+from tfra.study.report.words import QUANTITIES, STATISTICS, Tables
+
+HEADINGS = {
+    "p95": "95th percentile",
+    "p99_9": "99.9th percentile",
+    "p95_change": "change of the 95th percentile / %",
+    "median_change": "change of the median / %",
+    "of": "of frames",
+    "rate_low": "95 % confidence, from",
+    "rate_high": "to",
+    "sqnr_db": "SQNR / dB",
+    "max_error_lsb": "worst / LSB",
+    "rms_error_lsb": "rms / LSB",
+    "bias_lsb": "bias / LSB",
+    "noise_share_of_peak": "noise, share of the peak",
+}
+"""Columns of tables as a reader likes them; others have their names."""
+
+NOTES = {
+    "flagged": "how many frames each step flags",
+    "decisions": "the arithmetic against float64 on the same codes, each where those before it agree",
+}
+"""What a table is that has no chart."""
+
+
+@dataclass(frozen=True)
+class Chart:
+    """A figure for each choice of the ``filters``; ``title`` tells it from another beside it."""
+
+    name: str
+    draw: Callable[..., go.Figure]
+    filters: tuple[str, ...] = ()
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Charts over the tables ``shown``, which stand under them; without the first there is no section.
+
+    ``caption`` says how they are read; ``view`` prepares a table to be shown.
+    """
+
+    name: str
+    title: str
+    caption: str
+    shown: tuple[str, ...]
+    charts: tuple[Chart, ...] = ()
+    needs: tuple[str, ...] = ()
+    view: Callable[[Tables], pl.DataFrame] | None = None
+
+
+def _by_view(name: str, draw: Callable[..., go.Figure], titles: Mapping[View, str]) -> tuple[Chart, ...]:
+    """A chart of each view, beside each other where there is room."""
+    return tuple(
+        Chart(f"{name}-{view}", lambda *given, view=view: draw(*given, view), ("quantity", "statistic"), title)
+        for view, title in titles.items()
+    )
+
+
+SECTIONS = (
+    Section(
+        "cascade",
+        "Where the error comes from",
+        "Each step sees the same frames: a dot is the median of the error’s magnitude, the line ends at the 95th "
+        "percentile; blue is what the step adds to the result of the step before, vermilion the error against the "
+        "truth behind it; a triangle at the left end is a median of zero.",
+        ("errors", "flagged"),
+        (Chart("cascade", charts.cascade, ("quantity", "part")),),
+    ),
+    Section(
+        "flips",
+        "Decisions that flip",
+        "A dot is the share of frames in which a step decides otherwise than the step before; its line is the interval "
+        "that holds the true rate with 95 % confidence; a triangle at the left end means that no frame flipped.",
+        ("flips", "decisions"),
+        (Chart("flips", charts.flips, ("part",)),),
+    ),
+    Section(
+        "ranges",
+        "Ranges of all signals",
+        "The pale bar is the word, blue the bits that all values seen need, what is left between their right ends is "
+        "headroom; the black tick is what the proven bound needs, a cross says that some words were limited.",
+        ("ranges",),
+        (Chart("ranges", charts.ranges),),
+    ),
+    Section(
+        "stages",
+        "How exact each stage is",
+        "The ratio of a signal to its rounding error, 6 dB a bit: far left is where precision is lost; vermilion "
+        "against float64 from the converter codes on, blue against float64 fed with the stage’s own inputs.",
+        ("stages",),
+        (Chart("stages", charts.stages),),
+    ),
+    Section(
+        "uniform",
+        "How many bits",
+        "Coefficients and operands all have as many bits: where the total (vermilion) lies on the dashed line, the "
+        "error without any arithmetic, further bits buy nothing; the dotted line is the method’s own error on exact "
+        "stress.",
+        ("uniform",),
+        (Chart("uniform", charts.uniform, ("quantity", "statistic")),),
+    ),
+    Section(
+        "converter",
+        "Converter and noise",
+        "A cell is the error behind the converter, in the quantity’s unit, dark where it is large; where a row stops "
+        "changing to the right, noise and method are all that is left, and more bits of the converter buy nothing.",
+        ("converter",),
+        _by_view("converter", charts.converter, {View.TOTAL: "Total error", View.OWN: "The converter’s own share"}),
+    ),
+    Section(
+        "sensitivity",
+        "Which signals need their bits",
+        "A bar is by how many percent the error grows when this signal alone has one bit less, worst on top: signals "
+        "without a bar have bits to give away; a click on the legend shows two and four bits less.",
+        ("sensitivity",),
+        _by_view("sensitivity", charts.sensitivity, {View.OWN: "Error of the arithmetic", View.TOTAL: "Total error"}),
+        needs=("errors",),
+        view=charts.with_change,
+    ),
+    Section(
+        "variants",
+        "Other choices",
+        "The same design with one choice changed; a dot is the median, the line ends at the 95th percentile, of the "
+        "arithmetic’s own share and of the total.",
+        ("variants",),
+        (Chart("variants", charts.variants, ("quantity",)),),
+    ),
+    Section(
+        "trials",
+        "What a smaller error costs",
+        "A dot is a design that the search measured, lower left is better; the step line is the least error for a "
+        "cost, blue dots are no worse than any other in all objectives together; point at one for its word lengths.",
+        ("trials",),
+        (Chart("trials", front.trials, ("cost",)),),
+    ),
+    Section(
+        "designs",
+        "Designs side by side",
+        "A row is a design; what stands beside a frequency was placed and routed, other costs are estimates.",
+        ("designs",),
+    ),
+)
+
+
+def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = ()) -> str:
+    """The page of a study of ``design``, a function of its arguments alone.
+
+    ``tables`` are those of a study's folder by name, any of which may be missing, and then has no section; ``pending``
+    are the names of those that a running study has still to make.
+    """
+    tables = {name: table for name, table in tables.items() if len(table)}
+    sections = [s for s in SECTIONS if s.shown[0] in tables and all(name in tables for name in s.needs)]
+    choices = _choices(tables)
+    parts = [
+        *_words(tables, design, pending),
+        _contents(sections),
+        _filters(sections, choices),
+        *(_section(section, tables) for section in sections),
+        *(_scripts(sections, tables, choices) if any(section.charts for section in sections) else ()),
+    ]
+    policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
+    head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
+    head += '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    return document(title, parts, _resource("page.css"), head)
+
+
+def _resource(name: str) -> str:
+    return (files("tfra.study.report") / name).read_text(encoding="utf-8")
+
+
+def _words(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator[str]:
+    if pending:
+        missing = words.listed([_title_of(name) for name in pending])
+        yield f'<p class="partial">This page is partial: the study is running. Still to come: {escape(missing)}.</p>'
+    said = words.answer(tables, design)
+    if said:
+        yield f'<p class="answer">{_inline(said)}</p>'
+    yield from (f'<p class="note">{_inline(sentence)}</p>' for sentence in words.explanation(tables))
+    if tables:
+        yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
+
+
+def _title_of(table: str) -> str:
+    titles = [section.title for section in SECTIONS if table in section.shown]
+    return f"{table} ({titles[0]})" if titles else table
+
+
+def _inline(text: str) -> str:
+    return re.sub(r"`([^`]*)`", r"<code>\1</code>", escape(text))
+
+
+def _contents(sections: Sequence[Section]) -> str:
+    links = "".join(f'<li><a href="#{section.name}">{escape(section.title)}</a></li>' for section in sections)
+    return f"<nav><ul>{links}</ul></nav>" if sections else ""
+
+
+def _choices(tables: Tables) -> dict[str, dict[str, str]]:
+    """What each filter offers: values with their labels."""
+    of_errors = [table for table in tables.values() if "quantity" in table.columns]
+    there = {quantity for table in of_errors for quantity in table["quantity"]}
+    parts = {part for table in tables.values() if "part" in table.columns for part in table["part"]}
+    costs = front.objectives(tables["trials"])[1:] if "trials" in tables else []
+    return {
+        "quantity": {name: kind.axis for name, kind in QUANTITIES.items() if name in there},
+        "statistic": dict(STATISTICS),
+        "part": {str(part): name for part, name in words.PARTS.items() if part in parts},
+        "cost": {name: front.title(name) for name in costs},
+    }
+
+
+def _filters(sections: Sequence[Section], choices: Mapping[str, Mapping[str, str]]) -> str:
+    used = {name for section in sections for chart in section.charts for name in chart.filters}
+    named = {"quantity": "Error of", "statistic": "by its", "part": "Frames", "cost": "Cost"}
+    selects = "".join(
+        f'<label>{label} <select data-filter="{name}">{_options(choices[name])}</select></label>'
+        for name, label in named.items()
+        if name in used
+    )
+    return f'<div class="filters">{selects}</div>' if selects else ""
+
+
+def _options(offered: Mapping[str, str]) -> str:
+    return "".join(f'<option value="{escape(value)}">{escape(label)}</option>' for value, label in offered.items())
+
+
+def _scripts(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
+    yield f"<script>{get_plotlyjs()}</script>"
+    yield f'<script type="application/json" id="charts">{_figures(sections, tables, choices)}</script>'
+    yield f"<script>{_resource('page.js')}</script>"
+
+
+def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> str:
+    """JSON of all figures by chart and choice; no text in it can end the script that it stands in."""
+    drawn = {
+        f"chart-{chart.name}": {
+            "filters": chart.filters,
+            "figures": {
+                " ".join(chosen): json.loads(chart.draw(tables, *chosen).to_json())
+                for chosen in product(*(choices[name] for name in chart.filters))
+            },
+        }
+        for section in sections
+        for chart in section.charts
+    }
+    return json.dumps(drawn, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _section(section: Section, tables: Tables) -> str:
+    heading = f'<h2 id="{section.name}">{escape(section.title)}</h2><p class="caption">{escape(section.caption)}</p>'
+    shown = {name: tables[name] for name in section.shown if name in tables}
+    if section.view:
+        shown[section.shown[0]] = section.view(tables)
+    numbers = {name: _grid(name, frame) for name, frame in shown.items()}
+    if not section.charts:
+        return f"<section>{heading}{''.join(numbers.values())}</section>"
+    drawn = f'<div class="charts">{"".join(map(_chart, section.charts))}</div>'
+    folded = (f"<details><summary>{_summary(name)}</summary>{shown}</details>" for name, shown in numbers.items())
+    return f"<section>{heading}{drawn}{''.join(folded)}</section>"
+
+
+def _summary(table: str) -> str:
+    return f"Numbers: tables/{table}.parquet" + (f", {NOTES[table]}" if table in NOTES else "")
+
+
+def _chart(chart: Chart) -> str:
+    title = f"<figcaption>{escape(chart.title)}</figcaption>" if chart.title else ""
+    return f'<figure>{title}<div id="chart-{chart.name}"></div></figure>'
+
+
+def _grid(name: str, table: pl.DataFrame) -> str:
+    """A table with all its rows; those of another choice than the filters' are hidden when looked at."""
+    header = [HEADINGS.get(column, front.title(column)) for column in table.columns]
+    texts = {place for place, kind in enumerate(table.dtypes) if kind == pl.String}
+    followed = [column for column in ("part", "quantity") if column in table.columns]
+    rows = (
+        row([_cell(column, value) for column, value in found.items()], texts, **{key: found[key] for key in followed})
+        for found in table.iter_rows(named=True)
+    )
+    return grid(header, [rows], texts, table=name)
+
+
+def _cell(column: str, value: Any) -> str:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if column == "quantity":
+        return QUANTITIES[value].axis
+    return f"{value:,}" if isinstance(value, int) else str(value)

@@ -1,0 +1,152 @@
+"""Generations of designs: a sampler chooses them, workers measure them, a table keeps them.
+
+All designs of a generation are chosen before any of them is measured, from those of the generations before and from a
+seed of (search, generation).  So the trials are the same, bit for bit, whatever the number of workers, and after any
+interruption: what is in the table is not measured again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import optuna
+from optuna.distributions import BaseDistribution, IntDistribution
+from optuna.samplers import BaseSampler, NSGAIISampler, RandomSampler
+from optuna.trial import TrialState, create_trial
+
+from tfra.study.search.space import Point, Space
+from tfra.study.search.trials import COMPLETE, UNFIT, Trial, Trials
+from tfra.study.workers import Workers
+
+optuna.logging.set_verbosity(optuna.logging.WARNING)
+
+SAMPLERS: Mapping[str, Callable[[int, int], BaseSampler]] = {
+    "nsga2": lambda size, seed: NSGAIISampler(population_size=size, seed=seed),
+    "random": lambda size, seed: RandomSampler(seed=seed),
+}
+"""From the size of a generation and a seed: what chooses; ``"random"`` is the baseline."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Objectives of a point by name; ``state`` is COMPLETE, or STOPPED with those of few frames, or UNFIT."""
+
+    state: str
+    values: Mapping[str, float]
+    reason: str = ""
+
+
+Measure = Callable[[Point], Measured]
+"""What a worker does; it and its result travel between processes."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What to look for: ``objectives`` are names of values, each to be as small as can be.
+
+    ``generations`` of ``size`` points; ``sampler`` is one of SAMPLERS.
+    """
+
+    space: Space
+    objectives: tuple[str, ...]
+    generations: int
+    size: int
+    seed: int
+    sampler: str = "nsga2"
+
+    def run(self, measure: Measure, trials: Trials, workers: Workers) -> Iterator[Trial]:
+        """Every trial in order of completion, those of the table first; each is in the table before it is yielded.
+
+        Raises ``ValueError`` if no point of the first generation fits together.
+        """
+        known = {trial.number: trial for trial in trials()}
+        for generation in range(self.generations):
+            before = [known[number] for number in range(generation * self.size)]
+            chosen = self._choose(generation, before)
+            yield from (known[trial.number] for trial in chosen if trial.number in known)
+            for trial in self._measure(chosen, known, measure, trials, workers):
+                known[trial.number] = trial
+                yield trial
+            if generation == 0:
+                _require_one([known[trial.number] for trial in chosen])
+
+    def _choose(self, generation: int, before: Sequence[Trial]) -> list[Trial]:
+        """The points of a generation, not measured yet."""
+        sampler = SAMPLERS[self.sampler](self.size, self._seed(generation))
+        study = optuna.create_study(directions=["minimize"] * len(self.objectives), sampler=sampler)
+        distributions = {name: IntDistribution(0, len(o) - 1) for name, o in self.space.options.items()}
+        study.add_trials([self._as_optuna(trial, distributions) for trial in before])
+        chosen = []
+        for number in range(generation * self.size, (generation + 1) * self.size):
+            asked = study.ask(dict(distributions))
+            attributes = dict(study.get_trials(deepcopy=False)[-1].system_attrs)
+            chosen.append(Trial(number, "", dict(asked.params), attributes=attributes))
+        return chosen
+
+    def _seed(self, generation: int) -> int:
+        text = f"{self.seed} {generation} {sorted(self.space.options.items())} {self.objectives} {self.size}"
+        return int.from_bytes(hashlib.blake2b(text.encode(), digest_size=4).digest(), "little")
+
+    def _as_optuna(self, trial: Trial, distributions: Mapping[str, BaseDistribution]) -> Any:
+        """A trial of the table for the sampler; only complete ones count as parents."""
+        complete = trial.state == COMPLETE
+        return create_trial(
+            params=dict(trial.indices),
+            distributions=dict(distributions),
+            values=[trial.values[name] for name in self.objectives] if complete else None,
+            state=TrialState.COMPLETE if complete else TrialState.FAIL,
+            system_attrs=dict(trial.attributes),
+        )
+
+    def _measure(
+        self, chosen: Sequence[Trial], known: Mapping[int, Trial], measure: Measure, trials: Trials, workers: Workers
+    ) -> Iterator[Trial]:
+        """What is not in the table yet; no point is measured twice."""
+        done = {_key(trial): trial for trial in known.values()}
+        waiting: dict[tuple[tuple[str, int], ...], list[Trial]] = {}
+        for trial in chosen:
+            if trial.number not in known:
+                waiting.setdefault(_key(trial), []).append(trial)
+        again = [key for key in waiting if key in done]
+        for key in again:
+            found = Measured(done[key].state, done[key].values, done[key].reason)
+            yield from _store(waiting.pop(key), found, trials, 0.0)
+        groups, start = list(waiting.values()), time.perf_counter()
+        for place, found in workers(measure, [self.space.point(group[0].indices) for group in groups]):
+            yield from _store(groups[place], found, trials, time.perf_counter() - start)
+
+
+def _key(trial: Trial) -> tuple[tuple[str, int], ...]:
+    return tuple(sorted(trial.indices.items()))
+
+
+def _store(same: Sequence[Trial], found: Measured, trials: Trials, seconds: float) -> Iterator[Trial]:
+    """Trials of one point, each in the table before it is yielded."""
+    for trial in same:
+        finished = replace(trial, state=found.state, values=dict(found.values), reason=found.reason)
+        trials.add(finished, seconds)
+        yield finished
+
+
+def _require_one(trials: Sequence[Trial]) -> None:
+    """Raise where nothing fits together: more of the same would not, either."""
+    if all(trial.state == UNFIT for trial in trials):
+        raise ValueError(f"space: none of {len(trials)} points fits together; of the last, {trials[-1].reason}")
+
+
+def front(trials: Iterable[Trial], objectives: Sequence[str]) -> list[Trial]:
+    """Complete trials that no other is at least as good as in every objective; of equal ones, the first."""
+    complete = [trial for trial in trials if trial.state == COMPLETE]
+    values = {trial.number: tuple(trial.values[name] for name in objectives) for trial in complete}
+    found: list[Trial] = []
+    for trial in sorted(complete, key=lambda trial: (values[trial.number], trial.number)):
+        mine = values[trial.number]
+        if not any(all(a <= b for a, b in zip(values[other.number], mine, strict=True)) for other in found):
+            found.append(trial)
+    return sorted(found, key=lambda trial: trial.number)
+
+

@@ -1,0 +1,114 @@
+"""Variations of word lengths, of the converter, of the search: each changes what its facts say and nothing else."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from tests.model.cases import make_design
+from tfra.model.choices import SERIAL, Adc, Architecture, Search
+from tfra.model.cover.scenes import SENSORS
+from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
+from tfra.study.errors.cascade import Step
+from tfra.study.errors.converter import BITS, NOISE, behind, converters
+from tfra.study.errors.rounding import Rounding
+from tfra.study.errors.sensitivity import FRACTIONS, SHORTER, sensitivity, uniform
+from tfra.study.errors.variants import STEPS, TOLERANCES, variants
+from tfra.study.search.costs import coefficient_kbit, dsp, products
+from tfra.synth.estimate import estimate
+from tfra.synth.targets import ECP5, find
+
+BASE = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+
+
+def test_each_signal_is_shortened_alone() -> None:
+    found = sensitivity(BASE)
+    assert [(each.facts["signal"], each.facts["shorter"]) for each in found] == [
+        (signal, shorter) for signal in (*SIGNALS, *FRACTIONS) for shorter in SHORTER
+    ]
+    for each in found:
+        if each.design is None:
+            assert each.reason
+            assert each.facts["coefficient_kbit"] is None
+            continue
+        signal, formats = str(each.facts["signal"]), each.design.formats
+        if signal in FRACTIONS:
+            assert each.facts["bits"] == getattr(BASE.formats, signal) - each.facts["shorter"]
+            assert formats == replace(BASE.formats, name=formats.name, **{signal: each.facts["bits"]})
+        else:
+            others = {name: formats.bits(name) for name in SIGNALS if name != signal}
+            assert others == {name: BASE.formats.bits(name) for name in SIGNALS if name != signal}
+            assert formats.bits(signal) == each.facts["bits"] == BASE.formats.bits(signal) - each.facts["shorter"]
+        assert each.facts["coefficient_kbit"] == each.design.coefficient_bits / 1000
+
+
+def test_what_does_not_fit_is_there_with_its_reason() -> None:
+    (cordic,) = (e for e in sensitivity(BASE) if e.facts["signal"] == "cordic" and e.facts["shorter"] == 1)
+    assert cordic.design is None
+    assert cordic.reason is not None
+    assert cordic.reason.startswith("signals.cordic: at least 18 bits are needed")
+
+
+def test_uniform_designs_have_one_length() -> None:
+    base = replace(BASE, formats=replace(BASE.formats, signals=(("sums", 20),)))
+    short, long = uniform(base, (12, 20))
+    assert short.design is None  # a 14-bit converter
+    assert long.design is not None
+    assert {long.design.formats.bits(name) for name in SIGNALS} == {20, 24}
+    assert long.facts["vector_fraction"] == long.design.formats.vector_fraction == BASE.formats.vector_fraction + 2
+
+
+def test_converters_differ_in_bits_and_noise_alone() -> None:
+    found = converters(BASE)
+    assert [(e.facts["noise_share_of_peak"], e.facts["bits"]) for e in found] == [(n, b) for n in NOISE for b in BITS]
+    for each in found:
+        assert each.design is not None
+        assert each.noise == each.facts["noise_share_of_peak"]
+        assert each.design.adc.bits == each.facts["bits"]
+        assert replace(each.design, adc=BASE.adc, search=BASE.search) == BASE
+        assert each.compared == (Step.NOISE, Step.CONVERTER, Step.ARITHMETIC)
+
+
+def test_threshold_and_tolerance_stay_as_stress() -> None:
+    base = replace(BASE, adc=Adc(14, 200e3, 64), search=Search(100, 4.0))
+    found = behind(base, 12)
+    assert (found.adc, found.search) == (Adc(12, 200e3, 16), Search(100, 1.0))
+    assert found.adc.threshold * found.adc.lsb == base.adc.threshold * base.adc.lsb
+    assert found.search.tolerance * found.adc.lsb == base.search.tolerance * base.adc.lsb
+
+
+def test_variants_of_the_search_and_of_rounding() -> None:
+    found = variants(BASE)
+    assert [each.facts["variant"] for each in found] == [
+        *["steps"] * len(STEPS), *["plateau_tolerance"] * len(TOLERANCES), *["rounding"] * len(Rounding)
+    ]  # fmt: skip
+    for each in found:
+        assert each.design is not None
+        settings = each.design.search.steps, each.design.search.tolerance, str(each.rounding)
+        assert settings == tuple(each.facts[name] for name in ("steps", "plateau_tolerance_lsb", "rounding"))
+        assert replace(each.design, search=BASE.search) == BASE
+        assert each.compared == ((Step.ARITHMETIC,) if each.facts["variant"] == "rounding" else tuple(Step))
+
+
+def test_costs_by_hand() -> None:
+    """A core of 8 lanes with 18-bit words: one each, four of combine, three of scalars, scaling's."""
+    design = replace(BASE, architecture=Architecture(8))
+    word = max(design.widths.force, design.widths.division)
+    assert products(design)[:12] == [(18, 18)] * 12
+    assert dsp(design, ECP5) == 8 + 4 + 3 + -(-(word - 1) // 17)
+    assert coefficient_kbit(design) == design.coefficient_bits / 1000
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("design", "target"),
+    [
+        (replace(BASE, architecture=Architecture(8), target="ecp5"), "ecp5-45"),
+        (TfraDesign(BASE.sensor, formats=replace(BASE.formats, coefficient=24, operand=22), target="ecp5"), "ecp5-45"),
+        (TfraDesign(BASE.sensor, architecture=SERIAL, target="ice40"), "ice40up5k"),
+    ],
+)
+def test_multipliers_are_those_of_the_estimate(design: TfraDesign, target: str) -> None:
+    family = find(target).family
+    assert dsp(design, family) == estimate(design, family).total["DSP"]

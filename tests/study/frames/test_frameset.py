@@ -1,0 +1,317 @@
+"""Frame sets come back as they were made, and nothing that is wrong with a folder goes unnoticed."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+from pydantic import ValidationError
+
+from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, section
+from tests.study.frames.test_mixture import same
+from tfra.codegen.complaints import complaint
+from tfra.codegen.schema import Section
+from tfra.model.errors import InputError
+from tfra.study.frames import schema
+from tfra.study.frames.block import BLOCK, Block, Part
+from tfra.study.frames.frameset import Definition, FrameSet
+from tfra.study.frames.schema import FramesSection
+
+
+@pytest.fixture
+def stored(tmp_path: Path) -> FrameSet:
+    found = FrameSet.create(tmp_path / "set", definition())
+    found.complete()
+    return found
+
+
+def file_of(frames: FrameSet, part: Part) -> Path:
+    return next(frames.folder.glob(f"{part}-000000-*.parquet"))
+
+
+def refused(frames: FrameSet, part: Part = Part.TRAIN) -> str:
+    with pytest.raises(InputError) as caught:
+        frames.block(part, 0)
+    assert "\n" not in str(caught.value)
+    return str(caught.value).removeprefix(str(frames.folder))
+
+
+def test_what_was_made_comes_back(stored):
+    again = FrameSet.open(stored.folder, definition())
+    for part in Part:
+        (block,) = again.blocks(part)
+        assert same(block, definition().make(part, 0))
+        assert block.stress.dtype == np.float32
+        assert len(block) == stored.definition.frames(part)
+    assert again.missing() == []
+
+
+def test_files_are_plain_parquet_with_units_in_their_columns(stored):
+    table = pl.read_parquet(file_of(stored, Part.TRAIN))
+    assert len(table) == 40
+    assert {"stress_pa", "noisy_stress_pa", "share_of_force", "force_x_n", "phi_deg", "half_x_m"} <= set(table.columns)
+    assert table["stress_pa"].dtype == pl.Array(pl.Float32, SENSOR.taxels)
+
+
+def test_the_same_bytes_from_any_process_in_any_order(tmp_path):
+    wanted = definition(train=2 * BLOCK + 1, held_out=2)
+    one, two = (FrameSet.create(tmp_path / name, wanted) for name in ("one", "two"))
+    one.complete()
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as workers:
+        list(workers.map(two.write, *zip(*reversed(two.missing()), strict=True)))
+    assert contents(one.folder) == contents(two.folder)
+    assert [len(block) for block in two.blocks(Part.TRAIN)] == [BLOCK, BLOCK, 1]
+    assert [block.start for block in two.blocks(Part.TRAIN)] == [0, BLOCK, 2 * BLOCK]
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+@pytest.mark.parametrize("place", [0, 0.5, -1])
+def test_a_changed_byte_is_noticed(stored, place):
+    file = file_of(stored, Part.TRAIN)
+    data = bytearray(file.read_bytes())
+    data[int(place * len(data))] ^= 1
+    file.write_bytes(data)
+    assert refused(stored).endswith("is not as it was written: remove it, to have it made again")
+
+
+def test_a_truncated_file_is_noticed(stored):
+    file = file_of(stored, Part.TRAIN)
+    os.truncate(file, file.stat().st_size // 2)
+    assert "is not as it was written" in refused(stored)
+
+
+def test_a_block_of_another_set_or_place_is_noticed(stored, tmp_path):
+    other = FrameSet.create(tmp_path / "other", definition(seed=8))
+    other.complete()
+    file = file_of(stored, Part.TRAIN)
+    file.unlink()
+    foreign = file_of(other, Part.TRAIN)
+    (stored.folder / foreign.name).write_bytes(foreign.read_bytes())
+    assert "is not as it was written" in refused(stored)
+    (stored.folder / foreign.name).unlink()
+    held_out = file_of(stored, Part.HELD_OUT)
+    held_out.rename(stored.folder / held_out.name.replace("held_out", "train"))
+    assert "is not as it was written" in refused(stored)
+
+
+def test_a_missing_block_is_told_and_made_again(stored):
+    file = file_of(stored, Part.TRAIN)
+    data = file.read_bytes()
+    file.unlink()
+    assert refused(stored) == ": train-000000: is missing: the set is not complete"
+    assert stored.missing() == [(Part.TRAIN, 0)]
+    stored.complete()
+    assert file.read_bytes() == data
+    file.with_name("train-000000-0.parquet").write_bytes(data)
+    assert refused(stored) == ": train-000000: is there more than once: remove all of them"
+
+
+def test_an_interrupted_write_leaves_no_block(tmp_path, monkeypatch):
+    frames = FrameSet.create(tmp_path / "set", definition())
+    whole = Path.write_bytes
+
+    def half(path: Path, data: bytes) -> int:
+        whole(path, data[: len(data) // 2])
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_bytes", half)
+        with pytest.raises(KeyboardInterrupt):
+            frames.write(Part.TRAIN, 0)
+    assert contents(frames.folder).keys() == {"definition.json"}
+    assert (Part.TRAIN, 0) in frames.missing()
+
+
+def test_nothing_is_written_in_its_place(tmp_path, monkeypatch):
+    frames = FrameSet.create(tmp_path / "set", definition())
+    whole = Path.write_bytes
+
+    def elsewhere(path: Path, data: bytes) -> int:
+        assert path.parent != frames.folder
+        return whole(path, data)
+
+    monkeypatch.setattr(Path, "write_bytes", elsewhere)
+    frames.write(Part.TRAIN, 0)
+    assert len(frames.block(Part.TRAIN, 0)) == 40
+
+
+def test_a_full_disk_is_told(tmp_path, monkeypatch):
+    frames = FrameSet.create(tmp_path / "set", definition())
+
+    def full(path: Path, data: bytes) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(InputError, match="set: cannot be written: No space left on device"):
+        frames.complete()
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"seed": 8}, "frames.seed"),
+        ({"train": 41}, "frames.train"),
+        ({"text": MIXTURE.replace("mu = [0, 0.5]", "mu = [0, 0.6]")}, "frames.mixture#2.mu#2"),
+        ({"text": MIXTURE.replace("from = -10", "from = -9")}, "frames.mixture#1.force_n.from"),
+    ],
+)
+def test_a_changed_definition_is_refused(stored, changes, key):
+    for attempt in (FrameSet.open, FrameSet.create):
+        with pytest.raises(InputError) as caught:
+            attempt(stored.folder, definition(**changes))
+        assert str(caught.value) == f"{stored.folder}: holds frames of another definition: {key} differs"
+
+
+def test_another_sensor_or_cover_is_refused(stored):
+    taller, softer = replace(SENSOR, rows=7), replace(LAYER, poisson=0.3)
+    for layer, sensor, key in ((LAYER, taller, "sensor.rows"), (softer, SENSOR, "layer.poisson")):
+        other = Definition.of(Path("study.toml"), sensor, layer, section())
+        with pytest.raises(InputError, match=f"{key} differs"):
+            FrameSet.open(stored.folder, other)
+
+
+@pytest.mark.parametrize("content", ["", "{}", "[1]", '{"definition": {}, "sha256": "0"}', "[" * 100_000])
+def test_a_damaged_definition_is_told(stored, content):
+    file = stored.folder / "definition.json"
+    file.write_text(content)
+    with pytest.raises(InputError, match="is no definition of frames as it was written"):
+        FrameSet.open(stored.folder, definition())
+
+
+def test_an_edited_definition_is_noticed(stored):
+    file = stored.folder / "definition.json"
+    content = json.loads(file.read_text())
+    content["definition"]["frames"]["seed"] = 8
+    file.write_text(json.dumps(content))
+    with pytest.raises(InputError, match="is no definition of frames as it was written"):
+        FrameSet.open(stored.folder, definition(seed=8))
+
+
+def test_a_folder_that_is_none(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="file: cannot be written"):
+        FrameSet.create(tmp_path / "file", definition())
+    with pytest.raises(InputError, match="cannot be read: No such file"):
+        FrameSet.open(tmp_path / "nothing", definition())
+
+
+# --- recordings ---------------------------------------------------------------------------------------------
+
+
+def recording(folder: Path, **changes: int) -> Definition:
+    frames = FramesSection(**{"train": 5, "held_out": 3, "recording": "r.npz", **changes})
+    return Definition.of(folder / "study.toml", SENSOR, LAYER, frames)
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> Path:
+    stress = np.random.default_rng(1).normal(size=(9, 6, 8)) * 1e3
+    forces = np.arange(27.0).reshape(9, 3)
+    forces[8] = np.nan
+    np.savez(tmp_path / "r.npz", frames=stress, resultant_ref=forces, mu_ref=np.arange(9.0))
+    return tmp_path
+
+
+def test_a_recording_from_both_ends(recorded):
+    frames = FrameSet.create(recorded / "set", recording(recorded))
+    frames.complete()
+    train, held_out = (frames.block(part, 0) for part in Part)
+    stress = np.load(recorded / "r.npz")["frames"].astype(np.float32)
+    assert np.array_equal(train.stress, stress[:5])
+    assert np.array_equal(held_out.stress, stress[[8, 7, 6]])
+    assert np.array_equal(train.noisy, train.stress)
+    assert train.mu.tolist() == [0, 1, 2, 3, 4]
+    np.testing.assert_array_equal(held_out.resultant, [[np.nan] * 3, [21, 22, 23], [18, 19, 20]])
+    assert np.isnan(train.phi_deg).all()
+    assert np.isnan(train.shares).all()
+
+
+def test_a_recording_is_known_by_its_content(recorded, tmp_path):
+    FrameSet.create(recorded / "set", recording(recorded))
+    (recorded / "elsewhere").mkdir()
+    (recorded / "r.npz").rename(recorded / "elsewhere" / "r.npz")
+    moved = recording(recorded, recording="elsewhere/r.npz")
+    FrameSet.open(recorded / "set", moved)
+    stress = np.load(recorded / "elsewhere" / "r.npz")["frames"]
+    stress[0, 0, 0] += 1
+    np.savez(recorded / "r.npz", frames=stress)
+    with pytest.raises(InputError, match=r"frames\.recording differs"):
+        FrameSet.open(recorded / "set", recording(recorded))
+
+
+def test_a_recording_that_is_too_short_or_missing(recorded):
+    with pytest.raises(InputError, match=r"frames\.train: 10 frames with those of held_out are wanted, .* has 9"):
+        recording(recorded, train=7)
+    with pytest.raises(InputError, match=r"nothing\.npz: cannot be read"):
+        recording(recorded, recording="nothing.npz")
+
+
+# --- form ---------------------------------------------------------------------------------------------------
+
+
+class Document(Section):
+    frames: FramesSection
+
+
+FORM = [
+    ({"seeed": 1}, 'frames.seeed: unknown key, the nearest valid key is "seed"'),
+    ({"train": -1}, "frames.train: 0 or more is needed, got -1"),
+    ({"train": 1.5}, "frames.train: a whole number is needed, got 1.5"),
+    ({"mixture": {}}, "frames.mixture: an array of tables, [[frames.mixture]], is needed, got {}"),
+    ({"mixture": [{}]}, "frames.mixture#1.shape: is missing"),
+]
+ITEM = [
+    ({"mu": {"from": 0, "too": 1}}, 'frames.mixture#1.mu.too: unknown key, the nearest valid key is "to"'),
+    ({"mu": {"from": 0}}, "frames.mixture#1.mu.to: is missing"),
+    ({"mu": []}, "frames.mixture#1.mu: at least one value is needed, got []"),
+    ({"mu": [1, "a"]}, "frames.mixture#1.mu#2: a number is needed, got 'a'"),
+    ({"mu": "a"}, "frames.mixture#1.mu: a number is needed, got 'a'"),
+    ({"mu": {"from": 0, "to": 1, "log": 1}}, "frames.mixture#1.mu.log: true or false is needed, got 1"),
+    ({"weight": 1e300}, "frames.mixture#1.weight: 1e+06 or less is needed, got 1e+300"),
+    ({"shape": ["hertz", 2]}, "frames.mixture#1.shape#2: a text in quotes is needed, got 2"),
+    ({"mu": float("inf")}, "frames.mixture#1.mu: a finite number is needed, got inf"),
+]
+
+
+@pytest.mark.parametrize(("changes", "line"), FORM + [({"mixture": [item]}, line) for item, line in ITEM])
+def test_form_is_complained_of_by_key(changes, line):
+    content = section().model_dump(by_alias=True)
+    if "mixture" in changes and isinstance(changes["mixture"], list) and changes["mixture"][0]:
+        changes = {"mixture": [content["mixture"][0] | changes["mixture"][0]]}
+    with pytest.raises(ValidationError) as caught:
+        Document.model_validate({"frames": content | changes})
+    assert ": ".join(complaint(caught.value, Document)) == line
+
+
+def test_the_example_in_the_schema_is_one():
+    text = schema.__doc__.partition("\n\n")[2].rpartition("\n\n")[0]
+    document = Document.model_validate(tomllib.loads(text))
+    found = Definition.of(Path("study.toml"), SENSOR, LAYER, document.frames)
+    assert [found.frames(part) for part in Part] == [20_000, 5_000]
+    assert [found.blocks(part) for part in Part] == [20, 5]
+
+
+def test_either_a_mixture_or_a_recording():
+    for changes in ({"mixture": []}, {"recording": "r.npz"}):
+        with pytest.raises(InputError, match=r"frames\.mixture: either this or a recording is needed"):
+            definition(**changes)
+    with pytest.raises(InputError, match=r"frames\.train: at least one frame"):
+        definition(train=0, held_out=0)
+
+
+def test_a_block_of_parquet_is_a_block():
+    block = definition().make(Part.HELD_OUT, 0)
+    data = block.to_parquet()
+    assert data == block.to_parquet()
+    assert same(Block.from_parquet(data, 0, 6, 8), block)

@@ -1,0 +1,143 @@
+"""Errors and costs of a point: those that are found directly, in the order of what they cost."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.model.cases import make_design
+from tfra.codegen.cover import LayerSpec
+from tfra.hdl.cores import microarchitecture
+from tfra.model.converter import convert
+from tfra.model.cover.scenes import SENSORS
+from tfra.model.fixed.words import decode
+from tfra.study.errors.cascade import Cascade
+from tfra.study.errors.statistics import kept
+from tfra.study.frames.block import Part
+from tfra.study.frames.frameset import Definition, FrameSet
+from tfra.study.frames.schema import FramesSection
+from tfra.study.search import evaluate
+from tfra.study.search.evaluate import COSTS, CYCLES, Evaluation, percentile
+from tfra.study.search.space import Space
+from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
+from tfra.synth.targets import find
+
+BASE = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+FORCE, FIELD = "force_difference_percent_of_true_force", "taxel_forces_percent_of_true_taxel_forces"
+SPACE = Space({"coefficient": (6, 8, 18), "mac_lanes": (4, 7, 8)})
+FRAMES = {
+    "train": 1500,
+    "held_out": 600,
+    "mixture": [
+        {
+            "shape": ["hertz", "uniform"],
+            **{f"half_{axis}_pitches": {"from": 0.6, "to": 1.5} for axis in "xy"},
+            **{f"center_{axis}_share": {"from": 0.0, "to": 1.0} for axis in "xy"},
+            "force_n": -2.0,
+            "mu": {"from": 0.1, "to": 0.9},
+            "phi_deg": {"from": 0.0, "to": 360.0},
+            "noise_share_of_peak": 0.001,
+        }
+    ],
+}
+
+
+@pytest.fixture(scope="module")
+def frames(tmp_path_factory: pytest.TempPathFactory) -> FrameSet:
+    section = FramesSection.model_validate(FRAMES)
+    definition = Definition.of(Path("study.toml"), BASE.sensor, LayerSpec(0.48, "point"), section)
+    found = FrameSet.create(tmp_path_factory.mktemp("frames"), definition)
+    found.complete()
+    return found
+
+
+def evaluation(frames: FrameSet, *objectives: str, **more: Any) -> Evaluation:
+    return Evaluation(BASE, SPACE, frames, objectives or (FORCE, "coefficient_kbit"), find("ecp5-45"), **more)
+
+
+def test_errors_are_those_of_the_frames_that_count(frames: FrameSet) -> None:
+    """Directly: the bit-accurate model on the codes of all blocks, frames that the cascade keeps."""
+    point = {"coefficient": 8, "mac_lanes": 4}
+    design, errors = SPACE.design(BASE, point), []
+    for block in frames.blocks(Part.TRAIN):
+        found = decode(design, design.model(convert(design, block.noisy)).words)
+        difference = np.linalg.norm(found.resultant - block.resultant, axis=1)
+        percent = 100 * difference / np.linalg.norm(block.resultant, axis=1)
+        errors.append(percent[kept(Cascade(BASE)(block)).to_numpy()])
+    assert len(errors) == 2
+    measured = evaluation(frames)(point)
+    assert measured.state == COMPLETE
+    assert measured.values[FORCE] == pytest.approx(np.percentile(np.concatenate(errors), 95), rel=1e-12)
+    assert measured.values["coefficient_kbit"] == design.coefficient_bits / 1000
+
+
+@pytest.mark.parametrize("names", [("coefficient_kbit", *CYCLES), pytest.param(COSTS, marks=pytest.mark.long)])
+def test_costs_are_those_of_the_core(frames: FrameSet, names: tuple[str, ...]) -> None:
+    design = SPACE.design(BASE, {"coefficient": 8, "mac_lanes": 8})
+    found, core = evaluation(frames, *names).costs(design), microarchitecture(design)
+    assert (found["latency_cycles"], found["interval_cycles"]) == (core.latency, core.initiation_interval)
+    assert found.get("DSP", 8) >= 8
+    assert list(found) == list(names)
+
+
+def test_what_does_not_fit_says_why(frames: FrameSet) -> None:
+    measured = evaluation(frames)({"coefficient": 8, "mac_lanes": 7})
+    assert (measured.state, measured.values) == (UNFIT, {})
+    assert measured.reason.startswith("architecture.mac_lanes: ")
+
+
+def test_the_first_block_is_enough_to_give_up(frames: FrameSet, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    errors = Evaluation.errors
+
+    def watched(self: Evaluation, design: Any, blocks: Any) -> dict[str, float]:
+        asked.extend(blocks)
+        return errors(self, design, blocks)
+
+    monkeypatch.setattr(Evaluation, "errors", watched)
+    measured = evaluation(frames, limits={FORCE: 1.0})({"coefficient": 6, "mac_lanes": 4})
+    assert measured.state == STOPPED
+    assert asked == [0]
+    assert list(measured.values) == [FORCE]
+    assert measured.reason.endswith("is over the limit of 1")
+
+
+def test_a_cost_over_its_limit(frames: FrameSet) -> None:
+    measured = evaluation(frames, limits={"coefficient_kbit": 1.0})({"coefficient": 18, "mac_lanes": 4})
+    assert measured.state == STOPPED
+    assert set(measured.values) == {FORCE, "coefficient_kbit"}
+
+
+def test_it_travels_light_and_stays_the_same(frames: FrameSet) -> None:
+    one = evaluation(frames, FORCE, FIELD)
+    point = {"coefficient": 18, "mac_lanes": 4}
+    first = one(point)
+    packed = pickle.dumps(one)
+    assert len(packed) < 10_000
+    assert pickle.loads(packed)(point) == first
+
+
+def test_held_out_frames_are_others(frames: FrameSet) -> None:
+    point = {"coefficient": 18, "mac_lanes": 4}
+    assert evaluation(frames, FORCE)(point) != evaluation(frames, FORCE, part=Part.HELD_OUT)(point)
+
+
+def test_samples_are_those_of_the_frames_and_of_the_search(frames: FrameSet) -> None:
+    """What a process keeps for its next design is not mistaken for that of another converter."""
+    point = {"coefficient": 18, "mac_lanes": 4}
+    coarse = replace(evaluation(frames, FORCE), base=replace(BASE, adc=replace(BASE.adc, bits=8)))
+    assert coarse(point) != evaluation(frames, FORCE)(point)
+    assert evaluate._sample.cache_info().currsize > 1
+
+
+def test_few_frames_have_no_percentile() -> None:
+    errors = np.arange(201.0)
+    errors[0] = np.nan
+    assert percentile(errors) == pytest.approx(np.percentile(errors[1:], 95))
+    with pytest.raises(ValueError, match=r"^frames.train: 199 frames that count are too few for a 95th percentile$"):
+        percentile(errors[1:200])

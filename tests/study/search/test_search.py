@@ -1,0 +1,192 @@
+"""A search has the same trials whoever measures them and however often it is interrupted."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tfra.study.search.search import SAMPLERS, Measured, Search, front
+from tfra.study.search.space import Point, Space
+from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT, StoreError, Trial, Trials, sqlite
+from tfra.study.workers import one_after_another, processes
+
+BITS = tuple(range(6, 19))
+SPACE = Space({"coefficient": BITS, "operand.force": BITS, "coefficient.normal": BITS, "mac_lanes": (4, 8, 16)})
+SEARCH = Search(SPACE, ("error", "bits"), generations=4, size=8, seed=5)
+
+
+def measure(point: Point) -> Measured:
+    """Something like an error and a cost, with designs that do not fit and designs that are given up."""
+    if point["mac_lanes"] == 8 and point["coefficient"] == 6:
+        return Measured(UNFIT, {}, "mac_lanes: 8 are too many")
+    bits = point["coefficient"] + point["operand.force"] + 2 * point["coefficient.normal"]
+    error = sum(2.0 ** -point[name] for name in ("coefficient", "operand.force", "coefficient.normal"))
+    return Measured(STOPPED if bits < 30 else COMPLETE, {"error": error, "bits": float(bits + point["mac_lanes"])})
+
+
+def nothing_fits(point: Point) -> Measured:
+    return Measured(UNFIT, {}, f"mac_lanes: {len(point)} reasons")
+
+
+def backwards(measure: object, points: Sequence[Point]) -> Iterator[tuple[int, Measured]]:
+    yield from reversed(list(one_after_another(measure, points)))  # type: ignore[arg-type]
+
+
+def run(
+    path: Path, search: Search = SEARCH, workers: object = one_after_another, most: int | None = None
+) -> list[Trial]:
+    """The table after a search of which ``most`` trials were seen."""
+    trials = Trials(sqlite(path), "search")
+    for _ in itertools.islice(search.run(measure, trials, workers), most):  # type: ignore[arg-type]
+        pass
+    return trials()
+
+
+@pytest.mark.parametrize("sampler", SAMPLERS)
+def test_any_workers_give_the_same_trials(tmp_path: Path, sampler: str) -> None:
+    search = Search(SPACE, ("error", "bits"), generations=3, size=6, seed=2, sampler=sampler)
+    alone = run(tmp_path / "alone.db", search)
+    assert len(alone) == 18
+    assert run(tmp_path / "backwards.db", search, backwards) == alone
+    with processes(2) as two:
+        assert run(tmp_path / "two.db", search, two) == alone
+
+
+@pytest.mark.parametrize("seen", [1, 5, 8, 13, 31])
+def test_an_interrupted_search_goes_on(tmp_path: Path, seen: int) -> None:
+    whole = run(tmp_path / "whole.db")
+    assert len(run(tmp_path / "cut.db", most=seen)) == seen
+    assert run(tmp_path / "cut.db") == whole
+
+
+KILLED = """
+import os, signal
+from pathlib import Path
+from tests.study.search import test_search as this
+from tfra.study.workers import one_after_another
+from tfra.study.search.trials import Trials, sqlite
+trials = Trials(sqlite(Path({path!r})), "search")
+for number, trial in enumerate(this.SEARCH.run(this.measure, trials, one_after_another)):
+    if number == {last}:
+        os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_a_killed_search_goes_on(tmp_path: Path) -> None:
+    path = tmp_path / "killed.db"
+    root = Path(__file__).parents[3]
+    for last in (6, 20):
+        done = subprocess.run(
+            [sys.executable, "-c", KILLED.format(path=str(path), last=last)],
+            cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, check=False,
+        )  # fmt: skip
+        assert done.returncode == -signal.SIGKILL
+        assert len(Trials(sqlite(path), "search")()) == last + 1
+    assert run(path) == run(tmp_path / "whole.db")
+
+
+def test_what_is_in_the_table_is_not_measured_again(tmp_path: Path) -> None:
+    run(tmp_path / "trials.db")
+    asked: list[Point] = []
+
+    def watched(measure: object, points: Sequence[Point]) -> Iterator[tuple[int, Measured]]:
+        asked.extend(points)
+        yield from one_after_another(measure, points)  # type: ignore[arg-type]
+
+    assert len(run(tmp_path / "trials.db", workers=watched)) == 32
+    assert asked == []
+    run(tmp_path / "fresh.db", workers=watched)
+    keys = [tuple(sorted(point.items())) for point in asked]
+    assert len(set(keys)) == len(keys)
+
+
+def test_another_seed_is_another_search(tmp_path: Path) -> None:
+    found = [
+        [trial.indices for trial in run(tmp_path / f"{seed}.db", Search(SPACE, ("error", "bits"), 1, 8, seed))]
+        for seed in (1, 2)
+    ]
+    assert found[0] != found[1]
+
+
+def test_generations_get_better(tmp_path: Path) -> None:
+    """Of the last generation more are within reach of the front of all than of the first, which is random."""
+    search = Search(SPACE, ("error", "bits"), generations=12, size=16, seed=3)
+    trials = run(tmp_path / "trials.db", search)
+    best = front(trials, search.objectives)
+
+    def near(some: Sequence[Trial]) -> int:
+        return sum(
+            trial.state == COMPLETE
+            and any(all(trial.values[n] <= 1.3 * one.values[n] for n in search.objectives) for one in best)
+            for trial in some
+        )
+
+    assert near(trials[-48:]) > near(trials[:48])
+
+
+def test_a_space_where_nothing_fits(tmp_path: Path) -> None:
+    trials = Trials(sqlite(tmp_path / "trials.db"), "search")
+    with pytest.raises(ValueError, match=r"^space: none of 8 points fits together; of the last, mac_lanes: 4 reasons$"):
+        list(SEARCH.run(nothing_fits, trials, one_after_another))
+
+
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5), st.integers(0, 5)), max_size=30))
+def test_the_front_is_what_nobody_dominates(values: list[tuple[int, int, int]]) -> None:
+    names = ("a", "b", "c")
+    trials = [Trial(n, COMPLETE, {}, dict(zip(names, map(float, v), strict=True))) for n, v in enumerate(values)]
+
+    def beaten(n: int) -> bool:
+        return any(
+            all(a <= b for a, b in zip(other, values[n], strict=True)) and (other != values[n] or m < n)
+            for m, other in enumerate(values)
+            if m != n
+        )
+
+    assert [trial.number for trial in front(trials, names)] == [n for n in range(len(values)) if not beaten(n)]
+
+
+def test_trials_that_were_stopped_are_on_no_front() -> None:
+    assert front([Trial(0, STOPPED, {}, {"a": 0.0}), Trial(1, COMPLETE, {}, {"a": 1.0})], ("a",))[0].number == 1
+
+
+def test_searches_in_one_table_do_not_meet(tmp_path: Path) -> None:
+    url = sqlite(tmp_path / "trials.db")
+    Trials(url, "one").add(Trial(0, COMPLETE, {"operand": 1}, {"a": 0.1}), 1.0)
+    assert Trials(url, "two")() == []
+    assert Trials(url, "one")() == [Trial(0, COMPLETE, {"operand": 1}, {"a": 0.1})]
+
+
+def test_the_first_of_two_writers_counts(tmp_path: Path) -> None:
+    url = sqlite(tmp_path / "trials.db")
+    for value in (0.1, 0.2):
+        Trials(url, "one").add(Trial(0, COMPLETE, {}, {"a": value}), 1.0)
+    assert Trials(url, "one")()[0].values == {"a": 0.1}
+
+
+@pytest.mark.parametrize(
+    ("url", "line"),
+    [
+        ("sqlite:////nowhere/at/all/trials.db", "unable to open database file"),
+        ("no url", "Could not parse SQLAlchemy URL from given URL string"),
+        ("oracle9://here", "Can't load plugin: sqlalchemy.dialects:oracle9"),
+    ],
+)
+def test_a_table_out_of_reach(url: str, line: str) -> None:
+    with pytest.raises(StoreError, match=line) as error:
+        Trials(url, "one")
+    assert "\n" not in str(error.value)
+
+
+def test_a_broken_table(tmp_path: Path) -> None:
+    (tmp_path / "trials.db").write_bytes(b"not a database, but long enough to look like one" * 100)
+    with pytest.raises(StoreError, match="file is not a database"):
+        Trials(sqlite(tmp_path / "trials.db"), "one")

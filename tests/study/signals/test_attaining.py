@@ -1,0 +1,266 @@
+"""Attaining frames: recomputed from their codes alone, below what no frame can have, and the same in the gateware."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import product
+
+import numpy as np
+import polars as pl
+import pytest
+
+from tests.model.cases import make_design
+from tfra.hdl.parallel.matvec import unit
+from tfra.model.boussinesq import operators
+from tfra.model.choices import Architecture, Search
+from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
+from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.sensor import SensorArray
+from tfra.study.signals import attaining as module
+from tfra.study.signals.attaining import ENOUGH, Extremes, attaining, full_scale, replay, rows_as_taxels
+from tfra.study.signals.ceilings import Forms, ceilings
+from tfra.study.signals.observation import catalogue
+from tfra.study.signals.ranges import ranges
+
+COARSE = SensorArray(4, 4, 8e-3, 8e-3, 2e-3)
+SENSORS_HERE = {"3×3": SensorArray(3, 3, 4e-3, 2e-3, 3e-3), "4×4": COARSE, "5×4": SensorArray(5, 4, 4e-3, 2e-3, 3e-3)}
+DESIGNS = {name: make_design(sensor, steps=10) for name, sensor in SENSORS_HERE.items()}
+TOLERANCE = 2e-3
+"""What rounding may add to a ceiling."""
+
+
+@cache
+def found_of(name):
+    return attaining(DESIGNS[name])
+
+
+def recomputed(design, frame):
+    """Magnitudes of signals of one ``frame``, from the model's stages and by plain sums."""
+    codes = frame.ravel()
+    stages = {name: words[0] for name, words in FixedTfra(design)(frame[None]).stages.items()}
+    products = np.split(stages["matvec"], np.cumsum([design.stacks[name].quads for name in design.products])[:-1])
+    parts = {"n": stages["weights"]} | dict(zip(("e0", "e1", "d"), np.split(stages["combine"], 3), strict=True))
+    parts["b"] = butterfly(to_quads(design, stress(design, codes))) << design.formats.vector_fraction
+    parts |= {
+        "normal0": products[2],
+        "normal1": products[3],
+        "force": stages["forces"],
+        "stress": stress(design, codes),
+    }
+    for stack, words in zip(("contact", "residual", "force"), (products[0], products[1], products[4]), strict=True):
+        parts |= {name: quads[0] for name, quads in design.stacks[stack].split(words[None]).items()}
+    parts |= accumulators(design, {**parts, "contact": parts["b"], "residual": parts["n"], "force": parts["d"]})
+    parts["d0"] = parts["b"] + parts["c33"]
+    parts |= {"p": taxels(design, products[2] - parts["c33"]), "q": taxels(design, products[3])}
+    parts["moment"], parts["direction"] = zones(design, frame)
+    parts["magnitude"] = np.abs(parts["stress"]).sum()
+    parts["alpha"], parts["beta"] = stages["dependent"]
+    return {name: int(np.abs(words).max()) for name, words in parts.items()} | sweeps(design, parts, frame)
+
+
+def stress(design, codes):
+    shift = design.adc.bits - 1 - max(int(c ^ (c >> 63)).bit_length() for c in codes)
+    return codes << shift
+
+
+def taxels(design, quads):
+    return to_taxels(design, butterfly(quads))
+
+
+def accumulators(design, operands):
+    """Sums of products one by one, of operands that are as long as their word allows."""
+    found = {}
+    vectors = {"contact": ["contact"], "residual": ["residual"], "normal": ["e0", "e1"], "force": ["force"]}
+    for stack, names in vectors.items():
+        for op in design.stacks[stack].operators:
+            most = 0
+            for vector, parity in product((operands[name] for name in names), range(4)):
+                column = [int(word) for word in vector[:, parity ^ op.flip]]
+                shift = design.formats.operand - 1 - max((w if w >= 0 else ~w).bit_length() for w in column)
+                top = (1 << (design.formats.operand - 1)) - 1
+                words = [min(round_half_up(w, shift), top) for w in column]
+                sums = [sum(int(c) * w for c, w in zip(row, words, strict=True)) for row in op.rows[:, parity]]
+                most = max(most, *map(abs, sums))
+            found[f"{op.name}.accumulator"] = np.array(most)
+    return found
+
+
+def round_half_up(word, shift):
+    return word << shift if shift >= 0 else (word + (1 << (-shift - 1))) >> -shift
+
+
+def zones(design, frame):
+    """Moments and c - t, times both sums, by plain sums over the taxels."""
+    rows, columns = frame.shape
+    sums, moments = [0, 0], [[0, 0], [0, 0]]
+    for (i, j), code in np.ndenumerate(frame):
+        zone = int(code > 0)
+        sums[zone] += abs(int(code))
+        moments[zone][0] += abs(int(code)) * (columns - j)
+        moments[zone][1] += abs(int(code)) * (rows - i)
+    return np.array(moments), np.array([moments[1][axis] * sums[0] - moments[0][axis] * sums[1] for axis in (0, 1)])
+
+
+def sweeps(design, parts, frame):
+    """Every candidate's terms, one by one, for the sign that the direction of the sweep gives."""
+    k = design.search.steps
+    model = next(FixedTfra(design).traces(frame[None]))
+    start = -k if model.direction.negative[0] else 0
+    terms = np.array([k * parts["p"] + (start + kappa) * parts["q"] for kappa in range(k + 1)])
+    unit = 4 * k << design.formats.vector_fraction
+    b_xy = np.maximum(unit * parts["stress"] - terms, 0).sum(axis=1) - unit * np.maximum(parts["stress"], 0).sum()
+    b_z = np.maximum(terms, 0).sum(axis=1)
+    return {"candidate": int(np.abs(terms).max()), "b_z": int(b_z.max()), "b_xy": int(np.abs(b_xy).max())}
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_every_share_is_that_of_its_frame(name):
+    design, found = DESIGNS[name], found_of(name)
+    checked = set()
+    for signal, best in found.best.items():
+        magnitudes = recomputed(design, best.frame)
+        if signal in magnitudes:
+            assert magnitudes[signal] == best.magnitude, signal
+            checked.add(signal)
+    assert found.best.keys() - checked == {"sums", "unscaled", "mu_ind"}
+    assert found.share("c33_inv") == found.best["c33_inv"].magnitude / catalogue(design)["c33_inv"].bound
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_half_of_each_bound_or_the_reason(name):
+    table = found_of(name).table()
+    proven = [signal for signal, word in catalogue(DESIGNS[name]).items() if word.proven]
+    assert table["signal"].to_list() == proven
+    assert ((table["share"] >= ENOUGH) == table["reason"].is_null()).all()
+    assert (table["share"] <= 1).all()
+    assert (table["ceiling"] <= table["bound"] * (1 + 1e-9)).all()
+    assert (table["of_ceiling"] <= 1 + TOLERANCE).all()
+    reached = set(table.filter(pl.col("share") >= ENOUGH)["signal"])
+    exact = {signal for signal in proven if signal.endswith(".accumulator")}
+    assert reached >= exact | {"stress", "b", "c33_inv", "n", "sums_b", "moment", "magnitude", "mu_ind"}
+    # Where a frame could have more than half, the one that was found is not far from it.
+    near = table.filter((pl.col("ceiling") >= ENOUGH * pl.col("bound")) & (pl.col("share") < ENOUGH))
+    assert set(near["signal"]) <= {"sums_n", "sums", "c33", "unscaled", "force", "alpha", "beta"}
+
+
+@pytest.mark.parametrize("name", SENSORS)
+def test_no_frame_is_over_a_ceiling(name):
+    design = make_design(SENSORS[name])
+    limits = ceilings(design)
+    low, high = -8192, 8191
+    extreme = np.random.default_rng(1).choice([low, high], size=(100, design.sensor.rows, design.sensor.columns))
+    codes = np.concatenate([directed_codes(design), contact_codes(design, 50, 1), wild_codes(design, 100, 2), extreme])
+    seen = ranges(design, [codes]).filter(pl.col("signal").is_in(list(limits)))
+    assert len(seen) == len(limits)
+    bounds = catalogue(design)
+    for signal, low, high in seen.select("signal", "minimum", "maximum").iter_rows():
+        assert max(-low, high) <= limits[signal] * (1 + TOLERANCE), signal
+        assert limits[signal] <= bounds[signal].bound, signal
+
+
+def test_ceilings_are_not_far_from_what_all_extreme_frames_have():
+    """Every sign of every taxel of 2×3, unquantised: g, d1, d2 and d0 are the largest at such a frame."""
+    sensor = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
+    design = make_design(sensor)
+    ops, h2 = operators(sensor), sensor.thickness**2
+    b = np.array(list(product([-1.0, 0.0, 1.0], repeat=6))) * (8192 << 9)
+    n = np.maximum(-(b @ ops.c33_inv.T) / h2, 0)
+    exact = {"c33": n @ ops.c33.T * h2, "c31": n @ ops.c31.T * h2, "c32": n @ ops.c32.T * h2}
+    exact["d0"] = b + exact["c33"]
+    limits = ceilings(design)
+    for signal, vectors in exact.items():
+        largest = np.abs(butterfly(to_quads(design, vectors))).max()
+        assert 0.5 * limits[signal] < largest <= limits[signal] * (1 + 1e-9), signal
+
+
+def test_a_ceiling_that_is_too_low_is_found(monkeypatch):
+    monkeypatch.setattr(Forms, "_clipped", lambda self, form, original=Forms._clipped: 0.5 * original(self, form))
+    table = found_of("4×4").table()
+    assert set(table.filter(pl.col("of_ceiling") > 1 + TOLERANCE)["signal"]) >= {"c33", "d0"}
+
+
+def test_a_row_is_met_by_its_own_signs():
+    """Codes with the signs of a row give an accumulator that is its sum of magnitudes, but for the largest code."""
+    design = DESIGNS["4×4"]
+    op = design.stacks["contact"].operators[0]
+    frames = full_scale(design, rows_as_taxels(design, op))
+    extremes = Extremes(design)
+    extremes.try_all(frames, "rows")
+    assert extremes.share("c33_inv.accumulator") > 0.9998
+    assert extremes.best["c33_inv.accumulator"].found == "rows"
+
+
+def test_climbing_never_loses_and_ends(monkeypatch):
+    design = DESIGNS["3×3"]
+    extremes = Extremes(design)
+    extremes.try_all(wild_codes(design, 3, seed=1).reshape(3, -1), "noise")
+    before = {signal: best.magnitude for signal, best in extremes.best.items()}
+    extremes.climb("d", 100)
+    assert all(extremes.best[signal].magnitude >= magnitude for signal, magnitude in before.items())
+    assert extremes.best["d"].magnitude > before["d"]
+    assert extremes.best["d"].found == "noise, climbed"
+    tried = []
+    monkeypatch.setattr(extremes, "try_all", lambda frames, found: tried.append(len(frames)))
+    extremes.climb("d", 100)
+    assert tried == [27]
+
+
+def test_the_same_seed_gives_the_same_frames():
+    again = attaining(DESIGNS["3×3"])
+    for signal, best in found_of("3×3").best.items():
+        assert (again.best[signal].frame == best.frame).all(), signal
+
+
+SMALL = TfraDesign(SensorArray(2, 2, 8e-3, 8e-3, 2e-3), search=Search(5), architecture=Architecture(4))
+
+
+def frames_of(design, count):
+    """Frames that reach half of a bound, each once."""
+    found = attaining(design)
+    frames = [best.frame for signal, best in found.best.items() if found.share(signal) >= ENOUGH]
+    return np.unique(np.stack(frames), axis=0)[:count]
+
+
+@pytest.mark.long
+def test_the_gateware_gives_the_models_words():
+    frames = frames_of(SMALL, 12)
+    assert len(frames) > 8
+    assert replay(SMALL, frames, "amaranth") == []
+
+
+@pytest.mark.long
+def test_every_stage_of_the_gateware_gives_the_models_words(builds):
+    for design in (SMALL, replace(SMALL, sensor=COARSE)):
+        assert replay(design, frames_of(design, 5), "icarus", builds) == []
+
+
+@pytest.mark.long
+def test_a_wrong_coefficient_is_noticed(monkeypatch):
+    def corrupted(design):
+        images = original(design).copy()
+        images[0, 0] ^= 1 << 12
+        return images
+
+    original = unit.lane_images
+    monkeypatch.setattr(unit, "lane_images", corrupted)
+    assert replay(SMALL, frames_of(SMALL, 2), "amaranth")
+
+
+def test_a_stage_that_differs_is_named(monkeypatch):
+    """Probes that show another word of one stage, of the second frame alone."""
+
+    def simulated(design, codes, simulator, build_dir=None, probes=False):
+        model = FixedTfra(design)(codes)
+        shown = {
+            name: words.reshape(len(codes), -1).copy() for name, words in model.stages.items() if name != "scaling"
+        }
+        if (codes == frames[1]).all():
+            shown["combine"][0, 0] += 1
+        return type("Run", (), {"simulator": "icarus", "words": model.words, "probes": shown})
+
+    frames = frames_of(SMALL, 3)
+    monkeypatch.setattr(module, "simulate", simulated)
+    assert replay(SMALL, frames) == [(1, "combine")]
