@@ -14,6 +14,7 @@
 #              the tables of docs/numerics.md: noise of a sensor at rest and faint contacts; every signal's word and error
 # make sparse, make fem_convergence
 #              the tables of docs/studies/sparse.md and docs/studies/fem.md
+# make bits    the default studies, docs/how_many_bits.md: an hour
 # make mixed   cores with mixed word lengths, verified, docs/numerics.md
 # make schedule, make timing
 #              the Gantt chart of docs/studies/schedule.md, and its table of cycles stated and measured on random cores
@@ -41,7 +42,7 @@ READY := $(VENV)/ready
 TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-STUDIES := campaign mixed formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
+STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
   tree speed c_speed libraries growth large sparse calibrate errors truth fem_convergence abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
@@ -65,7 +66,7 @@ test-rest: $(READY) icarus chromium
 
 test-all: test test-rest
 
-campaign mixed formats rest signals gates mutants: GROUP := exactness
+campaign mixed bits formats rest signals gates mutants: GROUP := exactness
 cores schedule timing: GROUP := cycles
 estimates blocks baselines primitives tree: GROUP := parts
 speed c_speed libraries: GROUP := speed

@@ -10,13 +10,13 @@ from typing import Annotated
 
 import typer
 
-from tfra.cli import later
 from tfra.cli.complaint import say
 from tfra.cli.estimate import estimate
 from tfra.cli.frames import frames
 from tfra.cli.generate import generate
 from tfra.cli.paper import paper
 from tfra.cli.size import size
+from tfra.cli.study import study
 from tfra.cli.synth import synth
 from tfra.cli.verify import verify
 from tfra.codegen.processes import Stopped, stoppable
@@ -43,6 +43,11 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
         "tfra synth examples/hertz_40x20.toml --target ecp5-85-8 --seeds 5 --clock-mhz 120 --out fpga --json",
     ),
     paper: ("tfra paper --out paper_again",),
+    study: (
+        "tfra study examples/study_quick.toml --out study",
+        "tfra study examples/study_hertz.toml --out study --workers 8",
+        "tfra study mine.toml --out study --work /shared/mine.work --scheduler tcp://node1:8786",
+    ),
 }
 
 
@@ -59,7 +64,6 @@ app = typer.Typer(
 )
 for command, lines in EXAMPLES.items():
     app.command(epilog=_epilog("Examples:", lines))(command)
-app.command(context_settings=later.SETTINGS)(later.study)
 
 
 def _print_version(wanted: bool) -> None:

@@ -22,6 +22,10 @@ class InputError(ValueError):
         parts = shortened(str(file), LONGEST_FILE), shortened(key, LONGEST_KEY), shortened(reason, LONGEST_REASON)
         super().__init__(": ".join(part for part in parts if part))
 
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str]]:
+        """It travels between processes as the line that it is."""
+        return InputError, (str(self), "", "")
+
 
 class Notice(UserWarning):
     """Something that the user should know, in one line, while the work goes on."""

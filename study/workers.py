@@ -6,20 +6,30 @@ process of its own: then results are the same, bit for bit, whoever makes them.
 
 from __future__ import annotations
 
+import ctypes
 import multiprocessing
 import os
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import signal
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from functools import cache
+from importlib.metadata import version
 from typing import Protocol, TypeVar
+
+from tfra import codegen, hdl, model, study, synth
+from tfra.sim.run import digest, sources, texts
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")
 
-ONE_THREAD = dict.fromkeys(
-    ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS"), "1"
-)
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS"), "1")
 """What NumPy and Polars must find in the environment when they are loaded."""
+
+
+_PDEATHSIG = 1
+"""Of prctl(2)."""
 
 
 class Workers(Protocol):
@@ -38,21 +48,36 @@ def one_after_another(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterato
         yield place, do(job)
 
 
+class SchedulerError(RuntimeError):
+    """A cluster can't be used; the message says why in one line."""
+
+
+class LostWorkerError(RuntimeError):
+    """A worker died before its job was done; the message says so in one line."""
+
+
 @contextmanager
 def processes(count: int) -> Iterator[Workers]:
-    """Workers that are ``count`` processes; they end with the block."""
+    """Workers that are ``count`` processes; they end with the block, and with this process however it ends."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(count, mp_context=context)
+    pool = ProcessPoolExecutor(count, mp_context=context, initializer=_serve, initargs=(os.getpid(),))
 
     def work(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
         places = {pool.submit(do, job): place for place, job in enumerate(jobs)}
-        for future in as_completed(places):
-            yield places[future], future.result()
+        try:
+            for future in as_completed(places):
+                yield places[future], future.result()
+        except BrokenProcessPool:
+            raise LostWorkerError("a worker process was killed: is there enough memory?") from None
 
     try:
         yield work
+    except BaseException:  # what they do now is in vain
+        for worker in multiprocessing.active_children():
+            worker.kill()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
         for name, value in before.items():
@@ -62,12 +87,20 @@ def processes(count: int) -> Iterator[Workers]:
                 os.environ[name] = value
 
 
+def _serve(parent: int) -> None:
+    """Prepare a worker: it is killed when ``parent`` dies, and leaves Ctrl-C to it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    ctypes.CDLL(None, use_errno=True).prctl(_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it died before
+        os._exit(1)
+
+
 @contextmanager
 def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
-    """Workers of the Dask scheduler at ``address``, which have this package at the same version and one thread each.
+    """Workers of the Dask scheduler at ``address``, which have this very package and one thread each.
 
-    Results leave the cluster as they come, so that a worker that dies takes none with it.  Raises ``ConnectionError``
-    if no scheduler answers within ``patience`` seconds.
+    Results leave the cluster as they come, so that a worker that dies takes none with it.  Raises ``SchedulerError``
+    if no scheduler answers within ``patience`` seconds, if it has no workers, or if one of them computes otherwise.
     """
     from distributed import Client
     from distributed import as_completed as arrived
@@ -75,7 +108,7 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
     try:
         client = Client(address, timeout=patience)  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
-        raise ConnectionError(f"no Dask scheduler answers at {address}: {str(error).splitlines()[0]}") from None
+        raise SchedulerError(f"no Dask scheduler answers at {address}: {str(error).splitlines()[0]}") from None
 
     def work(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
         places = {client.submit(do, job, pure=False): place for place, job in enumerate(jobs)}
@@ -84,4 +117,26 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
             future.release()
 
     with client:
+        _require_alike(client.run(_identity), address)
         yield work
+
+
+def _identity() -> tuple[str, str | None]:
+    """What has to be the same wherever jobs are done: the sources, and threads of BLAS."""
+    return fingerprint(), os.environ.get("OMP_NUM_THREADS")
+
+
+def _require_alike(found: Mapping[str, tuple[str, str | None]], address: str) -> None:
+    if not found:
+        raise SchedulerError(f"the Dask scheduler at {address} has no workers")
+    for worker, (its, threads) in found.items():
+        if its != fingerprint():
+            raise SchedulerError(f"the Dask worker {worker} has other sources of tfra")
+        if threads != "1":
+            raise SchedulerError(f"the Dask worker {worker} may use many threads: start it with OMP_NUM_THREADS=1")
+
+
+@cache
+def fingerprint() -> str:
+    """Version and sources of everything that results follow from."""
+    return digest(version("tfra"), *texts(sources(codegen, hdl, model, study, synth)))

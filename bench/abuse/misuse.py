@@ -289,7 +289,68 @@ OUTPUTS = [
     ),
 ]
 
-CASES = LAYOUT + VALUES + HEADERS + TEXT + FILES + DESCRIPTION + OPTIONS + DOUBTS + OUTPUTS
+STUDY = "study study.toml --out report"
+_STUDY = """
+config = "skin.toml"
+[frames]
+train = 400
+held_out = 400
+[[frames.mixture]]
+shape = "hertz"
+half_x_pitches = {from = 0.6, to = 1.5}
+half_y_pitches = 1.0
+center_x_share = 0.5
+center_y_share = 0.5
+peak_kpa = {from = 20.0, to = 150.0}
+mu = 0.5
+phi_deg = {from = 0.0, to = 360.0}
+"""
+
+
+def _study(more: str, old: str = "", new: str = "") -> Make:
+    """``study.toml`` with lines more, and a part replaced."""
+    return raw("study.toml", (_STUDY.replace(old, new) + more).encode())
+
+
+STUDIES = [
+    Misuse("no study", nothing, STUDY, "cannot be read"),
+    Misuse("an unknown section of a study", _study("[converters]"), STUDY, 'the nearest valid key is "converter"'),
+    Misuse("a study of another file", _study("", "skin.toml", "skln.toml"), STUDY, "skln.toml: cannot be read"),
+    Misuse("friction beyond one", _study("", "mu = 0.5", "mu = 1.5"), STUDY, "frames.mixture#1.mu: 0 to 1 is needed"),
+    Misuse(
+        "force and peak",
+        _study("force_n = -1.0"),
+        STUDY,
+        "frames.mixture#1.force_n: either this or peak_kpa is needed",
+    ),
+    Misuse(
+        "a footprint larger than the array",
+        _study("", "half_y_pitches = 1.0", "half_y_pitches = 9.0"),
+        STUDY,
+        "does not fit on the block",
+    ),
+    Misuse("a search without a choice", _study("[search.space]\nscalar = []"), STUDY, "options in rising order"),
+    Misuse(
+        "an unknown signal",
+        _study("[search.space]\ncoefficient.c34 = [9, 12]"),
+        STUDY,
+        "search.space.coefficient.c34: unknown signal, the nearest is coefficient.c33",
+    ),
+    Misuse(
+        "a contradictory space", _study("[search.space]\nscalar = {from = 9, to = 8}"), STUDY, "from 9 to 8 is no range"
+    ),
+    Misuse("an unknown cost", _study('[search]\ncosts = ["area"]'), STUDY, "search.costs: one of coefficient_kbit"),
+    Misuse("designs to place, but no search", _study("[place]"), STUDY, "[search] finds, which is missing"),
+    Misuse("a scheduler that is none", _study(""), f"{STUDY} --scheduler nobody://", "no Dask scheduler answers"),
+    Misuse(
+        "a work folder with notes",
+        lambda: (_study("")(), folder("notes", thesis_tex="years")())[-1],
+        f"{STUDY} --work notes",
+        "notes: is not the folder of a study",
+    ),
+]
+
+CASES = LAYOUT + VALUES + HEADERS + TEXT + FILES + DESCRIPTION + OPTIONS + DOUBTS + OUTPUTS + STUDIES
 
 
 def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:

@@ -21,12 +21,13 @@ from tfra.codegen.cover import LayerSpec
 from tfra.codegen.inputfile import opened
 from tfra.model.arrays import Floats
 from tfra.model.errors import InputError
-from tfra.model.scratch import scratch, writing
+from tfra.model.scratch import writing
 from tfra.model.sensor import SensorArray
 from tfra.study.frames.block import BLOCK, Block, Part, Stream, generator
 from tfra.study.frames.mixture import Mixture
 from tfra.study.frames.recording import Recording
 from tfra.study.frames.schema import FramesSection
+from tfra.study.pieces import Pieces, put
 
 _DEFINITION = "definition.json"
 
@@ -113,6 +114,10 @@ class FrameSet:
     folder: Path
     definition: Definition
 
+    def __repr__(self) -> str:
+        """Known by its content, wherever it is."""
+        return f"FrameSet({self.definition.hash})"
+
     @classmethod
     def create(cls, folder: Path, definition: Definition) -> FrameSet:
         """Return the set in ``folder``, which is made if it is missing; frames may be missing in it.
@@ -123,7 +128,7 @@ class FrameSet:
             folder.mkdir(parents=True, exist_ok=True)
         if not os.path.lexists(folder / _DEFINITION):
             content = {"sha256": definition.hash, "definition": definition.document}
-            _put(folder, _DEFINITION, (json.dumps(content, indent=1) + "\n").encode())
+            put(folder, _DEFINITION, (json.dumps(content, indent=1) + "\n").encode())
         return cls.open(folder, definition)
 
     @classmethod
@@ -137,14 +142,13 @@ class FrameSet:
 
     def missing(self) -> list[tuple[Part, int]]:
         """Blocks that have no file yet, in order."""
-        there = {name.rpartition("-")[0] for name in self._names()}
+        there = self._pieces.names()
         every = ((part, number) for part in Part for number in range(self.definition.blocks(part)))
         return [(part, number) for part, number in every if _stem(part, number) not in there]
 
     def write(self, part: Part, number: int) -> None:
         """Make a block and store it; raises ``InputError`` when it can't be written."""
-        data = self.definition.make(part, number).to_parquet()
-        _put(self.folder, f"{_stem(part, number)}-{self._digest(part, number, data)}.parquet", data)
+        self._pieces.put(_stem(part, number), self.definition.make(part, number).to_parquet())
 
     def complete(self) -> None:
         """Make and store all that is missing."""
@@ -153,29 +157,17 @@ class FrameSet:
 
     def block(self, part: Part, number: int) -> Block:
         """Load a block; raises ``InputError`` where its file is missing, damaged or another block's."""
-        stem, sensor = _stem(part, number), self.definition.sensor
-        names = [name for name in self._names() if name.startswith(f"{stem}-")]
-        if len(names) != 1:
-            reason = "there more than once: remove all of them" if names else "missing: the set is not complete"
-            raise InputError(self.folder, stem, f"is {reason}")
-        with opened(self.folder / names[0]) as stream:
-            data = stream.read()
-        if names[0] != f"{stem}-{self._digest(part, number, data)}.parquet":
-            raise InputError(self.folder / names[0], "", "is not as it was written: remove it, to have it made again")
+        sensor = self.definition.sensor
+        data = self._pieces.get(_stem(part, number))
         return Block.from_parquet(data, number * BLOCK, sensor.rows, sensor.columns)
 
     def blocks(self, part: Part) -> Iterator[Block]:
         """Load the blocks of a part, one after the other."""
         return (self.block(part, number) for number in range(self.definition.blocks(part)))
 
-    def _names(self) -> list[str]:
-        try:
-            return [name for name in os.listdir(self.folder) if name.endswith(".parquet")]
-        except OSError as error:
-            raise InputError(self.folder, "", f"cannot be read: {error.strerror}") from None
-
-    def _digest(self, part: Part, number: int, data: bytes) -> str:
-        return sha256(f"{self.definition.hash} {part} {number}\n".encode() + data).hexdigest()[:16]
+    @property
+    def _pieces(self) -> Pieces:
+        return Pieces(self.folder, self.definition.hash, ".parquet")
 
 
 def _stem(part: Part, number: int) -> str:
@@ -184,13 +176,6 @@ def _stem(part: Part, number: int) -> str:
 
 def _hash(document: dict[str, Any]) -> str:
     return sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
-
-
-def _put(folder: Path, name: str, data: bytes) -> None:
-    """Write a file that is there completely or not at all."""
-    with scratch(folder) as place, writing(folder):
-        (place / name).write_bytes(data)
-        os.replace(place / name, folder / name)
 
 
 def _read_definition(file: Path) -> dict[str, Any]:

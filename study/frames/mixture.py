@@ -7,7 +7,7 @@ frames one behind the other.  Noise has another generator than contacts, so that
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,7 @@ LIMITS = {
     "center_x_share": (0.0, 1.0),
     "center_y_share": (0.0, 1.0),
     "force_n": (-1e6, -1e-6),
+    "peak_kpa": (1e-6, 1e9),
     "mu": (0.0, 1.0),
     "phi_deg": (-360.0, 360.0),
     "noise_share_of_peak": (0.0, 1.0),
@@ -37,7 +38,7 @@ LIMITS = {
 }
 """Every quantity of a component, in the order of the draws, and how far it may go."""
 
-_OF_THE_CONTACT = tuple(LIMITS)[:7]
+_OF_THE_CONTACT = tuple(LIMITS)[:8]
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,10 @@ class Mixture:
         draws, noise = (generator(self.seed, part, number, stream) for stream in Stream)
         component, shape, values = self._drawn(draws.random((count, 2 + len(LIMITS))))
         contacts = self._contacts(shape, values)
-        stress = frames(self.sensor, contacts, self.layer.sampling, self.layer.poisson).astype(np.float32)
+        unscaled = frames(self.sensor, contacts, self.layer.sampling, self.layer.poisson)
+        scale = _scale(unscaled, values["peak_kpa"])
+        stress = (unscaled * scale[:, None, None]).astype(np.float32)
+        contacts = replace(contacts, force=contacts.force * scale[:, None])
         spread, offset = (values[key] for key in ("noise_share_of_peak", "offset_share_of_peak"))
         noisy = with_noise(stress, spread, offset, noise.standard_normal(stress.shape))
         shares = cell_shares(self.sensor, contacts).astype(np.float32)
@@ -88,8 +92,10 @@ class Mixture:
             rows = np.flatnonzero(found == number)
             shapes[rows] = _chosen(_listed(component.shape), u[rows, 1])
             for column, key in enumerate(LIMITS, 2):
-                given = getattr(component, key)
-                at = u[rows, column]
+                given, at = getattr(component, key), u[rows, column]
+                if given is None:  # one newton, or as large as the force makes it
+                    values[key][rows] = -1.0 if key == "force_n" else np.nan
+                    continue
                 values[key][rows] = given.at(at) if isinstance(given, Range) else _chosen(_listed(given), at)
         return found, shapes, values
 
@@ -102,6 +108,12 @@ class Mixture:
         phi, tangential = np.radians(values["phi_deg"]), values["mu"] * np.abs(values["force_n"])
         force = np.stack([tangential * np.cos(phi), tangential * np.sin(phi), values["force_n"]], axis=1)
         return Contacts(shape, center, half, force)
+
+
+def _scale(stress: Floats, peak_kpa: Floats) -> Floats:
+    """What makes the largest magnitude of a frame what it is to be; 1 where that is nan."""
+    wanted = ~np.isnan(peak_kpa)
+    return np.where(wanted, 1e3 * peak_kpa, 1.0) / np.where(wanted, np.abs(stress).max(axis=(1, 2)), 1.0)
 
 
 def _truth(component: npt.NDArray[np.int32], contacts: Contacts, values: dict[str, Floats]) -> pl.DataFrame:
@@ -141,8 +153,11 @@ def _check(sensor: SensorArray, component: ComponentSection) -> None:
     for shape in _listed(component.shape):
         if shape not in list(ContactShape):
             raise ValueError(f"shape: one of {', '.join(ContactShape)} is needed, got {quoted(shape)}")
+    if (component.force_n is None) == (component.peak_kpa is None):
+        raise ValueError("force_n: either this or peak_kpa is needed")
     for key, (low, high) in LIMITS.items():
-        given = getattr(component, key)
+        if (given := getattr(component, key)) is None:
+            continue
         if isinstance(given, Range):
             _check_range(key, given)
         for value in _ends(given):

@@ -12,7 +12,7 @@
     half_y_pitches = {from = 0.5, to = 3, log = true}
     center_x_share = {from = 0, to = 1}
     center_y_share = {from = 0, to = 1}
-    force_n = {from = -10, to = -1}
+    peak_kpa = {from = 20, to = 180}
     mu = {from = 0, to = 1}
     phi_deg = {from = 0, to = 360}
     noise_share_of_peak = 0.001
@@ -67,7 +67,8 @@ class ComponentSection(Section):
     """``[[frames.mixture]]``: contacts of one kind; each quantity is drawn on its own.
 
     Half sizes are in pitches along their axis.  A centre is given as the share of the way that the footprint can go on
-    the block: at 0 and 1 it touches a side, at 0.5 it is in the middle.  Noise (the standard deviation of every taxel)
+    the block: at 0 and 1 it touches a side, at 0.5 it is in the middle.  The normal force is given, or follows from the
+    largest magnitude of the frame's exact stress.  Noise (the standard deviation of every taxel)
     and offset (common to all taxels) are shares of the frame's largest stress.
     """
 
@@ -77,7 +78,8 @@ class ComponentSection(Section):
     half_y_pitches: Spread
     center_x_share: Spread
     center_y_share: Spread
-    force_n: Spread
+    force_n: Spread | None = None
+    peak_kpa: Spread | None = None
     mu: Spread
     phi_deg: Spread
     noise_share_of_peak: Spread = 0.0

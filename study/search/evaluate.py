@@ -1,12 +1,13 @@
-"""What a design of a search is worth: its errors on frames, and what its core takes.
+"""What a design of a search is worth: its errors on frames beside those of float arithmetic, and what its core takes.
 
-Errors come first, since they cost least, and the first block alone before all: a design that is beyond a limit there is
-given up.  The core is elaborated last, and only if an objective asks for its resources.
+Errors come first, since they cost least, and few frames before all: a design that is hopeless there is given up.
+Resources that only an elaborated core tells come last, and only if they are asked for.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -18,11 +19,12 @@ from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
-from tfra.model.tfra import Status, Tfra
-from tfra.study.errors.cascade import SIGNED, differences
+from tfra.model.tfra import Result, Status, Tfra
+from tfra.study.errors.cascade import differences
 from tfra.study.errors.statistics import BEYOND
 from tfra.study.frames.block import Block, Part
 from tfra.study.frames.frameset import FrameSet
+from tfra.study.search.costs import coefficient_kbit, dsp
 from tfra.study.search.search import Measured
 from tfra.study.search.space import Point, Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
@@ -30,12 +32,26 @@ from tfra.synth.estimate import estimate
 from tfra.synth.targets import Target
 
 CYCLES = ("latency_cycles", "interval_cycles")
-RESOURCES = ("LUT", "FF", "DSP", "BRAM")
-COSTS = ("coefficient_kbit", *CYCLES, *RESOURCES)
-"""What a core takes: bits of all coefficients, each counted once; by its timeline; by the estimate."""
+ELABORATED = ("LUT", "FF", "BRAM")
+COSTS = ("coefficient_kbit", "DSP", *CYCLES, *ELABORATED)
+"""What a core takes: bits of all coefficients, each counted once; by its choices, its timeline, and the estimate."""
 
-OBJECTIVES = (*SIGNED, *COSTS)
-"""What a search may make small: the 95th percentile of the total error in a quantity, and costs."""
+CHANGE = "total_change_percent"
+"""By how much the 95th percentile of the total error is over that of float arithmetic, in the worst quantity."""
+
+HELD = (
+    "phi_deg",
+    "mu",
+    "force_difference_percent_of_true_force",
+    "taxel_forces_percent_of_true_taxel_forces",
+)
+"""Quantities whose errors count, unless others are named."""
+
+_LOOKS = ((1, 15.0), (4, 5.0))
+"""Blocks that are looked at before all, and how much a design may be over the limit there, in percent."""
+
+LEAST = 20 * BEYOND
+"""Frames that a 95th percentile needs: of fewer it would hang on a few of them."""
 
 BLOCKS_IN_MEMORY = 64
 """Samples that a process keeps for its next design: 65,536 frames, some 200 MB at 10x10."""
@@ -45,95 +61,115 @@ BLOCKS_IN_MEMORY = 64
 class Sample:
     """A block's codes, its truth, and which frames count: those that float TFRA flags at no step.
 
-    It is one and the same for all designs that differ in formats and lanes alone.
+    It is one and the same for all designs that differ in formats and lanes alone.  ``exact`` are magnitudes of the
+    total errors of float arithmetic on the codes, by quantity, of the frames that count.
     """
 
     codes: Ints
     block: Block
     kept: Bools
+    exact: Mapping[str, Floats]
 
     @classmethod
     def of(cls, design: TfraDesign, block: Block) -> Sample:
         """The sample of ``block`` for the converter and the search of ``design``."""
         codes, tfra = convert(design, block.noisy), Tfra.of(design)
-        status = tfra(block.stress).status | tfra(block.noisy).status | tfra(codes * design.adc.lsb).status
-        return cls(codes, block, status & ~int(Status.INPUT_SATURATED) == 0)
+        found = tfra(codes * design.adc.lsb)
+        status = tfra(block.stress).status | tfra(block.noisy).status | found.status
+        kept = status & ~int(Status.INPUT_SATURATED) == 0
+        return cls(codes, block, kept, _magnitudes(block, found, kept))
 
     def errors(self, design: TfraDesign) -> dict[str, Floats]:
-        """Magnitudes of the total errors of ``design`` by quantity, of the frames that count."""
-        found = decode(design, design.model(self.codes).words)
-        errors = differences(self.block, self.block, found)
-        return {name: np.abs(values[self.kept]) for name, values in errors.items()}
+        """The same as ``exact``, of ``design``."""
+        return _magnitudes(self.block, decode(design, design.model(self.codes).words), self.kept)
+
+
+def _magnitudes(block: Block, found: Result, kept: Bools) -> dict[str, Floats]:
+    return {name: np.abs(values[kept]) for name, values in differences(block, block, found).items()}
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Measures points of ``space`` around ``base``, on the frames of a part, for cores on ``target``.
+    """Measures points of a space around ``base``, on the frames of a part, for cores on ``target``.
 
-    ``objectives`` are of ``OBJECTIVES``; a design with a value over that of ``limits`` is given up.
+    ``costs`` are of ``COSTS``, ``held`` the quantities whose errors count; a design is given up where ``CHANGE`` is
+    over ``limit`` percent.
     """
 
     base: TfraDesign
-    space: Space
     frames: FrameSet
-    objectives: tuple[str, ...]
+    costs: tuple[str, ...]
     target: Target
-    limits: Mapping[str, float] = field(default_factory=dict)
+    held: tuple[str, ...] = HELD
+    limit: float = math.inf
     part: Part = Part.TRAIN
 
     def __call__(self, point: Point) -> Measured:
-        """Errors and costs of a point, in that order, as long as they are within the limits."""
+        """``CHANGE``, the 95th percentile of each error that is held, and costs, as long as the limit is kept."""
         try:
-            design = self.space.design(self.base, point)
+            design = Space.design(self.base, point)
         except ValueError as error:
             return Measured(UNFIT, {}, str(error))
-        blocks = range(self.frames.definition.blocks(self.part))
-        values: dict[str, float] = {}
-        for look in (blocks[:1], blocks):
-            values = self.errors(design, look)
-            if reason := self._beyond(values):
-                return Measured(STOPPED, values, reason)
-        values |= self.costs(design)
-        reason = self._beyond(values)
-        return Measured(STOPPED if reason else COMPLETE, values, reason)
+        blocks = self.frames.definition.blocks(self.part)
+        for count, slack in (*((few, slack) for few, slack in _LOOKS if few < blocks), (blocks, 0.0)):
+            try:
+                values = self.errors(design, count)
+            except TooFewError:
+                if count == blocks:
+                    raise
+                continue
+            if values[CHANGE] > self.limit + slack:
+                found = f"{values[CHANGE]:.4g} on {count} of {blocks} blocks"
+                return Measured(STOPPED, values, f"{CHANGE}: {found} is over {self.limit + slack:g}")
+        return Measured(COMPLETE, values | self.taken(design))
 
-    def errors(self, design: TfraDesign, blocks: Iterable[int]) -> dict[str, float]:
-        """The objectives that are errors, on some blocks of the part."""
-        wanted = [name for name in self.objectives if name in SIGNED]
-        found = [self._sample(design, number).errors(design) for number in blocks] if wanted else []
-        return {name: percentile(np.concatenate([errors[name] for errors in found])) for name in wanted}
+    def errors(self, design: TfraDesign, count: int) -> dict[str, float]:
+        """``CHANGE``, and the 95th percentile of each error that is held, on the first blocks of the part."""
+        samples = [self._sample(design, number) for number in range(count)]
+        exact = self._percentiles([sample.exact for sample in samples])
+        found = self._percentiles([sample.errors(design) for sample in samples])
+        return {CHANGE: max(map(_change, exact.values(), found.values())), **found}
+
+    def exact(self) -> dict[str, float]:
+        """The 95th percentile of each error of float arithmetic on the codes that is held, on all blocks."""
+        blocks = range(self.frames.definition.blocks(self.part))
+        return self._percentiles([self._sample(self.base, number).exact for number in blocks])
+
+    def _percentiles(self, found: Sequence[Mapping[str, Floats]]) -> dict[str, float]:
+        return {name: percentile(np.concatenate([errors[name] for errors in found])) for name in self.held}
 
     def _sample(self, design: TfraDesign, number: int) -> Sample:
         alike = replace(self.base, search=design.search)
         return _sample(_Place(self.frames.folder, self.frames.definition.hash, self.part, number, alike, self.frames))
 
-    def costs(self, design: TfraDesign) -> dict[str, float]:
-        """The objectives that are costs."""
-        wanted = [name for name in self.objectives if name in COSTS]
-        core = microarchitecture(design)
-        found = {"coefficient_kbit": design.coefficient_bits / 1000}
-        if any(name in CYCLES for name in wanted):
+    def taken(self, design: TfraDesign) -> dict[str, float]:
+        """The ``costs`` of a design."""
+        found = {"coefficient_kbit": coefficient_kbit(design), "DSP": float(dsp(design, self.target.family))}
+        if any(name in CYCLES for name in self.costs):
+            core = microarchitecture(design)
             found |= {"latency_cycles": float(core.latency), "interval_cycles": float(core.initiation_interval)}
-        if any(name in RESOURCES for name in wanted):
+        if any(name in ELABORATED for name in self.costs):
             found |= {name: float(used) for name, used in estimate(design, self.target.family).total.items()}
-        return {name: found[name] for name in wanted}
+        return {name: found[name] for name in self.costs}
 
-    def _beyond(self, values: Mapping[str, float]) -> str:
-        """Why a design is given up, or nothing."""
-        for name, most in self.limits.items():
-            if values.get(name, most) > most:
-                return f"{name}: {values[name]:.4g} is over the limit of {most:.4g}"
-        return ""
+
+def _change(exact: float, found: float) -> float:
+    """In percent; where float arithmetic has no error, any is too much."""
+    return 100 * (found / exact - 1) if exact else math.inf if found else 0.0
+
+
+class TooFewError(ValueError):
+    """Frames that count are too few for a percentile."""
 
 
 def percentile(errors: Floats) -> float:
     """The 95th percentile of ``errors``, those left out that are unknown or undefined.
 
-    Raises ``ValueError`` where fewer than ``BEYOND`` lie beyond it: it would hang on a few frames.
+    Raises :class:`TooFewError` where there are fewer than ``LEAST``.
     """
     known = errors[~np.isnan(errors)]
-    if len(known) < 20 * BEYOND:
-        raise ValueError(f"frames.train: {len(known)} frames that count are too few for a 95th percentile")
+    if len(known) < LEAST:
+        raise TooFewError(f"frames: {len(known)} frames that count are too few for a 95th percentile")
     return float(np.quantile(known, 0.95))
 
 

@@ -61,10 +61,12 @@ class Search:
     def run(self, measure: Measure, trials: Trials, workers: Workers) -> Iterator[Trial]:
         """Every trial in order of completion, those of the table first; each is in the table before it is yielded.
 
-        Raises ``ValueError`` if no point of the first generation fits together.
+        Others may work on the same table: what they have finished when a generation begins is not measured again.
+        Raises :class:`EmptySpaceError` if no point of the first generation fits together.
         """
-        known = {trial.number: trial for trial in trials()}
+        known: dict[int, Trial] = {}
         for generation in range(self.generations):
+            known |= {trial.number: trial for trial in trials()}
             before = [known[number] for number in range(generation * self.size)]
             chosen = self._choose(generation, before)
             yield from (known[trial.number] for trial in chosen if trial.number in known)
@@ -132,10 +134,14 @@ def _store(same: Sequence[Trial], found: Measured, trials: Trials, seconds: floa
         yield finished
 
 
+class EmptySpaceError(ValueError):
+    """No point of a space fits together, as far as was tried."""
+
+
 def _require_one(trials: Sequence[Trial]) -> None:
     """Raise where nothing fits together: more of the same would not, either."""
     if all(trial.state == UNFIT for trial in trials):
-        raise ValueError(f"space: none of {len(trials)} points fits together; of the last, {trials[-1].reason}")
+        raise EmptySpaceError(f"none of {len(trials)} points fits together; of the last, {trials[-1].reason}")
 
 
 def front(trials: Iterable[Trial], objectives: Sequence[str]) -> list[Trial]:

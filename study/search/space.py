@@ -50,6 +50,32 @@ class Space:
         return {name: options[indices[name]] for name, options in self.options.items()}
 
     @staticmethod
+    def uniform(base: TfraDesign, bits: int) -> Point:
+        """Coefficients and operands of ``bits`` each; the operand of single values is at least as long as the codes."""
+        operands = {name: bits for name in base.signals if name.startswith("operand.")}
+        fraction = base.formats.vector_fraction + max(0, bits - base.formats.operand)
+        return {
+            "coefficient": bits,
+            "operand": max(bits, base.adc.bits),
+            **(operands if bits < base.adc.bits else {}),
+            "vector_fraction": min(16, fraction),
+        }
+
+    @classmethod
+    def around(cls, base: TfraDesign, bits: int, free: int) -> Space:
+        """Lengths of every coefficient and operand, and of the vectors, where ``bits`` for all of them are enough.
+
+        Up to two bits more, as long as a multiplier takes them for free, which it does up to ``free`` bits, and down
+        to seven bits less.
+        """
+        lanes = tuple(range(max(6, bits - 7), max(bits, min(bits + 2, free)) + 1))
+        fraction = base.formats.vector_fraction
+        return cls({
+            **{name: lanes for name in base.signals if name.startswith(("coefficient.", "operand."))},
+            "vector_fraction": tuple(range(max(0, fraction - 7), fraction + 1)),
+        })  # fmt: skip
+
+    @staticmethod
     def design(base: TfraDesign, point: Point) -> TfraDesign:
         """``base`` with the point's choices.
 

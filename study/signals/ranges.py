@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import polars as pl
 
@@ -66,6 +67,15 @@ class Ranges:
         for signal, seen in other.signals.items():
             self.signals[signal] = self.signals[signal] | seen if signal in self.signals else seen
         return self
+
+    def document(self) -> dict[str, Any]:
+        """All of it in plain values, which :meth:`of` takes back."""
+        return asdict(self)
+
+    @classmethod
+    def of(cls, document: Mapping[str, Any]) -> Ranges:
+        """What ``document`` tells."""
+        return cls(document["frames"], {signal: Range(**seen) for signal, seen in document["signals"].items()})
 
     def table(self, design: Design) -> pl.DataFrame:
         """A row for each signal of ``design``, in the order of its stages.

@@ -6,8 +6,9 @@ on.  Both follow what the model decided; how many frames float decides otherwise
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -49,6 +50,19 @@ class StageErrors:
         for decision, counts in other.flips.items():
             self.flips[decision] = self.flips.get(decision, 0) + counts
         return self
+
+    def document(self) -> dict[str, Any]:
+        """All of it in plain values, which :meth:`of` takes back bit for bit."""
+        sums = [[*key, *map(float, values)] for key, values in self.sums.items()]
+        flips = {decision: [int(count) for count in counts] for decision, counts in self.flips.items()}
+        return {"frames": self.frames, "left_out": self.left_out, "sums": sums, "flips": flips}
+
+    @classmethod
+    def of(cls, document: Mapping[str, Any]) -> StageErrors:
+        """What ``document`` tells."""
+        sums = {(signal, reference): np.array(values) for signal, reference, *values in document["sums"]}
+        flips = {decision: np.array(counts) for decision, counts in document["flips"].items()}
+        return cls(document["frames"], document["left_out"], sums, flips)
 
     def errors(self) -> pl.DataFrame:
         """A row for each signal and each of ``REFERENCES``.

@@ -17,6 +17,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+CONFIGS = {path for path in EXAMPLES.glob("*.toml") if not path.stem.startswith("study_")}
 
 SENSOR = """
 [sensor]
@@ -165,7 +166,7 @@ def test_project_is_frozen(read: Any) -> None:
         project.path = Path()
 
 
-@pytest.mark.parametrize("example", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("example", sorted(CONFIGS), ids=lambda path: path.stem)
 def test_examples(example: Path) -> None:
     project = load(example)
     assert project.design.name == {"small": "small_core"}.get(example.stem, example.stem)

@@ -16,7 +16,7 @@ from tests.study.search.test_search import SEARCH, measure, run
 from tfra.study.search.search import Measured
 from tfra.study.search.space import Point
 from tfra.study.search.trials import Trials, sqlite
-from tfra.study.workers import ONE_THREAD, cluster, processes
+from tfra.study.workers import ONE_THREAD, SchedulerError, cluster, processes
 
 
 @pytest.fixture
@@ -77,11 +77,11 @@ def reach(address: str) -> None:
 
 
 def test_nobody_answers() -> None:
-    with pytest.raises(ConnectionError, match=r"^no Dask scheduler answers at tcp://127.0.0.1:9: ") as error:
+    with pytest.raises(SchedulerError, match=r"^no Dask scheduler answers at tcp://127.0.0.1:9: ") as error:
         reach("tcp://127.0.0.1:9")
     assert "\n" not in str(error.value)
 
 
 def test_an_address_that_is_none() -> None:
-    with pytest.raises(ConnectionError, match=r"^no Dask scheduler answers at nobody://: "):
+    with pytest.raises(SchedulerError, match=r"^no Dask scheduler answers at nobody://: "):
         reach("nobody://")

@@ -53,10 +53,15 @@ def test_what_does_not_fit_is_there_with_its_reason() -> None:
 def test_uniform_designs_have_one_length() -> None:
     base = replace(BASE, formats=replace(BASE.formats, signals=(("sums", 20),)))
     short, long = uniform(base, (12, 20))
-    assert short.design is None  # a 14-bit converter
+    assert short.design is not None
     assert long.design is not None
+    lanes = {name for name in SIGNALS if name.startswith(("coefficient.", "operand."))}
+    assert {short.design.formats.bits(name) for name in lanes} == {12}
+    assert {short.design.formats.bits(name) for name in set(SIGNALS) - lanes} == {14, 18}  # a 14-bit converter
     assert {long.design.formats.bits(name) for name in SIGNALS} == {20, 24}
-    assert long.facts["vector_fraction"] == long.design.formats.vector_fraction == BASE.formats.vector_fraction + 2
+    fractions = [design.formats.vector_fraction for design in (short.design, long.design)]
+    assert fractions == [BASE.formats.vector_fraction, BASE.formats.vector_fraction + 2]
+    assert [e.facts["vector_fraction"] for e in (short, long)] == fractions
 
 
 def test_converters_differ_in_bits_and_noise_alone() -> None:

@@ -84,6 +84,18 @@ def test_quantities_are_within_what_was_declared():
     np.testing.assert_allclose(second["center_y_m"], 2.5 * SENSOR.pitch_y)
 
 
+def test_a_peak_in_place_of_a_force_scales_the_frame():
+    by_force = definition().make(Part.TRAIN, 0)
+    text = MIXTURE.replace("force_n = {from = -10, to = -1}", "peak_kpa = {from = 20, to = 180}")
+    block = definition(text.replace("force_n = -2", "peak_kpa = 50")).make(Part.TRAIN, 0)
+    peaks, second = np.abs(block.stress).max(axis=(1, 2)), block.truth["component"].to_numpy() == 2
+    np.testing.assert_allclose(peaks[second], 50e3, rtol=1e-6)
+    assert 20e3 <= peaks[~second].min() < 60e3 < 120e3 < peaks[~second].max() <= 180e3
+    exact = frames(SENSOR, contacts_of(block), LAYER.sampling, LAYER.poisson)
+    np.testing.assert_allclose(block.stress, exact, rtol=2e-7, atol=1e-6 * np.abs(exact).max())
+    assert block.truth["mu"].equals(by_force.truth["mu"])
+
+
 def test_noise_and_offset_are_shares_of_the_peak():
     loud = MIXTURE.replace("noise_share_of_peak = 0.001", "noise_share_of_peak = 0.02")
     block = definition(loud, train=BLOCK).make(Part.TRAIN, 0)

@@ -16,20 +16,20 @@ from tfra.hdl.cores import microarchitecture
 from tfra.model.converter import convert
 from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.words import decode
+from tfra.model.tfra import Tfra
 from tfra.study.errors.cascade import Cascade
 from tfra.study.errors.statistics import kept
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import Definition, FrameSet
 from tfra.study.frames.schema import FramesSection
 from tfra.study.search import evaluate
-from tfra.study.search.evaluate import COSTS, CYCLES, Evaluation, percentile
+from tfra.study.search.evaluate import CHANGE, COSTS, CYCLES, Evaluation, TooFewError, percentile
 from tfra.study.search.space import Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
 from tfra.synth.targets import find
 
 BASE = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
 FORCE, FIELD = "force_difference_percent_of_true_force", "taxel_forces_percent_of_true_taxel_forces"
-SPACE = Space({"coefficient": (6, 8, 18), "mac_lanes": (4, 7, 8)})
 FRAMES = {
     "train": 1500,
     "held_out": 600,
@@ -56,30 +56,40 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> FrameSet:
     return found
 
 
-def evaluation(frames: FrameSet, *objectives: str, **more: Any) -> Evaluation:
-    return Evaluation(BASE, SPACE, frames, objectives or (FORCE, "coefficient_kbit"), find("ecp5-45"), **more)
+def evaluation(frames: FrameSet, *costs: str, **more: Any) -> Evaluation:
+    return Evaluation(BASE, frames, costs, find("ecp5-45"), **{"held": (FORCE, FIELD)} | more)
 
 
 def test_errors_are_those_of_the_frames_that_count(frames: FrameSet) -> None:
-    """Directly: the bit-accurate model on the codes of all blocks, frames that the cascade keeps."""
-    point = {"coefficient": 8, "mac_lanes": 4}
-    design, errors = SPACE.design(BASE, point), []
+    """Directly: model and float TFRA on the codes of all blocks, frames that the cascade keeps."""
+    point = {"coefficient": 6, "mac_lanes": 4}
+    design, errors, exact = Space.design(BASE, point), [], []
     for block in frames.blocks(Part.TRAIN):
-        found = decode(design, design.model(convert(design, block.noisy)).words)
-        difference = np.linalg.norm(found.resultant - block.resultant, axis=1)
-        percent = 100 * difference / np.linalg.norm(block.resultant, axis=1)
-        errors.append(percent[kept(Cascade(BASE)(block)).to_numpy()])
+        codes, counts = convert(design, block.noisy), kept(Cascade(BASE)(block)).to_numpy()
+        results = decode(design, design.model(codes).words), Tfra.of(design)(codes * design.adc.lsb)
+        for found, into in zip(results, (errors, exact), strict=True):
+            difference = np.linalg.norm(found.resultant - block.resultant, axis=1)
+            into.append((100 * difference / np.linalg.norm(block.resultant, axis=1))[counts])
     assert len(errors) == 2
-    measured = evaluation(frames)(point)
+    measured = evaluation(frames, "coefficient_kbit", held=(FORCE,))(point)
     assert measured.state == COMPLETE
-    assert measured.values[FORCE] == pytest.approx(np.percentile(np.concatenate(errors), 95), rel=1e-12)
+    p95, floor = (np.percentile(np.concatenate(values), 95) for values in (errors, exact))
+    assert measured.values[FORCE] == pytest.approx(p95, rel=1e-12)
+    assert measured.values[CHANGE] == pytest.approx(100 * (p95 / floor - 1), rel=1e-9)
     assert measured.values["coefficient_kbit"] == design.coefficient_bits / 1000
+    assert evaluation(frames, held=(FORCE,)).exact() == {FORCE: pytest.approx(floor, rel=1e-12)}
+
+
+def test_the_worst_quantity_counts(frames: FrameSet) -> None:
+    point = {"coefficient": 6, "mac_lanes": 4}
+    alone = [evaluation(frames, held=(name,))(point).values[CHANGE] for name in (FORCE, FIELD)]
+    assert evaluation(frames)(point).values[CHANGE] == max(alone)
 
 
 @pytest.mark.parametrize("names", [("coefficient_kbit", *CYCLES), pytest.param(COSTS, marks=pytest.mark.long)])
 def test_costs_are_those_of_the_core(frames: FrameSet, names: tuple[str, ...]) -> None:
-    design = SPACE.design(BASE, {"coefficient": 8, "mac_lanes": 8})
-    found, core = evaluation(frames, *names).costs(design), microarchitecture(design)
+    design = Space.design(BASE, {"coefficient": 8, "mac_lanes": 8})
+    found, core = evaluation(frames, *names).taken(design), microarchitecture(design)
     assert (found["latency_cycles"], found["interval_cycles"]) == (core.latency, core.initiation_interval)
     assert found.get("DSP", 8) >= 8
     assert list(found) == list(names)
@@ -95,26 +105,35 @@ def test_the_first_block_is_enough_to_give_up(frames: FrameSet, monkeypatch: pyt
     asked: list[int] = []
     errors = Evaluation.errors
 
-    def watched(self: Evaluation, design: Any, blocks: Any) -> dict[str, float]:
-        asked.extend(blocks)
-        return errors(self, design, blocks)
+    def watched(self: Evaluation, design: Any, count: int) -> dict[str, float]:
+        asked.append(count)
+        return errors(self, design, count)
 
     monkeypatch.setattr(Evaluation, "errors", watched)
-    measured = evaluation(frames, limits={FORCE: 1.0})({"coefficient": 6, "mac_lanes": 4})
+    hopeless, close = {"coefficient": 6, "mac_lanes": 4}, {"coefficient": 18, "mac_lanes": 4}
+    change = evaluation(frames)(hopeless).values[CHANGE]
+    assert change > 0
+    assert asked == [1, 2]
+    asked.clear()
+    measured = evaluation(frames, "coefficient_kbit", limit=-20.0)(hopeless)
     assert measured.state == STOPPED
-    assert asked == [0]
-    assert list(measured.values) == [FORCE]
-    assert measured.reason.endswith("is over the limit of 1")
+    assert asked == [1]
+    assert set(measured.values) == {CHANGE, FORCE, FIELD}
+    assert measured.reason.endswith(" on 1 of 2 blocks is over -5")
+    assert evaluation(frames, limit=change)(close).state == COMPLETE
 
 
-def test_a_cost_over_its_limit(frames: FrameSet) -> None:
-    measured = evaluation(frames, limits={"coefficient_kbit": 1.0})({"coefficient": 18, "mac_lanes": 4})
+def test_a_limit_holds_for_all_frames(frames: FrameSet) -> None:
+    """A design just over it is looked at to the end."""
+    point = {"coefficient": 6, "mac_lanes": 4}
+    change = evaluation(frames)(point).values[CHANGE]
+    measured = evaluation(frames, limit=0.99 * change)(point)
     assert measured.state == STOPPED
-    assert set(measured.values) == {FORCE, "coefficient_kbit"}
+    assert "on 2 of 2 blocks" in measured.reason
 
 
 def test_it_travels_light_and_stays_the_same(frames: FrameSet) -> None:
-    one = evaluation(frames, FORCE, FIELD)
+    one = evaluation(frames)
     point = {"coefficient": 18, "mac_lanes": 4}
     first = one(point)
     packed = pickle.dumps(one)
@@ -124,14 +143,14 @@ def test_it_travels_light_and_stays_the_same(frames: FrameSet) -> None:
 
 def test_held_out_frames_are_others(frames: FrameSet) -> None:
     point = {"coefficient": 18, "mac_lanes": 4}
-    assert evaluation(frames, FORCE)(point) != evaluation(frames, FORCE, part=Part.HELD_OUT)(point)
+    assert evaluation(frames)(point) != evaluation(frames, part=Part.HELD_OUT)(point)
 
 
 def test_samples_are_those_of_the_frames_and_of_the_search(frames: FrameSet) -> None:
     """What a process keeps for its next design is not mistaken for that of another converter."""
     point = {"coefficient": 18, "mac_lanes": 4}
-    coarse = replace(evaluation(frames, FORCE), base=replace(BASE, adc=replace(BASE.adc, bits=8)))
-    assert coarse(point) != evaluation(frames, FORCE)(point)
+    coarse = replace(evaluation(frames), base=replace(BASE, adc=replace(BASE.adc, bits=8)))
+    assert coarse(point) != evaluation(frames)(point)
     assert evaluate._sample.cache_info().currsize > 1
 
 
@@ -139,5 +158,5 @@ def test_few_frames_have_no_percentile() -> None:
     errors = np.arange(201.0)
     errors[0] = np.nan
     assert percentile(errors) == pytest.approx(np.percentile(errors[1:], 95))
-    with pytest.raises(ValueError, match=r"^frames.train: 199 frames that count are too few for a 95th percentile$"):
+    with pytest.raises(TooFewError, match=r"^frames: 199 frames that count are too few for a 95th percentile$"):
         percentile(errors[1:200])

@@ -135,7 +135,7 @@ def test_generations_get_better(tmp_path: Path) -> None:
 
 def test_a_space_where_nothing_fits(tmp_path: Path) -> None:
     trials = Trials(sqlite(tmp_path / "trials.db"), "search")
-    with pytest.raises(ValueError, match=r"^space: none of 8 points fits together; of the last, mac_lanes: 4 reasons$"):
+    with pytest.raises(ValueError, match=r"^none of 8 points fits together; of the last, mac_lanes: 4 reasons$"):
         list(SEARCH.run(nothing_fits, trials, one_after_another))
 
 

@@ -1,0 +1,237 @@
+"""The default studies, run: what they find, how long they take, and that workers and kills change no byte.
+
+python -m bench.exactness.bits           # an hour on two idle cores; fills docs/how_many_bits.md
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+
+from bench.publish import ROOT, insert, store
+from tfra.codegen.config import load
+from tfra.study.errors.cascade import Step, View
+from tfra.study.report.words import HEADLINE, QUANTITIES, STEPS, number
+from tfra.study.search.evaluate import CHANGE
+from tfra.study.studyfile import load_study
+
+PAGE = "docs/how_many_bits.md"
+PLACE = ROOT / "build" / "studies"
+STUDIES = ("hertz", "rectangle", "skin")
+TUTORIAL = "skin"
+_TICK = 0.5
+
+
+@dataclass(frozen=True)
+class Took:
+    """Seconds of a run, and the most memory of all its processes together, in MB."""
+
+    seconds: float
+    megabytes: float
+
+
+def study(name: str, out: str, workers: int, kill: tuple[float, ...] = ()) -> Took:
+    """Run the study ``examples/study_NAME.toml``; it is killed and begun again after each time of ``kill``."""
+    start, most = time.perf_counter(), 0.0
+    for patience in (*kill, None):
+        command = [sys.executable, "-m", "tfra.cli", "study", f"examples/study_{name}.toml"]
+        command += ["--out", str(PLACE / out), "--workers", str(workers)]
+        with subprocess.Popen(command, cwd=ROOT, start_new_session=True) as run, watched(run.pid) as seen:
+            try:
+                code = run.wait(patience)
+            except subprocess.TimeoutExpired:
+                run.kill()
+                continue
+        most = max(most, *seen)
+        if code:
+            raise SystemExit(code)
+    return Took(time.perf_counter() - start, most)
+
+
+@contextmanager
+def watched(session: int) -> Iterator[list[float]]:
+    """Memory of all processes of ``session``, in MB, every half second."""
+    seen, ended = [0.0], threading.Event()
+
+    def look() -> None:
+        while not ended.wait(_TICK):
+            seen.append(sum(_resident(entry) for entry in Path("/proc").glob("[0-9]*") if _session(entry) == session))
+
+    thread = threading.Thread(target=look)
+    thread.start()
+    try:
+        yield seen
+    finally:
+        ended.set()
+        thread.join()
+
+
+def _session(process: Path) -> int:
+    try:
+        return os.getsid(int(process.name))
+    except OSError:
+        return -1
+
+
+def _resident(process: Path) -> float:
+    """What a process has for itself, and its share of what it has with others."""
+    try:
+        lines = (process / "smaps_rollup").read_text().splitlines()
+    except OSError:
+        return 0.0
+    return sum(int(line.split()[1]) / 1024 for line in lines if line.startswith("Pss:"))
+
+
+def content(out: str) -> dict[str, str]:
+    """Hashes of a report's files, but for the times."""
+    folder = PLACE / out
+    files = (file for file in folder.rglob("*") if file.name not in ("times.html", "tfra-manifest.json"))
+    return {str(f.relative_to(folder)): hashlib.sha256(f.read_bytes()).hexdigest() for f in files if f.is_file()}
+
+
+def table(out: str, name: str) -> pl.DataFrame:
+    """A table of a report."""
+    return pl.read_parquet(PLACE / out / "tables" / f"{name}.parquet")
+
+
+def cascade(out: str) -> str:
+    """What each step adds, and the total, on held-out frames."""
+    found = table(out, "errors").filter(part="held_out")
+    lines = ["| step | " + " | ".join(f"error of {_kind(name)}" for name in HEADLINE) + " |"]
+    lines.append("|---|" + "---:|" * len(HEADLINE))
+    rows = [(STEPS[step], step, View.OWN) for step in Step] + [("all together", Step.ARITHMETIC, View.TOTAL)]
+    for label, step, view in rows:
+        cells = []
+        for quantity in HEADLINE:
+            row = found.row(by_predicate=_is(quantity=quantity, step=step, view=view), named=True)
+            cells.append(f"{number(row['median'])} / {number(row['p95'])}")
+        lines.append(f"| {label} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def _kind(quantity: str) -> str:
+    kind = QUANTITIES[quantity]
+    return f"{kind.label}, {kind.unit}: median / 95th percentile"
+
+
+def _is(**wanted: Any) -> pl.Expr:
+    return pl.all_horizontal(*(pl.col(name) == str(value) for name, value in wanted.items()))
+
+
+def uniform(out: str) -> str:
+    """By how much the total grows with uniform products of so many bits."""
+    rows = table(out, "uniform_trials").filter(state="complete").sort("bits").iter_rows(named=True)
+    head = ["| bits | growth of the total, worst quantity, % | coefficients, kbit | DSP |", "|---:|---:|---:|---:|"]
+    lines = [
+        f"| {row['bits']} | {row[CHANGE]:.2f} | {row['coefficient_kbit']:.1f} | {row['DSP']:.0f} |" for row in rows
+    ]
+    return "\n".join([*head, *lines])
+
+
+def found(name: str) -> list[dict[str, Any]]:
+    """The designs of a study, with what they save."""
+    rows = table(name, "designs").rows(named=True)
+    plain = next((row for row in rows if row["name"] == "uniform"), None)
+    for row in rows:
+        saves = plain and row["coefficient_kbit"]
+        row["saves_percent"] = 100 * (1 - row["coefficient_kbit"] / plain["coefficient_kbit"]) if saves else None
+    return rows
+
+
+def designs(names: tuple[str, ...]) -> str:
+    """The designs of some studies, on held-out frames."""
+    head = (
+        "| sensor | design | coefficients, kbit | less than uniform, % | DSP | BRAM, estimated | LUT, estimated "
+        "| total on held-out frames over float's, % | RTL words compared | that differ |"
+    )
+    lines = [head, "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
+    for name in names:
+        sensor = load_study(ROOT / "examples" / f"study_{name}.toml").design.sensor
+        for row in found(name):
+            if row["coefficient_kbit"] is None:
+                continue
+            saves = "" if row["saves_percent"] is None else f"{row['saves_percent']:.1f}"
+            verified = [f"{row[key]:,}" if row.get(key) is not None else "" for key in ("rtl_words", "rtl_differ")]
+            lines.append(
+                f"| {sensor.rows}×{sensor.columns}, {1e3 * sensor.pitch_x:g}×{1e3 * sensor.pitch_y:g} mm | {row['name']} "
+                f"| {row['coefficient_kbit']:.1f} | {saves} | {row['DSP']:.0f} | {row['BRAM']:.0f} | {row['LUT']:,.0f} "
+                f"| {row[f'{CHANGE}_held_out']:+.2f} | {' | '.join(verified)} |"
+            )
+    return "\n".join(lines)
+
+
+def lengths(out: str) -> str:
+    """Word lengths of what was found, signal by signal."""
+    formats = load(PLACE / out / "designs" / "least_coefficient_kbit.toml").design.formats
+    lines = ["| signal | bits |", "|---|---:|", f"| vector fraction | {formats.vector_fraction} |"]
+    return "\n".join([*lines, *(f"| `{signal}` | {bits} |" for signal, bits in formats.signals)])
+
+
+def chance(out: str) -> str:
+    """What NSGA-II found beside random choice."""
+    lines = [
+        "| | designs measured to the end | close to float | least coefficients of those, kbit |",
+        "|---|---:|---:|---:|",
+    ]
+    for label, name in (("NSGA-II", "trials"), ("by chance", "baseline")):
+        complete = table(out, name).filter(state="complete")
+        close = complete.filter(pl.col(CHANGE) <= 5)
+        least = f"{close['coefficient_kbit'].min():.1f}" if len(close) else "none"
+        lines.append(f"| {label} | {len(complete)} of {len(table(out, name))} | {len(close)} | {least} |")
+    return "\n".join(lines)
+
+
+def sentence(out: str) -> str:
+    """The answer on top of a report."""
+    from tfra.study.report.answer import answer
+
+    tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
+    said: str = answer(tables, load_study(ROOT / "examples" / f"study_{out}.toml").design)
+    return "> " + said
+
+
+def main() -> None:
+    """Run everything, and publish."""
+    shutil.rmtree(PLACE, ignore_errors=True)
+    took = {name: study(name, name, 2) for name in STUDIES}
+    alone = study(TUTORIAL, "alone", 1)
+    share = took[TUTORIAL].seconds
+    study(TUTORIAL, "killed", 2, (share / 4, share / 4))
+    same = {run: content(run) == content(TUTORIAL) for run in ("alone", "killed")}
+    efficiency = alone.seconds / 2 / share
+    record = {
+        "studies": {name: vars(each) | {"designs": found(name)} for name, each in took.items()},
+        "one_worker_seconds": alone.seconds, "efficiency": efficiency, "same_bytes": same,
+    }  # fmt: skip
+    store("bits", record)
+    lines = ["| study | minutes on two cores | memory of all processes, MB |", "|---|---:|---:|"]
+    lines += [
+        f"| `study_{name}.toml` | {each.seconds / 60:.1f} | {each.megabytes:,.0f} |" for name, each in took.items()
+    ]
+    minutes = f"{alone.seconds / 60:.1f} minutes"
+    said = f"With one worker `study_{TUTORIAL}.toml` takes {minutes}: two are {100 * efficiency:.0f} %"
+    told = {True: "the same bytes", False: "OTHER BYTES"}
+    said += f" efficient. One worker makes {told[same['alone']]}, and so does a run that was killed twice: "
+    insert("bits times", "\n".join([*lines, "", said + f"{told[same['killed']]}."]), PAGE)
+    for name, text in {
+        "answer": sentence(TUTORIAL), "cascade": cascade(TUTORIAL), "uniform": uniform(TUTORIAL),
+        "designs": designs((TUTORIAL,)), "lengths": lengths(TUTORIAL), "chance": chance(TUTORIAL),
+        "sensors": designs(STUDIES),
+    }.items():  # fmt: skip
+        insert(f"bits {name}", text, PAGE)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,112 @@
+"""``tfra study``: quantization error studies."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tfra.cli.common import OutDirectory
+from tfra.model.errors import InputError
+
+Study = Annotated[Path, typer.Argument(metavar="STUDY", help="CONFIG, frames and what to compare, in TOML.")]
+WorkOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--work",
+        metavar="DIR",
+        help="Keeps frames, finished pieces and trials, so that a study goes on where it ended; default: OUT.work.",
+    ),
+]
+WorkersOption = Annotated[int | None, typer.Option(min=1, max=1024, help="Processes; default: one for each core.")]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="tcp://HOST:PORT", help="A Dask scheduler, whose workers do the jobs instead.")
+]
+TrialsOption = Annotated[
+    str | None,
+    typer.Option(
+        "--trials", metavar="URL", help="The table of trials, as SQLAlchemy names it: postgresql://… for a team."
+    ),
+]
+
+_EXTRAS = ("polars", "optuna", "sqlalchemy", "plotly")
+
+
+def study(
+    study: Study,
+    out: OutDirectory,
+    work: WorkOption = None,
+    workers: WorkersOption = None,
+    scheduler: Scheduler = None,
+    trials: TrialsOption = None,
+) -> None:
+    """Tell how much of the error is the converter, the word lengths and the method, and which word lengths do.
+
+    Writes index.html, tables in Parquet and the designs found. While it runs, OUT.work/partial.html has what is there.
+    """
+    _require((*_EXTRAS, *(["distributed"] if scheduler else [])))
+    from tfra.study.run import run
+    from tfra.study.studyfile import load_study
+    from tfra.study.workers import LostWorkerError, SchedulerError, cluster, processes
+
+    if scheduler and workers:
+        raise InputError("--workers", "", "is about processes of this machine: a scheduler has workers of its own")
+    loaded = load_study(study)
+    count = workers or len(os.sched_getaffinity(0))
+    doers = cluster(scheduler) if scheduler else processes(count)
+    who = f"workers of {scheduler}" if scheduler else f"{count} process{'es' if count > 1 else ''}"
+    kept = work or Path(f"{os.path.normpath(out)}.work")
+    try:
+        words = run(loaded, out, kept, doers, who, _progress, trials)
+    except SchedulerError as error:
+        raise InputError("--scheduler", "", str(error)) from None
+    except LostWorkerError as error:
+        typer.echo(f"tfra study: {error} What is done is kept in {kept}: the same command goes on there", err=True)
+        raise typer.Exit(1) from None
+    typer.echo(words.replace("`", ""))
+    typer.echo(f"{out}: open index.html; {kept} keeps what a longer study needs, and may be removed")
+
+
+def _require(packages: tuple[str, ...]) -> None:
+    for name in packages:
+        if find_spec(name) is None:
+            raise InputError("tfra study", "", f"{name} is missing, please run: pip install 'tfra[study]'")
+
+
+@contextmanager
+def _progress(name: str, unit: str, jobs: int, there: int) -> Iterator[Callable[[], None]]:
+    """Show a task: on a terminal a bar with rate and time left, else a line when it is done."""
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeElapsedColumn,
+        TimeRemainingColumn,
+    )
+
+    console = Console(stderr=True)
+    if not console.is_interactive:
+        yield lambda: None
+        print(f"{name}: {jobs:,} {unit}" + (f", {there:,} were there" if there else ""), file=sys.stderr, flush=True)
+        return
+    columns = (
+        TextColumn(f"{name:>14}"), BarColumn(), MofNCompleteColumn(), TextColumn(unit),
+        TextColumn("{task.fields[rate]}"), TimeElapsedColumn(), TextColumn("left:"), TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task("", total=jobs, completed=there, rate="")
+
+        def advance() -> None:
+            bar.advance(task)
+            speed = bar.tasks[0].speed
+            bar.update(task, rate=f"{speed:,.1f} a second" if speed else "")
+
+        yield advance

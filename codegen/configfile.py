@@ -1,0 +1,59 @@
+"""From a design to the CONFIG file that makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+
+from tfra.codegen.cover import LayerSpec
+from tfra.model.choices import FORMATS, Formats
+from tfra.model.fixed.design import Design
+
+Value = str | int | float
+
+
+def config_text(design: Design, layer: LayerSpec, comment: str) -> str:
+    """CONFIG in TOML, under lines of ``comment``: :func:`tfra.codegen.config.load` makes the same design of it."""
+    sensor, adc, architecture = design.sensor, design.adc, design.architecture
+    threshold = {} if adc.contact_threshold is None else {"contact_threshold_codes": adc.contact_threshold}
+    lanes = {"mac_lanes": architecture.mac_lanes, "vector_words": architecture.vector_words}
+    lengths = {f"{name}_mm": _mm(getattr(sensor, name)) for name in ("pitch_x", "pitch_y", "thickness")}
+    sections: dict[str, Mapping[str, Value]] = {
+        "sensor": {"rows": sensor.rows, "columns": sensor.columns, **lengths},
+        "adc": {"bits": adc.bits, "full_scale_pa": adc.full_scale, **threshold},
+        "search": {"steps": design.search.steps, "plateau_tolerance": design.search.tolerance},
+        "formats": _formats(design.formats),
+        "formats.signals": dict(design.formats.signals),
+        "architecture": {"kind": architecture.kind, **(lanes if architecture.kind == "parallel" else {})},
+        "target": {"name": design.target, "images": design.images},
+        "layer": {
+            "poisson": layer.poisson,
+            "sampling": layer.sampling,
+            "solver": layer.solver,
+            "element_mm": _mm(layer.element),
+        },
+    }
+    lines = [*(f"# {line}" for line in comment.splitlines()), *_lines({"name": design.name})]
+    for title, keys in sections.items():
+        if keys:
+            lines += ["", f"[{title}]", *_lines(keys)]
+    return "\n".join(lines) + "\n"
+
+
+def _formats(formats: Formats) -> Mapping[str, Value]:
+    if formats.name in FORMATS:
+        return {"name": formats.name}
+    return {
+        f"{key}_bits": getattr(formats, key)
+        for key in ("coefficient", "operand", "vector_fraction", "force_fraction")
+    }
+
+
+def _lines(keys: Mapping[str, Value]) -> Iterator[str]:
+    for key, value in keys.items():
+        yield f"{key} = " + (f'"{value}"' if isinstance(value, str) else repr(value))
+
+
+def _mm(metres: float) -> float:
+    """The decimal number of millimetres that gives just these metres."""
+    return float(Fraction(repr(metres)) * 1000)

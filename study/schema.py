@@ -1,0 +1,98 @@
+"""What a STUDY file may say: form only, as in :mod:`tfra.codegen.schema`; examples/study_hertz.toml explains every key.
+
+Only ``config`` and ``[frames]`` are required.  A section that is there is done, with its defaults where it is empty.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+
+from tfra.codegen.schema import Section
+from tfra.study.errors.converter import BITS, NOISE
+from tfra.study.errors.sensitivity import SHORTER, UNIFORM
+from tfra.study.errors.variants import STEPS, TOLERANCES
+from tfra.study.frames.schema import FramesSection
+from tfra.study.search.evaluate import HELD
+
+Lengths = Annotated[list[Annotated[int, Field(ge=1, le=64)]], Field(min_length=1, max_length=64)]
+Share = Annotated[float, Field(ge=0, le=1)]
+Tolerance = Annotated[float, Field(ge=0, le=1e6)]
+
+
+class UniformSection(Section):
+    """``[uniform]``: designs whose coefficients and operands all have as many bits."""
+
+    bits: Lengths = Field(default_factory=lambda: list(UNIFORM))
+
+
+class ConverterSection(Section):
+    """``[converter]``: every converter behind every noise."""
+
+    bits: Lengths = Field(default_factory=lambda: list(BITS))
+    noise_share_of_peak: Annotated[list[Share], Field(min_length=1, max_length=64)] = Field(
+        default_factory=lambda: list(NOISE)
+    )
+
+
+class SensitivitySection(Section):
+    """``[sensitivity]``: every signal alone shorter by some bits."""
+
+    shorter: Lengths = Field(default_factory=lambda: list(SHORTER))
+
+
+class VariantsSection(Section):
+    """``[variants]``: other steps of the sweep, other plateau tolerances, other rounding of products."""
+
+    steps: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], Field(min_length=1, max_length=64)] = Field(
+        default_factory=lambda: list(STEPS)
+    )
+    plateau_tolerance: Annotated[list[Tolerance], Field(min_length=1, max_length=64)] = Field(
+        default_factory=lambda: list(TOLERANCES)
+    )
+
+
+Names = Annotated[list[str], Field(min_length=1, max_length=16)]
+
+
+class SearchSection(Section):
+    """``[search]``: word lengths that are enough, for a part."""
+
+    target: str = "ecp5-45"
+    costs: Names = Field(default_factory=lambda: ["coefficient_kbit", "DSP"])
+    errors: Names = Field(default_factory=lambda: list(HELD))
+    give_up_percent: Annotated[float, Field(ge=0, le=1e6)] = 25.0
+    generations: Annotated[int, Field(ge=1, le=10_000)] = 20
+    size: Annotated[int, Field(ge=2, le=10_000)] = 24
+    seed: Annotated[int, Field(ge=0)] = 1
+    baseline: bool = True
+    space: dict[str, Any] = Field(default_factory=dict)
+
+
+class VerifySection(Section):
+    """``[verify]``: the designs that were found, in RTL, on frames that the search never saw."""
+
+    frames: Annotated[int, Field(ge=1, le=100_000)] = 200
+    simulator: Literal["icarus", "verilator", "amaranth"] | None = None
+
+
+class PlaceSection(Section):
+    """``[place]``: the designs that were found, and what they are compared with, placed and routed on the target."""
+
+    seeds: Annotated[int, Field(ge=1, le=99)] = 1
+    clock_mhz: Annotated[float, Field(ge=1, le=1000)] | None = None
+
+
+class StudyDocument(Section):
+    """The whole file."""
+
+    config: str
+    frames: FramesSection
+    uniform: UniformSection | None = None
+    converter: ConverterSection | None = None
+    sensitivity: SensitivitySection | None = None
+    variants: VariantsSection | None = None
+    search: SearchSection | None = None
+    verify: VerifySection | None = None
+    place: PlaceSection | None = None

@@ -1,0 +1,89 @@
+"""The folder that a study works in: its frames, finished pieces and trials, and a page of what is there so far.
+
+Everything in it is stored as soon as it is finished, so that a study goes on where it was when it ended, however that
+came about.  It belongs to one state of the sources: others might compute otherwise.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+
+from tfra.codegen.inputfile import opened
+from tfra.model.errors import InputError
+from tfra.model.scratch import locked, writing
+from tfra.sim.run import digest
+from tfra.study.frames.frameset import Definition, FrameSet
+from tfra.study.pieces import Pieces, put
+from tfra.study.search.trials import sqlite
+from tfra.study.tasks import Task
+from tfra.study.workers import fingerprint
+
+PARTIAL = "partial.html"
+_ABOUT = "study.json"
+
+
+@dataclass(frozen=True)
+class Work:
+    """A folder, held by this process alone."""
+
+    folder: Path
+
+    def frames(self, definition: Definition) -> FrameSet:
+        """The frame set; raises ``InputError`` if the folder has frames of another definition."""
+        return FrameSet.create(self.folder / "frames", definition)
+
+    def pieces(self, task: Task) -> Pieces:
+        """Finished pieces of a task of this description; raises ``InputError``."""
+        key = digest(fingerprint(), repr(task))
+        pieces = Pieces(self.folder / "pieces" / f"{task.name}-{key}", key, ".piece")
+        pieces.create()
+        return pieces
+
+    @property
+    def trials(self) -> str:
+        """URL of the table of trials."""
+        return sqlite(self.folder / "trials.sqlite")
+
+    def show(self, page: str) -> None:
+        """Put up the page of what is there so far."""
+        put(self.folder, PARTIAL, page.encode())
+
+
+@contextmanager
+def opened_work(folder: Path) -> Iterator[Work]:
+    """Hold ``folder``, which is made if it is missing.
+
+    Raises ``InputError`` where it is somebody else's, of other sources, or held by another run.
+    """
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        empty = not os.listdir(folder)
+    if empty:
+        content = {"generator": f"tfra {version('tfra')}", "sources": fingerprint()}
+        put(folder, _ABOUT, (json.dumps(content, indent=1) + "\n").encode())
+    _require_own(folder)
+    with locked(folder, "study", wait=False) as held:
+        if not held:
+            raise InputError(folder, "", "is held by another run: wait for it, or choose another folder by --work")
+        yield Work(folder)
+
+
+def _require_own(folder: Path) -> None:
+    try:
+        with opened(folder / _ABOUT) as stream:
+            about = json.loads(stream.read())
+        generator, sources = str(about["generator"]), about["sources"]
+    except (InputError, ValueError, LookupError, TypeError, RecursionError):
+        reason = "is not the folder of a study: choose another one by --work"
+        raise InputError(folder, "", reason) from None
+    if sources != fingerprint():
+        reason = (
+            f"has frames and trials of {generator} with other sources, which are kept: choose another one by --work"
+        )
+        raise InputError(folder, "", reason)

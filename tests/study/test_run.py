@@ -1,0 +1,357 @@
+"""A study from its file to its report: the same bytes for any workers and after any end, and nothing done twice."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import multiprocessing
+import os
+import shutil
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext, suppress
+from pathlib import Path
+from typing import Any
+
+import polars as pl
+import pytest
+from distributed import LocalCluster
+
+from tests.study.test_studyfile import CONFIG, GOOD
+from tfra.cli.main import main
+from tfra.codegen.config import load
+from tfra.hdl.cores import microarchitecture
+from tfra.model.errors import InputError
+from tfra.study.run import run
+from tfra.study.search.evaluate import CHANGE
+from tfra.study.studyfile import load_study
+from tfra.study.work import opened_work
+from tfra.study.workers import ONE_THREAD, cluster, one_after_another, processes
+
+STUDY = (
+    GOOD
+    + """
+[uniform]
+bits = [8, 12, 18]
+
+[converter]
+bits = [10, 14]
+noise_share_of_peak = [0.0, 0.01]
+
+[sensitivity]
+shorter = [1]
+
+[variants]
+steps = [50]
+plateau_tolerance = [1.0]
+
+[search]
+generations = 2
+size = 6
+"""
+)
+
+
+@contextmanager
+def silent(name: str, unit: str, jobs: int, there: int) -> Iterator[Any]:
+    yield lambda: None
+
+
+class Heard:
+    """A reporter that remembers: jobs there already, and jobs done, by task."""
+
+    def __init__(self) -> None:
+        self.there: dict[str, int] = {}
+        self.done: dict[str, int] = {}
+
+    @contextmanager
+    def __call__(self, name: str, unit: str, jobs: int, there: int) -> Iterator[Any]:
+        self.there[name], self.done[name] = there, 0
+
+        def advance() -> None:
+            self.done[name] += 1
+
+        yield advance
+        assert self.there[name] + self.done[name] == jobs
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("study")
+    (folder / "skin.toml").write_text(CONFIG)
+    (folder / "study.toml").write_text(STUDY)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def report(place: Path) -> Path:
+    """The report by this process alone."""
+    run(load_study(place / "study.toml"), place / "out", place / "work", nullcontext(one_after_another), "me", silent)
+    return place / "out"
+
+
+def table(report: Path, name: str) -> pl.DataFrame:
+    return pl.read_parquet(report / "tables" / f"{name}.parquet")
+
+
+def content(report: Path) -> dict[str, str]:
+    """Hashes of all files but the times, and the manifest, which has their hash."""
+    files = [file for file in report.rglob("*") if file.is_file()]
+    apart = ("times.html", "tfra-manifest.json")
+    return {
+        str(file.relative_to(report)): hashlib.sha256(file.read_bytes()).hexdigest()
+        for file in files
+        if file.name not in apart
+    }
+
+
+def test_everything_is_there(report: Path) -> None:
+    names = {"errors", "flagged", "flips", "stages", "decisions", "ranges", "uniform", "converter", "sensitivity"}
+    names |= {"variants", "uniform_trials", "trials", "baseline", "designs"}
+    assert {path.stem for path in (report / "tables").iterdir()} == names
+    assert "Still to come" not in (report / "index.html").read_text()
+    assert "processes" not in (report / "times.html").read_text()
+
+
+def test_designs_found_are_configs_of_cores(report: Path) -> None:
+    designs = table(report, "designs")
+    files = {path.stem for path in (report / "designs").iterdir()}
+    assert files == set(designs["name"]) - {"float", "base"}
+    for name in files:
+        design = load(report / "designs" / f"{name}.toml").design
+        microarchitecture(design).check()
+        row = designs.row(by_predicate=pl.col("name") == name, named=True)
+        assert row["coefficient_kbit"] == design.coefficient_bits / 1000
+        assert row["latency_cycles"] == microarchitecture(design).latency
+
+
+def test_what_is_found_is_the_least_that_is_close(report: Path) -> None:
+    trials = table(report, "trials").filter(pl.col("state") == "complete", pl.col(CHANGE) <= 5)
+    designs = table(report, "designs")
+    found = designs.filter(name="least_coefficient_kbit")
+    if len(trials):
+        assert found["coefficient_kbit"].item() == trials["coefficient_kbit"].min()
+        assert found[CHANGE].item() <= 5
+    plain = table(report, "uniform_trials").filter(pl.col("state") == "complete", pl.col(CHANGE) <= 5)
+    assert designs.filter(name="uniform")[CHANGE].item() == plain.sort("bits")[CHANGE][0]
+
+
+def test_two_processes_make_the_same_bytes(place: Path, report: Path) -> None:
+    study = load_study(place / "study.toml")
+    run(study, place / "two", place / "two.work", processes(2), "two processes", silent)
+    assert content(place / "two") == content(report)
+
+
+def test_finished_work_is_not_done_again(place: Path, report: Path) -> None:
+    heard = Heard()
+    study = load_study(place / "study.toml")
+    run(study, place / "again", place / "work", nullcontext(one_after_another), "me", heard)
+    assert set(heard.done.values()) == {0}
+    assert content(place / "again") == content(report)
+
+
+def test_a_longer_search_begins_where_the_shorter_ended(place: Path, report: Path) -> None:
+    """Errors and comparisons are there; the search has another description."""
+    (place / "longer.toml").write_text(STUDY.replace("generations = 2", "generations = 3"))
+    heard = Heard()
+    study = load_study(place / "longer.toml")
+    run(study, place / "longer", place / "work", nullcontext(one_after_another), "me", heard)
+    assert heard.done["trials"] == 6
+    assert heard.done["sensitivity"] == heard.done["errors"] == heard.done["frames"] == 0
+
+
+KILLED = """
+import sys
+from pathlib import Path
+from tests.study.test_run import Killer
+from tfra.study.run import run
+from tfra.study.studyfile import load_study
+from tfra.study.workers import processes
+if __name__ == "__main__":
+    folder, jobs = Path(sys.argv[1]), int(sys.argv[2])
+    run(load_study(folder / "study.toml"), folder / "end", folder / "end.work", processes(2), "", Killer(jobs, folder))
+"""
+
+
+class Killer:
+    """A reporter that kills its process after so many jobs, and leaves the numbers of its workers in a file."""
+
+    def __init__(self, jobs: int, folder: Path) -> None:
+        self.left, self.file = jobs, folder / "workers"
+
+    @contextmanager
+    def __call__(self, name: str, unit: str, jobs: int, there: int) -> Iterator[Any]:
+        yield self.advance
+
+    def advance(self) -> None:
+        self.left -= 1
+        if not self.left:
+            self.file.write_text(" ".join(str(child.pid) for child in multiprocessing.active_children()))
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_two_kills_change_nothing(place: Path, report: Path) -> None:
+    root, script = Path(__file__).parents[2], place / "killed.py"
+    script.write_text(KILLED)
+    for jobs in (5, 14):
+        command = [sys.executable, str(script), str(place), str(jobs)]
+        done = subprocess.run(command, cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, check=False)
+        assert done.returncode == -signal.SIGKILL
+        assert not (place / "end").exists()
+        workers = [int(number) for number in (place / "workers").read_text().split()]
+        assert len(workers) == 2
+        assert all(ended(worker) for worker in workers)
+    heard = Heard()
+    study = load_study(place / "study.toml")
+    run(study, place / "end", place / "end.work", nullcontext(one_after_another), "me", heard)
+    assert content(place / "end") == content(report)
+    assert sum(heard.there.values()) >= 19
+
+
+def ended(process: int) -> bool:
+    """Waits for a process that was killed, for as long as that takes."""
+    while Path(f"/proc/{process}").exists():
+        with suppress(OSError):
+            if Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
+                return True
+        time.sleep(0.01)
+    return True
+
+
+def complaint(study: Path, out: Path, work: Path, **more: Any) -> str:
+    with pytest.raises(InputError) as caught:
+        run(load_study(study), out, work, nullcontext(one_after_another), "me", silent, **more)
+    assert not out.exists()
+    return str(caught.value).replace(f"{study.parent}/", "")
+
+
+def test_a_folder_of_somebody_else(place: Path, tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text("mine")
+    said = complaint(place / "study.toml", tmp_path / "out", tmp_path)
+    assert said == f"{tmp_path}: is not the folder of a study: choose another one by --work"
+    assert (tmp_path / "mine.txt").read_text() == "mine"
+
+
+def test_a_folder_of_other_sources(place: Path, report: Path, tmp_path: Path) -> None:
+    shutil.copytree(place / "work", tmp_path / "work")
+    about = tmp_path / "work" / "study.json"
+    about.write_text(about.read_text().replace('"sources": "', '"sources": "0'))
+    said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
+    assert "is kept: it has frames and trials of tfra 0.1.0 with other sources" in said
+
+
+def test_a_folder_that_is_in_use(place: Path, report: Path, tmp_path: Path) -> None:
+    with opened_work(place / "work"):
+        said = complaint(place / "study.toml", tmp_path / "out", place / "work")
+    assert said == "work: is held by another run: wait for it, or choose another folder by --work"
+
+
+def test_frames_of_another_definition(place: Path, report: Path, tmp_path: Path) -> None:
+    (place / "other.toml").write_text(STUDY.replace("mu = 0.5", "mu = 0.4"))
+    said = complaint(place / "other.toml", tmp_path / "out", place / "work")
+    assert said.startswith("work/frames: holds frames of another definition: frames.mixture#1.mu differs")
+
+
+def test_a_corrupt_table_of_trials(place: Path, report: Path, tmp_path: Path) -> None:
+    shutil.copytree(place / "work", tmp_path / "work")
+    (tmp_path / "work" / "trials.sqlite").write_bytes(b"no database at all, but long enough to be taken for one" * 99)
+    said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
+    assert said == f"sqlite:///{tmp_path}/work/trials.sqlite: file is not a database"
+
+
+def test_a_locked_table_of_trials(place: Path, report: Path, tmp_path: Path) -> None:
+    """What is finished stays: when the other has let go, nothing but the rest is done."""
+    shutil.copytree(place / "work", tmp_path / "work")
+    (place / "more.toml").write_text(STUDY.replace("seed = 1", "seed = 1").replace("size = 6", "size = 7"))
+    other = sqlite3.connect(tmp_path / "work" / "trials.sqlite")
+    other.execute("BEGIN EXCLUSIVE")
+    url = f"sqlite:///{tmp_path}/work/trials.sqlite?timeout=0.1"
+    said = complaint(place / "more.toml", tmp_path / "out", tmp_path / "work", trials=url)
+    assert said == f"{url}: database is locked"
+    other.rollback()
+    other.close()
+    heard = Heard()
+    study = load_study(place / "more.toml")
+    run(study, tmp_path / "out", tmp_path / "work", nullcontext(one_after_another), "me", heard)
+    assert heard.done["errors"] == 0
+    assert heard.done["trials"] == 14
+
+
+def test_a_damaged_piece(place: Path, report: Path, tmp_path: Path) -> None:
+    shutil.copytree(place / "work", tmp_path / "work")
+    piece = next((tmp_path / "work" / "pieces").glob("errors-*/*.piece"))
+    piece.write_bytes(piece.read_bytes()[:-1])
+    said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
+    assert said == f"{piece}: is not as it was written: remove it, to have it made again"
+
+
+def test_frames_that_are_all_degenerate(place: Path, tmp_path: Path) -> None:
+    """Contacts far below the threshold."""
+    (place / "faint.toml").write_text(GOOD.replace("{from = 20.0, to = 150.0}", "0.01"))
+    said = complaint(place / "faint.toml", tmp_path / "out", tmp_path / "work")
+    assert said == (
+        "faint.toml: frames: all 400 frames of train are flagged, most of them as no contact: no errors can be told"
+    )
+
+
+def test_a_space_where_nothing_fits(place: Path, tmp_path: Path) -> None:
+    space = "[search]\ngenerations = 1\nsize = 4\n[search.space]\nmac_lanes = {from = 5, to = 7}\n"
+    (place / "empty.toml").write_text(GOOD + space)
+    said = complaint(place / "empty.toml", tmp_path / "out", tmp_path / "work")
+    assert said.startswith("empty.toml: search.space: none of 4 points fits together; of the last, architecture.mac_")
+
+
+def test_a_full_disk(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: Path, data: bytes) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
+    assert said.endswith("work: cannot be written: No space left on device")
+
+
+def command(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
+    code = main(["study", *arguments])
+    return code, capsys.readouterr().err
+
+
+def test_nobody_answers_the_command(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = str(place / "study.toml"), "--out", str(tmp_path / "out"), "--scheduler"
+    code, said = command(capsys, *arguments, "nobody://")
+    assert code == 2
+    assert said.startswith("--scheduler: no Dask scheduler answers at nobody://: ")
+    assert said.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_workers_of_a_scheduler_are_its_own(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = str(place / "study.toml"), "--out", str(tmp_path / "out"), "--scheduler", "tcp://x:1", "--workers", "2"
+    assert command(capsys, *arguments) == (
+        2, "--workers: is about processes of this machine: a scheduler has workers of its own\n"
+    )  # fmt: skip
+
+
+@pytest.mark.long
+def test_a_cluster_makes_the_same_bytes(place: Path, report: Path) -> None:
+    """One of its workers is killed in the middle."""
+    variables = {**ONE_THREAD}
+    for name, value in variables.items():
+        os.environ[name] = value
+    with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as two:
+        victim = next(iter(two.workers.values())).pid
+        heard = Heard()
+
+        @contextmanager
+        def killing(name: str, unit: str, jobs: int, there: int) -> Iterator[Any]:
+            with heard(name, unit, jobs, there) as advance:
+                if name == "trials":
+                    os.kill(victim, signal.SIGKILL)
+                yield advance
+
+        study = load_study(place / "study.toml")
+        run(study, place / "dask", place / "dask.work", cluster(two.scheduler_address), "dask", killing)
+    assert content(place / "dask") == content(report)

@@ -1,0 +1,123 @@
+"""STUDY files: what they mean, and the one line that says what is wrong with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tfra.model.errors import InputError
+from tfra.study.errors.converter import BITS
+from tfra.study.studyfile import StudyFile, load_study
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+CONFIG = """
+[sensor]
+rows = 6
+columns = 8
+pitch_x_mm = 3.0
+pitch_y_mm = 2.0
+thickness_mm = 2.0
+"""
+
+GOOD = """
+config = "skin.toml"
+
+[frames]
+train = 400
+held_out = 300
+
+[[frames.mixture]]
+shape = "hertz"
+half_x_pitches = {from = 0.6, to = 1.5}
+half_y_pitches = 1.0
+center_x_share = 0.5
+center_y_share = 0.5
+peak_kpa = {from = 20.0, to = 150.0}
+mu = 0.5
+phi_deg = {from = 0.0, to = 360.0}
+"""
+
+SEARCH = GOOD + "\n[search]\ngenerations = 2\n"
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Any:
+    def read(text: str, config: str = CONFIG) -> StudyFile:
+        (tmp_path / "skin.toml").write_text(config)
+        (tmp_path / "study.toml").write_text(text)
+        return load_study(tmp_path / "study.toml")
+
+    return read
+
+
+@pytest.fixture
+def complaint(read: Any, tmp_path: Path) -> Any:
+    def complaint(text: str, config: str = CONFIG) -> str:
+        with pytest.raises(InputError) as caught:
+            read(text, config)
+        return str(caught.value).removeprefix(f"{tmp_path}/")
+
+    return complaint
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("study_*.toml")), ids=lambda path: path.stem)
+def test_examples_are_good(path: Path) -> None:
+    assert load_study(path).document.search
+
+
+def test_a_section_that_is_there_has_defaults(read: Any) -> None:
+    assert read(GOOD).document.converter is None
+    assert read(GOOD + "[converter]").document.converter.bits == list(BITS)
+
+
+def test_a_space_may_be_written_in_three_ways(read: Any) -> None:
+    text = SEARCH + "[search.space]\ncoefficient.c33 = {from = 8, to = 10}\n'operand.force' = [12, 9]\nmac_lanes = 8\n"
+    assert read(text).space.options == {"coefficient.c33": (8, 9, 10), "operand.force": (9, 12), "mac_lanes": (8,)}
+    assert read(SEARCH).space is None
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "study.toml: config: is missing"),
+        (GOOD + "[uniforms]", 'study.toml: uniforms: unknown key, the nearest valid key is "uniform"'),
+        (GOOD.replace("skin", "nothing"), "nothing.toml: cannot be read: No such file or directory"),
+        (GOOD.replace("mu = 0.5", "mu = 2.0"), "study.toml: frames.mixture#1.mu: 0 to 1 is needed, got 2"),
+        (GOOD.replace("peak_kpa", "force_n"), "study.toml: frames.mixture#1.force_n: -1e+06 to -1e-06 is needed, got"),
+        (GOOD + "force_n = -1.0", "study.toml: frames.mixture#1.force_n: either this or peak_kpa is needed"),
+        (GOOD.replace("train = 400", "train = 0"), "study.toml: frames.train: at least one is needed, got none"),
+        (GOOD + "[uniform]\nbits = []", "study.toml: uniform.bits: at least one value is needed, got []"),
+        (GOOD + "[verify]", "study.toml: verify: is about the designs that [search] finds, which is missing"),
+        (GOOD + "[place]", "study.toml: place: is about the designs that [search] finds, which is missing"),
+        (SEARCH + "size = 1", "study.toml: search.size: 2 or more is needed, got 1"),
+        (SEARCH + 'target = "ecp6"', "study.toml: search.target: "),
+        (SEARCH + 'costs = ["LUTs"]', "study.toml: search.costs: one of coefficient_kbit, DSP, "),
+        (SEARCH + 'errors = ["mu", "mu"]', "study.toml: search.errors: one of them is there twice"),
+        (
+            SEARCH + "[search.space]\ncoeficient.c33 = [9]",
+            "study.toml: search.space.coeficient.c33: unknown signal, the",
+        ),
+        (SEARCH + "[search.space]\nscalar = []", "study.toml: search.space.scalar: options in rising order are needed"),
+        (SEARCH + "[search.space]\nscalar = {from = 9, to = 8}", "study.toml: search.space.scalar: from 9 to 8 is no"),
+        (SEARCH + "[search.space]\nscalar = [true]", "study.toml: search.space.scalar: whole numbers, a list or {"),
+        (SEARCH.replace("held_out = 300", "held_out = 0"), "study.toml: frames.held_out: [search] needs 200 or more"),
+    ],
+)
+def test_bad_input_is_told_in_one_line(text: str, said: str, complaint: Any) -> None:
+    line = complaint(text)
+    assert line.startswith(said)
+    assert "\n" not in line
+
+
+def test_a_part_of_another_family(complaint: Any) -> None:
+    line = complaint(SEARCH, CONFIG + '[target]\nname = "ice40"')
+    assert line.startswith("study.toml: search.target: ecp5-45-6 has no cells of ice40")
+
+
+def test_formats_that_overflow_are_told_before_any_frame(complaint: Any) -> None:
+    dense = CONFIG.replace("rows = 6", "rows = 12").replace("x_mm = 3.0", "x_mm = 0.6")
+    line = complaint(GOOD, dense.replace("y_mm = 2.0", "y_mm = 0.6"))
+    assert line.startswith("skin.toml: ")
