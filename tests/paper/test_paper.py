@@ -5,16 +5,13 @@ from __future__ import annotations
 import csv
 import html
 import json
-import os
 import re
-import shutil
-import subprocess
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.browser import browser
 from tfra.cli.demo import PAPER
 from tfra.cli.main import main
 from tfra.codegen.ownership import MANIFEST
@@ -246,23 +243,14 @@ def test_without_matplotlib(
 
 # The pages in a browser
 
-PROBE = """<script>
-addEventListener("load", () => document.body.dataset.widths = [...document.images].map(i => i.naturalWidth).join(" "));
-</script>"""
-
 
 def look(page: str, tmp_path: Path) -> tuple[list[int], list[str]]:
     """Load ``page`` in Chromium: the width of every image, 0 where it can't be shown, and console messages."""
-    program = shutil.which("chromium")
-    assert program, "chromium is missing, please run: sudo apt-get install chromium"
     file = tmp_path / "page.html"
-    file.write_text(page.replace("<head>", "<head>" + PROBE, 1))
-    options = ["--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr", "--dump-dom"]
-    command: list[Any] = [program, *options, f"--user-data-dir={tmp_path / 'profile'}", file.as_uri()]
-    environment = os.environ | {"HOME": str(tmp_path)}
-    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-    (widths,) = re.findall(r'data-widths="([^"]*)"', done.stdout)
-    return [int(width) for width in widths.split()], re.findall(r".*CONSOLE.*", done.stderr)
+    file.write_text(page)
+    with browser(tmp_path) as tab:
+        tab.open(file)
+        return tab.evaluate("[...document.images].map(image => image.naturalWidth)"), tab.messages
 
 
 @pytest.mark.parametrize(("name", "figures"), [("index.html", 7), ("fig9.html", 1)])
