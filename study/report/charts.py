@@ -13,8 +13,19 @@ import polars as pl
 
 from tfra.codegen.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from tfra.study.errors.cascade import Step, View
-from tfra.study.report.figure import GREY, PALE, ROW, Dot, Rows, Scale, add_dots, figure, say
-from tfra.study.report.words import QUANTITIES, STATISTICS, STEPS, Tables, listed, number, trained
+from tfra.study.report.figure import GREY, PALE, ROW, Dot, Rows, Scale, add_dots, add_unfit, figure, say, wrapped
+from tfra.study.report.words import (
+    QUANTITIES,
+    STATISTICS,
+    STEPS,
+    VARIANTS,
+    Tables,
+    amount,
+    listed,
+    number,
+    setting,
+    trained,
+)
 
 VIEWS = {View.OWN: ("its own share", BLUE, "circle"), View.TOTAL: ("total", VERMILION, "diamond")}
 
@@ -27,12 +38,6 @@ FLIPS = {
 }
 """Decisions whose rate is that of a change, and how a reader sees them."""
 
-VARIANTS = {
-    "steps": "steps K of the sweep",
-    "plateau_tolerance": "plateau tolerance",
-    "rounding": "rounding of products",
-}
-
 
 def cascade(tables: Tables, quantity: str, part: str) -> go.Figure:
     """Median and 95th percentile of each step's own share and of the total behind it."""
@@ -42,31 +47,46 @@ def cascade(tables: Tables, quantity: str, part: str) -> go.Figure:
     return _spread(rows, [order[step] for step in rows["step"]], Rows(labels, tuple(order.values())), quantity, 62)
 
 
-def variants(tables: Tables, quantity: str) -> go.Figure:
-    """The same of the arithmetic, for each variant of the design."""
-    rows = tables["variants"].filter(pl.col("quantity") == quantity, pl.col("step") == Step.ARITHMETIC)
-    named = rows.select("variant", "value").unique(maintain_order=True).rows()
-    lines = Rows.of([VARIANTS.get(variant, variant) for variant, _ in named], [str(value) for _, value in named])
+def variants(tables: Tables, quantity: str, view: str) -> go.Figure:
+    """One view of the arithmetic's errors, for each variant of the design."""
+    wanted = pl.col("quantity") == quantity, pl.col("step") == Step.ARITHMETIC, pl.col("view") == view
+    rows = tables["variants"].filter(*wanted)
+    settings = [(row["variant"], row[VARIANTS[row["variant"]][0]]) for row in rows.iter_rows(named=True)]
+    named = list(dict.fromkeys(settings))
+    lines = Rows.of([VARIANTS[variant][1] for variant, _ in named], [setting(value) for _, value in named])
     places = dict(zip(named, lines.places, strict=True))
-    return _spread(rows, [places[key] for key in rows.select("variant", "value").rows()], lines, quantity, 30)
+    return _spread(rows, [places[key] for key in settings], lines, quantity, 24)
 
 
 def _spread(rows: pl.DataFrame, places: list[int], lines: Rows, quantity: str, height: int) -> go.Figure:
-    """Both views of every row, at its place."""
+    """The errors of every row, at its place; where there are both views, beside each other."""
     kind, scale = QUANTITIES[quantity], Scale.of([*rows["median"], *rows["p95"]])
     shown = figure(
         len(lines.labels) * height + 95,
         scale.axis(f"error of {kind.axis}"),
         lines.axis(),
     )
-    for offset, (view, (name, colour, symbol)) in zip((-0.15, 0.15), VIEWS.items(), strict=True):
+    views = [view for view in VIEWS if view in set(rows["view"])]
+    for view, offset in zip(views, (-0.15, 0.15) if len(views) > 1 else (0.0,), strict=True):
+        name, colour, symbol = VIEWS[view]
         dots = [
             Dot(place + offset, row["median"], row["median"], row["p95"] or row["median"], _error_text(row, name))
             for place, row in zip(places, rows.iter_rows(named=True), strict=True)
             if row["view"] == view and row["median"] is not None
         ]
         add_dots(shown, scale, name, colour, symbol, dots)
+    unfit = [(place, row) for place, row in zip(places, rows.iter_rows(named=True), strict=True) if _is_unfit(row)]
+    add_unfit(shown, [(scale.low, place, _unfit_text(row)) for place, row in unfit])
     return shown if rows["median"].count() else say(shown, "too few frames")
+
+
+def _is_unfit(row: dict[str, Any]) -> bool:
+    """Whether a variation has no numbers, since its choices do not fit together."""
+    return row.get("reason") is not None
+
+
+def _unfit_text(row: dict[str, Any]) -> str:
+    return f"<b>does not fit</b><br>{wrapped(row['reason'])}"
 
 
 def _error_text(row: dict[str, Any], *lines: str) -> str:
@@ -214,6 +234,7 @@ def uniform(tables: Tables, quantity: str, statistic: str) -> go.Figure:
     ends = [min(bits) - 0.5, max(bits) + 0.5]
     floors = _floors(tables, quantity, statistic)
     scale = Scale.of([*table[statistic], *(row[statistic] for *_, row in floors)])
+    without = table.filter(pl.col("view") == View.TOTAL, pl.col("reason").is_not_null()).to_dicts()
     x = {"title": {"text": "bits of coefficients and operands"}, "range": ends, "dtick": 2}
     shown = figure(430, x, scale.axis(f"{name} of the error of {kind.axis}"))
     for view, said in ((View.OWN, "arithmetic alone"), (View.TOTAL, "total")):
@@ -229,6 +250,7 @@ def uniform(tables: Tables, quantity: str, statistic: str) -> go.Figure:
             x=ends, y=[scale.place(floor[statistic])] * 2, mode="lines", name=said,
             line={"color": colour, "dash": dash}, hovertext=_error_text(floor, "total"), hoverinfo="text",
         )  # fmt: skip
+    add_unfit(shown, [(row["bits"], scale.low, _unfit_text(row)) for row in without])
     return shown if table[statistic].count() else say(shown, "too few frames")
 
 
@@ -242,9 +264,8 @@ def _floors(tables: Tables, quantity: str, statistic: str) -> list[tuple[str, st
 
 
 def _cost_text(row: dict[str, Any]) -> str:
-    costs = {"coefficient_kbit": "{} kbit of coefficients", "dsp": "{} DSP"}
-    known = [text.format(number(row[key], 4)) for key, text in costs.items() if row.get(key) is not None]
-    return f"{row['bits']}×{row['bits']} bits: {listed(known)}"
+    costs = [amount(name, row[name]) for name in ("coefficient_kbit", "dsp")]
+    return f"{row['bits']}×{row['bits']} bits: {listed(costs)}"
 
 
 def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Figure:
@@ -253,51 +274,61 @@ def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Fi
         pl.col("quantity") == quantity, pl.col("step") == Step.CONVERTER, pl.col("view") == view
     )
     kind, said = QUANTITIES[quantity], VIEWS[View(view)][0]
-    noises, bits = (sorted(table[name].unique()) for name in ("noise_share_of_peak", "converter_bits"))
-    by_place = {(row["noise_share_of_peak"], row["converter_bits"]): row for row in table.iter_rows(named=True)}
+    noises, bits = (sorted(table[name].unique()) for name in ("noise_share_of_peak", "bits"))
+    by_place = {(row["noise_share_of_peak"], row["bits"]): row for row in table.iter_rows(named=True)}
     rows = [[by_place.get((noise, b), {}) for b in bits] for noise in noises]
     values = [[row.get(statistic) for row in line] for line in rows]
     scale = Scale.of([value for line in values for value in line])
     place = (lambda v: math.log10(scale.place(v))) if scale.log else (lambda v: v)
     x = {"title": {"text": "bits of the converter"}, "type": "category", "ticks": ""}
     y = {"title": {"text": "noise / % of the peak"}, "type": "category", "ticks": ""}
-    shown = figure(len(noises) * 44 + 95, x, y)
+    shown = figure(max(3, len(noises)) * 44 + 95, x, y)
     shown.add_heatmap(
         x=[str(b) for b in bits], y=[f"{100 * noise:g}" for noise in noises],
         z=[[None if v is None else place(v) for v in line] for line in values],
         text=[["" if v is None else number(v, 2) for v in line] for line in values], texttemplate="%{text}",
-        hovertext=[[_error_text(row, said) if row else "" for row in line] for line in rows], hoverinfo="text",
+        hovertext=[[_cell_text(row, said) for row in line] for line in rows], hoverinfo="text",
         colorscale="Cividis", reversescale=True, showscale=False, xgap=2, ygap=2, name=f"{kind.axis}, {said}",
     )  # fmt: skip
+    # On an axis of categories a place is a number.
+    for y_place, line in enumerate(rows):
+        for x_place, row in enumerate(line):
+            if row and row[statistic] is None:
+                text, place_of = "×" if _is_unfit(row) else "few", {"x": x_place, "y": y_place}
+                shown.add_annotation(text=text, showarrow=False, font={"color": GREY, "size": 11}, **place_of)
     return shown if any(v is not None for line in values for v in line) else say(shown, "too few frames")
+
+
+def _cell_text(row: dict[str, Any], said: str) -> str:
+    if not row:
+        return ""
+    return _unfit_text(row) if _is_unfit(row) else _error_text(row, said, f"{row['bits']}-bit converter")
 
 
 def sensitivity(tables: Tables, quantity: str, statistic: str, view: str) -> go.Figure:
     """By how much one bit less of each signal changes the arithmetic's error, those that matter most on top."""
     rows = with_change(tables).filter(pl.col("quantity") == quantity, pl.col("step") == Step.ARITHMETIC)
     own = rows.filter(pl.col("view") == View.OWN, pl.col("shorter") == 1)
-    names = own.sort(f"{statistic}_change", "signal", descending=[True, False])["signal"].to_list()
+    names = own.sort(f"{statistic}_change", "signal", descending=[True, False], nulls_last=True)["signal"].to_list()
     place = {name: n for n, name in enumerate(names)}
     rows = rows.filter(pl.col("view") == view, pl.col("signal").is_in(names))
     axis = {"title": {"text": f"change of the {STATISTICS[statistic]} / %"}, "zeroline": True}
     lines = Rows(tuple(names), tuple(range(len(names))))
-    shown = figure(
-        len(names) * ROW + 95,
-        axis,
-        lines.axis(),
-        barmode="group",
-        bargap=0.25,
-    )
+    shown = figure(len(names) * ROW + 95, axis, lines.axis(), barmode="group", bargap=0.25)
     colours = {1: VIEWS[View(view)][1], 2: ORANGE, 4: PURPLE}
-    for shorter, some in rows.group_by("shorter", maintain_order=True):
-        less = int(shorter[0])
+    for (less,), some in rows.group_by("shorter", maintain_order=True):
+        fit, unfit = (
+            some.filter(known).to_dicts() for known in (pl.col("reason").is_null(), ~pl.col("reason").is_null())
+        )
+        group: dict[str, Any] = {"legendgroup": str(less), "visible": True if less == 1 else "legendonly"}
         shown.add_bar(
-            x=some[f"{statistic}_change"].to_list(), y=[place[name] for name in some["signal"]], orientation="h",
-            name=f"{less} bit{'s' if less > 1 else ''} less", visible=True if less == 1 else "legendonly",
-            marker={"color": colours.get(less, GREY)}, hoverinfo="text",
-            hovertext=[_change_text(row, view, statistic) for row in some.iter_rows(named=True)],
+            x=[row[f"{statistic}_change"] for row in fit], y=[place[row["signal"]] for row in fit], orientation="h",
+            name=f"{less} bit{'s' if less != 1 else ''} less", marker={"color": colours.get(less, GREY)},
+            hovertext=[_change_text(row, view, statistic) for row in fit], hoverinfo="text", **group,
         )  # fmt: skip
-    return shown if len(names) else say(shown, "no numbers")
+        crosses = [(0.0, place[row["signal"]], f"{_length_text(row)}<br>{_unfit_text(row)}") for row in unfit]
+        add_unfit(shown, crosses, showlegend=False, **group)
+    return shown if rows["median"].count() else say(shown, "too few frames")
 
 
 def with_change(tables: Tables) -> pl.DataFrame:
@@ -312,8 +343,12 @@ def with_change(tables: Tables) -> pl.DataFrame:
 
 
 def _change_text(row: dict[str, Any], view: str, statistic: str) -> str:
-    change = row[f"{statistic}_change"]
-    said = "unknown" if change is None else f"{change:+.3g} %"
-    return _error_text(
-        row, VIEWS[View(view)][0], f"<b>{row['signal']}</b> of {row['bits']} bits, {row['shorter']} fewer", said
-    )
+    change, equal = row[f"{statistic}_change"], row["sweep_index_equal"]
+    said = [_length_text(row), "change unknown" if change is None else f"{change:+.3g} %"]
+    said += [] if equal is None else [f"sweep index as float’s: {number(100 * equal)} %"]
+    return _error_text(row, VIEWS[View(view)][0], *said)
+
+
+def _length_text(row: dict[str, Any]) -> str:
+    """The bits that a signal is left."""
+    return f"<b>{row['signal']}</b>: {row['bits']} of {row['bits'] + row['shorter']} bits ({row['shorter']} fewer)"

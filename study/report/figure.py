@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from textwrap import wrap
 from typing import Any
 
 import plotly.graph_objects as go
@@ -114,6 +115,18 @@ def add_dots(shown: go.Figure, scale: Scale, name: str, colour: str, symbol: str
     add([(dot.value, dot) for dot in dots if dot not in off], symbol)
 
 
+def add_unfit(shown: go.Figure, places: Sequence[tuple[float, float, str]], **looks: Any) -> None:
+    """Add a grey cross for each that does not fit together: its x, its y, and the text that says why."""
+    if not places:
+        return
+    x, y, texts = zip(*places, strict=True)
+    marker = {"symbol": "x-thin-open", "size": 8, "color": GREY, "line": {"color": GREY, "width": 2}}
+    shown.add_scatter(
+        x=x, y=y, mode="markers", marker=marker, hovertext=texts, hoverinfo="text", cliponaxis=False,
+        **{"name": "does not fit"} | looks,
+    )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Rows:
     """Labelled rows from top to bottom, in groups that have a heading each."""
@@ -140,6 +153,11 @@ class Rows:
         return {"range": ends, "tickvals": list(range(len(self.labels))), "ticktext": list(self.labels)} | {
             "ticks": "", "showgrid": False, "tickfont": {"size": 11},
         }  # fmt: skip
+
+
+def wrapped(text: str) -> str:
+    """Words for a hover label, in lines that a narrow window has room for."""
+    return "<br>".join(wrap(text, 44))
 
 
 def say(shown: go.Figure, text: str) -> go.Figure:

@@ -2,116 +2,184 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
-from statistics import median
+from dataclasses import dataclass
 from typing import Any
 
 import plotly.graph_objects as go
 import polars as pl
 
-from tfra.codegen.colours import BLUE, GREEN, ORANGE
-from tfra.study.report.figure import GREY, Scale, figure
-from tfra.study.report.words import QUANTITIES, STATISTICS, Tables, number
+from tfra.codegen.colours import BLACK, BLUE, GREEN, ORANGE
+from tfra.study.report.figure import GREY, Scale, figure, say, wrapped
+from tfra.study.report.found import HELD_OUT, PLACED, costs_of, errors_of, tolerated
+from tfra.study.report.words import CLOSE, QUANTITIES, Tables, number
+from tfra.study.search.evaluate import COSTS
 from tfra.study.search.space import NAMES
 from tfra.study.search.trials import COMPLETE
 
-_STATED = ("number", "generation", "state", "front", "reason")
-
 _TITLES = {
     "coefficient_kbit": "coefficients / kbit",
-    "dsp": "DSP",
-    "bram": "BRAM",
-    "lut": "LUT, estimated",
-    "lut_placed": "LUT, placed",
     "latency_cycles": "latency / cycles",
+    "interval_cycles": "interval / cycles",
+    "dsp": "DSP",
     "fmax_mhz": "f_max / MHz",
 }
 
-
-def objectives(trials: pl.DataFrame) -> list[str]:
-    """What a search made small, in its order; the first is an error, the others are costs."""
-    return [name for name in trials.columns if name not in (*_STATED, *NAMES)]
-
-
-def choices(trials: pl.DataFrame) -> list[str]:
-    """What a search chose."""
-    return [name for name in trials.columns if name in NAMES]
+Place = tuple[float | None, float | None]
+"""A cost and an error; a line breaks at one that is unknown."""
 
 
 def title(column: str) -> str:
-    """How a reader sees an objective; the errors of a quantity begin with its name."""
-    for quantity, kind in QUANTITIES.items():
-        if column.startswith(quantity):
-            rest = [STATISTICS.get(word, word) for word in re.split("[._]+", column.removeprefix(quantity)) if word]
-            return f"error of {kind.axis}" + (f", {' '.join(rest)}" if rest else "")
+    """How a reader sees a cost, or the 95th percentile of a quantity's error."""
+    quantity = column.removesuffix(HELD_OUT)
+    if quantity in QUANTITIES:
+        part = "" if column == quantity else ", held-out frames"
+        return f"95th percentile of the error of {QUANTITIES[quantity].axis}{part}"
+    if column.startswith(PLACED):
+        return f"{column.removeprefix(PLACED)}, placed"
     return _TITLES.get(column, column.replace("_", " "))
 
 
 def trials(tables: Tables, cost: str) -> go.Figure:
-    """Complete trials over one cost; the line is the least error that each cost buys, named designs stand on it."""
+    """Complete trials over one cost; lines are the least error that each cost buys, named designs stand on them."""
     complete = tables["trials"].filter(pl.col("state") == COMPLETE)
-    error = objectives(complete)[0]
-    named = _designs(tables, error, cost)
-    scales = {name: Scale.of([*complete[name], *named[name]]) for name in (cost, error)}
-    x = scales[cost].axis(title(cost)) | ({} if scales[cost].log else {"range": None})
-    middle = median(named[cost]) if len(named) else 0.0
-    shown = figure(520, x, scales[error].axis(title(error)))
-
-    def add(rows: pl.DataFrame, name: str, hover: Sequence[str], **looks: Any) -> None:
-        across, up = ([scales[key].place(value) for value in rows[key]] for key in (cost, error))
-        shown.add_scatter(x=across, y=up, name=name, hovertext=hover, hoverinfo="text", **{"mode": "markers"} | looks)
-
-    line = _least(complete, cost, error)
-    add(line, "least error", _texts(line, tables), mode="lines", line={"color": BLUE, "shape": "hv", "width": 1})
-    others, front = complete.filter(~pl.col("front")), complete.filter(pl.col("front"))
-    add(others, "trials", _texts(others, tables), marker={"color": GREY, "size": 5, "opacity": 0.5})
+    error, placed = errors_of(complete)[0], PLACED + cost
+    named, random, most = _designs(tables, cost, error), _random(tables), tolerated(tables).get(error)
+    measured: list[Any] = named[placed].to_list() if placed in named.columns else []
+    known = [value for value in (*complete[cost], *random[cost], *named[cost], *measured) if value is not None]
+    line, dashed = _least(complete, cost, error), _least(random, cost, error)
+    ends = (min(known), max(known)) if known else (0.0, 0.0)
+    x, y = Scale.of(known), Scale.of([*complete[error], *dashed[error], *named[error], most])
+    # Totals are much alike: neither axis has to begin at zero.
+    axes = (scale.axis(title(of)) | ({} if scale.log else {"range": None}) for scale, of in ((x, cost), (y, error)))
+    plane = _Plane(figure(520, *axes), cost, error, x, y)
+    plane.add_steps("least error", line, ends[1], color=BLUE)
+    plane.add_steps("least error, random choice", dashed, ends[1], "random choice, trial", color=GREY, dash="dash")
+    if most is not None:
+        level = {"color": BLACK, "dash": "dot", "width": 1}
+        text = f"{CLOSE} above float: {number(most)}"
+        plane.add(f"{CLOSE} above float", [(end, most) for end in ends], text, mode="lines", line=level)
+    front = pl.col("front")
+    plane.add_trials("trials", complete.filter(~front), marker={"color": GREY, "size": 5, "opacity": 0.5})
     edged = {"color": BLUE, "size": 9, "line": {"width": 1, "color": "white"}}
-    add(front, "Pareto front", _texts(front, tables), marker=edged)
-    for name, rows, colour, symbol in (
-        ("designs", named.filter(~pl.col("placed")), ORANGE, "square"),
-        ("designs placed and routed", named.filter(pl.col("placed")), GREEN, "star"),
-    ):
+    plane.add_trials("Pareto front", complete.filter(front), marker=edged)
+    plane.add_designs(named)
+    return plane.shown if len(complete) else say(plane.shown, "no trial is complete")
+
+
+@dataclass(frozen=True)
+class _Plane:
+    """A figure of designs: cost across, error up."""
+
+    shown: go.Figure
+    cost: str
+    error: str
+    x: Scale
+    y: Scale
+
+    def add(self, name: str, places: Sequence[Place], texts: str | Sequence[str], **looks: Any) -> None:
+        """Add a series, unless it is empty."""
+        if not places:
+            return
+        x, y = zip(*((_placed(self.x, cost), _placed(self.y, error)) for cost, error in places), strict=True)
+        self.shown.add_scatter(x=x, y=y, name=name, hovertext=texts, hoverinfo="text", **{"mode": "markers"} | looks)
+
+    def add_trials(self, name: str, rows: pl.DataFrame, **looks: Any) -> None:
+        """Add trials, which say what was chosen."""
+        self.add(name, rows.select(self.cost, self.error).rows(), _texts(rows, "trial"), **looks)
+
+    def add_steps(self, name: str, rows: pl.DataFrame, end: float, who: str = "trial", **looks: Any) -> None:
+        """Add a line from trial to trial, each of a smaller error; the last one's goes on to the cost ``end``."""
         if len(rows):
+            places, texts = rows.select(self.cost, self.error).rows(), _texts(rows, who)
+            places.append((end, places[-1][1]))
+            self.add(name, places, [*texts, texts[-1]], mode="lines", line={"shape": "hv", "width": 1.5} | looks)
+
+    def add_designs(self, named: pl.DataFrame) -> None:
+        """Add named designs at their estimate, and where placing them has led to."""
+        placed = pl.col("fmax_mhz").is_not_null()
+        named = named.sort(self.cost).with_columns(side=pl.Series(_sides(len(named)), dtype=pl.String))
+        for name, rows, colour, symbol in (
+            ("designs", named.filter(~placed), ORANGE, "square"),
+            ("designs placed and routed", named.filter(placed), GREEN, "star"),
+        ):
             marker = {"color": colour, "symbol": f"{symbol}-open", "size": 15, "line": {"width": 2.5}}
-            sides = ["top right" if value < middle else "bottom left" for value in rows[cost]]
+            labels: dict[str, Any] = {"mode": "markers+text", "text": rows["name"].to_list()}
+            labels["textposition"] = rows["side"].to_list()
             texts = [_design_text(row) for row in rows.iter_rows(named=True)]
-            add(rows, name, texts, mode="markers+text", marker=marker, text=rows["name"], textposition=sides)
-    return shown
+            self.add(name, rows.select(self.cost, self.error).rows(), texts, marker=marker, **labels)
+        self._add_measured(named.filter(placed))
+
+    def _add_measured(self, rows: pl.DataFrame) -> None:
+        """Add a thin line from the estimate of each placed design to what was measured."""
+        if PLACED + self.cost not in rows.columns:
+            return
+        places: list[Place] = []
+        texts: list[str] = []
+        for row in rows.iter_rows(named=True):
+            error, text = row[self.error], _design_text(row)
+            places += [(row[self.cost], error), (row[PLACED + self.cost], error), (None, None)]
+            texts += [text, text, ""]
+        sizes = [0, 10, 0] * len(rows)
+        marker = {"symbol": "line-ns-open", "size": sizes, "color": GREEN, "line": {"width": 2, "color": GREEN}}
+        line = {"color": GREEN, "width": 1}
+        self.add("measured", places, texts, mode="lines+markers", line=line, marker=marker)
+
+
+def _sides(count: int) -> list[str]:
+    """Where names stand, from the cheapest design on: inside, and apart from their neighbours'."""
+    return [f"{'bottom' if n % 2 else 'top'} {'right' if n < count / 2 else 'left'}" for n in range(count)]
+
+
+def _placed(scale: Scale, value: float | None) -> float | None:
+    return None if value is None else scale.place(value)
 
 
 def _least(complete: pl.DataFrame, cost: str, error: str) -> pl.DataFrame:
     """Trials that no cheaper one is at least as exact as."""
-    order = complete.sort(cost, error, "number")
-    return order.filter((pl.col(error) < pl.col(error).cum_min().shift(1)).fill_null(True))
+    order, value = complete.sort(cost, error, "number"), pl.col(error).cast(pl.Float64)
+    return order.filter((value < value.cum_min().shift(1)).fill_null(True))
 
 
-def _designs(tables: Tables, error: str, cost: str) -> pl.DataFrame:
-    """The named designs whose error and cost are known, and whether they are ``placed``."""
-    empty = pl.DataFrame(schema={"name": pl.String, error: pl.Float64, cost: pl.Float64, "placed": pl.Boolean})
+def _random(tables: Tables) -> pl.DataFrame:
+    """The complete trials of random choice, if there are any."""
+    return tables.get("baseline", tables["trials"].clear()).filter(pl.col("state") == COMPLETE)
+
+
+def _designs(tables: Tables, cost: str, error: str) -> pl.DataFrame:
+    """The named designs whose error and cost are known."""
+    empty = pl.DataFrame(schema={"name": pl.String, error: pl.Float64, cost: pl.Float64, "fmax_mhz": pl.Float64})
     table = tables.get("designs", empty)
-    if not {error, cost} <= set(table.columns):
-        return empty
-    placed = pl.col("fmax_mhz").is_not_null() if "fmax_mhz" in table.columns else pl.lit(False)
-    return table.with_columns(placed=placed).filter(pl.col(error).is_not_null(), pl.col(cost).is_not_null())
+    there = {error, cost} <= set(table.columns)
+    return table.filter(pl.col(error).is_not_null(), pl.col(cost).is_not_null()) if there else empty
 
 
-def _texts(rows: pl.DataFrame, tables: Tables) -> list[str]:
-    goals, chosen = objectives(tables["trials"]), choices(tables["trials"])
-    return [_trial_text(row, goals, chosen) for row in rows.iter_rows(named=True)]
+def _texts(rows: pl.DataFrame, who: str) -> list[str]:
+    values = [*errors_of(rows), *costs_of(rows)]
+    chosen = [name for name in rows.columns if name in NAMES]
+    return [_trial_text(row, who, values, chosen) for row in rows.iter_rows(named=True)]
 
 
-def _trial_text(row: Mapping[str, Any], goals: Sequence[str], chosen: Sequence[str]) -> str:
-    values = [f"{title(name)}: {number(row[name], 4)}" for name in goals if row[name] is not None]
+def _trial_text(row: Mapping[str, Any], who: str, values: Sequence[str], chosen: Sequence[str]) -> str:
+    said = [_value_text(row, name) for name in values if row[name] is not None]
     lengths = [f"{name} {row[name]}" for name in chosen if row[name] is not None]
-    lines = [", ".join(lengths[n : n + 3]) for n in range(0, len(lengths), 3)]
-    return "<br>".join([f"<b>trial {row['number']}</b>", *values, *lines])
+    lines = [", ".join(lengths[n : n + 2]) for n in range(0, len(lengths), 2)]
+    return "<br>".join([f"<b>{who} {row['number']}</b>", *said, *lines])
+
+
+def _value_text(row: Mapping[str, Any], name: str) -> str:
+    """A number of a design, and beside it that of held-out frames, or the measured one."""
+    kind = QUANTITIES.get(name)
+    said = f"{title(name)}: {number(row[name], 4)}"
+    if kind:
+        said = f"error of {kind.label}: {kind.amount(row[name], 3)}"
+    for other, beside in ((name + HELD_OUT, "held-out"), (PLACED + name, "placed")):
+        if row.get(other) is not None:
+            said += f", {beside} {number(row[other], 3 if kind else 4)}"
+    return said
 
 
 def _design_text(row: Mapping[str, Any]) -> str:
-    values = [f"{title(name)}: {number(value, 4)}" for name, value in row.items() if _is_number(value)]
-    return "<br>".join([f"<b>{row['name']}</b>", *([row["formats"]] if row.get("formats") else []), *values])
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    shown = [name for name in row if name in QUANTITIES or name in COSTS or name == "fmax_mhz"]
+    said = [_value_text(row, name) for name in shown if row[name] is not None]
+    return "<br>".join([f"<b>{row['name']}</b>", wrapped(row["formats"]), *said])

@@ -1,8 +1,8 @@
 "use strict";
-// Charts follow the filters; rows of tables that belong to another choice are hidden.
+// Charts follow the filters; rows of tables and sentences that belong to another choice are hidden.
 const charts = JSON.parse(document.getElementById("charts").textContent);
 const filters = [...document.querySelectorAll("select[data-filter]")];
-const rows = [...document.querySelectorAll("tbody tr")];
+const rows = [...document.querySelectorAll("tbody tr, p[data-cost]")];
 const narrow = matchMedia("(max-width: 640px)");
 const buttons = [["zoom2d", "pan2d", "resetScale2d", "toImage"]];
 
@@ -20,8 +20,12 @@ function hide() {
   for (const row of rows) row.hidden = filters.some((filter) => other(row, filter));
 }
 
+// The page of a running study is loaded again and again: what was chosen stays so.
 for (const filter of filters) {
+  const kept = sessionStorage.getItem(filter.dataset.filter);
+  if ([...filter.options].some((option) => option.value === kept)) filter.value = kept;
   filter.addEventListener("change", () => {
+    sessionStorage.setItem(filter.dataset.filter, filter.value);
     Object.keys(charts).filter((id) => charts[id].filters.includes(filter.dataset.filter)).forEach(draw);
     hide();
   });

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 from importlib.resources import files
 from itertools import product
@@ -18,8 +19,10 @@ from plotly.offline import get_plotlyjs
 from tfra.codegen.html import document, grid, row
 from tfra.model.fixed.design import Design
 from tfra.study.errors.cascade import View
-from tfra.study.report import charts, front, words
-from tfra.study.report.words import QUANTITIES, STATISTICS, Tables
+from tfra.study.report import charts, front
+from tfra.study.report.answer import answer, explanation, unfit
+from tfra.study.report.found import compared, costs_of
+from tfra.study.report.words import CLOSE, PARTS, QUANTITIES, STATISTICS, Tables, listed
 
 HEADINGS = {
     "p95": "95th percentile",
@@ -34,12 +37,22 @@ HEADINGS = {
     "rms_error_lsb": "rms / LSB",
     "bias_lsb": "bias / LSB",
     "noise_share_of_peak": "noise, share of the peak",
+    "plateau_tolerance_lsb": "plateau tolerance / LSB",
+    "sweep_index_equal": "sweep index as float’s, share",
+    "within": f"within {CLOSE} of float’s total",
+    "rtl_frames": "frames in RTL",
+    "rtl_words": "words in RTL",
+    "rtl_differ": "words that differ",
 }
 """Columns of tables as a reader likes them; others have their names."""
+
+REFRESH_S = 10
+"""Seconds after which an open page that is partial looks for what has come."""
 
 NOTES = {
     "flagged": "how many frames each step flags",
     "decisions": "the arithmetic against float64 on the same codes, each where those before it agree",
+    "baseline": "as many trials of random choice",
 }
 """What a table is that has no chart."""
 
@@ -58,7 +71,8 @@ class Chart:
 class Section:
     """Charts over the tables ``shown``, which stand under them; without the first there is no section.
 
-    ``caption`` says how they are read; ``view`` prepares a table to be shown.
+    ``caption`` says how they are read; ``view`` prepares a table to be shown; ``said`` is a sentence from the tables,
+    ``by_cost`` one for each choice of a cost.
     """
 
     name: str
@@ -68,12 +82,22 @@ class Section:
     charts: tuple[Chart, ...] = ()
     needs: tuple[str, ...] = ()
     view: Callable[[Tables], pl.DataFrame] | None = None
+    said: Callable[[Tables], str] = lambda _: ""
+    by_cost: Callable[[Tables], Mapping[str, str]] = lambda _: {}
 
 
-def _by_view(name: str, draw: Callable[..., go.Figure], titles: Mapping[View, str]) -> tuple[Chart, ...]:
+OF_ARITHMETIC = {View.OWN: "Error of the arithmetic", View.TOTAL: "Total error"}
+
+
+def _by_view(
+    name: str,
+    draw: Callable[..., go.Figure],
+    titles: Mapping[View, str],
+    filters: tuple[str, ...] = ("quantity", "statistic"),
+) -> tuple[Chart, ...]:
     """A chart of each view, beside each other where there is room."""
     return tuple(
-        Chart(f"{name}-{view}", lambda *given, view=view: draw(*given, view), ("quantity", "statistic"), title)
+        Chart(f"{name}-{view}", lambda *given, view=view: draw(*given, view), filters, title)
         for view, title in titles.items()
     )
 
@@ -120,40 +144,48 @@ SECTIONS = (
         "stress.",
         ("uniform",),
         (Chart("uniform", charts.uniform, ("quantity", "statistic")),),
+        said=partial(unfit, name="uniform"),
     ),
     Section(
         "converter",
         "Converter and noise",
         "A cell is the error behind the converter, in the quantity’s unit, dark where it is large; where a row stops "
-        "changing to the right, noise and method are all that is left, and more bits of the converter buy nothing.",
+        "changing to the right, noise and method are all that is left, and more bits of the converter buy nothing; a "
+        "cross marks what does not fit together, “few” what hangs on too few frames.",
         ("converter",),
         _by_view("converter", charts.converter, {View.TOTAL: "Total error", View.OWN: "The converter’s own share"}),
+        said=partial(unfit, name="converter"),
     ),
     Section(
         "sensitivity",
         "Which signals need their bits",
         "A bar is by how many percent the error grows when this signal alone has one bit less, worst on top: signals "
-        "without a bar have bits to give away; a click on the legend shows two and four bits less.",
+        "without a bar have bits to give away; a click on the legend shows two and four bits less; a cross marks what "
+        "does not fit together.",
         ("sensitivity",),
-        _by_view("sensitivity", charts.sensitivity, {View.OWN: "Error of the arithmetic", View.TOTAL: "Total error"}),
+        _by_view("sensitivity", charts.sensitivity, OF_ARITHMETIC),
         needs=("errors",),
         view=charts.with_change,
+        said=partial(unfit, name="sensitivity"),
     ),
     Section(
         "variants",
         "Other choices",
-        "The same design with one choice changed; a dot is the median, the line ends at the 95th percentile, of the "
-        "arithmetic’s own share and of the total.",
+        "The same design with one choice changed: a dot is the median of the error’s magnitude, the line ends at the "
+        "95th percentile; a cross marks what does not fit together.",
         ("variants",),
-        (Chart("variants", charts.variants, ("quantity",)),),
+        _by_view("variants", charts.variants, OF_ARITHMETIC, ("quantity",)),
+        said=partial(unfit, name="variants"),
     ),
     Section(
         "trials",
         "What a smaller error costs",
         "A dot is a design that the search measured, lower left is better; the step line is the least error for a "
-        "cost, blue dots are no worse than any other in all objectives together; point at one for its word lengths.",
-        ("trials",),
+        "cost, blue dots are no worse than any other in all objectives together; point at one for its word lengths. "
+        "Costs are estimates; a thin line leads from a star to what was measured once it was placed and routed.",
+        ("trials", "baseline"),
         (Chart("trials", front.trials, ("cost",)),),
+        by_cost=compared,
     ),
     Section(
         "designs",
@@ -183,6 +215,7 @@ def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = 
     policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
     head += '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    head += f'<meta http-equiv="refresh" content="{REFRESH_S}">' if pending else ""
     return document(title, parts, _resource("page.css"), head)
 
 
@@ -192,12 +225,12 @@ def _resource(name: str) -> str:
 
 def _words(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator[str]:
     if pending:
-        missing = words.listed([_title_of(name) for name in pending])
+        missing = listed([_title_of(name) for name in pending])
         yield f'<p class="partial">This page is partial: the study is running. Still to come: {escape(missing)}.</p>'
-    said = words.answer(tables, design)
+    said = answer(tables, design)
     if said:
         yield f'<p class="answer">{_inline(said)}</p>'
-    yield from (f'<p class="note">{_inline(sentence)}</p>' for sentence in words.explanation(tables))
+    yield from (f'<p class="note">{_inline(sentence)}</p>' for sentence in explanation(tables))
     if tables:
         yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
 
@@ -221,11 +254,11 @@ def _choices(tables: Tables) -> dict[str, dict[str, str]]:
     of_errors = [table for table in tables.values() if "quantity" in table.columns]
     there = {quantity for table in of_errors for quantity in table["quantity"]}
     parts = {part for table in tables.values() if "part" in table.columns for part in table["part"]}
-    costs = front.objectives(tables["trials"])[1:] if "trials" in tables else []
+    costs = costs_of(tables["trials"]) if "trials" in tables else []
     return {
         "quantity": {name: kind.axis for name, kind in QUANTITIES.items() if name in there},
         "statistic": dict(STATISTICS),
-        "part": {str(part): name for part, name in words.PARTS.items() if part in parts},
+        "part": {str(part): name for part, name in PARTS.items() if part in parts},
         "cost": {name: front.title(name) for name in costs},
     }
 
@@ -269,15 +302,19 @@ def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, 
 
 def _section(section: Section, tables: Tables) -> str:
     heading = f'<h2 id="{section.name}">{escape(section.title)}</h2><p class="caption">{escape(section.caption)}</p>'
+    said = section.said(tables)
+    heading += f'<p class="note">{_inline(said)}</p>' if said else ""
     shown = {name: tables[name] for name in section.shown if name in tables}
     if section.view:
         shown[section.shown[0]] = section.view(tables)
-    numbers = {name: _grid(name, frame) for name, frame in shown.items()}
+    followed = {name for chart in section.charts for name in chart.filters}
+    numbers = {name: _grid(name, frame, followed) for name, frame in shown.items()}
     if not section.charts:
         return f"<section>{heading}{''.join(numbers.values())}</section>"
     drawn = f'<div class="charts">{"".join(map(_chart, section.charts))}</div>'
+    below = (f'<p data-cost="{cost}">{_inline(said)}</p>' for cost, said in section.by_cost(tables).items())
     folded = (f"<details><summary>{_summary(name)}</summary>{shown}</details>" for name, shown in numbers.items())
-    return f"<section>{heading}{drawn}{''.join(folded)}</section>"
+    return f"<section>{heading}{drawn}{''.join((*below, *folded))}</section>"
 
 
 def _summary(table: str) -> str:
@@ -289,11 +326,11 @@ def _chart(chart: Chart) -> str:
     return f'<figure>{title}<div id="chart-{chart.name}"></div></figure>'
 
 
-def _grid(name: str, table: pl.DataFrame) -> str:
-    """A table with all its rows; those of another choice than the filters' are hidden when looked at."""
+def _grid(name: str, table: pl.DataFrame, filters: Collection[str]) -> str:
+    """A table with all its rows; those of another choice than that of the ``filters`` are hidden when looked at."""
     header = [HEADINGS.get(column, front.title(column)) for column in table.columns]
     texts = {place for place, kind in enumerate(table.dtypes) if kind == pl.String}
-    followed = [column for column in ("part", "quantity") if column in table.columns]
+    followed = [column for column in table.columns if column in filters]
     rows = (
         row([_cell(column, value) for column, value in found.items()], texts, **{key: found[key] for key in followed})
         for found in table.iter_rows(named=True)

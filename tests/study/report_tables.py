@@ -2,165 +2,151 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import polars as pl
 
-from tfra.model.choices import Search as Sweep
 from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.study.errors.cascade import Cascade, Step, View
+from tfra.study.errors.converter import converters
+from tfra.study.errors.sensitivity import sensitivity, uniform
 from tfra.study.errors.statistics import errors, flagged, flips
-from tfra.study.frames.block import Block, Part
-from tfra.study.frames.frameset import Definition
-from tfra.study.search.search import Measured, Search, front
-from tfra.study.search.space import Point, Space
-from tfra.study.search.trials import COMPLETE, UNFIT, Trials, sqlite
+from tfra.study.errors.variants import variants
+from tfra.study.errors.variation import Comparison, Variation
+from tfra.study.frames.block import Part
+from tfra.study.frames.frameset import Definition, FrameSet
+from tfra.study.report.words import CLOSE_PERCENT
+from tfra.study.search.evaluate import Evaluation
+from tfra.study.search.search import Search, front
+from tfra.study.search.space import Space
+from tfra.study.search.trials import Trials, sqlite
 from tfra.study.signals.ranges import ranges
 from tfra.study.signals.stages import stage_errors
 from tfra.study.workers import one_after_another
+from tfra.synth.targets import find
 
 FORCE = "force_difference_percent_of_true_force"
-ERROR = f"{FORCE}.p95"
-OBJECTIVES = (ERROR, "coefficient_kbit", "dsp")
-SPACE = Space({"coefficient": (10, 12, 14, 16, 18), "operand.force": (10, 12, 14, 18), "mac_lanes": (4, 8, 16)})
+COSTS = ("coefficient_kbit", "latency_cycles")
+LIMIT = "phi_deg"
+"""An error that is measured, but no objective."""
+SPACE = Space({"coefficient": (8, 10, 12, 14, 18), "operand.force": (10, 12, 14, 18), "mac_lanes": (4, 8, 16)})
+SIGNALS = ("coefficient.normal", "scalar", "cordic")
+"""Those that are shortened; a shorter ``cordic`` does not fit."""
 
 
-def make(
-    design: TfraDesign,
-    definition: Definition,
-    folder: Path,
-    signals: Sequence[str] = ("coefficient.normal", "scalar"),
-    uniform: Iterable[int] = (12, 14, 18),
-    converter: Sequence[int] = (8, 12),
-    noise: Sequence[float] = (0.0, 0.01),
-    generations: int = 2,
-    size: int = 4,
-) -> dict[str, pl.DataFrame]:
-    """Every table; ``folder`` gets the trials."""
-    blocks = {part: [definition.make(part, n) for n in range(definition.blocks(part))] for part in Part}
-    train = blocks[Part.TRAIN]
+def make(design: TfraDesign, definition: Definition, folder: Path, few: bool = True) -> dict[str, pl.DataFrame]:
+    """Every table; ``folder`` gets frames and trials.  A ``few`` of all variations, and of all trials."""
+    frames = FrameSet.create(folder / "frames", definition)
+    frames.complete()
+    blocks = {part: list(frames.blocks(part)) for part in Part}
+    scores = {part: pl.concat(map(Cascade(design), some)) for part, some in blocks.items()}
     tables = {}
     for name, table in (("errors", errors), ("flagged", flagged), ("flips", flips)):
-        made = [table(scores(design, some)).insert_column(0, labelled("part", part)) for part, some in blocks.items()]
-        tables[name] = pl.concat(made)
-    codes = [convert(design, block.noisy) for block in train]
+        parts = [table(some).insert_column(0, pl.lit(str(part)).alias("part")) for part, some in scores.items()]
+        tables[name] = pl.concat(parts)
+    codes = [convert(design, block.noisy) for block in blocks[Part.TRAIN]]
     stages = stage_errors(design, codes)
     tables |= {"stages": stages.errors(), "decisions": stages.decisions(), "ranges": ranges(design, codes)}
-    tables["uniform"] = pl.concat([uniform_rows(design, train, bits) for bits in uniform])
-    tables["sensitivity"] = pl.concat(list(shorter_rows(design, train, signals)))
-    tables["converter"] = pl.concat(list(converter_rows(design, train, converter, noise)))
-    tables["variants"] = pl.concat(list(variant_rows(design, train)))
-    tables["trials"] = trials(design, train, folder, generations, size)
-    tables["designs"] = designs(design, train, blocks[Part.HELD_OUT])
+    tables |= {name: measured(frames, each) for name, each in variations(design, few).items()}
+    generations, size = (2, 4) if few else (8, 24)
+    for name, sampler in (("trials", "nsga2"), ("baseline", "random")):
+        search = Search(SPACE, (FORCE, *COSTS), generations, size, seed=1, sampler=sampler)
+        tables[name] = trials(search, evaluation(design, frames, Part.TRAIN), folder)
+    tables["designs"] = designs(design, frames)
     return tables
 
 
-def scores(design: TfraDesign, blocks: Sequence[Block]) -> pl.DataFrame:
-    return pl.concat([Cascade(design)(block) for block in blocks])
-
-
-def labelled(name: str, value: Any) -> pl.Series:
-    return pl.lit(str(value) if isinstance(value, Part) else value).alias(name)
-
-
-def measured(design: TfraDesign, blocks: Sequence[Block], steps: Sequence[Step], **columns: Any) -> pl.DataFrame:
-    """Errors of some steps behind columns that say of what."""
-    found = errors(scores(design, blocks)).filter(pl.col("step").is_in(list(steps)))
-    return found.select(*(labelled(name, value) for name, value in columns.items()), pl.all())
-
-
-def costs(design: TfraDesign) -> dict[str, float]:
-    """Memory and multipliers, roughly."""
-    lane = max(design.formats.bits(f"coefficient.{name}") for name in ("c33", "normal", "pinv1"))
-    return {"coefficient_kbit": lane * 22.9, "dsp": float(design.architecture.mac_lanes + 12)}
-
-
-def with_formats(design: TfraDesign, **changes: Any) -> TfraDesign:
-    return replace(design, formats=replace(design.formats, name="custom", **changes))
-
-
-def uniform_rows(design: TfraDesign, blocks: Sequence[Block], bits: int) -> pl.DataFrame:
-    other = with_formats(design, coefficient=bits, operand=bits, vector_fraction=min(14, bits // 2))
-    return measured(other, blocks, [Step.ARITHMETIC], bits=bits).with_columns(
-        **{k: pl.lit(v) for k, v in costs(other).items()}
+def variations(design: TfraDesign, few: bool) -> dict[str, tuple[Variation, ...]]:
+    """What is compared, by table: each has one that does not fit, but for variants."""
+    if not few:
+        return {
+            "uniform": uniform(design, range(10, 27, 2)),
+            "sensitivity": sensitivity(design),
+            "converter": converters(design),
+            "variants": variants(design),
+        }
+    chosen = tuple(
+        each for each in sensitivity(design) if each.facts["signal"] in SIGNALS and each.facts["shorter"] != 2
     )
+    short = replace(design, formats=replace(design.formats, name="custom", operand=14, signals=()))
+    return {
+        "uniform": uniform(design, (10, 12, 14, 18)),
+        "sensitivity": chosen,
+        "converter": converters(short, (8, 12, 16), (0.0, 0.01)),
+        "variants": variants(design, (50, 100), (1.0,)),
+    }
 
 
-def shorter_rows(design: TfraDesign, blocks: Sequence[Block], signals: Sequence[str]) -> Iterator[pl.DataFrame]:
-    for signal in signals:
-        for shorter in (1, 4):
-            bits = design.formats.bits(signal)
-            try:
-                other = with_formats(design, signals=((signal, bits - shorter),))
-            except ValueError:
-                continue
-            yield measured(other, blocks, [Step.ARITHMETIC], signal=signal, bits=bits, shorter=shorter)
+def measured(frames: FrameSet, each: tuple[Variation, ...]) -> pl.DataFrame:
+    comparison = Comparison(frames, Part.TRAIN, each)
+    jobs = comparison.jobs(len(each))
+    return comparison.table(jobs, map(comparison, jobs))
 
 
-def converter_rows(
-    design: TfraDesign, blocks: Sequence[Block], converter: Sequence[int], noise: Sequence[float]
-) -> Iterator[pl.DataFrame]:
-    for share in noise:
-        some = [more_noise(block, share) for block in blocks]
-        for bits in converter:
-            other = replace(design, adc=replace(design.adc, bits=bits))
-            steps = [Step.NOISE, Step.CONVERTER]
-            yield measured(other, some, steps, converter_bits=bits, noise_share_of_peak=share)
+def evaluation(design: TfraDesign, frames: FrameSet, part: Part) -> Evaluation:
+    return Evaluation(design, SPACE, frames, (FORCE, LIMIT, *COSTS), find("ecp5-45"), part=part)
 
 
-def more_noise(block: Block, share: float) -> Block:
-    """The block with noise of some kind: here as a wave over the taxels."""
-    peak = abs(block.stress).max(axis=(1, 2), keepdims=True)
-    wave = [[(-1.0) ** (i * j + j // 2) for j in range(block.stress.shape[2])] for i in range(block.stress.shape[1])]
-    return replace(block, noisy=(block.stress + share * peak * wave).astype("float32"))
-
-
-def variant_rows(design: TfraDesign, blocks: Sequence[Block]) -> Iterator[pl.DataFrame]:
-    for steps in (50, 100):
-        other = replace(design, search=Sweep(steps, design.search.tolerance))
-        yield measured(other, blocks, [Step.ARITHMETIC], variant="steps", value=str(steps))
-    for tolerance in (1.0,):
-        other = replace(design, search=Sweep(design.search.steps, tolerance))
-        yield measured(other, blocks, [Step.ARITHMETIC], variant="plateau_tolerance", value=f"{tolerance:g}")
-
-
-def added(design: TfraDesign, blocks: Sequence[Block]) -> Any:
-    """95th percentile of what arithmetic adds."""
-    row = errors(scores(design, blocks)).filter(quantity=FORCE, step=Step.ARITHMETIC, view=View.OWN)
-    return row["p95"].item()
-
-
-def trials(design: TfraDesign, blocks: Sequence[Block], folder: Path, generations: int, size: int) -> pl.DataFrame:
-    def measure(point: Point) -> Measured:
-        try:
-            other = SPACE.design(design, point)
-        except ValueError as error:
-            return Measured(UNFIT, {}, str(error))
-        return Measured(COMPLETE, {ERROR: added(other, blocks), **costs(other)})
-
-    search = Search(SPACE, OBJECTIVES, generations, size, seed=1)
-    found = sorted(
-        search.run(measure, Trials(sqlite(folder / "trials.sqlite"), "x"), one_after_another), key=lambda t: t.number
-    )
-    best = {trial.number for trial in front(found, OBJECTIVES)}
+def trials(search: Search, evaluate: Evaluation, folder: Path) -> pl.DataFrame:
+    store = Trials(sqlite(folder / "trials.sqlite"), search.sampler)
+    found = sorted(search.run(evaluate, store, one_after_another), key=lambda trial: trial.number)
+    best = {trial.number for trial in front(found, search.objectives)}
     rows = [
-        {"number": t.number, "generation": t.number // size, "state": t.state, **SPACE.point(t.indices)}
-        | {name: t.values.get(name) for name in OBJECTIVES}
+        {"number": t.number, "generation": t.number // search.size, "state": t.state, **SPACE.point(t.indices)}
+        | {name: t.values.get(name) for name in evaluate.objectives}
         | {"front": t.number in best, "reason": t.reason}
         for t in found
     ]
     return pl.DataFrame(rows, infer_schema_length=None)
 
 
-def designs(design: TfraDesign, train: Sequence[Block], held_out: Sequence[Block]) -> pl.DataFrame:
-    rows: list[dict[str, Any]] = []
-    for name, bits, fmax in (("base", 18, 84.2), ("uniform 14", 14, None), ("mixed", 12, 91.7)):
-        other = with_formats(design, coefficient=bits, operand=max(bits, 14))
-        words = f"coefficients {bits} bits, operands {max(bits, 14)} bits"
-        row = {"name": name, "formats": words, ERROR: added(other, train), f"{ERROR}_held_out": added(other, held_out)}
-        rows.append(row | costs(other) | {"lut": 20e3 + 100 * bits, "fmax_mhz": fmax})
-    return pl.DataFrame(rows)
+def designs(design: TfraDesign, frames: FrameSet) -> pl.DataFrame:
+    """Float arithmetic and named designs; what takes long, their resources, are figures of no core."""
+    known = {part: evaluation(design, frames, part) for part in Part}
+    blocks = {part: range(frames.definition.blocks(part)) for part in Part}
+    exact = {part: float_errors(design, frames, part) for part in Part}
+    rows = [design_row("float", "float64 on the same codes", exact, {}, exact)]
+    for name, coefficient, operand, placed in (
+        ("base", 18, 18, True),
+        ("uniform", 14, 14, False),
+        ("mixed", 10, 14, True),
+    ):
+        point = {"coefficient": coefficient, "operand": operand}
+        other = Space.design(design, point)
+        words = (
+            f"coefficients of {coefficient} bits, operands of {operand} bits, vectors with as many bits below one code"
+        )
+        found = {part: known[part].errors(other, blocks[part]) for part in Part}
+        lut, ff = 20e3 + 100 * coefficient, 15e3 + 90 * coefficient
+        costs = {**known[Part.TRAIN].costs(other), "LUT": lut, "FF": ff, "DSP": 17.0, "BRAM": 51.0}
+        costs |= (
+            {"placed_LUT": 1.2 * lut, "placed_FF": 1.1 * ff, "placed_DSP": 17.0, "placed_BRAM": 52.0} if placed else {}
+        )
+        costs |= {"fmax_mhz": 84.25 + coefficient} if placed else {}
+        rows.append(design_row(name, words, found, costs, exact))
+    return pl.DataFrame(rows, infer_schema_length=None)
+
+
+def float_errors(design: TfraDesign, frames: FrameSet, part: Part) -> dict[str, float | None]:
+    found = errors(pl.concat(map(Cascade(design), frames.blocks(part)))).filter(step=Step.CONVERTER, view=View.TOTAL)
+    return {name: found.filter(quantity=name)["p95"].item() for name in (FORCE, LIMIT)}
+
+
+RESOURCES = ("LUT", "FF", "DSP", "BRAM")
+NOTHING: dict[str, Any] = dict.fromkeys(
+    [*COSTS, *RESOURCES, *(f"placed_{name}" for name in RESOURCES), "fmax_mhz", "part", "rtl_frames", "rtl_words"]
+)
+
+
+def design_row(
+    name: str, words: str, found: dict[Part, Any], costs: dict[str, float], exact: dict[Part, Any]
+) -> dict[str, Any]:
+    row = {"name": name, "formats": words, "file": None if name == "float" else f"designs/{name}.toml"}
+    row |= found[Part.TRAIN] | {f"{key}_held_out": value for key, value in found[Part.HELD_OUT].items()}
+    most = {key: value * (1 + CLOSE_PERCENT / 100) for key, value in exact[Part.HELD_OUT].items()}
+    rest = NOTHING | costs | {"part": "LFE5U-45F" if "fmax_mhz" in costs else None, "rtl_differ": None}
+    rest |= {"rtl_frames": 200, "rtl_words": 8_400, "rtl_differ": 0} if costs else {}
+    return row | rest | {"within": all(found[Part.HELD_OUT][key] <= value for key, value in most.items())}

@@ -18,9 +18,10 @@ import pytest
 
 from tests.browser import Browser, browser
 from tests.study.definitions import definition, design
-from tests.study.report_tables import ERROR, FORCE, make
+from tests.study.report_tables import FORCE, make
+from tfra.study.report.answer import HEADLINE
 from tfra.study.report.page import SECTIONS, render
-from tfra.study.report.words import HEADLINE, QUANTITIES
+from tfra.study.report.words import QUANTITIES
 
 CHARTS = [f"chart-{chart.name}" for section in SECTIONS for chart in section.charts]
 TITLE = "A 6×8 sensor"
@@ -38,6 +39,8 @@ WIDEST = """(() => {
 
 FITS = """[...document.querySelectorAll('.js-plotly-plot')].every(
   chart => chart.querySelector('svg').clientWidth == chart.clientWidth)"""
+
+UNFIT = ("uniform", "sensitivity", "converter")
 
 CUT_OFF = """[...document.querySelectorAll('.js-plotly-plot')].flatMap(chart => {
   const frame = chart.getBoundingClientRect();
@@ -149,8 +152,25 @@ def test_filters_change_the_charts_and_the_tables(shown: Browser, page: str) -> 
         assert all(one != other for one, other in zip(before, after, strict=True)), value
         before = after
     assert "median of the error of φ / °" in tab.evaluate(f"{chart}.textContent")
-    assert tab.evaluate(f"{rows}.map(row => row.dataset.quantity)") == ["phi_deg"] * 6
+    assert tab.evaluate(f"{rows}.map(row => row.dataset.quantity)") == ["phi_deg"] * 8
     assert tab.evaluate(f"{drawn}") == traces(page, "uniform", "phi_deg", "median")["arithmetic alone"]["y"]
+    assert tab.messages == []
+
+
+def test_every_choice_of_a_filter_is_drawn(shown: Browser) -> None:
+    tab = shown
+    choose = "{0}.value = {1!r}; {0}.dispatchEvent(new Event('change'))"
+    sentences = "[...document.querySelectorAll('p[data-cost]')].filter(p => !p.hidden).map(p => p.dataset.cost)"
+    filters = tab.evaluate(
+        "[...document.querySelectorAll('select')].map(s => [s.dataset.filter, [...s.options].map(o => o.value)])"
+    )
+    assert {name for name, _ in filters} == {"quantity", "statistic", "part", "cost"}
+    for name, values in filters:
+        for value in reversed(values):
+            tab.evaluate(choose.format(f"document.querySelector('[data-filter={name}]')", value))
+            if name == "cost":
+                assert tab.evaluate(sentences) == [value]
+    assert tab.evaluate(CUT_OFF) == []
     assert tab.messages == []
 
 
@@ -214,7 +234,7 @@ def test_figures_show_what_the_tables_say(page: str, tables: dict[str, pl.DataFr
     for view, name in (("own", "its own share"), ("total", "total")):
         shown = traces(page, "cascade", "mu", "held_out")[name]
         assert shown["x"] == errors.filter(view=view)["median"].to_list()
-    own = tables["uniform"].filter(quantity="phi_deg", view="own")
+    own = tables["uniform"].filter(pl.col("reason").is_null(), quantity="phi_deg", view="own")
     line = traces(page, "uniform", "phi_deg", "p95")["arithmetic alone"]
     assert (line["x"], line["y"]) == (own["bits"].to_list(), own["p95"].to_list())
     floor = tables["errors"].filter(part="train", quantity="phi_deg", step="method", view="total")["p95"].item()
@@ -226,11 +246,11 @@ def test_figures_show_what_the_tables_say(page: str, tables: dict[str, pl.DataFr
     assert traces(page, "stages")["this stage alone"]["x"] == stages["sqnr_db"].to_list()
     front = tables["trials"].filter(front=True)
     shown = traces(page, "trials", "coefficient_kbit")["Pareto front"]
-    assert (shown["x"], shown["y"]) == (front["coefficient_kbit"].to_list(), front[ERROR].to_list())
+    assert (shown["x"], shown["y"]) == (front["coefficient_kbit"].to_list(), front[FORCE].to_list())
     for text, row in zip(shown["hovertext"], front.iter_rows(named=True), strict=True):
         assert f"coefficient {row['coefficient']}, operand.force {row['operand.force']}" in text
-    named = traces(page, "trials", "dsp")["designs placed and routed"]
-    assert named["text"] == ["base", "mixed"]
+    named = traces(page, "trials", "latency_cycles")["designs placed and routed"]
+    assert sorted(named["text"]) == ["base", "mixed"]
 
 
 def test_flips_and_heat_maps_show_what_the_tables_say(page: str, tables: dict[str, pl.DataFrame]) -> None:
@@ -245,9 +265,32 @@ def test_flips_and_heat_maps_show_what_the_tables_say(page: str, tables: dict[st
     }
     assert len(found) == len(cells)
     for row in cells.iter_rows(named=True):
-        text = found[f"{100 * row['noise_share_of_peak']:g}", str(row["converter_bits"])]
+        text = found[f"{100 * row['noise_share_of_peak']:g}", str(row["bits"])]
         assert float(text or "nan") == pytest.approx(row["p95"] or math.nan, rel=0.06, nan_ok=True)
     assert any(found.values())
+
+
+def test_what_does_not_fit_is_where_one_looks_for_it(page: str, tables: dict[str, pl.DataFrame]) -> None:
+    section = {name: body for name, body in re.findall(r'<section><h2 id="(\w+)">(.*?)</section>', page, re.S)}
+    reasons = {name: tables[name].filter(pl.col("reason").is_not_null())["reason"].unique().to_list() for name in UNFIT}
+    for name, some in reasons.items():
+        assert some
+        assert "Without numbers, since they do not fit" in section[name]
+        for reason in some:
+            assert f"({reason.rpartition(', got ')[0] or reason})" in section[name]
+    crosses = traces(page, "uniform", "mu", "p95")["does not fit"]
+    assert (crosses["x"], len(crosses["y"])) == ([10], 1)
+    wrapped = [text.replace("<br>", " ") for text in crosses["hovertext"]]
+    assert wrapped == [f"<b>does not fit</b> {reason}" for reason in reasons["uniform"]]
+    layout = figures(page)["chart-converter-own"]["mu p95"]["layout"]
+    assert [note["x"] for note in layout["annotations"] if note["text"] == "×"] == [2, 2]
+    data = figures(page)["chart-sensitivity-own"]["mu p95"]["data"]
+    texts = [trace["hovertext"][0] for trace in data if trace["type"] == "scatter"]
+    assert [text.partition("<br>")[0] for text in texts] == [
+        "<b>cordic</b>: 17 of 18 bits (1 fewer)",
+        "<b>cordic</b>: 14 of 18 bits (4 fewer)",
+    ]
+    assert "does not fit" not in section["variants"].replace("what does not fit together", "")
 
 
 def test_sensitivity_is_relative_to_the_design_as_it_is(page: str, tables: dict[str, pl.DataFrame]) -> None:
@@ -255,9 +298,12 @@ def test_sensitivity_is_relative_to_the_design_as_it_is(page: str, tables: dict[
     base = tables["errors"].filter(part="train", **own)["p95"].item()
     shown = traces(page, "sensitivity-own", FORCE, "p95")["1 bit less"]
     labels = figures(page)["chart-sensitivity-own"][f"{FORCE} p95"]["layout"]["yaxis"]["ticktext"]
-    for name, value in zip(shown["y"], shown["x"], strict=True):
-        row = tables["sensitivity"].filter(signal=labels[name], shorter=1, **own)
+    for place, value in zip(shown["y"], shown["x"], strict=True):
+        row = tables["sensitivity"].filter(signal=labels[place], shorter=1, **own)
         assert value == pytest.approx(100 * (row["p95"].item() / base - 1))
+    for text, place in zip(shown["hovertext"], shown["y"], strict=True):
+        bits = tables["sensitivity"].filter(signal=labels[place], shorter=1)["bits"][0]
+        assert f"<b>{labels[place]}</b>: {bits} of {bits + 1} bits (1 fewer)" in text
 
 
 # Bytes, and what is missing
@@ -295,16 +341,42 @@ def test_a_page_of_nothing(tab: Browser, tmp_path: Path) -> None:
     assert tab.messages == []
 
 
+def test_an_open_page_follows_the_run_and_keeps_what_was_chosen(
+    tab: Browser, tables: dict[str, pl.DataFrame], page: str, tmp_path: Path
+) -> None:
+    some = {name: tables[name] for name in ("errors", "uniform")}
+    text = render(some, design(), TITLE, pending=["trials"])
+    refresh = '<meta http-equiv="refresh" content="10">'
+    assert refresh in text
+    assert refresh not in page
+    select = "document.querySelector('[data-filter=quantity]')"
+    show(tab, tmp_path, text)
+    tab.evaluate(f"{select}.value = 'mu'; {select}.dispatchEvent(new Event('change'))")
+    show(tab, tmp_path, text)
+    assert tab.evaluate(f"{select}.value") == "mu"
+    assert "error of μ" in tab.evaluate("document.getElementById('chart-cascade').textContent")
+    few = {name: table.filter(pl.col("quantity").is_in(list(HEADLINE))) for name, table in some.items()}
+    show(tab, tmp_path, render(few, design(), TITLE, pending=["trials"]))
+    assert tab.evaluate(f"{select}.value") == FORCE
+    assert tab.messages == []
+    tab.evaluate("sessionStorage.clear()")
+
+
 def test_few_frames_and_hostile_words(tab: Browser, tables: dict[str, pl.DataFrame], tmp_path: Path) -> None:
     """Percentiles of few frames are null; names are never markup."""
     null = [pl.lit(None, dtype=pl.Float64).alias(name) for name in ("median", "p95", "p99_9")]
+    none = [pl.lit(None).alias(name) for name in (FORCE, "phi_deg", "coefficient_kbit", "latency_cycles")]
     some = {name: table.with_columns(null) if "p95" in table.columns else table for name, table in tables.items()}
     evil = "</script><script>console.error('evil')</script><img src=x onerror=console.error('evil')>"
-    del some["sensitivity"], some["variants"]
+    some["trials"] = some["trials"].with_columns(*none, state=pl.lit("unfit"), front=False)
     for name, column in (("trials", "reason"), ("designs", "name"), ("ranges", "signal")):
         some[name] = some[name].with_columns(pl.lit(evil).alias(column))
     text = render(some, design(), evil, pending=[evil])
-    assert text.count("too few frames") > 4
+    shown = {name: list(each.values()) for name, each in figures(text).items()}
+    for name in ("cascade", "uniform", "converter-own", "sensitivity-total", "variants-own"):
+        assert all('"too few frames"' in json.dumps(figure) for figure in shown[f"chart-{name}"])
+    assert '"no trial is complete"' in json.dumps(shown["chart-trials"][0])
+    assert "Too few frames to say what each step adds to the error." in text
     show(tab, tmp_path, text)
     assert tab.messages == []
     assert tab.requests == []

@@ -1,130 +1,14 @@
-"""Sentences, from tables whose numbers are literal."""
+"""Numbers and lists as words."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.study.definitions import design
-from tfra.study.report.words import answer, enough_converter, enough_products, explanation, listed, number
-
-PHI, FORCE = "phi_deg", "force_difference_percent_of_true_force"
-OWN = {"method": (4.0, 18.0), "noise": (0.31, 0.52), "converter": (0.6, 1.0), "arithmetic": (0.002, 0.001)}
-TOTAL = {"method": (4.0, 18.0), "noise": (4.1, 18.2), "converter": (4.2, 18.4), "arithmetic": (4.2, 18.4)}
-
-
-def row(step: str, view: str, quantity: str, median: float, **more: Any) -> dict[str, Any]:
-    count = 90 if quantity == PHI else 100
-    return {
-        "quantity": quantity,
-        "step": step,
-        "view": view,
-        "count": count,
-        "median": median,
-        "p95": 3 * median,
-    } | more
-
-
-def errors(part: str = "held_out") -> pl.DataFrame:
-    return pl.DataFrame(
-        [
-            row(step, view, quantity, value, part=part)
-            for view, steps in (("own", OWN), ("total", TOTAL))
-            for step, values in steps.items()
-            for quantity, value in zip((PHI, FORCE), values, strict=True)
-        ]
-    )
-
-
-def uniform(changes: dict[int, float]) -> pl.DataFrame:
-    """Totals that are so many percent above those without arithmetic."""
-    return pl.DataFrame(
-        [
-            row("arithmetic", "total", quantity, value * (1 + change / 100), bits=bits)
-            for bits, change in changes.items()
-            for quantity, value in zip((PHI, FORCE), TOTAL["converter"], strict=True)
-        ]
-    )
-
-
-def converter(changes: dict[int, dict[float, float]]) -> pl.DataFrame:
-    """The same of converters at some noise, above the total without one."""
-    return pl.DataFrame(
-        [
-            row(step, "total", quantity, 5.0 * above, converter_bits=bits, noise_share_of_peak=noise)
-            for bits, by_noise in changes.items()
-            for noise, change in by_noise.items()
-            for quantity in (PHI, FORCE)
-            for step, above in (("noise", 1.0), ("converter", 1 + change / 100))
-        ]
-    )
-
-
-def flagged(left_out: int) -> pl.DataFrame:
-    rows = [("method", "no_contact", 3), ("noise", "no_contact", 5), ("converter", "input_saturated", 2)]
-    rows += [("arithmetic", "compression_only", 0), ("any", "left_out", left_out)]
-    return pl.DataFrame([{"part": "held_out", "step": s, "status": n, "frames": f, "of": 1200} for s, n, f in rows])
-
-
-def plain(text: str) -> str:
-    return text.replace("\N{NO-BREAK SPACE}", " ")
-
-
-def test_the_answer() -> None:
-    tables = {
-        "errors": pl.concat([errors(), errors("train").with_columns(pl.col("median") + (pl.col("step") == "x"))]),
-        "uniform": uniform({12: 30.0, 14: 6.0, 16: 4.0, 18: 0.0}),
-        "converter": converter({8: {0.0: 80.0, 0.01: 2.0}, 12: {0.0: 4.0, 0.01: 1.0}, 14: {0.0: 0.1, 0.01: 0.0}}),
-    }
-    assert plain(answer(tables, design())) == (
-        "12-bit converter: 0.60° and 1.0 % of F; arithmetic `standard`: 0.0020° and 0.0010 % of F; "
-        "noise and offset: 0.31° and 0.52 % of F; the method itself: 4.0° and 18 % of F; "
-        "all together: 4.2° and 18 % of F. "
-        "A 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %."
-    )
-    assert answer({}, design()) == ""
-
-
-def test_the_explanation() -> None:
-    meaning, left_out = explanation({"errors": errors(), "flagged": flagged(7)})
-    assert "over 100 held-out frames (φ: 90, which have friction)" in meaning
-    assert left_out == (
-        "7 of 1,200 held-out frames are left out of all errors, since a step flags them (at any one step at most: "
-        "no contact in 5); frames that saturate are kept (input saturated in 2)."
-    )
-    (none,) = explanation({"flagged": flagged(0)})
-    assert none.startswith("None of 1,200 held-out frames is left out; ")
-
-
-@pytest.mark.parametrize(
-    ("changes", "fewest"),
-    [
-        ({12: 4.9, 14: 0.0}, 12),
-        ({12: 4.0, 14: 5.1, 16: 4.0}, 16),
-        ({12: -5.1, 14: -4.0}, 14),
-        ({14: 4.0, 16: 6.0}, None),
-    ],
-)
-def test_from_there_on_all_are_close(changes: dict[int, float], fewest: int | None) -> None:
-    assert enough_products({"errors": errors("train"), "uniform": uniform(changes)}) == fewest
-    at_one_noise = {bits: {0.0: change, 0.01: 0.0} for bits, change in changes.items()}
-    assert enough_converter(converter(at_one_noise)) == fewest
-
-
-def test_the_tail_counts_too_and_an_unknown_one_is_not_close() -> None:
-    table = uniform({12: 0.0, 14: 0.0})
-    for p95 in (
-        pl.col("p95") * pl.when(pl.col("bits") == 12).then(1.06).otherwise(1.0),
-        pl.when(pl.col("bits") > 12).then("p95"),
-    ):
-        assert enough_products({"errors": errors("train"), "uniform": table.with_columns(p95=p95)}) == 14
-    said = answer({"errors": errors("train"), "uniform": uniform({12: 9.0, 14: 7.0})}, design())
-    assert plain(said).endswith(" No products of 12 to 14 bits would change the total by less than 5 %.")
+from tfra.study.report.words import amount, listed, number
 
 
 @given(st.floats(1e-12, 1e12), st.integers(1, 5))
@@ -146,3 +30,17 @@ def test_numbers_literally(value: float, text: str) -> None:
 
 def test_lists() -> None:
     assert [listed(["a", "b", "c"][:n]) for n in range(4)] == ["", "a", "a and b", "a, b and c"]
+
+
+@pytest.mark.parametrize(
+    ("cost", "value", "text"),
+    [
+        ("coefficient_kbit", 48.24, "48.2 kbit of coefficients"),
+        ("coefficient_kbit", 1048.24, "1,048 kbit of coefficients"),
+        ("LUT", 23456.0, "23,456 LUT"),
+        ("dsp", 17, "17 DSP"),
+        ("latency_cycles", 0.0, "0 cycles of latency"),
+    ],
+)
+def test_costs_literally(cost: str, value: float, text: str) -> None:
+    assert amount(cost, value).replace("\N{NO-BREAK SPACE}", " ") == text
