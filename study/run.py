@@ -22,8 +22,8 @@ from tfra.study.errors.variants import variants
 from tfra.study.errors.variation import Comparison, Variation
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import FrameSet
+from tfra.study.report.answer import answer
 from tfra.study.report.page import render
-from tfra.study.report.words import answer
 from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import CHANGE, Evaluation, TooFewError
 from tfra.study.search.search import EmptySpaceError, Search, front
@@ -35,6 +35,9 @@ from tfra.study.times import Timed, times
 from tfra.study.work import Work, opened_work
 from tfra.study.workers import Workers, fingerprint
 from tfra.synth.targets import ECP5
+
+SHOW_EVERY = 15.0
+"""Seconds between two partial pages: one takes a few."""
 
 Reporter = Callable[[str, str, int, int], AbstractContextManager[Callable[[], None]]]
 """From a task's name and unit, its jobs, and how many of them are there already: what to call for each that is done."""
@@ -92,6 +95,7 @@ class Run:
     tables: dict[str, pl.DataFrame] = field(default_factory=dict)
     designs: list[Named] = field(default_factory=list)
     timed: list[Timed] = field(default_factory=list)
+    shown: float = field(default_factory=time.perf_counter)
 
     def everything(self) -> None:
         """Do all that the file asks for."""
@@ -207,8 +211,9 @@ class Run:
         """Add tables, and show the page of what is there so far."""
         self.tables |= tables
         pending = [name for name in _wanted(self.study.document) if name not in self.tables]
-        if pending:
+        if pending and time.perf_counter() - self.shown > SHOW_EVERY:
             self.work.show(render(self.tables, self.study.design, title(self.study), pending))
+            self.shown = time.perf_counter()
 
     @contextmanager
     def _told(self) -> Iterator[None]:

@@ -159,13 +159,14 @@ def designs(names: tuple[str, ...]) -> str:
     lines = [head, "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
     for name in names:
         sensor = load_study(ROOT / "examples" / f"study_{name}.toml").design.sensor
+        pitches = f"{1e3 * sensor.pitch_x:g}×{1e3 * sensor.pitch_y:g} mm"
         for row in found(name):
             if row["coefficient_kbit"] is None:
                 continue
             saves = "" if row["saves_percent"] is None else f"{row['saves_percent']:.1f}"
             verified = [f"{row[key]:,}" if row.get(key) is not None else "" for key in ("rtl_words", "rtl_differ")]
             lines.append(
-                f"| {sensor.rows}×{sensor.columns}, {1e3 * sensor.pitch_x:g}×{1e3 * sensor.pitch_y:g} mm | {row['name']} "
+                f"| {sensor.rows}×{sensor.columns}, {pitches} | {row['name']} "
                 f"| {row['coefficient_kbit']:.1f} | {saves} | {row['DSP']:.0f} | {row['BRAM']:.0f} | {row['LUT']:,.0f} "
                 f"| {row[f'{CHANGE}_held_out']:+.2f} | {' | '.join(verified)} |"
             )
