@@ -79,7 +79,7 @@ def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthes
     if family.registers:
         netlist = json.loads((directory / NETLIST).read_text())
         for kind, added in prepare(netlist, top, target.floor).items():
-            cells[kind] += added
+            cells[kind] = cells.get(kind, 0) + added
         (directory / NETLIST).write_text(json.dumps(netlist))
     for leftover in (_RTLIL, _CELLS, _YOSYS_ERRORS):
         (directory / leftover).unlink()

@@ -26,7 +26,7 @@ def drain_latency(design: Design) -> int:
     return 5 + (design.cycles_per_quad > 1)
 
 
-_FINE = 3
+FINE = 3
 """Bits of a shift by which its second step moves: about half of them."""
 
 
@@ -34,6 +34,25 @@ def pick_word(words: Any, group: Value, word: int, size: int) -> Value:
     """Word ``group * size + word`` of a quad."""
     choices = [words[number] for number in range(word, 4, size)]
     return choices[0] if size == 4 else Array(choices)[group]
+
+
+def on_grid(m: Module, design: Design, number: int, word: Value, shift: Value) -> Value:
+    """Word ``number`` of the register, moved right to the grid of vectors, with one bit below the point."""
+    w = design.widths
+    top = max(row.offset for row in table(design)) + w.vector - 1
+    total = Signal(signed(w.accumulator), name=f"sum{number}", reset_less=True)
+    amount = Signal(counter_shape(top), name=f"shift{number}", reset_less=True)
+    shifted = Signal(signed(w.vector + 1), name=f"shifted{number}", reset_less=True)
+    coarse_shift, _ = two_steps(amount, FINE)
+    _, fine_shift = two_steps(register(m, amount, f"coarse_shift{number}"), FINE)
+    wide = Cat(Const(0, w.alignment), total).as_signed()
+    moved = shift_right(wide, coarse_shift)[: w.vector + 1 + (1 << FINE)].as_signed()
+    m.d.sync += [
+        total.eq(word),
+        amount.eq(shift),
+        shifted.eq(register(m, moved, f"coarse{number}") >> fine_shift),
+    ]
+    return shifted
 
 
 class Drain(wiring.Component):
@@ -99,8 +118,9 @@ class Drain(wiring.Component):
             sum_marks.kind.eq(placement.quad.kind),
         ]
         rounded = [
-            round_half(self._shifted(m, number, word, group, placement.quad.offset))
+            round_half(on_grid(m, self._design, number, word, placement.quad.offset + headroom))
             for number, word in enumerate(held.words)
+            for headroom in [pick_word(self.headroom, group, number, self._words)]
         ]
         shifted_marks = delayed(m, sum_marks.as_value(), 2, "marks", control=True)
         self._send(m, data.View(sum_marks.shape(), shifted_marks), rounded)
@@ -114,24 +134,6 @@ class Drain(wiring.Component):
             with m.If(leave):
                 m.d.sync += group.eq(group + 1)
         return group, group == groups - 1
-
-    def _shifted(self, m: Module, number: int, word: Value, group: Value, offset: Value) -> Value:
-        """Word ``number`` of the register on the grid of vectors, with one bit below the point."""
-        w = self._design.widths
-        top = max(row.offset for row in table(self._design)) + w.vector - 1
-        total = Signal(signed(w.accumulator), name=f"sum{number}", reset_less=True)
-        shift = Signal(counter_shape(top), name=f"shift{number}", reset_less=True)
-        shifted = Signal(signed(w.vector + 1), name=f"shifted{number}", reset_less=True)
-        coarse_shift, _ = two_steps(shift, _FINE)
-        _, fine_shift = two_steps(register(m, shift, f"coarse_shift{number}"), _FINE)
-        wide = Cat(Const(0, w.alignment), total).as_signed()
-        moved = shift_right(wide, coarse_shift)[: w.vector + 1 + (1 << _FINE)].as_signed()
-        m.d.sync += [
-            total.eq(word),
-            shift.eq(offset + pick_word(self.headroom, group, number, self._words)),
-            shifted.eq(register(m, moved, f"coarse{number}") >> fine_shift),
-        ]
-        return shifted
 
     def _send(self, m: Module, marks: Any, rounded: list[Value]) -> None:
         """Slot ``s`` becomes parity ``s ^ flip``, group by group."""
