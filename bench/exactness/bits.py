@@ -5,6 +5,7 @@ python -m bench.exactness.bits           # an hour on two idle cores; fills docs
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import os
 import shutil
@@ -12,7 +13,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,7 +24,8 @@ import polars as pl
 from bench.publish import ROOT, insert, store
 from tfra.codegen.config import load
 from tfra.study.errors.cascade import Step, View
-from tfra.study.report.words import HEADLINE, QUANTITIES, STEPS, number
+from tfra.study.report.answer import HEADLINE, answer
+from tfra.study.report.words import QUANTITIES, STEPS, number
 from tfra.study.search.evaluate import CHANGE
 from tfra.study.studyfile import load_study
 
@@ -42,12 +44,12 @@ class Took:
     megabytes: float
 
 
-def study(name: str, out: str, workers: int, kill: tuple[float, ...] = ()) -> Took:
-    """Run the study ``examples/study_NAME.toml``; it is killed and begun again after each time of ``kill``."""
+def study(file: str, out: str, workers: int, kill: Sequence[float] = (), work: str | None = None) -> Took:
+    """Run the study in ``file``; it is killed and begun again after each time of ``kill``."""
     start, most = time.perf_counter(), 0.0
+    command = [sys.executable, "-m", "tfra.cli", "study", file, "--out", str(PLACE / out), "--workers", str(workers)]
+    command += ["--work", str(PLACE / f"{work or out}.work")]
     for patience in (*kill, None):
-        command = [sys.executable, "-m", "tfra.cli", "study", f"examples/study_{name}.toml"]
-        command += ["--out", str(PLACE / out), "--workers", str(workers)]
         with subprocess.Popen(command, cwd=ROOT, start_new_session=True) as run, watched(run.pid) as seen:
             try:
                 code = run.wait(patience)
@@ -58,6 +60,18 @@ def study(name: str, out: str, workers: int, kill: tuple[float, ...] = ()) -> To
         if code:
             raise SystemExit(code)
     return Took(time.perf_counter() - start, most)
+
+
+def example(name: str) -> str:
+    """The file of a default study."""
+    return f"examples/study_{name}.toml"
+
+
+def placed(name: str) -> None:
+    """Place and route what a study has found, with all else there already: its report in ``placed``."""
+    text = (ROOT / example(name)).read_text().replace('config = "', f'config = "{ROOT}/examples/')
+    (PLACE / "placed.toml").write_text(f"{text}\n[place]\n")
+    study(str(PLACE / "placed.toml"), "placed", 2, work=name)
 
 
 @contextmanager
@@ -158,7 +172,7 @@ def designs(names: tuple[str, ...]) -> str:
     )
     lines = [head, "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|"]
     for name in names:
-        sensor = load_study(ROOT / "examples" / f"study_{name}.toml").design.sensor
+        sensor = load_study(ROOT / example(name)).design.sensor
         pitches = f"{1e3 * sensor.pitch_x:g}×{1e3 * sensor.pitch_y:g} mm"
         for row in found(name):
             if row["coefficient_kbit"] is None:
@@ -196,42 +210,57 @@ def chance(out: str) -> str:
 
 def sentence(out: str) -> str:
     """The answer on top of a report."""
-    from tfra.study.report.answer import answer
-
     tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
-    said: str = answer(tables, load_study(ROOT / "examples" / f"study_{out}.toml").design)
+    said: str = answer(tables, load_study(ROOT / example(out)).design)
     return "> " + said
+
+
+def layouts() -> str:
+    """What was placed and routed, estimates beside it."""
+    rows = [row for row in found("placed") if row.get("placed_LUT") is not None]
+    lines = ["| design | LUT: estimate, placed | FF | DSP | BRAM | MHz, one seed |", "|---|---:|---:|---:|---:|---:|"]
+    for row in rows:
+        pairs = [f"{row[name]:,.0f}, {row[f'placed_{name}']:,.0f}" for name in ("LUT", "FF", "DSP", "BRAM")]
+        lines.append(f"| {row['name']} | {' | '.join(pairs)} | {row['fmax_mhz']:.1f} |")
+    return "\n".join(lines)
+
+
+def times(took: Mapping[str, Took], alone: Took) -> tuple[dict[str, Any], str]:
+    """What was measured of runs, and the same for the page."""
+    efficiency = alone.seconds / 2 / took[TUTORIAL].seconds
+    same = {run: content(run) == content(TUTORIAL) for run in ("alone", "killed")}
+    lines = ["| study | minutes on two cores | memory of all processes, MB |", "|---|---:|---:|"]
+    lines += [f"| `{example(name)}` | {each.seconds / 60:.1f} | {each.megabytes:,.0f} |" for name, each in took.items()]
+    minutes, told = f"{alone.seconds / 60:.1f} minutes", {True: "the same bytes", False: "OTHER BYTES"}
+    said = f"With one worker `{example(TUTORIAL)}` takes {minutes}: two are {100 * efficiency:.0f} % efficient. "
+    said += f"One worker makes {told[same['alone']]}, and so does a run that was killed twice: {told[same['killed']]}."
+    facts = {"one_worker_seconds": alone.seconds, "efficiency": efficiency, "same_bytes": same}
+    return facts, "\n".join([*lines, "", said])
 
 
 def main() -> None:
     """Run everything, and publish."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--no-place", action="store_true", help="leave out place and route")
+    options = parser.parse_args()
     shutil.rmtree(PLACE, ignore_errors=True)
-    took = {name: study(name, name, 2) for name in STUDIES}
-    alone = study(TUTORIAL, "alone", 1)
-    share = took[TUTORIAL].seconds
-    study(TUTORIAL, "killed", 2, (share / 4, share / 4))
-    same = {run: content(run) == content(TUTORIAL) for run in ("alone", "killed")}
-    efficiency = alone.seconds / 2 / share
-    record = {
-        "studies": {name: vars(each) | {"designs": found(name)} for name, each in took.items()},
-        "one_worker_seconds": alone.seconds, "efficiency": efficiency, "same_bytes": same,
-    }  # fmt: skip
-    store("bits", record)
-    lines = ["| study | minutes on two cores | memory of all processes, MB |", "|---|---:|---:|"]
-    lines += [
-        f"| `study_{name}.toml` | {each.seconds / 60:.1f} | {each.megabytes:,.0f} |" for name, each in took.items()
-    ]
-    minutes = f"{alone.seconds / 60:.1f} minutes"
-    said = f"With one worker `study_{TUTORIAL}.toml` takes {minutes}: two are {100 * efficiency:.0f} %"
-    told = {True: "the same bytes", False: "OTHER BYTES"}
-    said += f" efficient. One worker makes {told[same['alone']]}, and so does a run that was killed twice: "
-    insert("bits times", "\n".join([*lines, "", said + f"{told[same['killed']]}."]), PAGE)
+    took = {name: study(example(name), name, 2) for name in STUDIES}
+    alone = study(example(TUTORIAL), "alone", 1)
+    half = took[TUTORIAL].seconds / 2
+    study(example(TUTORIAL), "killed", 2, (half, half))
+    facts, told = times(took, alone)
+    record = {name: vars(each) | {"designs": found(name)} for name, each in took.items()}
+    store("bits", {"studies": record, **facts})
+    insert("bits times", told, PAGE)
     for name, text in {
         "answer": sentence(TUTORIAL), "cascade": cascade(TUTORIAL), "uniform": uniform(TUTORIAL),
         "designs": designs((TUTORIAL,)), "lengths": lengths(TUTORIAL), "chance": chance(TUTORIAL),
         "sensors": designs(STUDIES),
     }.items():  # fmt: skip
         insert(f"bits {name}", text, PAGE)
+    if not options.no_place:
+        placed("hertz")
+        insert("bits placed", layouts(), PAGE)
 
 
 if __name__ == "__main__":
