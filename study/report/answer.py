@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import polars as pl
@@ -88,10 +88,10 @@ def _enough(tables: Tables) -> str:
 
 
 def _tried(table: pl.DataFrame) -> list[int]:
-    """Lengths of which some statistic of the headline's totals is known."""
-    known = pl.any_horizontal(pl.col(name).is_not_null() for name in STATISTICS)
-    total = table.filter(known, pl.col("quantity").is_in(list(HEADLINE)), pl.col("view") == View.TOTAL)
-    return total["bits"].to_list()
+    """Lengths of which all statistics of the headline's totals are known; none where frames are too few to judge."""
+    total = table.filter(pl.col("quantity").is_in(list(HEADLINE)), pl.col("view") == View.TOTAL)
+    known = pl.all_horizontal(pl.col(name).is_not_null() for name in STATISTICS)
+    return total.group_by("bits").agg(known=known.all()).filter("known")["bits"].to_list()
 
 
 def enough_converter(table: pl.DataFrame) -> int | None:
@@ -109,26 +109,20 @@ def enough_products(tables: Tables) -> int | None:
 
 
 def _enough_bits(found: pl.DataFrame, reference: pl.DataFrame, keys: list[str]) -> int | None:
-    """The fewest bits such that from there on every known statistic of the headline's quantities is close.
+    """The fewest bits such that from there on every statistic of the headline's quantities is close.
 
     Lengths that do not fit are none.
     """
     fit = found.filter(pl.col("reason").is_null(), pl.col("quantity").is_in(list(HEADLINE)))
-    judged = fit.join(reference, on=keys, suffix="_reference").select("bits", close=pl.all_horizontal(_close()))
+    pairs = fit.join(reference, on=keys, suffix="_reference")
+    change = [100 * (pl.col(name) / pl.col(f"{name}_reference") - 1).abs() for name in STATISTICS]
+    judged = pairs.select("bits", close=pl.all_horizontal(*((c < CLOSE_PERCENT).fill_null(False) for c in change)))
     enough = None
     for (bits,), rows in judged.sort("bits", descending=True).group_by("bits", maintain_order=True):
         if not rows["close"].all():
             break
         enough = bits
     return enough
-
-
-def _close() -> Iterator[pl.Expr]:
-    """Whether each statistic is close to its reference, as far as that is known."""
-    for name in STATISTICS:
-        reference = pl.col(f"{name}_reference")
-        change = 100 * (pl.col(name) / reference - 1).abs()
-        yield (change < CLOSE_PERCENT).fill_null(False) | reference.is_null()
 
 
 def unfit(tables: Tables, name: str) -> str:
@@ -155,7 +149,7 @@ def _meaning(tables: Tables) -> str:
         return ""
     name, errors = _first_part(tables, "errors")
     of_phi, of_f = (cell(errors, "count", quantity=q, step=Step.ARITHMETIC, view=View.TOTAL) for q in HEADLINE)
-    if not of_f:
+    if not _medians(errors, Step.ARITHMETIC, View.TOTAL):
         return ""
     some = "" if of_phi == of_f else f" (φ: {of_phi:,}, which have friction)"
     close = f"; less than {CLOSE} is meant for median and 95th percentile of both"

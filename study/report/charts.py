@@ -6,6 +6,7 @@ Arithmetic alone is blue, totals are vermilion; what differs in colour differs i
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import plotly.graph_objects as go
@@ -70,7 +71,13 @@ def _spread(rows: pl.DataFrame, places: list[int], lines: Rows, quantity: str, h
     for view, offset in zip(views, (-0.15, 0.15) if len(views) > 1 else (0.0,), strict=True):
         name, colour, symbol = VIEWS[view]
         dots = [
-            Dot(place + offset, row["median"], row["median"], row["p95"] or row["median"], _error_text(row, name))
+            Dot(
+                place + offset,
+                row["median"],
+                row["median"],
+                row["p95"] or row["median"],
+                _error_text(row, name, *_variant(row)),
+            )
             for place, row in zip(places, rows.iter_rows(named=True), strict=True)
             if row["view"] == view and row["median"] is not None
         ]
@@ -78,6 +85,14 @@ def _spread(rows: pl.DataFrame, places: list[int], lines: Rows, quantity: str, h
     unfit = [(place, row) for place, row in zip(places, rows.iter_rows(named=True), strict=True) if _is_unfit(row)]
     add_unfit(shown, [(scale.low, place, _unfit_text(row)) for place, row in unfit])
     return shown if rows["median"].count() else say(shown, "too few frames")
+
+
+def _variant(row: dict[str, Any]) -> list[str]:
+    """What was changed, of a row of variants."""
+    if "variant" not in row:
+        return []
+    column, label = VARIANTS[row["variant"]]
+    return [f"{label}: {setting(row[column])}"]
 
 
 def _is_unfit(row: dict[str, Any]) -> bool:
@@ -280,11 +295,11 @@ def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Fi
     values = [[row.get(statistic) for row in line] for line in rows]
     scale = Scale.of([value for line in values for value in line])
     place = (lambda v: math.log10(scale.place(v))) if scale.log else (lambda v: v)
-    x = {"title": {"text": "bits of the converter"}, "type": "category", "ticks": ""}
-    y = {"title": {"text": "noise / % of the peak"}, "type": "category", "ticks": ""}
-    shown = figure(max(3, len(noises)) * 44 + 95, x, y)
+    columns, lines = [str(b) for b in bits], [f"{100 * noise:g}" for noise in noises]
+    axes = _categories("bits of the converter", columns), _categories("noise / % of the peak", lines)
+    shown = figure(max(3, len(noises)) * 44 + 95, *axes)
     shown.add_heatmap(
-        x=[str(b) for b in bits], y=[f"{100 * noise:g}" for noise in noises],
+        x=columns, y=lines,
         z=[[None if v is None else place(v) for v in line] for line in values],
         text=[["" if v is None else number(v, 2) for v in line] for line in values], texttemplate="%{text}",
         hovertext=[[_cell_text(row, said) for row in line] for line in rows], hoverinfo="text",
@@ -296,13 +311,24 @@ def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Fi
             if row and row[statistic] is None:
                 text, place_of = "×" if _is_unfit(row) else "few", {"x": x_place, "y": y_place}
                 shown.add_annotation(text=text, showarrow=False, font={"color": GREY, "size": 11}, **place_of)
-    return shown if any(v is not None for line in values for v in line) else say(shown, "too few frames")
+    return shown
+
+
+def _categories(title: str, labels: Sequence[str]) -> dict[str, Any]:
+    """An axis that has all its cells even if there is nothing in them."""
+    return {"title": {"text": title}, "type": "category", "ticks": "", "showgrid": False} | {
+        "range": [-0.5, len(labels) - 0.5], "tickvals": list(range(len(labels))), "ticktext": list(labels),
+    }  # fmt: skip
 
 
 def _cell_text(row: dict[str, Any], said: str) -> str:
     if not row:
         return ""
-    return _unfit_text(row) if _is_unfit(row) else _error_text(row, said, f"{row['bits']}-bit converter")
+    return (
+        _unfit_text(row)
+        if _is_unfit(row)
+        else _error_text(row, said, f"{row['bits']}-bit converter, noise {100 * row['noise_share_of_peak']:g} %")
+    )
 
 
 def sensitivity(tables: Tables, quantity: str, statistic: str, view: str) -> go.Figure:
@@ -328,7 +354,7 @@ def sensitivity(tables: Tables, quantity: str, statistic: str, view: str) -> go.
         )  # fmt: skip
         crosses = [(0.0, place[row["signal"]], f"{_length_text(row)}<br>{_unfit_text(row)}") for row in unfit]
         add_unfit(shown, crosses, showlegend=False, **group)
-    return shown if rows["median"].count() else say(shown, "too few frames")
+    return shown if rows[f"{statistic}_change"].count() else say(shown, "too few frames")
 
 
 def with_change(tables: Tables) -> pl.DataFrame:

@@ -163,6 +163,7 @@ def wrapped(text: str) -> str:
 def say(shown: go.Figure, text: str) -> go.Figure:
     """Write over an empty figure why it is empty."""
     shown.add_annotation(
-        text=text, x=0.5, y=0.5, xref="paper", yref="paper", showarrow=False, font={"size": 13, "color": BLACK}
-    )
+        text=text, x=0.5, y=0.5, xref="paper", yref="paper", showarrow=False, bgcolor="white",
+        font={"size": 13, "color": BLACK},
+    )  # fmt: skip
     return shown

@@ -12,7 +12,7 @@ import polars as pl
 from tfra.codegen.colours import BLACK, BLUE, GREEN, ORANGE
 from tfra.study.report.figure import GREY, Scale, figure, say, wrapped
 from tfra.study.report.found import HELD_OUT, PLACED, costs_of, errors_of, tolerated
-from tfra.study.report.words import CLOSE, QUANTITIES, Tables, number
+from tfra.study.report.words import CLOSE, QUANTITIES, Tables, number, taken
 from tfra.study.search.evaluate import COSTS
 from tfra.study.search.space import NAMES
 from tfra.study.search.trials import COMPLETE
@@ -170,12 +170,10 @@ def _trial_text(row: Mapping[str, Any], who: str, values: Sequence[str], chosen:
 def _value_text(row: Mapping[str, Any], name: str) -> str:
     """A number of a design, and beside it that of held-out frames, or the measured one."""
     kind = QUANTITIES.get(name)
-    said = f"{title(name)}: {number(row[name], 4)}"
-    if kind:
-        said = f"error of {kind.label}: {kind.amount(row[name], 3)}"
+    said = f"error of {kind.label}: {kind.amount(row[name], 3)}" if kind else f"{title(name)}: {taken(row[name])}"
     for other, beside in ((name + HELD_OUT, "held-out"), (PLACED + name, "placed")):
         if row.get(other) is not None:
-            said += f", {beside} {number(row[other], 3 if kind else 4)}"
+            said += f", {beside} {number(row[other]) if kind else taken(row[other])}"
     return said
 
 

@@ -190,7 +190,7 @@ SECTIONS = (
     Section(
         "designs",
         "Designs side by side",
-        "A row is a design; what stands beside a frequency was placed and routed, other costs are estimates.",
+        "A row is a design, the first is float arithmetic on the same codes; costs are estimates, but for placed ones.",
         ("designs",),
     ),
 )

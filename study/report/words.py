@@ -116,11 +116,15 @@ def parts_of(table: pl.DataFrame) -> list[Part]:
     return [part for part in PARTS if part in there]
 
 
-def amount(cost: str, value: float) -> str:
-    """What a design takes, with its unit; whole numbers in full, others with three digits at least."""
+def taken(value: float) -> str:
+    """What is taken of something: whole numbers in full, others with three digits at least."""
     whole = len(f"{value:.0f}")
-    digits = whole if value == round(value) else max(3, whole)
-    return f"{number(value, digits)}\N{NO-BREAK SPACE}{COST_UNITS.get(cost, cost)}"
+    return number(value, whole if value == round(value) else max(3, whole))
+
+
+def amount(cost: str, value: float) -> str:
+    """What a design takes, with its unit."""
+    return f"{taken(value)}\N{NO-BREAK SPACE}{COST_UNITS.get(cost, cost)}"
 
 
 def setting(value: float | str) -> str:

@@ -29,7 +29,7 @@ def test_lines_are_the_least_error_that_a_cost_buys() -> None:
     assert (least.line.shape, random.line.shape) == ("hv", "hv")
     assert random.hovertext[0] == (
         "<b>random choice, trial 0</b><br>error of F: 12.0\N{NO-BREAK SPACE}%<br>error of φ: 2.10°"
-        "<br>coefficients / kbit: 100.0<br>LUT: 9,500<br>coefficient 10"
+        "<br>coefficients / kbit: 100<br>LUT: 9,500<br>coefficient 10"
     )
     assert set(found["5\N{NO-BREAK SPACE}% above float"].y) == {10.5}
     assert found["trials"].x == (140,)
@@ -45,7 +45,7 @@ def test_placed_designs_stand_at_their_estimate_with_a_line_to_the_measured() ->
     for text in (star.hovertext[0], measured.hovertext[1]):
         assert "<br>error of F: 10.1\N{NO-BREAK SPACE}%, held-out 10.6<br>" in text
         assert "<br>LUT: 10,500, placed 12,500<br>" in text
-        assert text.endswith("<br>f_max / MHz: 84.50")
+        assert text.endswith("<br>f_max / MHz: 84.5")
     assert "measured" not in series(tables(), "coefficient_kbit")
 
 

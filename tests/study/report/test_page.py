@@ -373,8 +373,10 @@ def test_few_frames_and_hostile_words(tab: Browser, tables: dict[str, pl.DataFra
         some[name] = some[name].with_columns(pl.lit(evil).alias(column))
     text = render(some, design(), evil, pending=[evil])
     shown = {name: list(each.values()) for name, each in figures(text).items()}
-    for name in ("cascade", "uniform", "converter-own", "sensitivity-total", "variants-own"):
+    for name in ("cascade", "uniform", "sensitivity-total", "variants-own"):
         assert all('"too few frames"' in json.dumps(figure) for figure in shown[f"chart-{name}"])
+    notes = [note["text"] for note in shown["chart-converter-own"][0]["layout"]["annotations"]]
+    assert notes == ["few", "few", "×"] * 2
     assert '"no trial is complete"' in json.dumps(shown["chart-trials"][0])
     assert "Too few frames to say what each step adds to the error." in text
     show(tab, tmp_path, text)

@@ -1,0 +1,47 @@
+"""Charts of variations, from tables whose numbers are literal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import polars as pl
+
+from tfra.study.report import charts
+from tfra.study.report.answer import unfit
+
+SETTINGS: list[dict[str, Any]] = [
+    {"variant": "steps", "steps": 50, "plateau_tolerance_lsb": 0.0, "rounding": "half_up"},
+    {"variant": "steps", "steps": 100, "plateau_tolerance_lsb": 0.0, "rounding": "half_up"},
+    {"variant": "plateau_tolerance", "steps": 100, "plateau_tolerance_lsb": 0.5, "rounding": "half_up"},
+    {"variant": "rounding", "steps": 100, "plateau_tolerance_lsb": 0.0, "rounding": "half_even"},
+]
+
+
+def variants() -> pl.DataFrame:
+    """Errors of mu; the first does not fit."""
+    known = {"count": 300, "median": 0.1, "p95": 0.3, "p99_9": None, "worst": 0.5, "reason": None}
+    reason = dict.fromkeys(known) | {"reason": "words could overflow"}
+    of = {"quantity": "mu", "step": "arithmetic"}
+    rows = [
+        row | of | {"view": view} | (known if n else reason)
+        for n, row in enumerate(SETTINGS)
+        for view in ("own", "total")
+    ]
+    return pl.DataFrame(rows, infer_schema_length=None)
+
+
+def test_variants_say_what_was_changed_and_which_do_not_fit() -> None:
+    tables = {"variants": variants()}
+    shown = charts.variants(tables, "mu", "total")
+    named = {trace.name: trace for trace in shown.data if trace.showlegend is not False}
+    cross, dots, labels = named["does not fit"], named["total"], shown.layout.yaxis.ticktext
+    assert [labels[int(place)] for place in cross.y] == ["50"]
+    assert cross.hovertext == ("<b>does not fit</b><br>words could overflow",)
+    assert [labels[int(place)] for place in dots.y] == ["100", "0.5", "half even"]
+    assert dots.x == (0.1, 0.1, 0.1)
+    assert [text.rpartition("<br>")[2] for text in dots.hovertext] == [
+        "steps K of the sweep: 100",
+        "plateau tolerance / LSB: 0.5",
+        "rounding of products: half even",
+    ]
+    assert unfit(tables, "variants").endswith("steps K of the sweep: 50 (words could overflow).")
