@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import polars as pl
 
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.report.words import CLOSE, CLOSE_PERCENT, Tables, amount, cell, number
-from tfra.study.search.evaluate import COSTS
+from tfra.study.search.evaluate import CHANGE, COSTS
 from tfra.study.search.trials import COMPLETE
 
 HELD_OUT, PLACED = "_held_out", "placed_"
@@ -16,7 +14,7 @@ HELD_OUT, PLACED = "_held_out", "placed_"
 
 
 def errors_of(table: pl.DataFrame) -> list[str]:
-    """The quantities whose errors trials and designs have, in the table's order; a search's first is its objective."""
+    """The quantities whose errors trials and designs have, in the table's order."""
     return [name for name in table.columns if name in SIGNED]
 
 
@@ -45,32 +43,21 @@ def _less(value: float, other: float) -> str:
     return f"{number(abs(change), 2)}\N{NO-BREAK SPACE}% {'less' if change < 0 else 'more'}"
 
 
-def tolerated(tables: Tables) -> dict[str, float]:
-    """The largest error in each quantity of the trials that is within the tolerance of float's; none if unknown."""
-    if not {"trials", "designs"} <= set(tables):
-        return {}
-    wanted = errors_of(tables["trials"])
-    floats = {name: cell(tables["designs"], name, name="float") for name in wanted if name in tables["designs"].columns}
-    known = {name: value * (1 + CLOSE_PERCENT / 100) for name, value in floats.items() if value is not None}
-    return known if len(known) == len(wanted) else {}
-
-
 def compared(tables: Tables) -> dict[str, str]:
     """By cost, what the cheapest design takes that the search found within the tolerance, and that of random choice."""
-    if not (most := tolerated(tables)):
+    if "trials" not in tables:
         return {}
     names = {"trials": "", "baseline": "by random choice: "}
     there = {text: tables[name] for name, text in names.items() if name in tables}
     start = f"Cheapest within {CLOSE} of float's errors: "
     return {
-        cost: start + "; ".join(text + _cheapest(table, cost, most) for text, table in there.items()) + "."
+        cost: start + "; ".join(text + _cheapest(table, cost) for text, table in there.items()) + "."
         for cost in costs_of(tables["trials"])
     }
 
 
-def _cheapest(trials: pl.DataFrame, cost: str, most: Mapping[str, float]) -> str:
-    close = (pl.col(name) <= value for name, value in most.items())
-    found = trials.filter(pl.col("state") == COMPLETE, *close).sort(cost, "number")
+def _cheapest(trials: pl.DataFrame, cost: str) -> str:
+    found = trials.filter(pl.col("state") == COMPLETE, pl.col(CHANGE) <= CLOSE_PERCENT).sort(cost, "number")
     if found.is_empty():
         return f"none of {len(trials):,} trials"
     taken, trial = found.select(cost, "number").row(0)

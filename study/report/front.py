@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,9 +12,9 @@ import polars as pl
 
 from tfra.codegen.colours import BLACK, BLUE, GREEN, ORANGE
 from tfra.study.report.figure import GREY, Scale, figure, say, wrapped
-from tfra.study.report.found import HELD_OUT, PLACED, costs_of, errors_of, tolerated
-from tfra.study.report.words import CLOSE, QUANTITIES, Tables, number, taken
-from tfra.study.search.evaluate import COSTS
+from tfra.study.report.found import HELD_OUT, PLACED, costs_of, errors_of
+from tfra.study.report.words import CLOSE, CLOSE_PERCENT, QUANTITIES, Tables, number, taken
+from tfra.study.search.evaluate import CHANGE, COSTS
 from tfra.study.search.space import NAMES
 from tfra.study.search.trials import COMPLETE
 
@@ -35,6 +36,8 @@ def title(column: str) -> str:
     if quantity in QUANTITIES:
         part = "" if column == quantity else ", held-out frames"
         return f"95th percentile of the error of {QUANTITIES[quantity].axis}{part}"
+    if quantity == CHANGE:
+        return "growth of the total error over float’s / %" + ("" if column == quantity else ", held-out frames")
     if column.startswith(PLACED):
         return f"{column.removeprefix(PLACED)}, placed"
     return _TITLES.get(column, column.replace("_", " "))
@@ -43,22 +46,18 @@ def title(column: str) -> str:
 def trials(tables: Tables, cost: str) -> go.Figure:
     """Complete trials over one cost; lines are the least error that each cost buys, named designs stand on them."""
     complete = tables["trials"].filter(pl.col("state") == COMPLETE)
-    error, placed = errors_of(complete)[0], PLACED + cost
-    named, random, most = _designs(tables, cost, error), _random(tables), tolerated(tables).get(error)
+    placed, named, random = PLACED + cost, _designs(tables, cost), _random(tables)
     measured: list[Any] = named[placed].to_list() if placed in named.columns else []
     known = [value for value in (*complete[cost], *random[cost], *named[cost], *measured) if value is not None]
-    line, dashed = _least(complete, cost, error), _least(random, cost, error)
+    line, dashed = _least(complete, cost), _least(random, cost)
     ends = (min(known), max(known)) if known else (0.0, 0.0)
-    x, y = Scale.of(known), Scale.of([*complete[error], *dashed[error], *named[error], most])
-    # Totals are much alike: neither axis has to begin at zero.
-    axes = (scale.axis(title(of)) | ({} if scale.log else {"range": None}) for scale, of in ((x, cost), (y, error)))
-    plane = _Plane(figure(520, *axes), cost, error, x, y)
+    x, y = Scale.of(known), _growth([*complete[CHANGE], *dashed[CHANGE], *named[CHANGE], CLOSE_PERCENT])
+    across = x.axis(title(cost)) | ({} if x.log else {"range": None})  # it does not have to begin at zero
+    plane = _Plane(figure(520, across, y.axis(title(CHANGE))), cost, x, y)
     plane.add_steps("least error", line, ends[1], color=BLUE)
     plane.add_steps("least error, random choice", dashed, ends[1], "random choice, trial", color=GREY, dash="dash")
-    if most is not None:
-        level = {"color": BLACK, "dash": "dot", "width": 1}
-        text = f"{CLOSE} above float: {number(most)}"
-        plane.add(f"{CLOSE} above float", [(end, most) for end in ends], text, mode="lines", line=level)
+    level, name = {"color": BLACK, "dash": "dot", "width": 1}, f"{CLOSE} above float"
+    plane.add(name, [(end, CLOSE_PERCENT) for end in ends if known], name, mode="lines", line=level)
     front = pl.col("front")
     plane.add_trials("trials", complete.filter(~front), marker={"color": GREY, "size": 5, "opacity": 0.5})
     edged = {"color": BLUE, "size": 9, "line": {"width": 1, "color": "white"}}
@@ -73,7 +72,6 @@ class _Plane:
 
     shown: go.Figure
     cost: str
-    error: str
     x: Scale
     y: Scale
 
@@ -86,12 +84,12 @@ class _Plane:
 
     def add_trials(self, name: str, rows: pl.DataFrame, **looks: Any) -> None:
         """Add trials, which say what was chosen."""
-        self.add(name, rows.select(self.cost, self.error).rows(), _texts(rows, "trial"), **looks)
+        self.add(name, rows.select(self.cost, CHANGE).rows(), _texts(rows, "trial"), **looks)
 
     def add_steps(self, name: str, rows: pl.DataFrame, end: float, who: str = "trial", **looks: Any) -> None:
         """Add a line from trial to trial, each of a smaller error; the last one's goes on to the cost ``end``."""
         if len(rows):
-            places, texts = rows.select(self.cost, self.error).rows(), _texts(rows, who)
+            places, texts = rows.select(self.cost, CHANGE).rows(), _texts(rows, who)
             places.append((end, places[-1][1]))
             self.add(name, places, [*texts, texts[-1]], mode="lines", line={"shape": "hv", "width": 1.5} | looks)
 
@@ -107,7 +105,7 @@ class _Plane:
             labels: dict[str, Any] = {"mode": "markers+text", "text": rows["name"].to_list()}
             labels["textposition"] = rows["side"].to_list()
             texts = [_design_text(row) for row in rows.iter_rows(named=True)]
-            self.add(name, rows.select(self.cost, self.error).rows(), texts, marker=marker, **labels)
+            self.add(name, rows.select(self.cost, CHANGE).rows(), texts, marker=marker, **labels)
         self._add_measured(named.filter(placed))
 
     def _add_measured(self, rows: pl.DataFrame) -> None:
@@ -117,13 +115,19 @@ class _Plane:
         places: list[Place] = []
         texts: list[str] = []
         for row in rows.iter_rows(named=True):
-            error, text = row[self.error], _design_text(row)
+            error, text = row[CHANGE], _design_text(row)
             places += [(row[self.cost], error), (row[PLACED + self.cost], error), (None, None)]
             texts += [text, text, ""]
         sizes = [0, 10, 0] * len(rows)
         marker = {"symbol": "line-ns-open", "size": sizes, "color": GREEN, "line": {"width": 2, "color": GREEN}}
         line = {"color": GREEN, "width": 1}
         self.add("measured", places, texts, mode="lines+markers", line=line, marker=marker)
+
+
+def _growth(values: Iterable[float]) -> Scale:
+    """Of the growth of errors, which may be a little below zero."""
+    some = [value for value in values if math.isfinite(value)]
+    return Scale(False, 1.05 * min(0.0, *some), 1.05 * max(0.0, *some))
 
 
 def _sides(count: int) -> list[str]:
@@ -135,9 +139,9 @@ def _placed(scale: Scale, value: float | None) -> float | None:
     return None if value is None else scale.place(value)
 
 
-def _least(complete: pl.DataFrame, cost: str, error: str) -> pl.DataFrame:
+def _least(complete: pl.DataFrame, cost: str) -> pl.DataFrame:
     """Trials that no cheaper one is at least as exact as."""
-    order, value = complete.sort(cost, error, "number"), pl.col(error).cast(pl.Float64)
+    order, value = complete.sort(cost, CHANGE, "number"), pl.col(CHANGE).cast(pl.Float64)
     return order.filter((value < value.cum_min().shift(1)).fill_null(True))
 
 
@@ -146,16 +150,16 @@ def _random(tables: Tables) -> pl.DataFrame:
     return tables.get("baseline", tables["trials"].clear()).filter(pl.col("state") == COMPLETE)
 
 
-def _designs(tables: Tables, cost: str, error: str) -> pl.DataFrame:
+def _designs(tables: Tables, cost: str) -> pl.DataFrame:
     """The named designs whose error and cost are known."""
-    empty = pl.DataFrame(schema={"name": pl.String, error: pl.Float64, cost: pl.Float64, "fmax_mhz": pl.Float64})
-    table = tables.get("designs", empty)
-    there = {error, cost} <= set(table.columns)
-    return table.filter(pl.col(error).is_not_null(), pl.col(cost).is_not_null()) if there else empty
+    numbers = dict.fromkeys([CHANGE, cost, "fmax_mhz"], pl.Float64)
+    table = tables.get("designs", pl.DataFrame(schema={"name": pl.String, **numbers}))
+    missing = {name: pl.lit(None, pl.Float64) for name in numbers if name not in table.columns}
+    return table.with_columns(**missing).filter(pl.col(CHANGE).is_not_null(), pl.col(cost).is_not_null())
 
 
 def _texts(rows: pl.DataFrame, who: str) -> list[str]:
-    values = [*errors_of(rows), *costs_of(rows)]
+    values = [CHANGE, *errors_of(rows), *costs_of(rows)]
     chosen = [name for name in rows.columns if name in NAMES]
     return [_trial_text(row, who, values, chosen) for row in rows.iter_rows(named=True)]
 
@@ -178,6 +182,6 @@ def _value_text(row: Mapping[str, Any], name: str) -> str:
 
 
 def _design_text(row: Mapping[str, Any]) -> str:
-    shown = [name for name in row if name in QUANTITIES or name in COSTS or name == "fmax_mhz"]
+    shown = [name for name in row if name in QUANTITIES or name in (CHANGE, *COSTS, "fmax_mhz")]
     said = [_value_text(row, name) for name in shown if row[name] is not None]
     return "<br>".join([f"<b>{row['name']}</b>", wrapped(row["formats"]), *said])

@@ -10,7 +10,7 @@ import polars as pl
 
 from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.study.errors.cascade import Cascade, Step, View
+from tfra.study.errors.cascade import Cascade
 from tfra.study.errors.converter import converters
 from tfra.study.errors.sensitivity import sensitivity, uniform
 from tfra.study.errors.statistics import errors, flagged, flips
@@ -19,8 +19,9 @@ from tfra.study.errors.variation import Comparison, Variation
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import Definition, FrameSet
 from tfra.study.report.words import CLOSE_PERCENT
-from tfra.study.search.evaluate import Evaluation
-from tfra.study.search.search import Search, front
+from tfra.study.run import table_of
+from tfra.study.search.evaluate import CHANGE, Evaluation
+from tfra.study.search.search import Search
 from tfra.study.search.space import Space
 from tfra.study.search.trials import Trials, sqlite
 from tfra.study.signals.ranges import ranges
@@ -53,7 +54,7 @@ def make(design: TfraDesign, definition: Definition, folder: Path, few: bool = T
     tables |= {name: measured(frames, each) for name, each in variations(design, few).items()}
     generations, size = (2, 4) if few else (8, 24)
     for name, sampler in (("trials", "nsga2"), ("baseline", "random")):
-        search = Search(SPACE, (FORCE, *COSTS), generations, size, seed=1, sampler=sampler)
+        search = Search(SPACE, (CHANGE, *COSTS), generations, size, seed=1, sampler=sampler)
         tables[name] = trials(search, evaluation(design, frames, Part.TRAIN), folder)
     tables["designs"] = designs(design, frames)
     return tables
@@ -63,7 +64,7 @@ def variations(design: TfraDesign, few: bool) -> dict[str, tuple[Variation, ...]
     """What is compared, by table: each has one that does not fit, but for variants."""
     if not few:
         return {
-            "uniform": uniform(design, range(10, 27, 2)),
+            "uniform": uniform(design, range(10, 29, 2)),
             "sensitivity": sensitivity(design),
             "converter": converters(design),
             "variants": variants(design),
@@ -73,7 +74,7 @@ def variations(design: TfraDesign, few: bool) -> dict[str, tuple[Variation, ...]
     )
     short = replace(design, formats=replace(design.formats, name="custom", operand=14, signals=()))
     return {
-        "uniform": uniform(design, (10, 12, 14, 18)),
+        "uniform": uniform(design, (10, 12, 14, 18, 28)),
         "sensitivity": chosen,
         "converter": converters(short, (8, 12, 16), (0.0, 0.01)),
         "variants": variants(design, (50, 100), (1.0,)),
@@ -87,27 +88,19 @@ def measured(frames: FrameSet, each: tuple[Variation, ...]) -> pl.DataFrame:
 
 
 def evaluation(design: TfraDesign, frames: FrameSet, part: Part) -> Evaluation:
-    return Evaluation(design, SPACE, frames, (FORCE, LIMIT, *COSTS), find("ecp5-45"), part=part)
+    return Evaluation(design, frames, COSTS, find("ecp5-45"), (FORCE, LIMIT), part=part)
 
 
 def trials(search: Search, evaluate: Evaluation, folder: Path) -> pl.DataFrame:
     store = Trials(sqlite(folder / "trials.sqlite"), search.sampler)
     found = sorted(search.run(evaluate, store, one_after_another), key=lambda trial: trial.number)
-    best = {trial.number for trial in front(found, search.objectives)}
-    rows = [
-        {"number": t.number, "generation": t.number // search.size, "state": t.state, **SPACE.point(t.indices)}
-        | {name: t.values.get(name) for name in evaluate.objectives}
-        | {"front": t.number in best, "reason": t.reason}
-        for t in found
-    ]
-    return pl.DataFrame(rows, infer_schema_length=None)
+    return table_of(found, search, evaluate.held)
 
 
 def designs(design: TfraDesign, frames: FrameSet) -> pl.DataFrame:
     """Float arithmetic and named designs; what takes long, their resources, are figures of no core."""
     known = {part: evaluation(design, frames, part) for part in Part}
-    blocks = {part: range(frames.definition.blocks(part)) for part in Part}
-    exact = {part: float_errors(design, frames, part) for part in Part}
+    exact = {part: known[part].exact() for part in Part}
     rows = [design_row("float", "float64 on the same codes", exact, {}, exact)]
     for name, coefficient, operand, placed in (
         ("base", 18, 18, True),
@@ -119,20 +112,15 @@ def designs(design: TfraDesign, frames: FrameSet) -> pl.DataFrame:
         words = (
             f"coefficients of {coefficient} bits, operands of {operand} bits, vectors with as many bits below one code"
         )
-        found = {part: known[part].errors(other, blocks[part]) for part in Part}
+        found = {part: known[part].errors(other, frames.definition.blocks(part)) for part in Part}
         lut, ff = 20e3 + 100 * coefficient, 15e3 + 90 * coefficient
-        costs = {**known[Part.TRAIN].costs(other), "LUT": lut, "FF": ff, "DSP": 17.0, "BRAM": 51.0}
+        costs = {**known[Part.TRAIN].taken(other), "LUT": lut, "FF": ff, "DSP": 17.0, "BRAM": 51.0}
         costs |= (
             {"placed_LUT": 1.2 * lut, "placed_FF": 1.1 * ff, "placed_DSP": 17.0, "placed_BRAM": 52.0} if placed else {}
         )
         costs |= {"fmax_mhz": 84.25 + coefficient} if placed else {}
         rows.append(design_row(name, words, found, costs, exact))
     return pl.DataFrame(rows, infer_schema_length=None)
-
-
-def float_errors(design: TfraDesign, frames: FrameSet, part: Part) -> dict[str, float | None]:
-    found = errors(pl.concat(map(Cascade(design), frames.blocks(part)))).filter(step=Step.CONVERTER, view=View.TOTAL)
-    return {name: found.filter(quantity=name)["p95"].item() for name in (FORCE, LIMIT)}
 
 
 RESOURCES = ("LUT", "FF", "DSP", "BRAM")

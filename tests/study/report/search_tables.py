@@ -6,6 +6,8 @@ from typing import Any
 
 import polars as pl
 
+from tfra.study.search.evaluate import CHANGE
+
 FORCE, PHI = "force_difference_percent_of_true_force", "phi_deg"
 
 TRIALS = [
@@ -17,14 +19,19 @@ TRIALS = [
 ]
 
 
+def growth(force: float, phi: float) -> float:
+    """Percent over float's errors of 10 and 2, in the worse of both."""
+    return round(max(10 * force, 50 * phi) - 100, 6)
+
+
 def trials(rows: list[tuple[Any, ...]] = TRIALS) -> pl.DataFrame:
     """Trials of generations of two, and one behind them that does not fit."""
     chosen = [
         {"number": n, "generation": n // 2, "state": "complete", "coefficient": bits, FORCE: force, PHI: phi}
-        | {"coefficient_kbit": kbit, "LUT": lut, "front": front, "reason": ""}
+        | {CHANGE: growth(force, phi), "coefficient_kbit": kbit, "LUT": lut, "front": front, "reason": ""}
         for n, (bits, force, phi, kbit, lut, front) in enumerate(rows)
     ]
-    nothing = dict.fromkeys([FORCE, PHI, "coefficient_kbit", "LUT"])
+    nothing = dict.fromkeys([FORCE, PHI, CHANGE, "coefficient_kbit", "LUT"])
     unfit = {"number": len(rows), "generation": len(rows) // 2, "state": "unfit", "coefficient": 6}
     return pl.DataFrame([*chosen, unfit | nothing | {"front": False, "reason": "coefficient: too short"}])
 
@@ -35,18 +42,20 @@ def baseline() -> pl.DataFrame:
 
 def designs(**kbit: float) -> pl.DataFrame:
     """Float arithmetic, a placed design and some others; coefficients by name in kbit, negative where beyond."""
+    unknown = {"coefficient_kbit": None, CHANGE: None}
     rows: list[dict[str, Any]] = [
-        {"name": "float", "formats": "float64", FORCE: 10.0, PHI: 2.0, "coefficient_kbit": None, "within": True},
+        {"name": "float", "formats": "float64", FORCE: 10.0, PHI: 2.0, "within": True} | unknown,
         *(
-            {"name": name, "formats": "words", FORCE: 10.1, PHI: 2.0, "coefficient_kbit": abs(size), "within": size > 0}
+            {"name": name, "formats": "words", FORCE: 10.1, PHI: 2.0, "within": size > 0}
+            | {"coefficient_kbit": abs(size), CHANGE: growth(10.1, 2.0)}
             for name, size in kbit.items()
         ),
     ]
     placed = pl.col("name") == "mixed"
-    return pl.DataFrame(rows).with_columns(
+    return pl.DataFrame(rows).with_columns(pl.col(*unknown).cast(pl.Float64)).with_columns(
         LUT=pl.when(pl.col("coefficient_kbit").is_not_null()).then(10_500.0),
         placed_LUT=pl.when(placed).then(12_500.0),
         fmax_mhz=pl.when(placed).then(84.5),
         part=pl.when(placed).then(pl.lit("LFE5U-45F")),
-        **{f"{name}_held_out": pl.col(name) + 0.5 for name in (FORCE, PHI)},
+        **{f"{name}_held_out": pl.col(name) + 0.5 for name in (FORCE, PHI, CHANGE)},
     )

@@ -7,9 +7,10 @@ from typing import Any
 import polars as pl
 import pytest
 
-from tests.study.report.search_tables import FORCE, PHI, baseline, designs, trials
+from tests.study.report.search_tables import PHI, baseline, designs, trials
 from tfra.study.report import front
 from tfra.study.report.front import title
+from tfra.study.search.evaluate import CHANGE
 
 
 def tables() -> dict[str, pl.DataFrame]:
@@ -23,15 +24,16 @@ def series(tables: dict[str, pl.DataFrame], cost: str) -> dict[str, Any]:
 def test_lines_are_the_least_error_that_a_cost_buys() -> None:
     found = series(tables(), "coefficient_kbit")
     least, random = found["least error"], found["least error, random choice"]
-    assert (least.x, least.y) == ((80, 120, 180, 180), (14, 10.4, 10, 10))
-    assert (random.x, random.y) == ((100, 160, 180), (12, 10.2, 10.2))
+    assert (least.x, least.y) == ((80, 120, 180, 180), (50, 4, 0, 0))
+    assert (random.x, random.y) == ((100, 160, 180), (20, 2, 2))
     assert random.line.dash == "dash"
     assert (least.line.shape, random.line.shape) == ("hv", "hv")
     assert random.hovertext[0] == (
-        "<b>random choice, trial 0</b><br>error of F: 12.0\N{NO-BREAK SPACE}%<br>error of φ: 2.10°"
+        "<b>random choice, trial 0</b><br>growth of the total error over float’s / %: 20"
+        "<br>error of F: 12.0\N{NO-BREAK SPACE}%<br>error of φ: 2.10°"
         "<br>coefficients / kbit: 100<br>LUT: 9,500<br>coefficient 10"
     )
-    assert set(found["5\N{NO-BREAK SPACE}% above float"].y) == {10.5}
+    assert set(found["5\N{NO-BREAK SPACE}% above float"].y) == {5.0}
     assert found["trials"].x == (140,)
     assert found["Pareto front"].x == (80, 120, 180)
 
@@ -39,9 +41,9 @@ def test_lines_are_the_least_error_that_a_cost_buys() -> None:
 def test_placed_designs_stand_at_their_estimate_with_a_line_to_the_measured() -> None:
     found = series(tables(), "LUT")
     star, square, measured = found["designs placed and routed"], found["designs"], found["measured"]
-    assert (star.x, star.y, star.text, star.marker.symbol) == ((10_500,), (10.1,), ("mixed",), "star-open")
+    assert (star.x, star.y, star.text, star.marker.symbol) == ((10_500,), (1.0,), ("mixed",), "star-open")
     assert (square.x, square.text) == ((10_500,), ("uniform",))
-    assert (measured.x, measured.y) == ((10_500, 12_500, None), (10.1, 10.1, None))
+    assert (measured.x, measured.y) == ((10_500, 12_500, None), (1.0, 1.0, None))
     for text in (star.hovertext[0], measured.hovertext[1]):
         assert "<br>error of F: 10.1\N{NO-BREAK SPACE}%, held-out 10.6<br>" in text
         assert "<br>LUT: 10,500, placed 12,500<br>" in text
@@ -51,8 +53,8 @@ def test_placed_designs_stand_at_their_estimate_with_a_line_to_the_measured() ->
 
 def test_what_is_missing_is_not_drawn() -> None:
     alone = series({"trials": trials()}, "LUT")
-    assert set(alone) == {"least error", "trials", "Pareto front"}
-    without = {"trials": trials(), "designs": designs(mixed=1.0).drop(FORCE)}
+    assert set(alone) == {"least error", "trials", "Pareto front", "5\N{NO-BREAK SPACE}% above float"}
+    without = {"trials": trials(), "designs": designs(mixed=1.0).drop(CHANGE)}
     assert set(series(without, "LUT")) == set(alone)
     none = {"trials": trials([]), "designs": designs()}
     shown = front.trials(none, "LUT")

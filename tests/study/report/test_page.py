@@ -22,6 +22,7 @@ from tests.study.report_tables import FORCE, make
 from tfra.study.report.answer import HEADLINE
 from tfra.study.report.page import SECTIONS, render
 from tfra.study.report.words import QUANTITIES
+from tfra.study.search.evaluate import CHANGE
 
 CHARTS = [f"chart-{chart.name}" for section in SECTIONS for chart in section.charts]
 TITLE = "A 6×8 sensor"
@@ -152,7 +153,7 @@ def test_filters_change_the_charts_and_the_tables(shown: Browser, page: str) -> 
         assert all(one != other for one, other in zip(before, after, strict=True)), value
         before = after
     assert "median of the error of φ / °" in tab.evaluate(f"{chart}.textContent")
-    assert tab.evaluate(f"{rows}.map(row => row.dataset.quantity)") == ["phi_deg"] * 8
+    assert tab.evaluate(f"{rows}.map(row => row.dataset.quantity)") == ["phi_deg"] * 10
     assert tab.evaluate(f"{drawn}") == traces(page, "uniform", "phi_deg", "median")["arithmetic alone"]["y"]
     assert tab.messages == []
 
@@ -246,7 +247,7 @@ def test_figures_show_what_the_tables_say(page: str, tables: dict[str, pl.DataFr
     assert traces(page, "stages")["this stage alone"]["x"] == stages["sqnr_db"].to_list()
     front = tables["trials"].filter(front=True)
     shown = traces(page, "trials", "coefficient_kbit")["Pareto front"]
-    assert (shown["x"], shown["y"]) == (front["coefficient_kbit"].to_list(), front[FORCE].to_list())
+    assert (shown["x"], shown["y"]) == (front["coefficient_kbit"].to_list(), front[CHANGE].to_list())
     for text, row in zip(shown["hovertext"], front.iter_rows(named=True), strict=True):
         assert f"coefficient {row['coefficient']}, operand.force {row['operand.force']}" in text
     named = traces(page, "trials", "latency_cycles")["designs placed and routed"]
@@ -279,7 +280,7 @@ def test_what_does_not_fit_is_where_one_looks_for_it(page: str, tables: dict[str
         for reason in some:
             assert f"({reason.rpartition(', got ')[0] or reason})" in section[name]
     crosses = traces(page, "uniform", "mu", "p95")["does not fit"]
-    assert (crosses["x"], len(crosses["y"])) == ([10], 1)
+    assert (crosses["x"], len(crosses["y"])) == ([28], 1)
     wrapped = [text.replace("<br>", " ") for text in crosses["hovertext"]]
     assert wrapped == [f"<b>does not fit</b> {reason}" for reason in reasons["uniform"]]
     layout = figures(page)["chart-converter-own"]["mu p95"]["layout"]
