@@ -125,9 +125,10 @@ class _Plane:
 
 
 def _growth(values: Iterable[float]) -> Scale:
-    """Of the growth of errors, which may be a little below zero."""
+    """Of the growth of errors, which may be a little below zero; names need room at both ends."""
     some = [value for value in values if math.isfinite(value)]
-    return Scale(False, 1.05 * min(0.0, *some), 1.05 * max(0.0, *some))
+    low, high = min(0.0, *some), max(0.0, *some)
+    return Scale(False, low - 0.08 * (high - low), high + 0.05 * (high - low))
 
 
 def _sides(count: int) -> list[str]:
