@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from tfra.cli.common import OutDirectory
+from tfra.cli.common import Json, OutDirectory, print_json
 from tfra.model.errors import InputError
 
 Study = Annotated[Path, typer.Argument(metavar="STUDY", help="CONFIG, frames and what to compare, in TOML.")]
@@ -45,6 +45,7 @@ def study(
     workers: WorkersOption = None,
     scheduler: Scheduler = None,
     trials: TrialsOption = None,
+    json: Json = False,
 ) -> None:
     """Tell how much of the error is the converter, the word lengths and the method, and which word lengths do.
 
@@ -63,13 +64,16 @@ def study(
     who = f"workers of {scheduler}" if scheduler else f"{count} process{'es' if count > 1 else ''}"
     kept = work or Path(f"{os.path.normpath(out)}.work")
     try:
-        words = run(loaded, out, kept, doers, who, _progress, trials)
+        found = run(loaded, out, kept, doers, who, _progress, trials)
     except SchedulerError as error:
         raise InputError("--scheduler", "", str(error)) from None
     except LostWorkerError as error:
         typer.echo(f"tfra study: {error} What is done is kept in {kept}: the same command goes on there", err=True)
         raise typer.Exit(1) from None
-    typer.echo(words.replace("`", ""))
+    if json:
+        print_json({"out": str(out), "work": str(kept), **found})
+        return
+    typer.echo(found["answer"])
     typer.echo(f"{out}: open index.html; {kept} keeps what a longer study needs, and may be removed")
 
 

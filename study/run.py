@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import polars as pl
 
@@ -51,8 +52,8 @@ def run(
     who: str,
     reporter: Reporter,
     trials: str | None = None,
-) -> str:
-    """Make the report of ``study`` in ``out``, and return the sentences on top of it.
+) -> dict[str, Any]:
+    """Make the report of ``study`` in ``out``; return its ``answer`` in words, and its ``designs``.
 
     Work is kept in ``folder``, trials in the table at the URL ``trials`` if one is given; ``who`` are the workers in
     words.  Raises ``InputError`` for bad input, which leaves ``out`` as it was and keeps what is finished.
@@ -63,7 +64,8 @@ def run(
             made.everything()
         _write(fresh, study, made)
         (fresh / "times.html").write_text(times(made.timed, who), encoding="utf-8")
-    return answer(made.tables, study.design)
+    designs = made.tables["designs"].rows(named=True) if "designs" in made.tables else []
+    return {"answer": answer(made.tables, study.design).replace("`", ""), "designs": designs}
 
 
 def _write(fresh: Path, study: StudyFile, made: Run) -> None:

@@ -244,6 +244,7 @@ def main() -> None:
     parser.add_argument("--no-place", action="store_true", help="leave out place and route")
     options = parser.parse_args()
     shutil.rmtree(PLACE, ignore_errors=True)
+    PLACE.mkdir(parents=True)
     took = {name: study(example(name), name, 2) for name in STUDIES}
     alone = study(example(TUTORIAL), "alone", 1)
     half = took[TUTORIAL].seconds / 2
