@@ -29,7 +29,7 @@ from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import CHANGE, Evaluation, TooFewError
 from tfra.study.search.search import EmptySpaceError, Search, front
 from tfra.study.search.space import Space
-from tfra.study.search.trials import StoreError, Trial, Trials
+from tfra.study.search.trials import StoreError, Trial, Trials, public
 from tfra.study.studyfile import StudyFile
 from tfra.study.tasks import Compared, Errors, Signals, Task, parquet
 from tfra.study.times import Timed, times
@@ -227,7 +227,7 @@ class Run:
         except EmptySpaceError as error:
             raise InputError(self.study.path, "search.space", str(error)) from None
         except StoreError as error:
-            raise InputError(self.trials, "", str(error)) from None
+            raise InputError(public(self.trials), "", str(error)) from None
 
     @contextmanager
     def _timing(self, name: str, unit: str, jobs: int, there: int) -> Iterator[Callable[[], None]]:

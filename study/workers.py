@@ -102,8 +102,9 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
     Results leave the cluster as they come, so that a worker that dies takes none with it.  Raises ``SchedulerError``
     if no scheduler answers within ``patience`` seconds, if it has no workers, or if one of them computes otherwise.
     """
-    from distributed import Client
+    from distributed import CancelledError, Client, KilledWorker
     from distributed import as_completed as arrived
+    from distributed.comm.core import CommClosedError
 
     try:
         client = Client(address, timeout=patience)  # type: ignore[no-untyped-call]
@@ -111,6 +112,14 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
         raise SchedulerError(f"no Dask scheduler answers at {address}: {str(error).splitlines()[0]}") from None
 
     def work(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
+        try:
+            yield from send(do, jobs)
+        except KilledWorker:
+            raise LostWorkerError("a job has killed one worker after the other: is there enough memory?") from None
+        except (CancelledError, CommClosedError):
+            raise LostWorkerError(f"the Dask scheduler at {address} has gone.") from None
+
+    def send(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
         places = {client.submit(do, job, pure=False): place for place, job in enumerate(jobs)}
         for future in arrived(list(places)):  # type: ignore[no-untyped-call]
             yield places[future], future.result()

@@ -283,6 +283,13 @@ def test_a_locked_table_of_trials(place: Path, report: Path, tmp_path: Path) -> 
     other.close()
 
 
+def test_a_table_that_can_not_be_reached_keeps_its_password(place: Path, tmp_path: Path) -> None:
+    for url, named in (("postgresql://me:secret@nowhere/x", "postgresql://me:***@nowhere/x: "), ("no url", "no url: ")):
+        said = complaint(place / "study.toml", tmp_path / "out", place / "work", trials=url)
+        assert said.startswith(named)
+        assert "secret" not in said
+
+
 def test_a_damaged_piece(place: Path, report: Path, tmp_path: Path) -> None:
     shutil.copytree(place / "work", tmp_path / "work")
     piece = next((tmp_path / "work" / "pieces").glob("errors-*/*.piece"))
