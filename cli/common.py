@@ -63,11 +63,13 @@ def check_core(project: Project) -> None:
     Raises ``InputError`` when the formats are too long or the sensor is too large.
     """
     from tfra.hdl.cores import microarchitecture
+    from tfra.model.fixed.advice import advice, fits
 
     try:
         microarchitecture(project.design).check()
     except ValueError as error:
-        raise InputError(project.path, "", str(error)) from None
+        nearest = "" if fits(project.design) else advice(project.design)
+        raise InputError(project.path, "", f"{error}{nearest and f': {nearest} would do'}") from None
 
 
 @contextmanager
