@@ -69,7 +69,7 @@ def run(
 
 
 def _write(fresh: Path, study: StudyFile, made: Run) -> None:
-    for folder in ("tables", "designs"):
+    for folder in ("tables", *(["designs"] if made.designs else [])):  # an empty one would have no seal
         (fresh / folder).mkdir()
     for name, table in made.tables.items():
         (fresh / "tables" / f"{name}.parquet").write_bytes(parquet(table))

@@ -307,7 +307,7 @@ USAGE = [
     (["synth", "skin.toml", "--out", "d"], "tfra synth: Missing option '--target'."),
     (["size", "skin.toml", "--target", "xc7"], "tfra size: Missing option '--frames-per-second'."),
     (["paper"], "tfra paper: Missing option '--out'."),
-    (["study", "s.toml", "--out", "d"], "tfra study: not available yet"),
+    (["study", "s.toml", "--out", "d"], "s.toml: cannot be read: No such file or directory"),
     (["frames", "none.toml", "--out", "f.npz"], "none.toml: cannot be read: No such file or directory"),
     (["frames", "skin.toml", "--out", "no/f.npz"], "no/f.npz: cannot be written: No such file or directory"),
     (["frames", "skin.toml", "--out", "f.csv"], "f.csv: the name of the output must end in .npz"),
