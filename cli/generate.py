@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import typer
 
 from tfra.cli.common import Config, Json, OutDirectory, check_core, print_json, progress
 
 
 def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
-    """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them."""
+    """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them.
+
+    Says how well the sensor is conditioned, and how often the core will find the answer of double precision.
+    """
     from tfra.codegen.config import load
     from tfra.codegen.generate import generate as write
     from tfra.codegen.processes import ToolError
+    from tfra.model.outlook import outlook
 
     project = load(config)
     check_core(project)
@@ -21,7 +27,11 @@ def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
     except ToolError as error:
         typer.echo(f"tfra generate: {error}", err=True)
         raise typer.Exit(1) from None
+    expected = outlook(project.design)
     if json:
-        print_json(sidecar)
+        print_json({**sidecar, "expected": asdict(expected)})
     else:
+        typer.echo(f"{expected}")
+        if expected.doubtful:
+            typer.echo("the words are short for this sensor: try formats.name = \"wide\", or tfra study")
         typer.echo(f"{out}: the core {project.design.name}, described in {project.design.name}.json")

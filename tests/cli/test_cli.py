@@ -277,7 +277,13 @@ def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     monkeypatch.setattr("tfra.codegen.generate.generate", facts)
     capsys.readouterr()
     assert main(["generate", "skin.toml", "--out", "core", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"name": "skin", "path": "core"}
+    told = json.loads(capsys.readouterr().out)
+    assert set(told.pop("expected")) == {"condition", "contacts", "equal"}
+    assert told == {"name": "skin", "path": "core"}
+    assert main(["generate", "skin.toml", "--out", "core"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith("cond(C33) is 1.73; 100.0 % of ")
+    assert said[1] == "core: the core skin, described in skin.json"
 
 
 # Bad input
