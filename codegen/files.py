@@ -12,7 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tfra.codegen.ownership import directory_objection, file_objection, seal_archive, seal_directory, seal_waves
+from tfra.codegen.ownership import (
+    directory_objection,
+    file_objection,
+    seal_archive,
+    seal_directory,
+    seal_page,
+    seal_waves,
+)
 from tfra.codegen.staging import staged
 from tfra.model.errors import InputError
 
@@ -33,6 +40,11 @@ def check_archive(path: str | Path, command: str, inputs: Sequence[Path] = ()) -
 def check_waves(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
     """The same for ``write_vcd`` and a name that ends in .vcd."""
     _check_file(path, ".vcd", command, inputs)
+
+
+def check_page(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """The same for ``write_page`` and a name that ends in .html."""
+    _check_file(path, ".html", command, inputs)
 
 
 def _check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Path]) -> None:
@@ -64,6 +76,13 @@ def write_vcd(path: str | Path, waves: Path, command: str) -> None:
     with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
         shutil.copyfile(waves, new)
         seal_waves(new, command)
+
+
+def write_page(path: str | Path, page: str, command: str) -> None:
+    """Write an HTML ``page``; ``path`` and errors as for ``write_npz``."""
+    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
+        new.write_text(page, encoding="utf-8", newline="\n")
+        seal_page(new, command)
 
 
 @contextmanager

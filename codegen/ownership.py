@@ -1,7 +1,7 @@
 """What this program wrote, and whether it has stayed as it was written.
 
-A directory holds a manifest with the hash of every file, an archive (.npz) and waves (.vcd) a seal behind the last
-byte.  Only what they vouch for is ever replaced or removed; all else belongs to somebody.
+A directory holds a manifest with the hash of every file, an archive (.npz), waves (.vcd) and a page (.html) a seal
+behind the last byte.  Only what they vouch for is ever replaced or removed; all else belongs to somebody.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ _COUNT = struct.Struct("<H")
 _SEAL = re.compile(rb"(?s)..tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})\Z")
 
 _WAVES_SEAL = re.compile(rb"\$comment tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64}) \$end\n\Z")
+
+_PAGE_SEAL = re.compile(rb"<!-- tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64}) -->\n\Z")
 
 _SEAL_LONGEST = 256
 """Bytes at the end of a file in which its seal is looked for."""
@@ -50,9 +52,12 @@ def seal_archive(path: Path, command: str) -> None:
 
 def seal_waves(path: Path, command: str) -> None:
     """Append to the VCD file at ``path`` a comment with the hash of everything before it."""
-    seal = f"$comment tfra {version('tfra')} {command} sha256:{_digest(path)} $end\n"
-    with open(path, "ab") as stream:
-        stream.write(seal.encode())
+    _append(path, f"$comment tfra {version('tfra')} {command} sha256:{_digest(path)} $end\n")
+
+
+def seal_page(path: Path, command: str) -> None:
+    """Append to the HTML file at ``path`` a comment with the hash of everything before it."""
+    _append(path, f"<!-- tfra {version('tfra')} {command} sha256:{_digest(path)} -->\n")
 
 
 def directory_objection(directory: Path, command: str | None = None) -> str | None:
@@ -74,7 +79,7 @@ def directory_objection(directory: Path, command: str | None = None) -> str | No
 
 
 def file_objection(file: Path, command: str | None = None) -> str | None:
-    """The same of an archive or of waves."""
+    """The same of an archive, of waves or of a page."""
     if not _is_regular(file):
         return "it is not a regular file"
     with open(file, "rb") as stream:
@@ -84,7 +89,7 @@ def file_objection(file: Path, command: str | None = None) -> str | None:
         stream.seek(max(0, length - _SEAL_LONGEST))
         tail = stream.read()
         zipped = _SEAL.search(tail)
-        seal = zipped or _WAVES_SEAL.search(tail)
+        seal = zipped or _WAVES_SEAL.search(tail) or _PAGE_SEAL.search(tail)
         if not seal:
             return "tfra did not write it"
         if command not in (None, seal[1].decode()):
@@ -163,6 +168,11 @@ def _entries(directory: Path, below: str = "") -> Iterator[tuple[str, bool]]:
         yield below + entry.name, folder
         if folder:
             yield from _entries(directory / entry.name, f"{below}{entry.name}/")
+
+
+def _append(path: Path, seal: str) -> None:
+    with open(path, "ab") as stream:
+        stream.write(seal.encode())
 
 
 def _is_regular(path: Path) -> bool:
