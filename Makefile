@@ -38,7 +38,7 @@
 # constraints.txt, and from Debian (python3-venv, iverilog, chromium): as root it is installed, otherwise the command
 # is shown.
 
-PACKAGES := model hdl codegen sim synth study cli paper
+PACKAGES := model hdl codegen sim synth study view cli paper
 VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra

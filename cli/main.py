@@ -19,6 +19,7 @@ from tfra.cli.size import size
 from tfra.cli.study import study
 from tfra.cli.synth import synth
 from tfra.cli.verify import verify
+from tfra.cli.view import view
 from tfra.codegen.processes import Stopped, stoppable
 from tfra.model.errors import InputError, Notice, shortened
 
@@ -28,6 +29,10 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
         "tfra estimate examples/hertz_40x20.toml frames.npz --out forces.npz",
         "tfra estimate examples/hertz_40x20.toml frames.npz --engine fixed --out forces.npz --json",
         "tfra estimate sensor.toml recording.csv --compression positive --out forces.npz",
+    ),
+    view: (
+        "tfra view forces.npz --out page.html",
+        "tfra view float.npz fixed.npz frames.npz --out page.html --frames 0:2000 --every 2",
     ),
     generate: ("tfra generate examples/hertz_40x20.toml --out core",),
     verify: (

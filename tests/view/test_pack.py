@@ -1,0 +1,81 @@
+"""What a page's script reads is what the arrays are, as exact as was said."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from tests.view.made import write
+from tfra.model.tfra import Tfra
+from tfra.view.chosen import Chosen, frame_bytes, sweep_bytes
+from tfra.view.pack import Packed, packed, references, result, scaled, times
+from tfra.view.resultfile import Recorded, References, read_all
+
+
+def unpacked(given: Packed) -> np.ndarray:
+    return np.frombuffer(base64.b64decode(given["data"]), dtype=np.dtype(given["type"]).newbyteorder("<"))
+
+
+@pytest.fixture(scope="module")
+def read(tmp_path_factory: pytest.TempPathFactory) -> tuple[list[Recorded], list[References]]:
+    folder = tmp_path_factory.mktemp("results")
+    write(folder)
+    return read_all([folder / f"{name}.npz" for name in ("float", "fixed", "frames")])
+
+
+@given(arrays(np.float64, (3, 5), elements=st.floats(-1e12, 1e12)))
+def test_codes_are_as_exact_as_16_bits(planes: np.ndarray) -> None:
+    found = {key: unpacked(value) for key, value in scaled(planes).items()}
+    again = found["codes"].reshape(3, 5) * found["scale"].astype(np.float64)[:, None]
+    largest = np.abs(planes).max(axis=1, keepdims=True)
+    assert (np.abs(again - planes) <= 2e-5 * largest + 1e-37).all()
+    assert ((again >= 0) | (planes <= 0)).all()
+
+
+def test_bytes_are_little_endian() -> None:
+    assert packed(np.array([1, -2]), "int16") == {"type": "int16", "data": base64.b64encode(b"\1\0\xfe\xff").decode()}
+
+
+def test_sweeps_are_those_of_the_model(read: tuple[list[Recorded], list[References]]) -> None:
+    recorded = read[0][0]
+    chosen = Chosen(range(2, 24, 2), 24, 3, False)
+    sweep = {key: unpacked(value) for key, value in result(recorded, chosen)["sweep"].items()}
+    kept = Tfra.of(recorded.design)(recorded.stress[2:24:6], keep_sweep=True).sweep
+    assert kept is not None
+    count = len(kept.mu)
+    np.testing.assert_array_equal(sweep["start"], kept.mu[:, 0].astype(np.float32))
+    np.testing.assert_array_equal(sweep["b_z"].reshape(count, -1), kept.b_z.astype(np.float32))
+    np.testing.assert_array_equal(sweep["b_xy"].reshape(count, -1), kept.b_xy.astype(np.float32))
+    bits = np.unpackbits(sweep["plateau"].reshape(count, -1), axis=1)[:, :101]
+    np.testing.assert_array_equal(bits.astype(bool), kept.plateau)
+
+
+def test_a_frame_has_the_bytes_that_were_counted(read: tuple[list[Recorded], list[References]]) -> None:
+    recorded, chosen = read[0][0], Chosen(range(24), 24, 1, False)
+    content = result(recorded, chosen)
+    sweep = sum(unpacked(part).nbytes for part in content.pop("sweep").values())
+    assert sweep == 24 * sweep_bytes(100)
+
+    def size(of: Any) -> int:
+        if isinstance(of, dict) and "data" in of:
+            return unpacked(of).nbytes
+        return sum(map(size, of.values() if isinstance(of, dict) else of))
+
+    clock = times(read[0], chosen)
+    assert clock is not None
+    assert size(content) + size(clock) == 24 * frame_bytes(24)
+
+
+def test_references_are_named_as_values(read: tuple[list[Recorded], list[References]]) -> None:
+    chosen = Chosen(range(1, 24, 5), 24, 1, False)
+    found = {name: unpacked(value) for name, value in references(read[1][0], chosen).items()}
+    np.testing.assert_allclose(found["phi"], np.arange(0, 360, 15)[1::5])
+    np.testing.assert_allclose(found["mu"], 0.5)
+    np.testing.assert_allclose(found["f_z"], -4)
+    np.testing.assert_allclose(np.hypot(found["f_x"], found["f_y"]), 2, rtol=1e-6)

@@ -1,0 +1,380 @@
+"""The page in a browser: its numbers are those of the arrays, and its controls do what they say."""
+
+from __future__ import annotations
+
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.browser import Browser, browser
+from tests.view.made import COMPRESSED, CONFIG, NO_CONTACT, write
+from tfra.codegen.config import load
+from tfra.model.tfra import Tfra
+from tfra.view.chosen import Chosen
+from tfra.view.page import render
+from tfra.view.resultfile import read_all
+
+AGAIN = """
+import sys
+from pathlib import Path
+from tfra.view.chosen import Chosen
+from tfra.view.page import render
+from tfra.view.resultfile import read_all
+results, known = read_all([Path(name) for name in sys.argv[1:]])
+sys.stdout.buffer.write(render(results, known, Chosen.of(results, range(24))).encode())
+"""
+
+WIDER = """[...document.querySelectorAll('body *')].filter(e => !e.closest('.wide, svg'))
+  .filter(e => e.getBoundingClientRect().right > innerWidth + 1).map(e => e.tagName + '#' + e.id)"""
+
+UNNAMED = """[...document.querySelectorAll('button, input, select, canvas, [role=img], [role=group]')]
+  .filter(e => !e.getAttribute('aria-label')?.trim() && !e.textContent.trim() && !e.labels?.[0]?.textContent.trim())
+  .map(e => e.id)"""
+
+KEYS = {"ArrowRight": 39, "ArrowLeft": 37, "End": 35, "Home": 36, " ": 32}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("view")
+
+
+@pytest.fixture(scope="module")
+def arrays(folder: Path) -> dict[str, dict[str, Any]]:
+    return write(folder)
+
+
+@pytest.fixture(scope="module")
+def page(folder: Path, arrays: dict[str, dict[str, Any]]) -> str:
+    results, known = read_all([folder / f"{name}.npz" for name in arrays])
+    return render(results, known, Chosen.of(results, range(24)))
+
+
+@pytest.fixture(scope="module")
+def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    with browser(tmp_path_factory.mktemp("browser")) as tab:
+        yield tab
+
+
+def show(tab: Browser, folder: Path, text: str, width: int = 1280) -> None:
+    file = folder / "page.html"
+    file.write_text(text, encoding="utf-8")
+    tab.open(file, width)
+    tab.until("document.body.dataset.ready")
+
+
+@pytest.fixture(scope="module")
+def shown(tab: Browser, page: str, folder: Path) -> Browser:
+    """The browser with the page of all three files; tests that need another one come behind."""
+    show(tab, folder, page)
+    return tab
+
+
+def go(tab: Browser, frame: int) -> None:
+    fill(tab, "frame", frame, "input")
+    assert at(tab) == frame
+
+
+def at(tab: Browser) -> int:
+    return int(tab.evaluate("document.body.dataset.frame"))
+
+
+def press(tab: Browser, key: str) -> None:
+    named = {"key": key, "code": "Space" if key == " " else key, "windowsVirtualKeyCode": KEYS[key]}
+    tab.call("Input.dispatchKeyEvent", type="keyDown", text=" " if key == " " else "", **named)
+    tab.call("Input.dispatchKeyEvent", type="keyUp", **named)
+
+
+def cells(tab: Browser, row: str) -> list[str]:
+    return list(tab.evaluate(f"[...document.querySelectorAll('[data-row={row}] td')].map(td => td.textContent)"))
+
+
+def numbers(tab: Browser, row: str) -> list[float]:
+    """A row of a table; nan where nothing is told."""
+    return [float(cell.replace("−", "-")) if cell not in ("–", "") else math.nan for cell in cells(tab, row)]
+
+
+def fill(tab: Browser, name: str, value: object, event: str) -> None:
+    field = f"document.getElementById('{name}')"
+    tab.evaluate(f"{field}.value = '{value}'")
+    tab.evaluate(f"{field}.dispatchEvent(new Event('{event}'))")
+
+
+def choose(tab: Browser, name: str, value: object) -> None:
+    fill(tab, name, value, "change")
+
+
+def picture_of(tab: Browser, canvas: str) -> str:
+    return str(tab.evaluate(f"document.getElementById('{canvas}').toDataURL()"))
+
+
+# What it shows
+
+
+def test_it_says_nothing_and_asks_for_nothing(shown: Browser) -> None:
+    assert shown.messages == []
+    assert shown.requests == []
+
+
+@pytest.mark.parametrize("frame", [0, 7, 23])
+def test_numbers_of_a_frame(shown: Browser, arrays: dict[str, dict[str, Any]], frame: int) -> None:
+    go(shown, frame)
+    held, true = [arrays[name] for name in ("float", "fixed")], arrays["frames"]
+    expected = {
+        "phi": [*(one["phi_deg"] for one in held), true["phi_ref_deg"]],
+        "mu": [*(one["mu"] for one in held), true["mu_ref"]],
+        "f": [np.linalg.norm(one, axis=1) for one in (*(one["resultant"] for one in held), true["resultant_ref"])],
+        **{
+            f"f_{axis}": [one[:, n] for one in (*(one["resultant"] for one in held), true["resultant_ref"])]
+            for n, axis in enumerate("xyz")
+        },
+    }
+    for row, values in expected.items():
+        np.testing.assert_allclose(numbers(shown, row), [value[frame] for value in values], rtol=6e-4, atol=1e-6)
+    for row in ("mu_x", "mu_y"):
+        np.testing.assert_allclose(numbers(shown, row)[:2], [one[row][frame] for one in held], rtol=6e-4, atol=1e-6)
+    assert cells(shown, "status")[:2] == ["contact", "contact"]
+
+
+def test_centroids(shown: Browser, arrays: dict[str, dict[str, Any]]) -> None:
+    """Their difference has the direction phi, which the model finds in its own way (Eqs. 11, 19-22)."""
+    go(shown, 5)
+    stress = arrays["float"]["stress"][5].ravel()
+    x, y = 4.0 * (np.arange(24) % 6), 3.0 * (np.arange(24) // 6)
+    places = {}
+    for row, part in (("c", np.minimum(stress, 0)), ("t", np.maximum(stress, 0))):
+        places[row] = [float(number.replace("−", "-")) for number in cells(shown, row)[0].split(", ")]
+        np.testing.assert_allclose(places[row], [part @ x / part.sum(), part @ y / part.sum()], atol=0.011)
+    (cx, cy), (tx, ty) = places["c"], places["t"]
+    assert math.degrees(math.atan2(cy - ty, cx - tx)) % 360 == pytest.approx(arrays["float"]["phi_deg"][5], abs=0.3)
+
+
+def test_frames_that_tell_nothing(shown: Browser) -> None:
+    go(shown, NO_CONTACT)
+    assert cells(shown, "status")[0] == "no contact"
+    assert [cells(shown, row)[0] for row in ("phi", "mu", "f", "c", "t")] == ["–"] * 5
+    assert shown.evaluate("document.getElementById('sweep').data.length") == 0
+    assert "no sweep" in shown.evaluate("document.getElementById('sweep').textContent")
+    go(shown, COMPRESSED)
+    assert cells(shown, "status")[0] == "compression only"
+    assert cells(shown, "phi")[0] == "–"
+    assert numbers(shown, "f_z")[0] < -1
+
+
+def test_a_taxel_is_chosen_by_pointing_or_by_its_place(shown: Browser, arrays: dict[str, dict[str, Any]]) -> None:
+    go(shown, 9)
+
+    def expect(row: int, column: int) -> None:
+        held = [arrays[name] for name in ("float", "fixed")]
+        peaks = np.abs(held[0]["stress"]).max(), np.abs(held[0]["forces"]).max()
+        stress = [one["stress"][9, row, column] / 1e3 for one in held]
+        np.testing.assert_allclose(numbers(shown, "taxel-stress"), stress, rtol=6e-4, atol=3e-8 * peaks[0])
+        for axis, name in enumerate("xyz"):
+            force = [1e3 * one["forces"][9, axis, row, column] for one in held]
+            np.testing.assert_allclose(numbers(shown, f"taxel-{name}"), force, rtol=6e-4, atol=0.03 * peaks[1])
+
+    units = shown.evaluate("[...document.querySelectorAll('[data-unit]')].map(place => place.textContent)")
+    assert units == ["kPa", "kPa", "mN", "mN", "mN"]
+    choose(shown, "row", 1)
+    choose(shown, "column", 4)
+    expect(1, 4)
+    shown.evaluate("document.getElementById('map-0').scrollIntoView({block: 'center'})")
+    box = shown.evaluate("(box => [box.x, box.y, box.width])(document.getElementById('map-0').getBoundingClientRect())")
+    across = (box[2] - 48) / 6  # what is left of the width beside the axis
+    shown.point(box[0] + 38 + 2.5 * across, box[1] + 10 + 0.5 * across * 3 / 4)
+    assert (shown.evaluate("row.value"), shown.evaluate("column.value")) == ("3", "2")
+    expect(3, 2)
+
+
+def test_charts_have_the_arrays_and_gaps(shown: Browser, arrays: dict[str, dict[str, Any]]) -> None:
+    traces = shown.evaluate("document.getElementById('panels').data.map(({name, meta, x, y}) => ({name, meta, x, y}))")
+    found = {(trace["name"], trace["meta"]): trace for trace in traces if trace["meta"] != "status"}
+    mu = found["float.npz (float)", "mu"]
+    expected: list[float | None] = list(arrays["float"]["mu"].astype(np.float32).astype(float))
+    expected[NO_CONTACT] = expected[COMPRESSED] = None
+    assert mu["y"] == expected
+    np.testing.assert_array_equal(mu["x"], 0.01 * np.arange(24))
+    assert found["fixed.npz (fixed)", "f_z"]["y"][COMPRESSED] is not None
+    assert found["fixed.npz (fixed)", "f_z"]["y"][NO_CONTACT] is None
+    np.testing.assert_allclose(found["frames.npz (reference)", "f"]["y"], np.hypot(4, 2))
+    assert len(found) == 18
+    marks = [trace["x"] for trace in traces if trace["meta"] == "status"]
+    assert marks[0] == [arrays["float"]["time"][NO_CONTACT]] * 2 + [None]
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_the_sweep(shown: Browser, arrays: dict[str, dict[str, Any]], number: int) -> None:
+    choose(shown, "detail", number)
+    go(shown, 8)
+    held = arrays[("float", "fixed")[number]]
+    (folder,) = {Path(shown.evaluate("location.pathname")).parent}
+    design = load(folder / "skin.toml").design
+    kept = Tfra.of(design)(held["stress"][8:9], keep_sweep=True).sweep
+    assert kept is not None
+    chart = shown.evaluate("(({data, layout}) => ({data, layout}))(document.getElementById('sweep'))")
+    unit = 1e3
+    drawn = [np.array(trace["y"]) * unit for trace in chart["data"][:2]]
+    np.testing.assert_allclose(drawn[0], kept.b_z[0], rtol=1e-6)
+    np.testing.assert_allclose(drawn[1], kept.b_xy[0], rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(chart["data"][0]["x"], kept.mu[0], atol=1e-6)
+    np.testing.assert_allclose(chart["data"][2]["x"], kept.mu[0][kept.plateau[0]], atol=1e-6)
+    assert chart["data"][4]["x"] == pytest.approx([kept.mu[0][held["sweep_index"][8]]])
+    band = chart["layout"]["shapes"][0]
+    assert unit * (band["y1"] - band["y0"]) == pytest.approx(3 * design.adc.lsb)
+    choose(shown, "detail", 0)
+
+
+# What it does
+
+
+def test_keys(shown: Browser) -> None:
+    go(shown, 5)
+    shown.evaluate("document.activeElement.blur()")
+    for key, frame in (("ArrowRight", 6), ("ArrowRight", 7), ("ArrowLeft", 6)):
+        press(shown, key)
+        assert at(shown) == frame
+    press(shown, "End")  # scrolls
+    assert at(shown) == 6
+    shown.evaluate("document.getElementById('frame').focus()")
+    for key, frame in (("End", 23), ("ArrowRight", 23), ("Home", 0), ("ArrowLeft", 0), ("ArrowRight", 1)):
+        press(shown, key)
+        assert at(shown) == frame
+    assert shown.evaluate("document.getElementById('frame').getAttribute('aria-valuetext')") == "frame 1, 0.01 s"
+    shown.evaluate("document.getElementById('row').focus()")
+    press(shown, "ArrowRight")
+    assert at(shown) == 1
+
+
+def test_play_goes_on_to_the_last_frame_and_begins_again(shown: Browser) -> None:
+    choose(shown, "speed", 50)
+    go(shown, 2)
+    shown.evaluate("document.activeElement.blur()")
+    press(shown, " ")
+    assert shown.evaluate("play.textContent") == "Pause"
+    shown.until("Number(document.body.dataset.frame) > 5")
+    press(shown, " ")
+    assert shown.evaluate("play.textContent") == "Play"
+    stopped = at(shown)
+    assert shown.evaluate("new Promise(done => setTimeout(() => done(document.body.dataset.frame), 100))") == str(
+        stopped
+    )
+    shown.evaluate("play.click()")
+    shown.until("document.body.dataset.frame == 23 && play.textContent == 'Play'")
+    choose(shown, "speed", 1)
+    shown.evaluate("play.click()")
+    assert shown.until("document.body.dataset.frame == 0")
+    shown.evaluate("play.click()")
+
+
+def test_the_cursor_and_a_click_on_a_chart(shown: Browser) -> None:
+    go(shown, 12)
+    assert shown.evaluate("document.getElementById('panels').layout.shapes[0].x0") == pytest.approx(0.12)
+    shown.evaluate("document.getElementById('panels').emit('plotly_click', {points: [{x: 0.07}]})")
+    assert at(shown) == 7
+
+
+@pytest.mark.parametrize("toggle", ["arrows", "circles", "centroids"])
+def test_toggles_change_the_map(shown: Browser, toggle: str) -> None:
+    go(shown, 14)
+    before = picture_of(shown, "map-1")
+    shown.evaluate(f"document.getElementById('{toggle}').click()")
+    assert picture_of(shown, "map-1") != before
+    shown.evaluate(f"document.getElementById('{toggle}').click()")
+    assert picture_of(shown, "map-1") == before
+
+
+@pytest.mark.parametrize(("field", "value", "canvas"), [("scale", "linear", "map-0"), ("height", "force", "surface")])
+def test_choices_change_what_is_drawn(shown: Browser, field: str, value: str, canvas: str) -> None:
+    before = picture_of(shown, canvas)
+    chosen = shown.evaluate(f"document.getElementById('{field}').value")
+    choose(shown, field, value)
+    assert picture_of(shown, canvas) != before
+    choose(shown, field, chosen)
+    assert picture_of(shown, canvas) == before
+
+
+def test_the_surface_turns(shown: Browser) -> None:
+    before = picture_of(shown, "surface")
+    fill(shown, "turn", 80, "input")
+    assert picture_of(shown, "surface") != before
+
+
+def test_every_control_has_a_name(shown: Browser) -> None:
+    assert shown.evaluate(UNNAMED) == []
+
+
+@pytest.mark.parametrize("width", [1280, 390])
+def test_nothing_is_wider_than_the_window(shown: Browser, width: int) -> None:
+    shown.resize(width)
+    shown.until(f"document.querySelector('#panels svg').clientWidth <= {width}")
+    assert shown.evaluate("document.documentElement.scrollWidth") == width
+    assert shown.evaluate(WIDER) == []
+    assert shown.messages == []
+    assert shown.requests == []
+
+
+# Other pages
+
+
+def test_a_part_of_the_frames(tab: Browser, folder: Path, arrays: dict[str, dict[str, Any]]) -> None:
+    results, _ = read_all([folder / "fixed.npz"])
+    show(tab, folder, render(results, [], Chosen(range(3, 24, 4), 24, 2, False)))
+    go(tab, 3)
+    assert tab.evaluate("document.getElementById('where').textContent") == "frame 15"
+    assert numbers(tab, "mu") == pytest.approx([arrays["fixed"]["mu"][15]], rel=6e-4)
+    assert tab.evaluate("document.getElementById('sweep-of').textContent") == "The sweep shown is that of frame 11."
+    assert tab.evaluate("document.getElementById('panels').data[1].x") == [3, 7, 11, 15, 19, 23]
+    assert "6 of 24 frames are shown: every 4th frame from 3 to 23; every 2nd of them" in tab.evaluate(
+        "document.body.textContent"
+    )
+    assert tab.messages == []
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_few_frames(tab: Browser, folder: Path, arrays: dict[str, dict[str, Any]], count: int) -> None:
+    results, _ = read_all([folder / "float.npz"])
+    show(tab, folder, render(results, [], Chosen(range(count), 24, 1, False)))
+    tab.evaluate("play.click()")
+    tab.until("play.textContent == 'Play'")
+    assert at(tab) == count - 1
+    assert tab.messages == []
+
+
+def test_nothing_but_zeros_and_a_name_that_is_a_tag(
+    tab: Browser, folder: Path, arrays: dict[str, dict[str, Any]]
+) -> None:
+    name = "<img src=x onerror=alert(1)>$&\"'.npz"
+    zero = np.zeros((3, 4, 6))
+    found = Tfra.of(load(folder / "skin.toml").design)(zero)
+    held = {key: getattr(found, key) for key in arrays["float"] if hasattr(found, key)}
+    with open(folder / name, "wb") as stream:
+        np.savez(stream, stress=zero, engine=np.array("</script>"), config=np.array(CONFIG), **held)
+    results, _ = read_all([folder / name])
+    show(tab, folder, render(results, [], Chosen.of(results, range(3))))
+    assert name in tab.evaluate("document.querySelector('figcaption').textContent")
+    assert "3 of 3 frames no contact" in tab.evaluate("document.getElementById('notes').textContent")
+    assert tab.messages == []
+    assert tab.requests == []
+
+
+def test_equal_files_give_equal_bytes(page: str, folder: Path, arrays: dict[str, dict[str, Any]]) -> None:
+    command = [sys.executable, "-c", AGAIN, *(str(folder / f"{name}.npz") for name in arrays)]
+    again = subprocess.run(command, check=True, capture_output=True, env=os.environ | {"PYTHONHASHSEED": "7"})
+    assert again.stdout.decode() == page
+
+
+def test_a_corrupted_number_is_noticed(shown: Browser, folder: Path, arrays: dict[str, dict[str, Any]]) -> None:
+    wrong = {key: np.copy(array) for key, array in arrays["float"].items()}
+    wrong["mu"][7] *= 1.01
+    np.savez(folder / "wrong.npz", **wrong)
+    results, known = read_all([folder / "wrong.npz", folder / "fixed.npz", folder / "frames.npz"])
+    show(shown, folder, render(results, known, Chosen.of(results, range(24))))
+    with pytest.raises(AssertionError, match="Not equal to tolerance"):
+        test_numbers_of_a_frame(shown, arrays, 7)

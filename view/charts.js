@@ -1,0 +1,187 @@
+// Charts: values over the frames with a cursor, and the sweep of a frame.
+
+const SERIES = [
+  { colour: "#0072B2", dash: "solid" }, { colour: "#D55E00", dash: "dash" }, { colour: "#009E73", dash: "dashdot" },
+  { colour: "#CC79A7", dash: "longdash" }, { colour: "#E69F00", dash: "longdashdot" },
+];
+const KNOWN = { colour: "#000", dash: "dot" };
+const PANELS = [
+  ["phi", "φ / °"], ["mu", "μ"], ["f", "|F| / N"], ["f_x", "F<sub>x</sub> / N"], ["f_y", "F<sub>y</sub> / N"],
+  ["f_z", "F<sub>z</sub> / N"],
+];
+const PANEL = 118;
+const LANE = 26;
+const AXIS = {
+  gridcolor: "#ddd", linecolor: "#767676", ticks: "outside", tickcolor: "#767676", automargin: true, showline: true,
+  zeroline: false,
+};
+const LOOKS = {
+  font: { family: "system-ui, sans-serif", size: 12, color: "#111" },
+  paper_bgcolor: "white", plot_bgcolor: "white", hovermode: "closest",
+  hoverlabel: { bgcolor: "white", bordercolor: "#767676", font: { size: 12, color: "#111" }, align: "left" },
+};
+const narrow = matchMedia("(max-width: 640px)");
+const series = (n) => SERIES[n % SERIES.length];
+
+function config(bar) {
+  const buttons = [["zoom2d", "pan2d", "resetScale2d", "toImage"]];
+  const chosen = { responsive: true, displaylogo: false, showSendToCloud: false, modeBarButtons: buttons };
+  return narrow.matches || !bar ? { ...chosen, displayModeBar: false } : chosen;
+}
+
+const xOf = (frame) => (times ? times[frame] : numberOf(frame));
+
+/** Values over the frames; a gap where there is none, and where an angle goes through 0. */
+function overFrames(name, value) {
+  const [x, y] = [[], []];
+  for (let frame = 0; frame < COUNT; frame += 1) {
+    const found = value(frame);
+    if (name === "phi" && Math.abs(found - y.at(-1)) > 180) {
+      x.push(xOf(frame));
+      y.push(null);
+    }
+    x.push(xOf(frame));
+    y.push(found === undefined || Number.isNaN(found) ? null : found);
+  }
+  return { x, y };
+}
+
+const yaxis = (panel) => `y${panel ? panel + 1 : ""}`;
+
+/** What is drawn over the frames: results, then what is known of the truth. */
+const SOURCES = [
+  ...results.map((result, n) => ({ ...series(n), ...result, of: (name, frame) => valueOf(result, name, frame) })),
+  ...references.map((known) => ({ ...KNOWN, ...known, of: (name, frame) => known.values[name][frame] })),
+];
+
+function panelTraces() {
+  const named = new Set();
+  return PANELS.flatMap(([name, title], panel) =>
+    SOURCES.filter(({ values }) => values[name]).map(({ colour, dash, label, of }) => {
+      const showlegend = !named.has(label);
+      named.add(label);
+      const said = `${title.split(" / ")[0]} %{y:.4g}<br>${times ? "%{x:.4g} s" : "frame %{x}"}`;
+      return {
+        ...overFrames(name, (frame) => of(name, frame)), xaxis: "x", yaxis: yaxis(panel), type: "scatter",
+        mode: COUNT > 60 ? "lines" : "lines+markers", name: label, legendgroup: label, showlegend,
+        line: { color: colour, dash, width: 1.6 }, marker: { size: 4, color: colour },
+        hovertemplate: `${said}<extra>${label}</extra>`, meta: name,
+      };
+    }),
+  );
+}
+
+/** Statuses that occur, from top to bottom. */
+const lanes = given.statuses.filter(({ bit }) => results.some((result) => result.status.some((status) => status & bit)));
+
+/** Runs of frames that have a status, as lines with gaps. */
+function laneTraces() {
+  return lanes.flatMap(({ bit, words }, lane) =>
+    results.map((result, n) => {
+      const [x, y] = [[], []];
+      const height = -lane - 0.45 - (0.4 * (n + 1)) / (results.length + 1);
+      for (let frame = 0; frame < COUNT; frame += 1) {
+        if (!has(result, frame, bit)) continue;
+        const first = frame;
+        while (frame + 1 < COUNT && has(result, frame + 1, bit)) frame += 1;
+        x.push(xOf(first), xOf(frame), null);
+        y.push(height, height, null);
+      }
+      return {
+        x, y, type: "scatter", mode: "lines+markers", line: { color: series(n).colour, width: 3 }, showlegend: false,
+        marker: { symbol: "line-ns-open", size: 6, color: series(n).colour }, legendgroup: result.label,
+        yaxis: yaxis(PANELS.length), xaxis: "x", hovertemplate: `${words}<extra>${result.label}</extra>`, meta: "status",
+      };
+    }),
+  );
+}
+
+function panelLayout() {
+  const foot = lanes.length * LANE;
+  const total = PANELS.length * PANEL + foot;
+  const layout = {
+    ...LOOKS, height: total + 95, margin: { l: 8, r: 12, t: 40, b: 50 }, annotations: [], dragmode: narrow.matches ? false : "zoom",
+    legend: { orientation: "h", x: 0, xref: "container", y: 1, yref: "container", yanchor: "top" },
+    xaxis: { ...AXIS, title: { text: times ? "time / s" : "frame" }, anchor: yaxis(PANELS.length - (lanes.length ? 0 : 1)) },
+    shapes: [{ type: "line", xref: "x", yref: "paper", y0: 0, y1: 1, x0: xOf(0), x1: xOf(0), line: { color: "#111", width: 1.2 } }],
+  };
+  if (COUNT === 1) layout.xaxis.range = [xOf(0) - 1, xOf(0) + 1];
+  const label = (text, y, size) => layout.annotations.push({
+    text, x: 0, xref: "paper", xanchor: "left", xshift: 4, y, yref: "paper", yanchor: "top", showarrow: false,
+    bgcolor: "rgba(255,255,255,.85)", font: { size, color: "#111" }, borderpad: 1,
+  });
+  PANELS.forEach(([name, title], panel) => {
+    const top = 1 - (panel * PANEL) / total;
+    layout[`yaxis${panel ? panel + 1 : ""}`] = {
+      ...AXIS, domain: [top - (PANEL - 16) / total, top], anchor: "x", nticks: 5,
+      ...(name === "phi" ? { range: [-8, 368], tickvals: [0, 90, 180, 270, 360] } : {}),
+    };
+    label(`<b>${title}</b>`, top, 12);
+  });
+  if (lanes.length) {
+    layout[`yaxis${PANELS.length + 1}`] = {
+      domain: [0, (foot - 8) / total], range: [-lanes.length, 0], showticklabels: false, showgrid: false, zeroline: false, anchor: "x",
+    };
+    lanes.forEach(({ words }, lane) => label(words, ((foot - 8) * (1 - lane / lanes.length)) / total, 11));
+  }
+  return layout;
+}
+
+const drawPanels = (chart) => Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(), config(true));
+
+const moveCursor = (chart, frame) => Plotly.relayout(chart, { "shapes[0].x0": xOf(frame), "shapes[0].x1": xOf(frame) });
+
+/** The sweep that is there for a frame: of the frame itself or of the last one before it that has one. */
+function sweepOf({ sweep, steps, index }, frame) {
+  const place = Math.floor(frame / given.sweeps);
+  const many = steps + 1;
+  const part = (array, width) => array.subarray(place * width, (place + 1) * width);
+  const bits = part(sweep.plateau, Math.ceil(many / 8));
+  return {
+    of: place * given.sweeps,
+    mu: Array.from({ length: many }, (_, n) => sweep.start[place] + n / steps),
+    b_z: part(sweep.b_z, many),
+    b_xy: part(sweep.b_xy, many),
+    plateau: Array.from({ length: many }, (_, n) => ((bits[n >> 3] >> (7 - (n & 7))) & 1) === 1),
+    winner: index[place * given.sweeps],
+  };
+}
+
+function drawSweep(chart, result, frame) {
+  const found = sweepOf(result, frame);
+  const none = has(result, found.of, given.bits.withoutForce);
+  const unit = unitFor(Math.max(...found.b_z, ...found.b_xy), "Pa");
+  const scaled = (array) => Array.from(array, (value) => value / unit.size);
+  const [b_z, b_xy] = [scaled(found.b_z), scaled(found.b_xy)];
+  const low = Math.min(...b_z);
+  const won = !none && found.winner >= 0 ? [found.winner] : [];
+  const curve = (name, y, yaxis, colour, dash) => ({
+    x: found.mu, y, yaxis, name, mode: "lines", line: { color: colour, dash, width: 2 }, hovertemplate: `%{y:.5g} ${unit.name} at μ %{x:.3g}<extra>${name}</extra>`,
+  });
+  const among = (y, yaxis, showlegend) => {
+    const kept = found.mu.map((_, n) => n).filter((n) => found.plateau[n]);
+    return {
+      x: kept.map((n) => found.mu[n]), y: kept.map((n) => y[n]), yaxis, name: "plateau", legendgroup: "plateau", showlegend, mode: "markers",
+      marker: { size: 5, color: "#E69F00", line: { color: "#111", width: 0.4 } }, hoverinfo: "skip",
+    };
+  };
+  const winner = (y, yaxis, showlegend) => ({
+    x: won.map((n) => found.mu[n]), y: won.map((n) => y[n]), yaxis, name: "winner", legendgroup: "winner", showlegend, mode: "markers",
+    marker: { symbol: "star", size: 14, color: "#D55E00", line: { color: "#111", width: 1 } }, hovertemplate: `μ_ind %{x:.3g}<extra>winner</extra>`,
+  });
+  const data = none ? [] : [
+    curve("B<sup>z</sup>", b_z, "y", "#0072B2", "solid"), curve("B<sup>xy</sup>", b_xy, "y2", "#009E73", "dash"),
+    among(b_z, "y", true), among(b_xy, "y2", false), winner(b_z, "y", true), winner(b_xy, "y2", false),
+  ];
+  const band = { type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y", y0: low, y1: low + result.tolerance / unit.size, layer: "below" };
+  Plotly.react(chart, data, {
+    ...LOOKS, height: 340, margin: { l: 8, r: 12, t: 40, b: 46 }, dragmode: narrow.matches ? false : "zoom",
+    legend: { orientation: "h", x: 0, xref: "container", y: 1, yref: "container", yanchor: "top" },
+    xaxis: { ...AXIS, title: { text: "μ<sub>ind</sub>" }, anchor: "y2", range: [found.mu[0] - 0.03, found.mu.at(-1) + 0.03] },
+    yaxis: { ...AXIS, domain: [0.54, 1], title: { text: `B<sup>z</sup> / ${unit.name}` }, nticks: 5 },
+    yaxis2: { ...AXIS, domain: [0, 0.46], title: { text: `B<sup>xy</sup> / ${unit.name}` }, nticks: 5 },
+    shapes: none ? [] : [{ ...band, fillcolor: "#E69F00", opacity: 0.3, line: { color: "#E69F00", width: 1 } }],
+    annotations: none ? [{ text: "no sweep: nothing is under traction or nothing presses", x: 0.5, y: 0.5, xref: "paper", yref: "paper", showarrow: false }] : [],
+  }, config(false));
+  return found.of;
+}

@@ -1,0 +1,95 @@
+"""From arrays to what a page's script reads: numbers of few bytes, in base64, with their type."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tfra.model.arrays import Floats
+from tfra.model.tfra import Result, Sweep, Tfra
+from tfra.view.chosen import Chosen
+from tfra.view.resultfile import Recorded, References
+
+Packed = dict[str, str]
+"""An array: the name of its type and its bytes in base64, little-endian, the last axis first."""
+
+_TOP = 32767
+
+_BLOCK = 512
+"""Frames that the model sweeps at a time."""
+
+
+def packed(array: npt.NDArray[Any], kind: str) -> Packed:
+    """``array`` as numbers of ``kind``: float32, float64, int16 or uint8."""
+    data = np.ascontiguousarray(array, dtype=np.dtype(kind).newbyteorder("<"))
+    return {"type": kind, "data": base64.b64encode(data.tobytes()).decode("ascii")}
+
+
+def scaled(planes: Floats) -> dict[str, Packed]:
+    """``planes (n, m)`` as 16-bit ``codes`` and a ``scale`` each, which are off by 2e-5 of its largest value."""
+    scale = (np.abs(planes).max(axis=1) / _TOP).astype(np.float32)
+    codes = np.divide(planes, scale[:, None], out=np.zeros_like(planes), where=scale[:, None] > 0)
+    return {"codes": packed(np.clip(np.rint(codes), -_TOP, _TOP), "int16"), "scale": packed(scale, "float32")}
+
+
+def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
+    """The chosen frames of a result."""
+    shown, found = slice(chosen.shown.start, chosen.shown.stop, chosen.shown.step), recorded.found
+    stress = recorded.stress[shown]
+    count = len(stress)
+    force = found.resultant[shown]
+    values = {
+        "phi": found.phi_deg[shown],
+        "mu": found.mu[shown],
+        "mu_x": found.mu_x[shown],
+        "mu_y": found.mu_y[shown],
+        "f_x": force[:, 0],
+        "f_y": force[:, 1],
+        "f_z": force[:, 2],
+    }
+    forces = found.forces[shown].reshape(count, 3, -1)
+    return {
+        "values": {key: packed(value, "float32") for key, value in values.items()},
+        "status": packed(found.status[shown], "uint8"),
+        "index": packed(found.sweep_index[shown], "int16"),
+        "stress": scaled(stress.reshape(count, -1)),
+        "forces": [scaled(forces[:, axis]) for axis in range(3)],
+        "sweep": _sweep(recorded, stress[:: chosen.sweeps]),
+    }
+
+
+def times(recorded: list[Recorded], chosen: Chosen) -> Packed | None:
+    """The time of each chosen frame in seconds, by the first result that knows it."""
+    known = [result.time for result in recorded if result.time is not None]
+    return packed(known[0][chosen.shown], "float64") if known else None
+
+
+def references(true: References, chosen: Chosen) -> dict[str, Packed]:
+    """What is known of the chosen frames, named as the values of a result."""
+    values = {
+        name: true.values[key] for key, name in {"phi_ref_deg": "phi", "mu_ref": "mu"}.items() if key in true.values
+    }
+    if "resultant_ref" in true.values:
+        values |= dict(zip(("f_x", "f_y", "f_z"), true.values["resultant_ref"].T, strict=True))
+    return {name: packed(value[chosen.shown], "float32") for name, value in values.items()}
+
+
+def _sweep(recorded: Recorded, stress: Floats) -> dict[str, Any]:
+    """B^z and B^xy of every candidate, as double precision has them of the ``stress``; ``start`` is the first mu."""
+    model = Tfra.of(recorded.design)
+    blocks = [model(stress[at : at + _BLOCK], keep_sweep=True) for at in range(0, len(stress), _BLOCK)]
+    sweeps = [_kept(block) for block in blocks]
+    return {
+        "start": packed(np.concatenate([sweep.mu[:, 0] for sweep in sweeps]), "float32"),
+        "b_z": packed(np.concatenate([sweep.b_z for sweep in sweeps]), "float32"),
+        "b_xy": packed(np.concatenate([sweep.b_xy for sweep in sweeps]), "float32"),
+        "plateau": packed(np.packbits(np.concatenate([sweep.plateau for sweep in sweeps]), axis=1), "uint8"),
+    }
+
+
+def _kept(found: Result) -> Sweep:
+    assert found.sweep is not None
+    return found.sweep

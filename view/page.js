@@ -1,0 +1,227 @@
+// The frame that is shown, and what moves it: slider, keys, play, a click on a chart.
+
+const $ = (id) => document.getElementById(id);
+const maps = results.map((_, n) => $(`map-${n}`));
+const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false };
+const TURNS = { turn: [-Math.PI, Math.PI], tilt: [0.1, 1.5] };
+
+const detailed = () => results[Number($("detail").value)];
+const checked = (id) => $(id).checked;
+
+function peaksOf(frame) {
+  if ($("over").value === "all") return PEAKS;
+  return {
+    stress: peakOf(results.map(({ stress }) => stress), frame),
+    tangential: peakOf(results.flatMap(({ forces }) => [forces[0], forces[1]]), frame),
+    normal: peakOf(results.map(({ forces }) => forces[2]), frame),
+  };
+}
+
+/** All that the page shows of one frame of one result. */
+function sceneOf(result, frame) {
+  const stress = plane(result.stress, frame);
+  const regular = !has(result, frame, given.bits.withoutForce);
+  return {
+    stress,
+    forces: result.forces.map((force) => plane(force, frame)),
+    c: regular ? centroid(stress, -1) : undefined,
+    t: regular ? centroid(stress, 1) : undefined,
+  };
+}
+
+function drawLegend(peaks) {
+  const root = $("scale").value === "root";
+  for (const tick of document.querySelectorAll("#legend [data-share]")) {
+    tick.textContent = STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress);
+  }
+  const said = [];
+  if (checked("arrows")) said.push(`longest arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
+  if (checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed pulls`);
+  if (checked("centroids")) said.push("c, t: centroids of compression and traction; the arrow from t to c has the direction φ");
+  $("key").textContent = said.join(" · ");
+}
+
+const pair = (place) => (place ? place.map((length) => length.toFixed(2)).join(", ") : "–");
+
+/** The cells of a row of numbers: a function of result and scene, and the name of a reference value. */
+const ROWS = {
+  ...Object.fromEntries(["phi", "mu", "f", "f_x", "f_y", "f_z"].map((name) => [name, (result, frame) => figures(valueOf(result, name, frame))])),
+  mu_x: (result, frame) => figures(valueOf(result, "mu_x", frame)),
+  mu_y: (result, frame) => figures(valueOf(result, "mu_y", frame)),
+  c: (_, __, scene) => pair(scene.c),
+  t: (_, __, scene) => pair(scene.t),
+  status: (result, frame) => given.statuses.filter(({ bit }) => has(result, frame, bit)).map(({ words }) => words).join(", ") || "contact",
+  "taxel-stress": (_, __, scene) => STRESS.of(scene.stress[state.taxel]),
+  "taxel-x": (_, __, scene) => FORCE.of(scene.forces[0][state.taxel]),
+  "taxel-y": (_, __, scene) => FORCE.of(scene.forces[1][state.taxel]),
+  "taxel-z": (_, __, scene) => FORCE.of(scene.forces[2][state.taxel]),
+};
+
+function drawNumbers(frame, scenes) {
+  for (const row of document.querySelectorAll("#now tr[data-row]")) {
+    const name = row.dataset.row;
+    const cells = row.querySelectorAll("td");
+    results.forEach((result, n) => { cells[n].textContent = ROWS[name](result, frame, scenes[n]); });
+    references.filter(({ values }) => values[name]).forEach(({ values }) => {
+      cells[results.length + references.findIndex((known) => known.values === values)].textContent = figures(values[name][frame]);
+    });
+  }
+  const [column, row] = [state.taxel % given.columns, Math.floor(state.taxel / given.columns)];
+  $("row").value = row;
+  $("column").value = column;
+}
+
+function drawMaps(frame, scenes) {
+  const peaks = peaksOf(frame);
+  const chosen = { arrows: checked("arrows"), circles: checked("circles"), centroids: checked("centroids") };
+  const looks = { ...chosen, root: $("scale").value === "root", peaks, taxel: state.taxel };
+  maps.forEach((map, n) => {
+    drawMap(map, { ...scenes[n], ...looks });
+    const told = ["phi", "mu", "f"].map((name) => ROWS[name](results[n], frame));
+    const label = `Map of the stress under ${results[n].label}, frame ${numberOf(frame)}`;
+    map.setAttribute("aria-label", `${label}: φ ${told[0]}°, μ ${told[1]}, |F| ${told[2]} N; all numbers are in the table This frame`);
+  });
+  drawLegend(peaks);
+  drawHeights(frame, scenes, peaks, looks.root);
+}
+
+function drawHeights(frame, scenes, peaks, root) {
+  const number = Number($("detail").value);
+  const stress = $("height").value === "stress";
+  drawSurface($("surface"), {
+    values: stress ? scenes[number].stress : scenes[number].forces[2], unit: stress ? STRESS : FORCE,
+    peak: stress ? peaks.stress : peaks.normal, root, turn: state.turn, tilt: state.tilt,
+  });
+  $("height-unit").textContent = stress ? STRESS.name : FORCE.name;
+}
+
+function drawAll() {
+  const { frame } = state;
+  const scenes = results.map((result) => sceneOf(result, frame));
+  drawMaps(frame, scenes);
+  drawNumbers(frame, scenes);
+  const said = `frame ${numberOf(frame)}${times ? `, ${figures(times[frame])} s` : ""}`;
+  $("where").textContent = said;
+  $("frame").value = frame;
+  $("frame").setAttribute("aria-valuetext", said);
+  const of = drawSweep($("sweep"), detailed(), frame);
+  $("sweep-of").textContent = of === frame ? "" : `The sweep shown is that of frame ${numberOf(of)}.`;
+  if (state.drawn) moveCursor($("panels"), frame);
+  document.body.dataset.frame = frame;
+}
+
+function show(frame) {
+  state.frame = Math.min(COUNT - 1, Math.max(0, Math.round(frame)));
+  drawAll();
+}
+
+// Playing: as many frames a second as chosen, whatever the screen can show; it stops at the last one.
+
+function play(wanted) {
+  const begins = wanted && !state.playing;
+  state.playing = wanted;
+  $("play").textContent = wanted ? "Pause" : "Play";
+  if (!begins) return;
+  if (state.frame === COUNT - 1) show(0);
+  let [place, before] = [state.frame, performance.now()];
+  const tick = (now) => {
+    if (!state.playing) return;
+    if (Math.floor(place) !== state.frame) place = state.frame;
+    place = Math.min(COUNT - 1, place + ((now - before) / 1000) * Number($("speed").value));
+    before = now;
+    if (Math.floor(place) !== state.frame) show(Math.floor(place));
+    if (state.frame === COUNT - 1) play(false);
+    else requestAnimationFrame(tick);
+  };
+  requestAnimationFrame(tick);
+}
+
+const STEPS = {
+  ArrowLeft: () => state.frame - 1, ArrowRight: () => state.frame + 1, ArrowDown: () => state.frame - 1, ArrowUp: () => state.frame + 1,
+  PageDown: () => state.frame - Math.ceil(COUNT / 20), PageUp: () => state.frame + Math.ceil(COUNT / 20), Home: () => 0, End: () => COUNT - 1,
+};
+
+/** Keys of the page; those that a field under the focus needs stay its own, and so do those that scroll. */
+function onKey(event) {
+  if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("select, input:not(#frame):not([type=checkbox])")) return;
+  const slider = event.target.id === "frame";
+  if (event.key === " " && !event.target.closest("button, [type=checkbox], summary, a")) {
+    event.preventDefault();
+    play(!state.playing);
+  } else if (event.key in STEPS && (slider || ["ArrowLeft", "ArrowRight"].includes(event.key))) {
+    event.preventDefault();
+    play(false);
+    show(STEPS[event.key]());
+  }
+}
+
+function pick(taxel) {
+  if (taxel < 0 || taxel === state.taxel) return;
+  state.taxel = taxel;
+  show(state.frame);
+}
+
+function listen() {
+  document.addEventListener("keydown", onKey);
+  $("play").addEventListener("click", () => play(!state.playing));
+  $("frame").addEventListener("input", (event) => { play(false); show(Number(event.target.value)); });
+  for (const id of ["arrows", "circles", "centroids", "over", "scale", "detail", "height"]) $(id).addEventListener("change", drawAll);
+  for (const map of maps) {
+    for (const kind of ["pointermove", "pointerdown"]) {
+      map.addEventListener(kind, ({ offsetX, offsetY }) => pick(gridOf(map.clientWidth).taxelAt(offsetX, offsetY)));
+    }
+  }
+  for (const [id, most, each] of [["row", given.rows, given.columns], ["column", given.columns, 1]]) {
+    $(id).addEventListener("change", ({ target }) => {
+      const other = id === "row" ? state.taxel % given.columns : state.taxel - (state.taxel % given.columns);
+      state.taxel = other + each * Math.min(most - 1, Math.max(0, Math.round(Number(target.value)) || 0));
+      drawAll();
+    });
+  }
+  for (const [id, [low, high]] of Object.entries(TURNS)) {
+    const set = () => { $(id).value = (100 * (state[id] - low)) / (high - low); };
+    set();
+    $(id).addEventListener("input", () => { state[id] = low + (Number($(id).value) / 100) * (high - low); drawAll(); });
+    $("surface").addEventListener("pointermove", ({ buttons, movementX, movementY }) => {
+      if (!buttons) return;
+      const turned = state[id] + (id === "turn" ? movementX : movementY) / 120;
+      state[id] = id === "turn" ? ((turned + 3 * Math.PI) % (2 * Math.PI)) - Math.PI : Math.min(high, Math.max(low, turned));
+      set();
+      drawAll();
+    });
+  }
+  let width = document.body.clientWidth;
+  new ResizeObserver(() => {
+    if (document.body.clientWidth === width) return;
+    width = document.body.clientWidth;
+    drawAll();
+  }).observe(document.body);
+  narrow.addEventListener("change", () => drawPanels($("panels")));
+}
+
+/** The frame of the largest stress: something to see at once. */
+function first() {
+  const { scale } = results[0].stress;
+  return scale.reduce((best, value, frame) => (value > scale[best] ? frame : best), 0);
+}
+
+function strongest(frame) {
+  const stress = plane(results[0].stress, frame);
+  return stress.reduce((best, value, k) => (Math.abs(value) > Math.abs(stress[best]) ? k : best), 0);
+}
+
+for (const place of document.querySelectorAll("[data-unit]")) place.textContent = (place.dataset.unit === "stress" ? STRESS : FORCE).name;
+$("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
+state.frame = first();
+state.taxel = strongest(state.frame);
+listen();
+drawAll();
+drawPanels($("panels")).then(() => {
+  state.drawn = true;
+  $("panels").on("plotly_click", ({ points }) => {
+    play(false);
+    const x = points[0].x;
+    show(times ? times.findIndex((time) => time >= x) : (x - given.start) / given.step);
+  });
+  moveCursor($("panels"), state.frame).then(() => { document.body.dataset.ready = "yes"; });
+});

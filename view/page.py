@@ -1,0 +1,177 @@
+"""The page of results: one file that loads nothing, whose script shows any of its frames."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from html import escape
+from importlib.resources import files
+from typing import Any
+
+from plotly.offline import get_plotlyjs
+
+from tfra.codegen.html import document
+from tfra.model.errors import InputError
+from tfra.model.facts import MEANINGS, WITHOUT_FORCE, Facts, Spread, facts, words
+from tfra.model.tfra import Status
+from tfra.view.chosen import Chosen
+from tfra.view.pack import references, result, times
+from tfra.view.resultfile import Recorded, References, said
+
+MOST = 5
+"""Results and files of reference values that a page tells apart by colour and dash."""
+
+TITLE = "Contact forces"
+
+_SCRIPTS = ("data.js", "map.js", "surface.js", "charts.js", "page.js")
+
+_SPEEDS = (1, 5, 10, 25, 50, 100, 250, 1000)
+"""Frames a second."""
+
+_TICKS = (-1, -0.5, 0, 0.5, 1)
+"""Places on the bar of colours, in shares of its half."""
+
+_ROWS = {
+    "phi": "φ / °",
+    "mu": "μ",
+    "mu_x": "μ<sub>x</sub>",
+    "mu_y": "μ<sub>y</sub>",
+    "f": "|F| / N",
+    "f_x": "F<sub>x</sub> / N",
+    "f_y": "F<sub>y</sub> / N",
+    "f_z": "F<sub>z</sub> / N",
+    "c": "c (x, y) / mm",
+    "t": "t (x, y) / mm",
+    "status": "status",
+}
+"""Rows of the table of a frame."""
+
+_TAXEL_ROWS = {
+    "taxel-stress": "stress / <span data-unit=stress></span>",
+    "taxel-x": "f<sub>x</sub> / <span data-unit=force></span>",
+    "taxel-y": "f<sub>y</sub> / <span data-unit=force></span>",
+    "taxel-z": "f<sub>z</sub> / <span data-unit=force></span>",
+}
+
+
+def render(results: Sequence[Recorded], known: Sequence[References], chosen: Chosen) -> str:
+    """The page of ``results`` and what is ``known`` of their frames, a function of its arguments alone."""
+    labels = _labels(results, known)
+    named, true = labels[: len(results)], labels[len(results) :]
+    sensor = results[0].design.sensor
+    data = {
+        "rows": sensor.rows,
+        "columns": sensor.columns,
+        "pitch": [1e3 * sensor.pitch_x, 1e3 * sensor.pitch_y],
+        "start": chosen.shown.start,
+        "step": chosen.shown.step,
+        "sweeps": chosen.sweeps,
+        "time": times(list(results), chosen),
+        "statuses": [{"bit": int(flag), "words": words(flag)} for flag in Status],
+        "bits": {
+            "noContact": int(Status.NO_CONTACT),
+            "noDirection": int(Status.NO_DIRECTION),
+            "withoutForce": sum(int(flag) for flag in WITHOUT_FORCE),
+        },
+        "results": [_described(one, label) | result(one, chosen) for one, label in zip(results, named, strict=True)],
+        "references": [
+            {"label": label, "values": references(one, chosen)} for one, label in zip(known, true, strict=True)
+        ],
+    }
+    body = files("tfra.view").joinpath("body.html").read_text(encoding="utf-8")
+    parts = {
+        "SUMMARY": "\n".join(_summary(results, named, chosen)),
+        "MAPS": "".join(
+            f'<figure><figcaption>{escape(label)}</figcaption><canvas id="map-{n}" role="img"></canvas></figure>'
+            for n, label in enumerate(named)
+        ),
+        "LAST": str(len(chosen.shown) - 1),
+        "SPEEDS": "".join(f"<option{' selected' * (speed == 25)}>{speed}</option>" for speed in _SPEEDS),
+        "NUMBERS": _numbers(labels, _ROWS, "This frame"),
+        "TAXEL": _numbers(named, _TAXEL_ROWS, "This taxel"),
+        "ROWS": str(sensor.rows - 1),
+        "COLUMNS": str(sensor.columns - 1),
+        "DETAILS": "".join(f'<option value="{n}">{escape(label)}</option>' for n, label in enumerate(named)),
+        "TICKS": "".join(f'<span data-share="{share}"></span>' for share in _TICKS),
+    }
+    for name, text in parts.items():
+        body = body.replace(f"<!--{name}-->", text).replace(f'"{name}"', f'"{text}"')
+    viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    return document(TITLE, [body, *_scripts(data)], _resource("page.css"), viewport)
+
+
+def require_few(results: Sequence[Recorded], known: Sequence[References]) -> None:
+    """Raise ``InputError`` for more files than a page tells apart."""
+    if len(results) > MOST or len(known) > 1:
+        given = f"{len(results)} and {len(known)}"
+        raise InputError("tfra view", "RESULT.npz", f"at most {MOST} results and 1 file of references, got {given}")
+
+
+def _resource(name: str) -> str:
+    return files("tfra.view").joinpath(name).read_text(encoding="utf-8")
+
+
+def _scripts(data: dict[str, Any]) -> Iterator[str]:
+    """The data and the scripts; no text of the data can end the script that it stands in."""
+    text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    yield f'<script type="application/json" id="data">{text}</script>'
+    yield f"<script>{get_plotlyjs()}</script>"
+    yield '<script>\n(() => {\n"use strict";\n' + "\n".join(map(_resource, _SCRIPTS)) + "})();\n</script>"
+
+
+def _labels(results: Sequence[Recorded], known: Sequence[References]) -> list[str]:
+    """A name for each, by which readers tell them apart."""
+    labels = [f"{one.name} ({one.engine})" for one in results] + [f"{one.name} (reference)" for one in known]
+    return [label if labels.count(label) == 1 else f"{label} #{n}" for n, label in enumerate(labels, 1)]
+
+
+def _described(one: Recorded, label: str) -> dict[str, Any]:
+    search = one.design.search
+    return {"label": label, "steps": search.steps, "tolerance": search.tolerance * one.design.adc.lsb}
+
+
+def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen) -> Iterator[str]:
+    told = [facts(one.stress, one.found) for one in results]
+    yield f'<p class="note">{escape(said(results[0].design.sensor))}. {escape(str(chosen))}</p>'
+    rows = {
+        "engine": [one.engine for one in results],
+        "frames": [f"{fact.frames:,}" for fact in told],
+        "contact": [f"{100 * fact.contact / fact.frames:.1f} %" for fact in told],
+        "φ, median": [_median(fact.phi_deg, ".1f", "°") for fact in told],
+        "μ, median": [_median(fact.mu, ".3f", "") for fact in told],
+        "|F|, median": [_median(fact.force_n, ".3g", " N") for fact in told],
+        "tension, of the stress": [f"{fact.tension_percent_of_stress:.1f} %" for fact in told],
+    }
+    lines = "".join(
+        f"<tr><th scope=row>{name}</th>{''.join(f'<td>{escape(cell)}</td>' for cell in cells)}</tr>"
+        for name, cells in rows.items()
+    )
+    yield f'<div class="wide" id="summary">{_table(labels, lines, "Summary of all frames")}</div>'
+    notes = [f"{label}: {note}" for label, fact in zip(labels, told, strict=True) for note in _notes(fact)]
+    if notes:
+        yield f'<ul class="note" id="notes">{"".join(f"<li>{escape(note)}</li>" for note in notes)}</ul>'
+
+
+def _notes(fact: Facts) -> Iterator[str]:
+    """What statuses say of a result's frames."""
+    counts = {Status.NO_CONTACT: fact.no_contact, Status.COMPRESSION_ONLY: fact.compression_only}
+    counts |= {Status[name]: count for name, count in fact.noted.items()}
+    for flag, count in counts.items():
+        if count:
+            yield f"{count:,} of {fact.frames:,} frames {words(flag)}: {MEANINGS[flag]}"
+
+
+def _median(spread: Spread | None, digits: str, unit: str) -> str:
+    return "–" if spread is None else f"{spread.median:{digits}}{unit}"
+
+
+def _numbers(labels: Sequence[str], rows: dict[str, str], caption: str) -> str:
+    cells = "<td></td>" * len(labels)
+    lines = "".join(f'<tr data-row="{key}"><th scope=row>{name}</th>{cells}</tr>' for key, name in rows.items())
+    return f'<div class="wide">{_table(labels, lines, caption)}</div>'
+
+
+def _table(labels: Sequence[str], lines: str, caption: str) -> str:
+    head = "".join(f"<th scope=col>{escape(label)}</th>" for label in labels)
+    first = f'<td class="name"><strong>{caption}</strong></td>'
+    return f"<table><thead><tr>{first}{head}</tr></thead><tbody>{lines}</tbody></table>"

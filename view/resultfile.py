@@ -1,0 +1,190 @@
+"""Reading what a page shows: results of ``tfra estimate``, and files of frames with reference values."""
+
+from __future__ import annotations
+
+import zipfile
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tfra.codegen.arrays import Archive, Shape, archive
+from tfra.codegen.config import load
+from tfra.codegen.framesfile import FRAMES, REFERENCES, read_references
+from tfra.model.arrays import Floats
+from tfra.model.errors import InputError, shortened
+from tfra.model.fixed.design import Design
+from tfra.model.scratch import scratch, temporary
+from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Result, Status
+
+VALUES = {"resultant": (3,), "phi_deg": (), "mu": (), "mu_x": (), "mu_y": (), "sweep_index": (), "status": ()}
+"""Values of a frame in a result, by key: their shapes."""
+
+CONTEXT = ("stress", "engine", "config")
+"""Keys that say where a result comes from; those of earlier versions have none."""
+
+OLD = "the key is missing, an earlier version made this file: run tfra estimate again"
+
+_LONGEST_TEXT = 1 << 20
+"""Bytes of a text."""
+
+_BITS = sum(Status)
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A result as ``tfra estimate`` wrote it.
+
+    ``stress (n, rows, columns)`` is what its engine saw, in Pa, compression negative; ``time (n,)`` in seconds, where
+    the recording has it.
+    """
+
+    name: str
+    engine: str
+    design: Design
+    found: Result
+    stress: Floats
+    time: Floats | None
+
+
+@dataclass(frozen=True)
+class References:
+    """What is true of the frames, where it is known, else nan: ``values`` by key, as ``read_references`` has them."""
+
+    name: str
+    values: dict[str, Floats]
+
+
+def read_all(paths: Sequence[Path]) -> tuple[list[Recorded], list[References]]:
+    """Return the results and the references at ``paths``, all of one sensor and of as many frames.
+
+    Raises ``InputError`` for a file that is neither, is given twice, has other frames than the first result, or none.
+    """
+    for path in paths:
+        if paths.count(path) > 1:
+            raise InputError("tfra view", "RESULT.npz", f"each file once, {path} is given twice")
+    kinds = {path: _kind(path) for path in paths}
+    results = [_result(path) for path, kind in kinds.items() if kind is Recorded]
+    if not results:
+        raise InputError(
+            paths[0], "forces", "at least one result of tfra estimate is needed, got reference values alone"
+        )
+    first = results[0]
+    for path, other in zip([path for path in paths if kinds[path] is Recorded], results, strict=True):
+        _require_same_sensor(path, other.design.sensor, first.design.sensor, first.name)
+        _require_as_many(path, len(other.stress), first)
+    return results, [_references(path, first) for path, kind in kinds.items() if kind is References]
+
+
+def _kind(path: Path) -> type[Recorded] | type[References]:
+    with archive(path) as found:
+        if "forces" in found.keys:
+            return Recorded
+        if FRAMES in found.keys and set(REFERENCES) & set(found.keys):
+            return References
+        if FRAMES in found.keys:
+            raise InputError(path, "", f"frames without reference values: one of {', '.join(REFERENCES)} is needed")
+        have = shortened(", ".join(found.keys), 120) or "none"
+        raise InputError(path, "forces", f"is no result of tfra estimate: the key is missing, the file has: {have}")
+
+
+def _require_same_sensor(path: Path, sensor: SensorArray, needed: SensorArray, name: str) -> None:
+    if sensor != needed:
+        raise InputError(path, "config", f"is of another sensor ({said(sensor)}) than {name} ({said(needed)})")
+
+
+def _require_as_many(path: Path, count: int, first: Recorded) -> None:
+    if count != len(first.stress):
+        raise InputError(path, "", f"has {count:,} frames, {first.name} has {len(first.stress):,}")
+
+
+def said(sensor: SensorArray) -> str:
+    """The sensor in a few words."""
+    lengths = (f"{1e3 * length:.6g}" for length in (sensor.pitch_x, sensor.pitch_y, sensor.thickness))
+    return "{}×{} taxels, {} × {} mm apart, under {} mm".format(sensor.rows, sensor.columns, *lengths)
+
+
+def _result(path: Path) -> Recorded:
+    with archive(path) as found:
+        for key in CONTEXT:
+            if key not in found.keys:
+                raise InputError(path, key, OLD)
+        engine, config = (_text(found, key) for key in ("engine", "config"))
+        design = _design(path, config)
+        frame = design.sensor.rows, design.sensor.columns
+        stress = _numbers(found, "stress", (None, *frame))
+        count = len(stress)
+        if not count:
+            raise InputError(path, "stress", "at least one frame is needed, got none")
+        values: dict[str, Any] = {key: _numbers(found, key, (count, *shape)) for key, shape in VALUES.items()}
+        forces = _numbers(found, "forces", (count, 3, *frame))
+        time = _numbers(found, "time", (count,)) if "time" in found.keys else None
+    values |= {key: values[key].astype(np.int64) for key in ("sweep_index", "status")}
+    _require_known(path, values["status"] & ~_BITS != 0, "status", "is no status")
+    outside = (values["sweep_index"] < -1) | (values["sweep_index"] > design.search.steps)
+    _require_known(path, outside, "sweep_index", f"is no candidate of {design.search.steps + 1}")
+    return Recorded(path.name, engine, design, Result(forces, **values), stress, time)
+
+
+def _require_known(path: Path, wrong: npt.NDArray[np.bool_], key: str, reason: str) -> None:
+    if wrong.any():
+        raise InputError(path, key, f"frame {int(wrong.argmax())}: {reason}")
+
+
+def _references(path: Path, first: Recorded) -> References:
+    with archive(path) as found:
+        frames = _numbers(found, FRAMES, (None, *first.stress.shape[1:]))
+    _require_as_many(path, len(frames), first)
+    return References(path.name, read_references(path, len(frames)))
+
+
+def _numbers(found: Archive, key: str, needed: tuple[int | None, ...]) -> Floats:
+    """The finite numbers of ``key``, whose shape is ``needed``, where None stands for any number of frames."""
+    if key not in found.keys:
+        raise InputError(found.file, key, "the key is missing")
+    numbers = np.asarray(found.read(key, partial(_wrong, needed)), dtype=np.float64)
+    bad = np.argwhere(~np.isfinite(numbers))
+    if len(bad):
+        raise InputError(found.file, key, f"frame {bad[0][0]} has a value that is not finite")
+    return numbers
+
+
+def _wrong(needed: tuple[int | None, ...], shape: Shape) -> str | None:
+    if len(shape) == len(needed) and all(n in (None, m) for n, m in zip(needed, shape, strict=True)):
+        return None
+    wanted = ", ".join("n" if n is None else str(n) for n in needed)
+    return f"shape ({wanted}) is needed, got {shortened(str(shape))}"
+
+
+def _text(found: Archive, key: str) -> str:
+    """The text of ``key``, an array without axes.  Its header is checked before anything it promises is believed."""
+    member = found.zip.getinfo(f"{key}.npy")
+    if member.file_size > _LONGEST_TEXT:
+        raise InputError(found.file, key, f"a text of at most {_LONGEST_TEXT:,} bytes is needed")
+    try:
+        with found.zip.open(member) as stream:
+            np.lib.format.read_magic(stream)
+            shape, _, kind = np.lib.format.read_array_header_1_0(stream)
+            data = stream.read()
+        if shape != () or kind.kind != "U" or kind.itemsize != len(data):
+            raise ValueError(f"got shape {shape} of {kind}")
+        return data.decode("utf-32-be" if kind.byteorder == ">" else "utf-32-le").rstrip("\0")
+    except (ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
+        raise InputError(found.file, key, f"a text is needed: {shortened(str(error), 120)}") from None
+
+
+def _design(path: Path, config: str) -> Design:
+    """The design that a CONFIG describes; complaints name the result that it stands in."""
+    with scratch(temporary()) as folder:
+        file = folder / "sensor.toml"
+        file.write_text(config, encoding="utf-8")
+        try:
+            return load(file).design
+        except InputError as error:
+            raise InputError(path, "config", str(error).removeprefix(f"{file}: ")) from None
