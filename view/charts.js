@@ -12,7 +12,7 @@ const PANELS = [
 const PANEL = 118;
 const LANE = 26;
 const AXIS = {
-  gridcolor: "#ddd", linecolor: "#767676", ticks: "outside", tickcolor: "#767676", automargin: true, showline: true,
+  gridcolor: "#ddd", linecolor: "#767676", ticks: "outside", tickcolor: "#767676", showline: true,
   zeroline: false,
 };
 const LOOKS = {
@@ -20,6 +20,7 @@ const LOOKS = {
   paper_bgcolor: "white", plot_bgcolor: "white", hovermode: "closest",
   hoverlabel: { bgcolor: "white", bordercolor: "#767676", font: { size: 12, color: "#111" }, align: "left" },
 };
+const MARGIN = { l: 58, r: 12, t: 40, b: 50 };
 const narrow = matchMedia("(max-width: 640px)");
 const series = (n) => SERIES[n % SERIES.length];
 
@@ -100,10 +101,9 @@ function panelLayout() {
   const foot = lanes.length * LANE;
   const total = PANELS.length * PANEL + foot;
   const layout = {
-    ...LOOKS, height: total + 95, margin: { l: 8, r: 12, t: 40, b: 50 }, annotations: [], dragmode: narrow.matches ? false : "zoom",
+    ...LOOKS, height: total + 95, margin: MARGIN, annotations: [], dragmode: narrow.matches ? false : "zoom",
     legend: { orientation: "h", x: 0, xref: "container", y: 1, yref: "container", yanchor: "top" },
     xaxis: { ...AXIS, title: { text: times ? "time / s" : "frame" }, anchor: yaxis(PANELS.length - (lanes.length ? 0 : 1)) },
-    shapes: [{ type: "line", xref: "x", yref: "paper", y0: 0, y1: 1, x0: xOf(0), x1: xOf(0), line: { color: "#111", width: 1.2 } }],
   };
   if (COUNT === 1) layout.xaxis.range = [xOf(0) - 1, xOf(0) + 1];
   const label = (text, y, size) => layout.annotations.push({
@@ -129,7 +129,15 @@ function panelLayout() {
 
 const drawPanels = (chart) => Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(), config(true));
 
-const moveCursor = (chart, frame) => Plotly.relayout(chart, { "shapes[0].x0": xOf(frame), "shapes[0].x1": xOf(frame) });
+/** Put the line of the frame over the chart, which is too slow to be drawn again for it. */
+function moveCursor(cursor, chart, frame) {
+  const [first, last] = chart.layout.xaxis.range;
+  const share = (xOf(frame) - first) / (last - first);
+  cursor.hidden = share < 0 || share > 1;
+  cursor.style.left = `${MARGIN.l + share * (chart.clientWidth - MARGIN.l - MARGIN.r)}px`;
+  cursor.style.top = `${MARGIN.t}px`;
+  cursor.style.bottom = `${MARGIN.b}px`;
+}
 
 /** The sweep that is there for a frame: of the frame itself or of the last one before it that has one. */
 function sweepOf({ sweep, steps, index }, frame) {
@@ -175,7 +183,7 @@ function drawSweep(chart, result, frame) {
   ];
   const band = { type: "rect", xref: "paper", x0: 0, x1: 1, yref: "y", y0: low, y1: low + result.tolerance / unit.size, layer: "below" };
   Plotly.react(chart, data, {
-    ...LOOKS, height: 340, margin: { l: 8, r: 12, t: 40, b: 46 }, dragmode: narrow.matches ? false : "zoom",
+    ...LOOKS, height: 340, margin: MARGIN, dragmode: narrow.matches ? false : "zoom",
     legend: { orientation: "h", x: 0, xref: "container", y: 1, yref: "container", yanchor: "top" },
     xaxis: { ...AXIS, title: { text: "μ<sub>ind</sub>" }, anchor: "y2", range: [found.mu[0] - 0.03, found.mu.at(-1) + 0.03] },
     yaxis: { ...AXIS, domain: [0.54, 1], title: { text: `B<sup>z</sup> / ${unit.name}` }, nticks: 5 },

@@ -2,7 +2,9 @@
 
 const $ = (id) => document.getElementById(id);
 const maps = results.map((_, n) => $(`map-${n}`));
-const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false };
+const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false, swept: 0 };
+/** Milliseconds between two sweeps while frames play: the chart is slower than the rest of the page. */
+const PAUSE = 150;
 const TURNS = { turn: [-Math.PI, Math.PI], tilt: [0.1, 1.5] };
 
 const detailed = () => results[Number($("detail").value)];
@@ -95,6 +97,12 @@ function drawHeights(frame, scenes, peaks, root) {
   $("height-unit").textContent = stress ? STRESS.name : FORCE.name;
 }
 
+function showSweep() {
+  const of = drawSweep($("sweep"), detailed(), state.frame);
+  $("sweep-of").textContent = of === state.frame ? "" : `The sweep shown is that of frame ${numberOf(of)}.`;
+  state.swept = performance.now();
+}
+
 function drawAll() {
   const { frame } = state;
   const scenes = results.map((result) => sceneOf(result, frame));
@@ -104,9 +112,8 @@ function drawAll() {
   $("where").textContent = said;
   $("frame").value = frame;
   $("frame").setAttribute("aria-valuetext", said);
-  const of = drawSweep($("sweep"), detailed(), frame);
-  $("sweep-of").textContent = of === frame ? "" : `The sweep shown is that of frame ${numberOf(of)}.`;
-  if (state.drawn) moveCursor($("panels"), frame);
+  if (!state.playing || performance.now() - state.swept > PAUSE) showSweep();
+  if (state.drawn) moveCursor($("cursor"), $("panels"), frame);
   document.body.dataset.frame = frame;
 }
 
@@ -118,8 +125,9 @@ function show(frame) {
 // Playing: as many frames a second as chosen, whatever the screen can show; it stops at the last one.
 
 function play(wanted) {
-  const begins = wanted && !state.playing;
+  const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
   state.playing = wanted;
+  if (ends) showSweep();
   $("play").textContent = wanted ? "Pause" : "Play";
   if (!begins) return;
   if (state.frame === COUNT - 1) show(0);
@@ -223,5 +231,7 @@ drawPanels($("panels")).then(() => {
     const x = points[0].x;
     show(times ? times.findIndex((time) => time >= x) : (x - given.start) / given.step);
   });
-  moveCursor($("panels"), state.frame).then(() => { document.body.dataset.ready = "yes"; });
+  $("panels").on("plotly_afterplot", () => moveCursor($("cursor"), $("panels"), state.frame));
+  moveCursor($("cursor"), $("panels"), state.frame);
+  document.body.dataset.ready = "yes";
 });

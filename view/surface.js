@@ -1,16 +1,17 @@
 // The surface over the array: quads between taxels, far ones first, on a plain canvas, so that no 3-D hardware is needed.
 
-const HEIGHT = 340;
+const RULER = 40;
+const heightOf = (width) => Math.min(340, 0.78 * width);
 
 /** From the array (shares of its longer side, heights in shares of the peak) to a canvas of some width. */
 function cameraOf(width, turn, tilt) {
   const [cosT, sinT] = [Math.cos(turn), Math.sin(turn)];
   const [cosE, sinE] = [Math.cos(tilt), Math.sin(tilt)];
-  const size = Math.min(0.66 * width, 360);
+  const size = Math.min(0.66 * (width - RULER), 360);
   return ([x, y, z]) => {
     const [across, away] = [x * cosT - y * sinT, x * sinT + y * cosT];
     const depth = away * cosE - 0.5 * z * sinE;
-    return [width / 2 + size * across, 0.62 * HEIGHT - size * (away * sinE + 0.5 * z * cosE), depth];
+    return [(width + RULER) / 2 + size * across, 0.62 * heightOf(width) - size * (away * sinE + 0.5 * z * cosE), depth];
   };
 }
 
@@ -64,7 +65,7 @@ function drawRuler(pen, camera, ends, unit, peak) {
 /** Draw `values` of a frame with pressure up; `unit` and `peak` are the ruler's. */
 function drawSurface(canvas, { values, peak, unit, root, turn, tilt }) {
   const width = canvas.clientWidth;
-  const pen = prepared(canvas, HEIGHT);
+  const pen = prepared(canvas, heightOf(width));
   const longer = Math.max(given.columns * given.pitch[0], given.rows * given.pitch[1]);
   const ends = [(given.columns - 1) * given.pitch[0], (given.rows - 1) * given.pitch[1]].map((end) => end / longer / 2);
   const camera = cameraOf(width, turn, tilt);

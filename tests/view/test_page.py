@@ -274,8 +274,13 @@ def test_play_goes_on_to_the_last_frame_and_begins_again(shown: Browser) -> None
 
 
 def test_the_cursor_and_a_click_on_a_chart(shown: Browser) -> None:
-    go(shown, 12)
-    assert shown.evaluate("document.getElementById('panels').layout.shapes[0].x0") == pytest.approx(0.12)
+    """The cursor is over the place at which the chart itself has a value's mark."""
+    marks = "document.querySelectorAll('#panels .subplot.xy .point')"
+    for frame in (12, 20):
+        go(shown, frame)
+        middle = "(box => box.x + box.width / 2)"
+        place = shown.evaluate(f"{middle}({marks}[{frame - 2}].getBoundingClientRect())")
+        assert shown.evaluate(f"{middle}(cursor.getBoundingClientRect())") == pytest.approx(place, abs=1.5)
     shown.evaluate("document.getElementById('panels').emit('plotly_click', {points: [{x: 0.07}]})")
     assert at(shown) == 7
 
