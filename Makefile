@@ -14,6 +14,7 @@
 #              the tables of docs/numerics.md: noise of a sensor at rest and faint contacts; every signal's word and error
 # make sparse, make fem_convergence
 #              the tables of docs/studies/sparse.md and docs/studies/fem.md
+# make page    the picture of docs/view.md
 # make bits    the default studies, docs/how_many_bits.md: an hour
 # make mixed   cores with mixed word lengths, verified, docs/numerics.md
 # make schedule, make timing
@@ -45,7 +46,7 @@ TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
-  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence abuse misuse
+  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -73,7 +74,7 @@ cores schedule timing: GROUP := cycles
 estimates blocks baselines primitives tree rounding: GROUP := parts
 speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
-calibrate errors truth fem_convergence: GROUP := contacts
+calibrate errors truth fem_convergence page: GROUP := contacts
 abuse misuse: GROUP := abuse
 
 $(STUDIES): $(READY) icarus

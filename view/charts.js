@@ -97,11 +97,18 @@ function laneTraces() {
   );
 }
 
-function panelLayout() {
+/** Room above the panels for the rows that a legend takes in a chart of this width. */
+function topOf(width) {
+  const needed = SOURCES.reduce((sum, { label }) => sum + 56 + 7 * label.length, 0);
+  return 12 + 29 * Math.ceil((1.15 * needed) / width);
+}
+
+function panelLayout(width) {
   const foot = lanes.length * LANE;
   const total = PANELS.length * PANEL + foot;
+  const margin = { ...MARGIN, t: topOf(width) };
   const layout = {
-    ...LOOKS, height: total + 95, margin: MARGIN, annotations: [], dragmode: narrow.matches ? false : "zoom",
+    ...LOOKS, height: total + margin.t + margin.b, margin, annotations: [], dragmode: narrow.matches ? false : "zoom",
     legend: { orientation: "h", x: 0, xref: "container", y: 1, yref: "container", yanchor: "top" },
     xaxis: { ...AXIS, title: { text: times ? "time / s" : "frame" }, anchor: yaxis(PANELS.length - (lanes.length ? 0 : 1)) },
   };
@@ -127,7 +134,7 @@ function panelLayout() {
   return layout;
 }
 
-const drawPanels = (chart) => Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(), config(true));
+const drawPanels = (chart) => Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(chart.clientWidth), config(true));
 
 /** Put the line of the frame over the chart, which is too slow to be drawn again for it. */
 function moveCursor(cursor, chart, frame) {
@@ -135,7 +142,7 @@ function moveCursor(cursor, chart, frame) {
   const share = (xOf(frame) - first) / (last - first);
   cursor.hidden = share < 0 || share > 1;
   cursor.style.left = `${MARGIN.l + share * (chart.clientWidth - MARGIN.l - MARGIN.r)}px`;
-  cursor.style.top = `${MARGIN.t}px`;
+  cursor.style.top = `${chart.layout.margin.t}px`;
   cursor.style.bottom = `${MARGIN.b}px`;
 }
 

@@ -21,6 +21,9 @@ from tfra.view.resultfile import Recorded, References, said
 MOST = 5
 """Results and files of reference values that a page tells apart by colour and dash."""
 
+OBLONG = 1.5
+"""Arrays that are wider than so many times their height have maps below each other."""
+
 TITLE = "Contact forces"
 
 _SCRIPTS = ("data.js", "map.js", "surface.js", "charts.js", "page.js")
@@ -85,6 +88,7 @@ def render(results: Sequence[Recorded], known: Sequence[References], chosen: Cho
             f'<figure><figcaption>{escape(label)}</figcaption><canvas id="map-{n}" role="img"></canvas></figure>'
             for n, label in enumerate(named)
         ),
+        "SHAPE": "oblong" if sensor.size_x > OBLONG * sensor.size_y else "",
         "LAST": str(len(chosen.shown) - 1),
         "SPEEDS": "".join(f"<option{' selected' * (speed == 25)}>{speed}</option>" for speed in _SPEEDS),
         "NUMBERS": _numbers(labels, _ROWS, "This frame"),
@@ -146,7 +150,7 @@ def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen)
         f"<tr><th scope=row>{name}</th>{''.join(f'<td>{escape(cell)}</td>' for cell in cells)}</tr>"
         for name, cells in rows.items()
     )
-    yield f'<div class="wide" id="summary">{_table(labels, lines, "Summary of all frames")}</div>'
+    yield f'<div id="summary">{_table(labels, lines, "Summary of all frames")}</div>'
     notes = [f"{label}: {note}" for label, fact in zip(labels, told, strict=True) for note in _notes(fact)]
     if notes:
         yield f'<ul class="note" id="notes">{"".join(f"<li>{escape(note)}</li>" for note in notes)}</ul>'
@@ -168,10 +172,11 @@ def _median(spread: Spread | None, digits: str, unit: str) -> str:
 def _numbers(labels: Sequence[str], rows: dict[str, str], caption: str) -> str:
     cells = "<td></td>" * len(labels)
     lines = "".join(f'<tr data-row="{key}"><th scope=row>{name}</th>{cells}</tr>' for key, name in rows.items())
-    return f'<div class="wide">{_table(labels, lines, caption)}</div>'
+    return _table(labels, lines, caption)
 
 
 def _table(labels: Sequence[str], lines: str, caption: str) -> str:
     head = "".join(f"<th scope=col>{escape(label)}</th>" for label in labels)
     first = f'<td class="name"><strong>{caption}</strong></td>'
-    return f"<table><thead><tr>{first}{head}</tr></thead><tbody>{lines}</tbody></table>"
+    table = f"<table><thead><tr>{first}{head}</tr></thead><tbody>{lines}</tbody></table>"
+    return f'<div class="wide" tabindex="0" role="region" aria-label="{caption}">{table}</div>'

@@ -342,6 +342,17 @@ def test_a_part_of_the_frames(tab: Browser, folder: Path, arrays: dict[str, dict
     assert tab.messages == []
 
 
+def test_a_search_without_a_sweep_has_no_winner(tab: Browser, folder: Path, arrays: dict[str, dict[str, Any]]) -> None:
+    """The search in mu_x and mu_y gives -1 as its index."""
+    np.savez(folder / "two.npz", **arrays["float"] | {"sweep_index": np.full(24, -1)})
+    results, _ = read_all([folder / "two.npz"])
+    show(tab, folder, render(results, [], Chosen.of(results, range(24))))
+    go(tab, 8)
+    names = tab.evaluate("document.getElementById('sweep').data.map(trace => [trace.name, trace.x.length])")
+    assert [count for name, count in names if name == "winner"] == [0, 0]
+    assert tab.messages == []
+
+
 @pytest.mark.parametrize("count", [1, 2])
 def test_few_frames(tab: Browser, folder: Path, arrays: dict[str, dict[str, Any]], count: int) -> None:
     results, _ = read_all([folder / "float.npz"])
