@@ -51,7 +51,7 @@ function gridOf(width) {
 
 /** Stroke the path that `trace` makes with a pale rim, which shows on dark and on pale ground. */
 function rimmed(pen, trace, width = 2) {
-  for (const [colour, wide] of [["#fff", width + 2.5], ["#111", width]]) {
+  for (const [colour, wide] of [["#fff", width + Math.min(2.5, 1.6 * width)], ["#111", width]]) {
     pen.strokeStyle = colour;
     pen.lineWidth = wide;
     pen.beginPath();
@@ -101,18 +101,19 @@ function drawAxes(pen, grid) {
 
 function drawForces(pen, grid, scene) {
   const least = Math.min(grid.across, grid.down);
+  const width = Math.min(1.6, Math.max(0.5, least / 14));
   for (let k = 0; k < TAXELS; k += 1) {
     const centre = grid.at(placeOf(k));
     const [fx, fy, fz] = scene.forces.map((force) => force[k]);
     if (scene.circles && scene.peaks.normal > 0) {
       const radius = 0.46 * least * Math.sqrt(Math.abs(fz) / scene.peaks.normal);
       pen.setLineDash(fz > 0 ? [3, 3] : []);
-      if (radius > 0.8) rimmed(pen, () => pen.arc(...centre, radius, 0, 2 * Math.PI), 1.2);
+      if (radius > 0.8) rimmed(pen, () => pen.arc(...centre, radius, 0, 2 * Math.PI), 0.8 * width);
       pen.setLineDash([]);
     }
     if (scene.arrows && scene.peaks.tangential > 0) {
       const size = (1.6 * least) / scene.peaks.tangential;
-      arrow(pen, centre, [size * fx, -size * fy], 1.6);
+      arrow(pen, centre, [size * fx, -size * fy], width);
     }
   }
 }

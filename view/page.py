@@ -21,6 +21,9 @@ from tfra.view.resultfile import Recorded, References, said
 MOST = 5
 """Results and files of reference values that a page tells apart by colour and dash."""
 
+BESIDE = 3
+"""Columns of numbers for which there is room beside the maps."""
+
 OBLONG = 1.5
 """Arrays that are wider than so many times their height have maps below each other."""
 
@@ -89,6 +92,7 @@ def render(results: Sequence[Recorded], known: Sequence[References], chosen: Cho
             for n, label in enumerate(named)
         ),
         "SHAPE": "oblong" if sensor.size_x > OBLONG * sensor.size_y else "",
+        "NUMBERS-CLASS": "numbers many" if len(labels) > BESIDE else "numbers",
         "LAST": str(len(chosen.shown) - 1),
         "SPEEDS": "".join(f"<option{' selected' * (speed == 25)}>{speed}</option>" for speed in _SPEEDS),
         "NUMBERS": _numbers(labels, _ROWS, "This frame"),
