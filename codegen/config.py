@@ -23,6 +23,7 @@ from tfra.codegen.schema import (
     ContactSection,
     Document,
     FormatsSection,
+    InputSection,
     LayerSection,
     SensorSection,
     exact,
@@ -34,6 +35,7 @@ from tfra.model.cover.layer import ElasticLayer
 from tfra.model.errors import InputError, quoted
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.recording import PLAIN, Input
 from tfra.model.sensor import SensorArray
 
 MOST_TAXELS = 4096
@@ -56,12 +58,13 @@ _KEYS = {
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """Everything a CONFIG file says: the core, the simulated cover, the contacts, and the file itself."""
+    """Everything a CONFIG file says: the core, the simulated cover, the contacts, recordings, and the file itself."""
 
     design: Design
     layer: LayerSpec
     contacts: tuple[Contact, ...]
     path: Path
+    input: Input = PLAIN
 
 
 def load(path: str | Path) -> Project:
@@ -88,6 +91,7 @@ def load(path: str | Path) -> Project:
         ),
         contacts=tuple(_contacts(file, document)),
         path=file,
+        input=_input(file, document.input),
     )
 
 
@@ -147,6 +151,16 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
             images=document.target.images,
             target=document.target.name,
         )
+
+
+def _input(file: Path, section: InputSection) -> Input:
+    given = section.model_dump(exclude_none=True)
+    with _blame(file, "input"):
+        if section.tare is not None and section.tare_frames:
+            raise ValueError("tare: either this or tare_frames is needed, not both")
+        if section.coding is not None and section.unit != "codes":
+            raise ValueError('coding: is about codes: unit = "codes" is needed')
+    return Input(**given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
 
 
 def _formats(section: FormatsSection) -> Formats:

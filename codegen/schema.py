@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from tfra.model.choices import Adc, Architecture, Images, Search
 from tfra.model.cover.layer import Sampling
+from tfra.model.recording import Coding, Order, Sign, Unit
 
 MOST_DIRECTIONS = 100_000
 """Contacts that one ``phi_deg`` may expand to."""
@@ -54,6 +55,21 @@ class AdcSection(Section):
     bits: int = Adc().bits
     full_scale_pa: Stress = Adc().full_scale
     contact_threshold_codes: int | None = None
+
+
+class InputSection(Section):
+    """``[input]``: how a recording is to be read; :class:`tfra.model.recording.Input` has the defaults."""
+
+    unit: Unit | None = None
+    compression: Sign | None = None
+    coding: Coding | None = None
+    tare_frames: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
+    tare: Annotated[str, Field(min_length=1)] | None = None
+    order: Order | None = None
+    flip_x: bool | None = None
+    flip_y: bool | None = None
+    skip_columns: Annotated[int, Field(ge=0, le=1000)] | None = None
+    topic: str | None = None
 
 
 class SearchSection(Section):
@@ -177,6 +193,7 @@ class Document(Section):
     name: Annotated[str, Field(pattern=IDENTIFIER)] | None = None
     sensor: SensorSection
     adc: AdcSection = AdcSection()
+    input: InputSection = InputSection()
     search: SearchSection = SearchSection()
     formats: FormatsSection = FormatsSection()
     architecture: ArchitectureSection = ArchitectureSection()

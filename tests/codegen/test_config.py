@@ -14,6 +14,7 @@ from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.errors import InputError
 from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.recording import PLAIN, Input
 from tfra.model.sensor import SensorArray
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -93,6 +94,18 @@ def test_every_section(read: Any) -> None:
     )
 
 
+def test_input(read: Any, tmp_path: Path) -> None:
+    assert read(SENSOR).input == PLAIN
+    text = SENSOR + '[input]\nunit = "codes"\ncompression = "positive"\ncoding = "offset"\ntare = "lab/rest.npy"\n'
+    given = Input(unit="codes", compression="positive", coding="offset", tare=tmp_path / "lab" / "rest.npy")
+    assert read(text).input == given
+    text = SENSOR + '[input]\ntare_frames = 3\norder = "columns"\nflip_x = true\nskip_columns = 2\ntopic = "/t"\n'
+    given = Input(tare_frames=3, order="columns", flip_x=True, skip_columns=2, topic="/t")
+    assert read(text).input == given
+    assert read(SENSOR + "[input]\nflip_y = true\n").input == Input(flip_y=True)
+    assert read(SENSOR + '[input]\ntare = "/rest.npy"\n').input.tare == Path("/rest.npy")
+
+
 def test_signals(read: Any) -> None:
     text = SENSOR + "[formats.signals]\ncoefficient.normal = 14\noperand = {force = 16, combine = 12}\nsums = 20\n"
     formats = read(text).design.formats
@@ -170,8 +183,8 @@ def test_project_is_frozen(read: Any) -> None:
 def test_examples(example: Path) -> None:
     project = load(example)
     assert project.design.name == {"small": "small_core"}.get(example.stem, example.stem)
-    assert len(project.contacts) in (0, 24)  # presets have none
-    assert project.design.sensor.taxels == 100
+    assert len(project.contacts) == {"hertz_40x20": 24, "rectangle_40x40": 24, "skin_8x12": 12}.get(example.stem, 0)
+    assert project.design.sensor.taxels == (96 if example.stem == "skin_8x12" else 100)
 
 
 def test_commented_lines_of_the_example_are_valid(read: Any) -> None:
@@ -180,10 +193,17 @@ def test_commented_lines_of_the_example_are_valid(read: Any) -> None:
     for key in ("coefficient", "operand", "vector_fraction", "force_fraction", "center_x", "center_y"):
         assert f"\n# {key}" in text
         uncommented = uncommented.replace(f"\n# {key}", f"\n{key}")
+    uncommented = uncommented.replace("\n# [input]", "\n[input]")
+    for key in dataclasses.fields(Input):
+        assert f"\n# {key.name} = " in text
+        if key.name not in ("coding", "tare"):  # they need another unit, and no tare_frames
+            uncommented = uncommented.replace(f"\n# {key.name} = ", f"\n{key.name} = ")
     project, plain = read(uncommented), load(EXAMPLES / "hertz_40x20.toml")
     standard = dataclasses.replace(project.design.formats, name="standard")
     assert dataclasses.replace(project.design, formats=standard) == plain.design  # the comments tell defaults
     assert project.contacts == plain.contacts
+    assert project.input == Input(topic="/skin")
+    assert plain.input == PLAIN
 
 
 # What can be wrong with it: (replaced, by, the line)
@@ -259,6 +279,12 @@ WRONG = [
 ]
 
 WRONG_SECTIONS = [
+    ('[input]\nunit = "psi"', "input.unit: 'Pa', 'kPa' or 'codes' is needed, got 'psi'"),
+    ("[input]\nflip_x = 1", "input.flip_x: true or false is needed, got 1"),
+    ("[input]\ntare_frames = -1", "input.tare_frames: 0 or more is needed, got -1"),
+    ("[input]\nskip_column = 1", 'input.skip_column: unknown key, the nearest valid key is "skip_columns"'),
+    ('[input]\ncoding = "signed"', 'input.coding: is about codes: unit = "codes" is needed'),
+    ('[input]\ntare = "a.npy"\ntare_frames = 2', "input.tare: either this or tare_frames is needed, not both"),
     ("[adc]\nbits = 5", "adc.bits: 6 to 20 is supported, got 5"),
     ("[adc]\nfull_scale_pa = -1", "adc.full_scale_pa: 0.001 or more is needed, got -1"),
     ("[adc]\nfull_scale_pa = inf", "adc.full_scale_pa: a finite number is needed, got inf"),
