@@ -6,7 +6,6 @@ import json
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,18 +17,9 @@ from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
-    from tfra.model.arrays import Floats
-    from tfra.model.sensor import SensorArray
 
 PATIENCE = 2.0
 """Seconds of work before a progress bar appears."""
-
-
-class Compression(StrEnum):
-    """The sign of compression in a file of frames."""
-
-    NEGATIVE = "negative"
-    POSITIVE = "positive"
 
 
 Config = Annotated[Path, typer.Argument(metavar="CONFIG", help="Sensor, core and contacts in TOML.")]
@@ -41,16 +31,6 @@ OutDirectory = Annotated[
         "--out", metavar="DIR", help="A new or empty directory, or one that this command wrote and nobody has changed."
     ),
 ]
-CompressionOption = Annotated[Compression, typer.Option(help="Sign of compression in FRAMES.")]
-
-
-def frames_at(path: Path, sensor: SensorArray, compression: Compression) -> Floats:
-    """Return the frames of the file, ``(n, rows, columns)`` in Pa, compression negative; raises ``InputError``."""
-    from tfra.codegen.framesfile import read_frames
-
-    frames = read_frames(path, sensor)
-    return -frames if compression is Compression.POSITIVE else frames
-
 
 def print_json(summary: dict[str, Any]) -> None:
     """Print ``summary`` as indented JSON; raises ``ValueError`` for nan and inf, which JSON lacks."""

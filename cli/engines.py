@@ -103,4 +103,4 @@ def codes(project: Project, frames: Floats, source: Path) -> Ints:
     try:
         return quantise(project.design, frames)
     except ValueError as error:  # over full scale
-        raise InputError(source, "", f"{error}{over_full_scale(project.design, frames)}") from None
+        raise InputError(source, "", f"{error}{over_full_scale(project.design, frames, project.input)}") from None

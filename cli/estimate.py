@@ -12,8 +12,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tfra.cli.common import Compression, CompressionOption, Config, Json, frames_at, print_json, progress
+from tfra.cli.common import Config, Json, print_json, progress
 from tfra.cli.engines import DOUBLE, Engine, run
+from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -24,11 +25,15 @@ SHOWN = 12  # rows of the table on a terminal
 
 WIDTH = 80  # of the lines behind the table
 
-KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status")
-"""Keys of RESULT.npz, each a field of ``tfra.model.tfra.Result``."""
-
-Frames = Annotated[Path, typer.Argument(metavar="FRAMES", help="Stresses in Pa: .npz, .npy or .csv.")]
-Out = Annotated[Path, typer.Option(metavar="RESULT.npz", help="Where the forces go.")]
+Frames = Annotated[
+    Path, typer.Argument(metavar="FRAMES", help="A recording: .npz, .npy, text, .parquet, .mcap or rosbag2.")
+]
+Out = Annotated[
+    Path,
+    typer.Option(
+        metavar="RESULT.npz", help="Where the forces go; RESULT.csv and RESULT.parquet are folders of two tables."
+    ),
+]
 EngineOption = Annotated[
     Engine,
     typer.Option(help="Double precision, the bit-accurate model, the simulated core, or the search in mu_x and mu_y."),
@@ -38,32 +43,37 @@ Codes = Annotated[
 ]
 
 
+@reads_recording
 def estimate(
     config: Config,
     frames: Frames,
     out: Out,
     engine: EngineOption = Engine.FLOAT,
     codes: Codes = False,
-    compression: CompressionOption = Compression.NEGATIVE,
     json: Json = False,
+    given: Given | None = None,
 ) -> None:
     """Estimate the forces under every taxel, the direction and the friction coefficient of every frame."""
     from tfra.codegen.config import load
-    from tfra.codegen.files import check_archive, write_npz
+    from tfra.codegen.configfile import config_text
+    from tfra.codegen.resultfile import Estimate, check_result, write_result
     from tfra.model.diagnosis import warnings
     from tfra.model.facts import as_dict, facts, lines
     from tfra.model.truth import sentence
 
     if codes and engine not in DOUBLE:
         raise InputError("tfra estimate", "--codes", f"the {engine.value} engine always sees the converter's codes")
-    project = load(config)
-    stresses = frames_at(frames, project.design.sensor, compression)
-    check_archive(out, "estimate", [config, frames])
+    project = for_recording(load(config), frames, given or {}, "estimate")
+    recording = frames_at(frames, project)
+    stresses, tare = recording.frames, project.input.tare
+    inputs = [config, frames, *([tare] if tare else [])]
+    check_result(out, "estimate", inputs)
     with progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
         found = _joined(run(engine, project, stresses, frames, advance, codes))
-    write_npz(out, {key: getattr(found, key) for key in KEYS}, "estimate")
+    text = config_text(project.design, project.layer, "")
+    write_result(out, Estimate(recording, found, engine.value, text), "estimate", inputs)
     told = facts(stresses, found)
-    doubts = warnings(project.design, stresses, found, compression is Compression.POSITIVE)
+    doubts = warnings(project.design, stresses, found, project.input)
     for doubt in doubts:
         typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the name holds
     converted = codes or engine not in DOUBLE
@@ -80,6 +90,8 @@ def estimate(
 def _joined(results: Sequence[Result]) -> Result:
     """One result of consecutive ones."""
     import numpy as np
+
+    from tfra.codegen.resultfile import KEYS
 
     parts: dict[str, Any] = {key: np.concatenate([getattr(result, key) for result in results]) for key in KEYS}
     return replace(results[0], **parts)

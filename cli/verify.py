@@ -9,19 +9,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from tfra.cli.common import (
-    Compression,
-    CompressionOption,
-    Config,
-    Json,
-    check_core,
-    frames_at,
-    print_json,
-    progress,
-    simulation_failures,
-)
+from tfra.cli.common import Config, Json, check_core, print_json, progress, simulation_failures
 from tfra.cli.engines import codes
 from tfra.cli.frames import references, simulated
+from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -46,7 +37,7 @@ class Family(StrEnum):
 
 
 FramesOption = Annotated[
-    Path | None, typer.Option(metavar="FRAMES", help="Stresses in Pa; by default CONFIG's contacts.")
+    Path | None, typer.Option(metavar="FRAMES", help="A recording; by default CONFIG's contacts.")
 ]
 SimulatorOption = Annotated[Simulator | None, typer.Option(help="Who runs the core; by default the fastest here.")]
 NetlistOption = Annotated[Family | None, typer.Option(help="Verify the gates that yosys makes of the core.")]
@@ -63,6 +54,7 @@ Waves = Annotated[
 ]
 
 
+@reads_recording
 def verify(
     config: Config,
     frames: FramesOption = None,
@@ -71,8 +63,8 @@ def verify(
     random: Random = 200,
     netlist: NetlistOption = None,
     waves: Waves = None,
-    compression: CompressionOption = Compression.NEGATIVE,
     json: Json = False,
+    given: Given | None = None,
 ) -> None:
     """Run frames through the simulated core and compare every bit; exit 1 when something differs."""
     from tfra.codegen.config import load
@@ -82,9 +74,10 @@ def verify(
 
     project = load(config)
     check_core(project)
+    project = _for_frames(project, frames, given or {})
     if waves:
         check_waves(waves, "verify", [config, *([frames] if frames else [])])
-    stresses, known = _stimuli(project, frames, compression)
+    stresses, known = _stimuli(project, frames)
     core = _gates(project, netlist) if netlist else None
     chosen = Simulator.ICARUS if core and not simulator else simulator
     with scratch(temporary()) as place, simulation_failures("verify"), progress("simulating the core") as advance:
@@ -120,16 +113,21 @@ def _gates(project: Project, family: Family) -> Netlist:
         return synthesised(project.design, family.value, cache_directory())
 
 
-def _stimuli(
-    project: Project, path: Path | None, compression: Compression
-) -> tuple[Floats | None, dict[str, Any]]:
+def _for_frames(project: Project, path: Path | None, given: Given) -> Project:
+    if path is not None:
+        return for_recording(project, path, given, "verify")
+    if given:
+        option = "--" + next(iter(given)).replace("_", "-")
+        raise InputError("tfra verify", option, "is about the frames of a file: --frames is needed")
+    return project
+
+
+def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[str, Any]]:
     """Return frames and their true values: from ``path``, else of CONFIG's contacts, else none."""
     from tfra.codegen.framesfile import read_references
 
-    if path is None and compression is Compression.POSITIVE:
-        raise InputError("tfra verify", "--compression", "is about the frames of a file: --frames is needed")
     if path is not None:
-        frames = frames_at(path, project.design.sensor, compression)
+        frames = frames_at(path, project).frames
         known = read_references(path, len(frames))
     elif project.contacts:
         frames, known = simulated(project), references(project)

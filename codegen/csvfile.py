@@ -1,9 +1,10 @@
-"""Reading frames from text: one frame a line, numbers separated by commas."""
+"""Reading a recording from text: one frame a line, numbers between separators that are found out."""
 
 from __future__ import annotations
 
 import codecs
 import re
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,26 +18,85 @@ from tfra.model.sensor import SensorArray
 Line = tuple[int, list[str]]
 """Its number in the file, from 1, and its cells."""
 
-_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", " ": "spaces"}
+_SEPARATORS = (",", ";", "\t", "|", " ")
+"""In the order in which they are tried; a blank stands for any number of blanks and tabs."""
+
+_LIKE_A_TIME = 4
+"""Cells more than taxels that may be columns of something else."""
 
 
-def read_csv(file: Path, sensor: SensorArray) -> Floats:
-    """Return the frames of the .csv ``file``, ``(n, rows, columns)``; a number too large for a double is infinite.
+@dataclass(frozen=True)
+class _Table:
+    """What the lines of ``file`` are read as."""
 
-    A first line of headings and empty lines are left out.  Raises ``InputError`` naming the line.
+    file: Path
+    sensor: SensorArray
+    skip: int
+    separator: str
+
+    @property
+    def width(self) -> int:
+        """Cells of a line."""
+        return self.skip + self.sensor.taxels
+
+    def cells(self, line: str) -> list[str]:
+        """The cells of ``line``, with points in their numbers; a separator at its end has none behind it."""
+        if self.separator == ",":
+            cells = line.split(",")
+        else:
+            cells = [_with_point(cell) for cell in line.split(None if self.separator == " " else self.separator)]
+        if len(cells) == self.width + 1 and not cells[-1].strip():
+            del cells[-1]
+        return cells
+
+    def fits(self, line: str) -> bool:
+        """Whether ``line`` is as many numbers as there are taxels, behind the cells that are skipped."""
+        cells = self.cells(line)
+        return len(cells) == self.width and all(map(_is_number, cells[self.skip :]))
+
+
+def read_csv(file: Path, sensor: SensorArray, skip: int = 0) -> tuple[Floats, Floats | None]:
+    """Return the lines of the text ``file``, ``(n, m)``, without their first ``skip`` cells, of which the first is the
+    time, ``(n,)``, if all of them are finite numbers, else None.  A number too large for a double is infinite.
+
+    Separators are commas, semicolons, tabs, bars or blanks, whichever makes the first lines fit the taxels; but between
+    commas a decimal comma will do.  A first line of headings, empty lines and those that begin with # are left out.
+    Raises ``InputError`` naming the line.
     """
-    lines = [(number, line.split(",")) for number, line in enumerate(_text(file), 1) if line.strip()]
-    if lines and _are_headings(lines[0][1]):
-        del lines[0]
+    found = [(number, line) for number, line in enumerate(_text(file), 1) if line.strip()]
+    texts = [(number, line) for number, line in found if not line.lstrip().startswith("#")]
+    table = _table(file, sensor, skip, [line for _, line in texts[:2]])
+    if texts and _are_headings(table.cells(texts[0][1])):
+        del texts[0]
+    _require_one_point(table, texts)
+    lines = [(number, table.cells(line)) for number, line in texts]
     for line in lines:
-        _require_numbers(file, sensor, line, lines)
-    if lines and [cell.strip() for cell in lines[0][1]] == [str(taxel) for taxel in range(sensor.taxels)]:
+        _require_numbers(table, line, lines)
+    if lines and [cell.strip() for cell in lines[0][1][skip:]] == [str(taxel) for taxel in range(sensor.taxels)]:
         reason = f"the numbers from 0 to {sensor.taxels - 1} are headings, not stress: remove the line"
         raise InputError(file, f"line {lines[0][0]}", reason)
     values = np.empty((len(lines), sensor.taxels))
     for row, (_, cells) in zip(values, lines, strict=True):
-        row[:] = [float(cell) for cell in cells]
-    return values.reshape(-1, sensor.rows, sensor.columns)
+        row[:] = [float(cell) for cell in cells[skip:]]
+    return values, _times([cells[0] for _, cells in lines]) if skip else None
+
+
+def _table(file: Path, sensor: SensorArray, skip: int, first: list[str]) -> _Table:
+    """Return the table that the first lines of text fit; if they fit none, one that complains best."""
+    tables = [_Table(file, sensor, skip, separator) for separator in _SEPARATORS]
+    fitting = [table for table in tables if any(map(table.fits, first))]
+    return fitting[0] if fitting else max(tables, key=lambda table: sum(_numbers(table, line) for line in first))
+
+
+def _numbers(table: _Table, line: str) -> int:
+    return sum(map(_is_number, table.cells(line)))
+
+
+def _times(cells: list[str]) -> Floats | None:
+    if not all(map(_is_number, cells)):
+        return None
+    times = np.array([float(cell) for cell in cells])
+    return times if np.isfinite(times).all() else None
 
 
 def _text(file: Path) -> list[str]:
@@ -63,33 +123,59 @@ def _are_headings(cells: list[str]) -> bool:
     )
 
 
-def _require_numbers(file: Path, sensor: SensorArray, line: Line, lines: list[Line]) -> None:
+def _with_point(cell: str) -> str:
+    return cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell
+
+
+def _require_one_point(table: _Table, texts: list[tuple[int, str]]) -> None:
+    """Numbers with points in one place and commas in another may have the commas between thousands."""
+    if table.separator == ",":
+        return
+    first: dict[str, int] = {}
+    for number, line in texts:
+        for mark in re.findall("(?<=[0-9])[.,](?=[0-9])", _taxels(table, line)):
+            first.setdefault(mark, number)
+    if len(first) == 2:
+        (other, _), (here, number) = first.items()
+        names = {".": "points", ",": "commas"}
+        reason = f"numbers have {names[here]} here and {names[other]} elsewhere"
+        raise InputError(table.file, f"line {number}", reason)
+
+
+def _taxels(table: _Table, line: str) -> str:
+    """The text of ``line`` behind the cells that are skipped."""
+    return " ".join(line.split(None if table.separator == " " else table.separator)[table.skip :])
+
+
+def _require_numbers(table: _Table, line: Line, lines: list[Line]) -> None:
     number, cells = line
-    if len(cells) != sensor.taxels:
-        needed = f"{sensor.taxels} numbers ({sensor.rows} rows x {sensor.columns} columns) are needed"
-        hint = _hint(sensor.taxels, cells, lines)
-        raise InputError(file, f"line {number}", f"{needed}, got {len(cells)}{hint and f': {hint}'}")
-    for position, cell in enumerate(cells, 1):
+    if len(cells) != table.width:
+        sensor, skip = table.sensor, f" behind {table.skip} that are skipped" if table.skip else ""
+        needed = f"{sensor.taxels} numbers ({sensor.rows} rows x {sensor.columns} columns){skip} are needed"
+        hint = _hint(table, cells, lines)
+        raise InputError(table.file, f"line {number}", f"{needed}, got {len(cells)}{hint and f': {hint}'}")
+    for position, cell in enumerate(cells[table.skip :], table.skip + 1):
         if not _is_number(cell):
-            raise InputError(file, f"line {number}", f"{quoted(cell.strip())} at position {position} is not a number")
+            reason = f"{quoted(cell.strip())} at position {position} is not a number"
+            raise InputError(table.file, f"line {number}", reason)
 
 
-def _hint(taxels: int, cells: list[str], lines: list[Line]) -> str:
-    """Return what may be the matter with ``cells``, which are not as many as the taxels."""
-    text = ",".join(cells).strip()
-    for separator, name in _SEPARATORS.items():
-        if len(text.split(separator)) == taxels:
-            return f"the columns are separated by {name}; commas are needed, and points in numbers"
-    if len(cells) == 2 * taxels:
-        return "are there commas in numbers? points are needed"
-    if len(cells) == taxels + 1 and not cells[-1].strip():
-        return "the line ends in a comma"
-    if len(cells) == taxels + 1 and _increases([cells[0] for _, cells in lines]):
-        return "is the first column a time stamp or an index?"
+def _hint(table: _Table, cells: list[str], lines: list[Line]) -> str:
+    """Return what may be the matter with ``cells``, which are not as many as they should be."""
+    taxels, more = table.sensor.taxels, len(cells) - table.width
+    if len(cells) == 2 * taxels and table.separator == ",":
+        return "are there commas in numbers? then another separator is needed"
+    if table.skip and len(cells) == taxels:
+        return "are all columns taxels? (--skip-columns 0)"
+    if more == 1 and not table.skip and _may_be_time([cells[0] for _, cells in lines]):
+        return "is the first column a time stamp? (--skip-columns 1)"
+    if 1 < more <= _LIKE_A_TIME or (more == 1 and table.skip):
+        return f"are the first {table.skip + more} columns no taxels? (--skip-columns {table.skip + more})"
     return ""
 
 
-def _increases(column: list[str]) -> bool:
+def _may_be_time(column: list[str]) -> bool:
+    """Text as 12:30:01, or numbers that rise."""
     numbers = [float(cell) for cell in column if _is_number(cell)]
     return all(one < next_ for one, next_ in pairwise(numbers))
 

@@ -47,6 +47,12 @@ def check_page(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> N
     _check_file(path, ".html", command, inputs)
 
 
+def check_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """The same for ``output_directory``, and any name."""
+    with suppress(_Rehearsal), output_directory(path, command, inputs):
+        raise _Rehearsal
+
+
 def _check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Path]) -> None:
     if Path(path).suffix != suffix:
         raise InputError(path, "", f"the name of the output must end in {suffix}")

@@ -1,22 +1,28 @@
-"""Reading frames of taxel stresses, in Pa, from .npz, .npy and .csv files."""
+"""Reading recordings, and what simulated frames know of their contacts, from files of any supported format."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
-from tfra.codegen.arrays import Array, Shape, archive, read_npy
+from tfra.codegen.arrays import Archive, Array, Shape, archive, read_npy
 from tfra.codegen.csvfile import read_csv
 from tfra.codegen.inputfile import no_memory
+from tfra.codegen.recordinglog import is_bag, read_log
+from tfra.codegen.recordingtable import read_parquet
+from tfra.codegen.shapes import FRAMES, split, wrong_shape
 from tfra.model.arrays import Floats
+from tfra.model.choices import Adc
 from tfra.model.errors import InputError, shortened
+from tfra.model.recording import PLAIN, Input, arranged, codes_of, no_codes, stress
 from tfra.model.sensor import SensorArray
 
-FRAMES = "frames"
-"""The key of the stresses."""
+TIME = "time"
+"""The key of the times."""
 
 REFERENCES = {"resultant_ref": (3,), "mu_ref": (), "phi_ref_deg": ()}
 """True values of a frame, by key: their shapes; in N, 1 and degrees, nan where unknown."""
@@ -27,23 +33,41 @@ MOST = 1e12
 The models square sums over taxels at most, so with 4096 taxels nothing overflows below 1e150.
 """
 
+FORMATS = ".npz, .npy, .csv, .txt, .tsv, .parquet or .mcap"
 
-def read_frames(path: str | Path, sensor: SensorArray) -> Floats:
-    """Return the frames at ``path``: float64 of shape ``(n, rows, columns)``, n >= 1, all finite and within ``MOST``.
 
-    A .npz file holds them under the key ``frames``, a .npy file as its only array, and a .csv file one frame
-    a line, row by row, separated by commas, with an optional line of headings.  Raises ``InputError`` naming
-    the file and the line, frame, row or column that is wrong; rows, columns and frames count from 0.
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """Frames ``(n, rows, columns)`` in Pa, compression negative, and their times ``(n,)``, if the file has them.
+
+    ``seconds``: the times are in s since the first frame; else nobody knows their unit.
+    """
+
+    frames: Floats
+    time: Floats | None = None
+    seconds: bool = False
+
+
+def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
+    """Return the frames at ``path``, n >= 1, all finite and within ``MOST``, read as ``given`` says.
+
+    docs/recordings.md has the formats.  Raises ``InputError`` naming the file and the line, frame, row or column that
+    is wrong; rows, columns and frames count from 0, rows and columns where they are on the array.
     """
     file = Path(path)
     try:
-        frames = _doubles(_read(file, sensor))
+        found = _levels(file, sensor, adc, given)
+        rest = _rest(found.frames, file, sensor, adc, given)
+        frames = stress(found.frames, given, adc, rest)
         _require_stress(file, frames)
     except MemoryError as error:
         raise no_memory(file, error) from None
-    if not len(frames):
-        raise InputError(file, FRAMES, "at least one frame is needed, got none")
-    return frames
+    return replace(found, frames=frames)
+
+
+def read_frames(path: str | Path, sensor: SensorArray) -> Floats:
+    """Return the frames at ``path`` of a recording as ``tfra frames`` writes it: in Pa, compression negative."""
+    return read_recording(path, sensor, Adc(), PLAIN).frames
 
 
 def read_references(path: str | Path, count: int) -> dict[str, Floats]:
@@ -57,52 +81,99 @@ def read_references(path: str | Path, count: int) -> dict[str, Floats]:
         return {}
     with archive(file) as found:
         keys = [key for key in REFERENCES if key in found.keys]
-        references = {key: _doubles(found.read(key, partial(_wrong_shape, (count, *REFERENCES[key])))) for key in keys}
+        references = {key: _doubles(found.read(key, partial(_other_shape, (count, *REFERENCES[key])))) for key in keys}
     for key, values in references.items():
         if len(bad := np.argwhere(np.abs(values) > MOST)):
             raise InputError(file, key, f"frame {bad[0][0]}: {values[tuple(bad[0])]:g} is no true value")
     return references
 
 
-def _read(file: Path, sensor: SensorArray) -> Array | Floats:
-    match file.suffix:
+def _levels(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
+    """The recording in its own unit, every taxel in its place; all are numbers, or codes, if it has those."""
+    values, time, seconds = _read(file, sensor, given)
+    frames = arranged(_doubles(values), given, sensor)
+    if not len(frames):
+        raise InputError(file, FRAMES, "at least one frame is needed, got none")
+    if given != PLAIN:
+        _require_finite(file, frames)
+    if given.unit == "codes":
+        _require_codes(file, frames, adc, given)
+    return Recording(frames, time, seconds)
+
+
+def _rest(levels: Floats, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Floats | None:
+    """The frames of the array at rest, in the recording's unit."""
+    if given.tare is not None:
+        return _levels(given.tare, sensor, adc, given).frames
+    if given.tare_frames > len(levels):
+        reason = f"the first {given.tare_frames} frames are to be its tare, it has {len(levels)} (--tare-frames)"
+        raise InputError(file, FRAMES, reason)
+    return levels[: given.tare_frames] if given.tare_frames else None
+
+
+def _read(file: Path, sensor: SensorArray, given: Input) -> tuple[Array | Floats, Floats | None, bool]:
+    """Values, a frame in each row or with its axes; times; and whether these are seconds."""
+    check = partial(wrong_shape, sensor, given)
+    match file.suffix.lower():
         case ".npz":
             with archive(file) as found:
                 if FRAMES not in found.keys:
                     have = shortened(", ".join(found.keys), 120) or "none"
                     raise InputError(file, FRAMES, f"the key is missing, the file has: {have}")
-                return found.read(FRAMES, partial(_wrong_frames, sensor))
+                values, time = split(found.read(FRAMES, check), sensor, given)
+                return values, _archived_time(found, len(values)) if time is None else time, False
         case ".npy":
-            return read_npy(file, FRAMES, partial(_wrong_frames, sensor))
-        case ".csv":
-            return read_csv(file, sensor)
-    raise InputError(file, "", "a name that ends in .npz, .npy or .csv is needed")
+            return *split(read_npy(file, FRAMES, check), sensor, given), False
+        case ".csv" | ".txt" | ".tsv":
+            return *read_csv(file, sensor, given.skip_columns), False
+        case ".parquet":
+            return *read_parquet(file, sensor, given), False
+        case ".mcap":
+            return *read_log(file, sensor, given), True
+    if is_bag(file):
+        return *read_log(file, sensor, given), True
+    raise InputError(file, "", f"a name that ends in {FORMATS} is needed, or the folder of a rosbag2")
 
 
-def _wrong_shape(needed: Shape, shape: Shape) -> str | None:
-    return None if shape == needed else f"shape {needed} is needed, got {shortened(str(shape))}"
-
-
-def _wrong_frames(sensor: SensorArray, shape: Shape) -> str | None:
-    """Say what is wrong with a ``shape`` that is not ``(n, rows, columns)``, and what it may be."""
-    frame = rows, columns = sensor.rows, sensor.columns
-    if len(shape) == 3 and shape[1:] == frame:
+def _archived_time(found: Archive, count: int) -> Floats | None:
+    """The numbers under ``TIME`` if there is one for each frame; anything else of that name is somebody's own."""
+    if TIME not in found.keys:
         return None
-    hint = ""
-    if shape in (frame, (sensor.taxels,)):
-        hint = f": a single frame has the shape (1, {rows}, {columns})"
-    elif len(shape) == 2 and shape[1] == sensor.taxels:
-        hint = f": frames as rows become frames by reshape(-1, {rows}, {columns})"
-    elif len(shape) == 3 and shape[1:] == (columns, rows):
-        hint = ": is every frame transposed?"
-    elif len(shape) == 3 and shape[:2] == frame:
-        hint = ": is the number of frames last? it comes first"
-    return f"shape (n, {rows}, {columns}) is needed, got {shortened(str(shape))}{hint}"
+    try:
+        times = _doubles(found.read(TIME, partial(_other_shape, (count,))))
+    except InputError:
+        return None
+    return times if np.isfinite(times).all() else None
+
+
+def _other_shape(needed: Shape, shape: Shape) -> str | None:
+    return None if shape == needed else f"shape {needed} is needed, got {shortened(str(shape))}"
 
 
 def _doubles(array: npt.NDArray[np.generic]) -> Floats:
     with np.errstate(all="ignore"):  # a long double may be infinite as a double
         return np.asarray(array, dtype=np.float64)
+
+
+def _require_finite(file: Path, frames: Floats) -> None:
+    if len(bad := np.argwhere(~np.isfinite(frames))):
+        raise InputError(file, FRAMES, "frame {}, row {}, column {} is not finite".format(*bad[0]))
+
+
+def _require_codes(file: Path, frames: Floats, adc: Adc, given: Input) -> None:
+    if not len(bad := no_codes(frames, given, adc)):
+        return
+    value, (first, last) = frames[tuple(bad[0])], codes_of(given.coding, adc.bits)
+    hint = ""
+    if value % 1 or not -(2**adc.bits) <= value < 2**adc.bits:
+        hint = ": is the unit Pa or kPa? (--unit)"
+    elif given.coding == "signed" and frames.min() >= 0:
+        hint = ": are they offset binary? (--coding offset)"
+    elif frames.min() < 0:
+        hint = ": are they signed? (--coding signed)"
+    place = "frame {}, row {}, column {}".format(*bad[0])
+    reason = f"{place} is {value:g}, {given.coding} codes of {adc.bits} bits are whole numbers from {first} to {last}"
+    raise InputError(file, FRAMES, f"{reason}{hint}")
 
 
 def _require_stress(file: Path, frames: Floats) -> None:

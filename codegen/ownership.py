@@ -99,6 +99,14 @@ def file_objection(file: Path, command: str | None = None) -> str | None:
     return None if unchanged else "it has changed since tfra wrote it"
 
 
+def is_as_written(file: Path, command: str) -> bool:
+    """Whether ``file`` is an output of ``command``, as it wrote it."""
+    try:
+        return file.stat().st_size > 0 and file_objection(file, command) is None
+    except OSError:
+        return False
+
+
 def discard(place: Path) -> bool:
     """Remove what this program wrote at ``place`` and what is empty; True if nothing is left."""
     if not os.path.lexists(place):

@@ -14,6 +14,7 @@ import numpy as np
 from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Choices
 from tfra.model.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, words
+from tfra.model.recording import PASCALS, PLAIN, Input
 from tfra.model.tfra import Result, Status
 
 UNITS = {"kPa": 1e3, "MPa": 1e6, "bar": 1e5, "hPa (mbar)": 1e2, "psi": 6894.76}
@@ -45,6 +46,9 @@ SCRAMBLED = 1.15
 STUCK_FRAMES, STUCK_CHANGE, STUCK_SHARE = 8, 0.1, 0.02
 """A taxel is stuck if it has one value in that many frames or more, while the load changes by that share of the
 largest; its value is over the third share of the recording's largest magnitude."""
+
+
+_OFFSET = "--unit codes --coding offset"
 
 
 class _Recording:
@@ -95,15 +99,15 @@ class _Recording:
         return np.flatnonzero(still & (self.size[0] > STUCK_SHARE * self.largest))
 
 
-def warnings(design: Choices, frames: Floats, found: Result, flipped: bool = False) -> list[str]:
+def warnings(design: Choices, frames: Floats, found: Result, given: Input = PLAIN) -> list[str]:
     """Return what is probably wrong with ``frames (n, rows, columns)`` in Pa or their results: a line each.
 
-    ``flipped``: the file has the other sign, since somebody said that compression is positive there.
+    ``given`` is what made these frames of the recording; the lines name the options of it that may help.
     """
     recording = _Recording(frames)
-    meaning = list(_values(design, recording, found.status, flipped)) or list(_flags(found.status))
-    taxels = *_same(recording), *_stuck(design, recording), *_layout(recording, found.status)
-    return [*meaning, *_scale(design, recording), *taxels]
+    meaning = list(_values(design, recording, found.status, given)) or list(_flags(found.status))
+    taxels = *_same(recording), *_stuck(design, recording), *_layout(recording, found.status, given)
+    return [*meaning, *_scale(design, recording, given), *taxels]
 
 
 def _same(recording: _Recording) -> Iterator[str]:
@@ -112,20 +116,20 @@ def _same(recording: _Recording) -> Iterator[str]:
         yield f"all {n} frames are the same: is the recording stuck?"
 
 
-def _values(design: Choices, recording: _Recording, status: Ints, flipped: bool) -> Iterator[str]:
+def _values(design: Choices, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
     """Offset before sign before a sensor at rest: each looks like the next ones, too."""
     n = len(status)
     if recording.offset(min(10 * design.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
         median = float(np.median(recording.flat))
         yield (
-            f"taxels read about {median:.4g} where nothing seems to press: a common offset; was the sensor tared, or "
-            "are its codes unipolar?"
+            f"taxels read about {median:.4g} Pa where nothing seems to press: a common offset; was the sensor tared "
+            f"(--tare-frames N, --tare FILE), or are these codes with an offset ({_OFFSET})?"
         )
     elif (positive := positive_share(recording.frames)) > WRONG_SIGN:
-        sign, option = ("negative", "without ") if flipped else ("positive", "")
+        sign = "negative" if given.compression == "positive" else "positive"
         yield (
             f"{100 * positive:.0f} % of the stress is {sign}: is compression {sign} in this file? "
-            f"({option}--compression positive)"
+            f"(--compression {sign})"
         )
     elif (silent := int(has(status, Status.NO_CONTACT).sum())) > 0.95 * n:
         yield f"{silent} of {n} frames have no contact: was the sensor at rest?"
@@ -136,9 +140,9 @@ def _values(design: Choices, recording: _Recording, status: Ints, flipped: bool)
         )
 
 
-def _scale(design: Choices, recording: _Recording) -> Iterator[str]:
+def _scale(design: Choices, recording: _Recording, given: Input) -> Iterator[str]:
     """What is wrong with the size of the values: codes, another unit, or too much for the converter."""
-    if said := _codes(design, recording) or _unit(design, recording) or _beyond(design, recording):
+    if said := _codes(design, recording, given) or _unit(design, recording, given) or _beyond(design, recording, given):
         yield said
     top = (1 << (design.adc.bits - 1)) - 1
     scaled = np.rint(recording.flat / design.adc.lsb)
@@ -157,41 +161,48 @@ def _share(status: Ints, flag: Status) -> float:
     return float(has(touched, flag).mean()) if len(touched) else 0.0
 
 
-def _codes(design: Choices, recording: _Recording) -> str | None:
+def _codes(design: Choices, recording: _Recording, given: Input) -> str | None:
     """Whole numbers within the converter's codes, where a code is more than a pascal."""
     lsb, codes = design.adc.lsb, 1 << design.adc.bits
-    if lsb < 1.5 or not 1 < recording.largest < codes or not recording.whole:
+    if given.unit != "Pa" or lsb < 1.5 or not 1 < recording.largest < codes or not recording.whole:
         return None
+    option = _OFFSET if np.median(recording.flat) > codes / 4 else "--unit codes"
     return (
         f"all values are whole numbers up to {recording.largest:.0f}: are these codes of the {design.adc.bits}-bit "
-        f"converter instead of Pa? (1 code = {lsb:.6g} Pa)"
+        f"converter instead of Pa (1 code = {lsb:.6g} Pa)? ({option})"
     )
 
 
-def _unit(design: Choices, recording: _Recording) -> str | None:
+def _unit(design: Choices, recording: _Recording, given: Input) -> str | None:
     largest, full = recording.largest, design.adc.full_scale
     if not 0 < largest < FAINT * full:
         return None
-    said = f"the largest magnitude is {largest:.4g}, {100 * largest / full:.2g} % of full scale, {full:g} Pa"
-    fits = [(name, factor) for name, factor in UNITS.items() if FAINT * full <= largest * factor <= 2 * full]
+    said = f"the largest magnitude is {largest:.4g} Pa, {100 * largest / full:.2g} % of full scale, {full:g} Pa"
+    read = PASCALS.get(given.unit, np.inf)  # codes of another unit are nothing that fits
+    fits = [(name, factor / read) for name, factor in UNITS.items() if FAINT <= largest / full * factor / read <= 2]
     if not fits:
-        return f"{said}: are the unit, Pa, and adc.full_scale_pa right, or was nothing pressed?"
+        return f"{said}: are the unit, {given.unit}, and adc.full_scale_pa right, or was nothing pressed?"
     name, factor = fits[0]
+    option = f" (--unit {name})" if name in PASCALS else ""
     share = 100 * largest * factor / full
-    return f"{said}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?"
+    return f"{said}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?{option}"
 
 
-def _beyond(design: Choices, recording: _Recording) -> str | None:
+def _beyond(design: Choices, recording: _Recording, given: Input) -> str | None:
     times = recording.largest / design.adc.full_scale
     if times < BEYOND:
         return None
-    return f"the largest is {times:.0f} times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?"
+    said, unit = f"the largest is {times:.0f} times full scale", given.unit
+    if unit == "codes":
+        return f"{said}: is adc.full_scale_pa in Pa (not in kPa)?"
+    option = " (--unit Pa)" if unit == "kPa" else ""
+    return f"{said}: is the file in {unit}, and adc.full_scale_pa in Pa (not in kPa)?{option}"
 
 
-def over_full_scale(design: Choices, frames: Floats) -> str:
+def over_full_scale(design: Choices, frames: Floats, given: Input = PLAIN) -> str:
     """Return what may be behind stress far beyond full scale: a hint that begins with ``"; "``, or nothing."""
     recording = _Recording(frames)
-    said = _codes(design, recording) or _beyond(design, recording)
+    said = _codes(design, recording, given) or _beyond(design, recording, given)
     return f"; {said}" if said else ""
 
 
@@ -203,20 +214,22 @@ def _stuck(design: Choices, recording: _Recording) -> Iterator[str]:
         yield f"{len(places)} {who} one value in all frames: (row, column) {some}: {ask} stuck?"
 
 
-def _layout(recording: _Recording, status: Ints) -> Iterator[str]:
+def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
     """Stress is smooth over the array; read along the wrong axis it is not, unless rows equal columns."""
     touched = recording.frames[~has(status, Status.NO_CONTACT)]
     _, rows, columns = recording.frames.shape
     if not len(touched) or rows == columns:
         return
     touched = touched / np.abs(touched).max(axis=(1, 2), keepdims=True)
-    across = touched.reshape(len(touched), columns, rows)
-    given, other = (sum(np.square(np.diff(f, axis=a)).sum(axis=(1, 2)) for a in (1, 2)) for f in (touched, across))
-    ratio = float(np.median(given / np.maximum(other, np.finfo(float).tiny)))
+    told = touched[:, :: -1 if given.flip_y else 1, :: -1 if given.flip_x else 1]
+    way, told = ("column", told) if given.order == "rows" else ("row", told.transpose(0, 2, 1))
+    across = told.reshape(told.shape[0], told.shape[2], told.shape[1])
+    here, there = (sum(np.square(np.diff(f, axis=a)).sum(axis=(1, 2)) for a in (1, 2)) for f in (told, across))
+    ratio = float(np.median(here / np.maximum(there, np.finfo(float).tiny)))
     if ratio > SCRAMBLED:
         yield (
-            f"neighbours differ {ratio:.1f} times as much as if the file went column by column: are rows and columns "
-            "exchanged? (row by row is needed)"
+            f"neighbours differ {ratio:.1f} times as much as if the file went {way} by {way}: are rows and columns "
+            f"exchanged? (--order {way}s)"
         )
 
 

@@ -6,9 +6,12 @@ import io
 import struct
 import zipfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import polars as pl
+from mcap.writer import Writer
 
 from tfra.codegen.files import output_directory
 from tfra.model.arrays import Floats
@@ -37,6 +40,21 @@ phi_deg = [0, 45, 120]
 
 Make = Callable[[], object]
 """Makes files in the current folder."""
+
+
+@dataclass(frozen=True)
+class Misuse:
+    """One case.
+
+    ``arguments`` follow ``tfra``, split at blanks; ``fragment`` is in the one line on stderr, or, with exit ``code`` 0,
+    in one of its warnings.
+    """
+
+    name: str
+    make: Make
+    arguments: str
+    fragment: str
+    code: int = 2
 
 
 def nothing() -> None:
@@ -97,6 +115,26 @@ def lines(separator: str = ",", first: str = "", point: str = ".", before: str =
     frames = [separator.join(f"{value}{point}5" for value in range(30)) for _ in range(n)]
     text = first + "".join(f"{before.format(number)}{frame}\n" for number, frame in enumerate(frames))
     return raw("wrong.csv", text.encode())
+
+
+def table(columns: dict[str, list[object]]) -> Make:
+    """Make ``wrong.parquet``."""
+    return lambda: pl.DataFrame(columns).write_parquet("wrong.parquet")
+
+
+def log(kind: str, topic: str) -> Make:
+    """Make ``wrong.mcap`` of a message that ends early."""
+
+    def make() -> None:
+        with open("wrong.mcap", "wb") as stream:
+            writer = Writer(stream)
+            writer.start()
+            schema = writer.register_schema(kind, "ros2msg", b"")
+            channel = writer.register_channel(topic, "cdr", schema)
+            writer.add_message(channel, log_time=0, data=b"\0\1\0\0\x05", publish_time=0)
+            writer.finish()
+
+    return make
 
 
 def references(**values: object) -> Make:

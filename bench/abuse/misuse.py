@@ -11,128 +11,26 @@ import io
 import json
 import os
 import tempfile
-import zipfile
 from contextlib import chdir, redirect_stderr, redirect_stdout
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from bench.abuse.mistakes import (
-    COLUMNS,
     CONFIG,
-    LSB,
-    ROWS,
     Make,
-    array,
+    Misuse,
     config,
     extra,
     folder,
-    garble,
-    header,
-    lines,
-    member,
-    noise,
     nothing,
-    put,
     raw,
-    recorded,
-    references,
-    stuck,
     written,
 )
+from bench.abuse.recordings import GOOD, NPY, NPZ, RECORDINGS, WRONG
 from bench.publish import ROOT, publish
 from tfra.cli.main import main as tfra
 from tfra.codegen.files import write_npz
-
-
-@dataclass(frozen=True)
-class Misuse:
-    """One case.
-
-    ``arguments`` follow ``tfra``, split at blanks; ``fragment`` is in the one line on stderr, or, with exit ``code`` 0,
-    in one of its warnings.
-    """
-
-    name: str
-    make: Make
-    arguments: str
-    fragment: str
-    code: int = 2
-
-
-ESTIMATE = "estimate skin.toml wrong.{} --out r.npz"
-NPY, NPZ, CSV = (ESTIMATE.format(suffix) for suffix in ("npy", "npz", "csv"))
-WRONG = "estimate wrong.toml frames.npz --out r.npz"
-
-
-LAYOUT = [
-    Misuse("rows and columns exchanged", array(np.zeros((3, COLUMNS, ROWS))), NPY, "is every frame transposed?"),
-    Misuse("a single frame", array(np.zeros((ROWS, COLUMNS))), NPY, "a single frame has the shape (1, 5, 6)"),
-    Misuse("a frame in each row", array(np.zeros((3, 30))), NPY, "become frames by reshape(-1, 5, 6)"),
-    Misuse("frames along the last axis", array(np.zeros((ROWS, COLUMNS, 3))), NPY, "is the number of frames last?"),
-    Misuse("no frame", array(np.zeros((0, ROWS, COLUMNS))), NPY, "at least one frame is needed, got none"),
-    Misuse("another sensor's frames", array(np.zeros((3, 4, 4))), NPY, "shape (n, 5, 6) is needed, got (3, 4, 4)"),
-]
-
-VALUES = [
-    Misuse("NaN", array(np.full((1, ROWS, COLUMNS), np.nan)), NPY, "frame 0, row 0, column 0 is not finite"),
-    Misuse("beyond any stress", array(np.full((1, ROWS, COLUMNS), 1e160)), NPY, "is 1e+160 Pa, no stress is beyond"),
-    Misuse("unsigned wrap", array(np.full((1, 5, 6), 2**64 - 1, np.uint64)), NPY, "is 1.84467e+19 Pa, no stress"),
-    Misuse("complex stress", array(np.zeros((1, ROWS, COLUMNS)) * 1j), NPY, "real numbers are needed, got complex128"),
-    Misuse(
-        "complex reference",
-        references(mu_ref=np.ones(3) * 1j),
-        "verify skin.toml --frames wrong.npz",
-        "mu_ref: real numbers are needed, got complex128",
-    ),
-    Misuse(
-        "infinite reference",
-        references(mu_ref=[0, 1, np.inf]),
-        "verify skin.toml --frames wrong.npz",
-        "mu_ref: frame 2: inf is no true value",
-    ),
-    Misuse(
-        "reference of text",
-        references(phi_ref_deg=list("abc")),
-        "verify skin.toml --frames wrong.npz",
-        "phi_ref_deg: real numbers are needed, got <U1",
-    ),
-]
-
-HEADERS = [
-    Misuse("a shape of booleans", header("(True, 5, 6)"), NPY, "the header is damaged"),
-    Misuse("a shape beyond 2^64", header(f"({2**64}, 5, 6)"), NPY, "the impossible shape (18446744073709551616, 5, 6)"),
-    Misuse(
-        "a shape beyond the file",
-        header("(1000000000000, 5, 6)"),
-        NPY,
-        "promises 240,000,000,000,000 bytes of numbers, the file has 240",
-    ),
-    Misuse("Python objects", header("(1, 5, 6)", "'|O'"), NPY, "real numbers are needed, got object"),
-    Misuse("an unknown version", header("(1, 5, 6)", version=9), NPY, "version 1, 2 or 3 of the .npy format is needed"),
-    Misuse("a damaged LZMA member", member(garble, zipfile.ZIP_LZMA), NPZ, "frames: is damaged"),
-    Misuse("a damaged deflate member", member(garble, zipfile.ZIP_DEFLATED), NPZ, "frames: is damaged"),
-    Misuse("a wrong checksum", member(put(14, 7)), NPZ, "frames: is damaged: Bad CRC-32"),
-    Misuse("an encrypted member", member(put(6, 1)), NPZ, "frames: is encrypted"),
-    Misuse("an unknown compression", member(put(8, 99)), NPZ, "frames: cannot be unpacked"),
-    Misuse("no key frames", lambda: np.savez("wrong.npz", stress=1), NPZ, "the key is missing, the file has: stress"),
-    Misuse("a mistaken suffix", raw("wrong.npy", b"PK\3\4" + bytes(99)), NPY, "is not a .npy array: it is a .npz file"),
-]
-
-TEXT = [
-    Misuse("semicolons", lines(";"), CSV, "the columns are separated by semicolons; commas are needed"),
-    Misuse("tabs", lines("\t"), CSV, "the columns are separated by tabs; commas are needed"),
-    Misuse("decimal commas", lines(",", point=","), CSV, "are there commas in numbers? points are needed"),
-    Misuse("a column of times", lines(before="0.{},"), CSV, "is the first column a time stamp or an index?"),
-    Misuse("numbered headings", lines(first=",".join(map(str, range(30))) + "\n"), CSV, "from 0 to 29 are headings"),
-    Misuse("a typo in the first line", lines(first="1.x" + ",1" * 29 + "\n"), CSV, "line 1: '1.x' at position 1"),
-    Misuse("a digit of another script", lines(first="\u0661" + ",1" * 29 + "\n"), CSV, "at position 1 is not a number"),
-    Misuse("an underscore", lines(first="1_000" + ",1" * 29 + "\n"), CSV, "'1_000' at position 1 is not a number"),
-    Misuse("UTF-16", raw("wrong.csv", "1,2\n".encode("utf-16")), CSV, "is UTF-16 text, UTF-8 is needed"),
-    Misuse("a megabyte in a cell", lines(first="y" * 1_000_000 + ",1" * 29 + "\n"), CSV, "(1,000,002 characters)"),
-    Misuse("an empty file", raw("wrong.csv", b""), CSV, "at least one frame is needed, got none"),
-]
 
 FILES = [
     Misuse("a pipe as CONFIG", lambda: os.mkfifo("wrong.toml"), WRONG, "is not a regular file but a pipe"),
@@ -203,32 +101,7 @@ OPTIONS = [
     ),
     Misuse("an unknown target", nothing, "synth skin.toml --target x --out d", "--target: one of "),
     Misuse("an output with another suffix", nothing, "frames skin.toml --out f.csv", "must end in .npz"),
-]
-
-DOUBTS = [
-    Misuse("the other sign", recorded(lambda frames: -frames), NPY, "is compression positive in this file?", 0),
-    Misuse(
-        "a sign that was turned in vain",
-        recorded(lambda frames: frames),
-        f"{NPY} --compression positive",
-        "is compression negative in this file?",
-        0,
-    ),
-    Misuse("kilopascals", recorded(lambda frames: frames / 1000), NPY, "is the unit kPa (times 1000", 0),
-    Misuse("codes as pascals", recorded(lambda frames: np.rint(frames / LSB)), NPY, "are these codes of the 14-bit", 0),
-    Misuse("unipolar codes", recorded(lambda frames: np.rint(frames / LSB) + 8192), NPY, "are its codes unipolar?", 0),
-    Misuse("no tare", recorded(lambda frames: frames + 5000), NPY, "a common offset; was the sensor tared", 0),
-    Misuse("a sensor at rest", recorded(noise), NPY, "40 of 40 frames have no contact: was the sensor at rest?", 0),
-    Misuse("saturation", recorded(lambda frames: np.maximum(9 * frames, -200e3)), NPY, "was it saturated", 0),
-    Misuse("compression only", recorded(lambda frames: np.minimum(frames, 0)), NPY, "does this array measure compr", 0),
-    Misuse("one frame again and again", recorded(lambda frames: frames[[0] * 20]), NPY, "is the recording stuck?", 0),
-    Misuse("a stuck taxel", recorded(stuck), NPY, "(row, column) (2, 3): is it stuck?", 0),
-    Misuse(
-        "over full scale",
-        recorded(lambda frames: 100 * frames),
-        f"{NPY} --engine fixed",
-        "over the full scale of 200000 Pa",
-    ),
+    Misuse("a result with another suffix", nothing, f"{GOOD[:-4]}.xlsx", "in .npz, .csv or .parquet"),
 ]
 
 GENERATE = "generate skin.toml --out {}"
@@ -280,6 +153,12 @@ OUTPUTS = [
         lambda: np.savez("recording.npz", frames=1),
         "frames skin.toml --out recording.npz",
         "is not replaced: tfra did not write it",
+    ),
+    Misuse(
+        "a table as the place of tables",
+        raw("r.csv", b"1,2\n"),
+        "estimate skin.toml frames.npz --out r.csv",
+        "r.csv: is not replaced: it is not a directory",
     ),
     Misuse(
         "simulated frames as the place of results",
@@ -350,7 +229,7 @@ STUDIES = [
     ),
 ]
 
-CASES = LAYOUT + VALUES + HEADERS + TEXT + FILES + DESCRIPTION + OPTIONS + DOUBTS + OUTPUTS + STUDIES
+CASES = RECORDINGS + FILES + DESCRIPTION + OPTIONS + OUTPUTS + STUDIES
 
 
 def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:

@@ -1,4 +1,4 @@
-"""Frames are read from three formats, or refused in one line."""
+"""Frames are read, or refused in one line; test_recording.py has other formats and other readings."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -80,29 +81,27 @@ WRONG_CSV = [
     ("", "frames: at least one frame is needed, got none"),
     ("a,b\n", "frames: at least one frame is needed, got none"),
     ("1,2,3,4,5,6\n1,2,3,4,5\n", "line 2: 6 numbers (2 rows x 3 columns) are needed, got 5"),
-    ("1,2,3,4,5,6,\n", "line 1: 6 numbers (2 rows x 3 columns) are needed, got 7: the line ends in a comma"),
-    (
-        "1;2;3;4;5;6\n",
-        "line 1: 6 numbers (2 rows x 3 columns) are needed, got 1: "
-        "the columns are separated by semicolons; commas are needed, and points in numbers",
-    ),
-    (
-        "a;b;c;d;e;f\n1,5;2;3;4;5;6\n",
-        "line 2: 6 numbers (2 rows x 3 columns) are needed, got 2: "
-        "the columns are separated by semicolons; commas are needed, and points in numbers",
-    ),
-    (
-        "1\t2\t3\t4\t5\t6\n",
-        "line 1: 6 numbers (2 rows x 3 columns) are needed, got 1: "
-        "the columns are separated by tabs; commas are needed, and points in numbers",
-    ),
+    ("1,2,3,4,5,6,,\n", "line 1: 6 numbers (2 rows x 3 columns) are needed, got 8: "
+     "are the first 2 columns no taxels? (--skip-columns 2)"),
+    ("1;2;3;4;5\n", "line 1: 6 numbers (2 rows x 3 columns) are needed, got 5"),
+    ("1;2;3;4;5;6\n1;2;3;4;5,0\n", "line 2: 6 numbers (2 rows x 3 columns) are needed, got 5"),
+    ("1,5;2;3;4;5;6\n1.5;2;3;4;5;6\n", "line 2: numbers have points here and commas elsewhere"),
+    ("1.5;2;3;4;5;6\n1;2;3;4;5;6\n1;2;3;4;5,25;6\n", "line 3: numbers have commas here and points elsewhere"),
+    ("1.234,5;2;3;4;5;6\n", "line 1: numbers have commas here and points elsewhere"),
     (
         "1,0,2,0,3,0,4,0,5,0,6,0\n",
-        "line 1: 6 numbers (2 rows x 3 columns) are needed, got 12: are there commas in numbers? points are needed",
+        "line 1: 6 numbers (2 rows x 3 columns) are needed, got 12: "
+        "are there commas in numbers? then another separator is needed",
     ),
     (
         "t,a,b,c,d,e,f\n0.0,1,2,3,4,5,6\n0.1,1,2,3,4,5,6\n",
-        "line 2: 6 numbers (2 rows x 3 columns) are needed, got 7: is the first column a time stamp or an index?",
+        "line 2: 6 numbers (2 rows x 3 columns) are needed, got 7: "
+        "is the first column a time stamp? (--skip-columns 1)",
+    ),
+    (
+        "12:30:01;1;2;3;4;5;6\n12:30:02;1;2;3;4;5;6\n",
+        "line 1: 6 numbers (2 rows x 3 columns) are needed, got 7: "
+        "is the first column a time stamp? (--skip-columns 1)",
     ),
     ("0,1,2,3,4,5\n1,2,3,4,5,6\n", "line 1: the numbers from 0 to 5 are headings, not stress: remove the line"),
     ("1.0,2.x,3,4,5,6\n1,2,3,4,5,6\n", "line 1: '2.x' at position 2 is not a number"),
@@ -135,20 +134,24 @@ def test_wrong_csv(tmp_path: Path, text: str, reason: str) -> None:
 
 
 WRONG_ARRAYS = [
-    (FRAMES[0], "frames: shape (n, 2, 3) is needed, got (2, 3): a single frame has the shape (1, 2, 3)"),
     (
         FRAMES.reshape(4, 3, 2),
-        "frames: shape (n, 2, 3) is needed, got (4, 3, 2): is every frame transposed?",
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (4, 3, 2): is every frame transposed? (--order columns)",
     ),
     (
-        FRAMES.reshape(4, 6),
-        "frames: shape (n, 2, 3) is needed, got (4, 6): frames as rows become frames by reshape(-1, 2, 3)",
+        FRAMES[0].T,
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (3, 2): is every frame transposed? (--order columns)",
+    ),
+    (
+        np.zeros((4, 7)),
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (4, 7): is the first column a time stamp? (--skip-columns 1)",
     ),
     (
         np.moveaxis(FRAMES, 0, 2),
-        "frames: shape (n, 2, 3) is needed, got (2, 3, 4): is the number of frames last? it comes first",
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (2, 3, 4): is the number of frames last? it comes first",
     ),
-    (FRAMES[None], "frames: shape (n, 2, 3) is needed, got (1, 4, 2, 3)"),
+    (FRAMES[None], "frames: shape (n, 2, 3) or (n, 6) is needed, got (1, 4, 2, 3)"),
+    (np.float64(1), "frames: shape (n, 2, 3) or (n, 6) is needed, got ()"),
     (FRAMES * 1e200, "frames: frame 0, row 0, column 0 is -7.25e+200 Pa, no stress is beyond 1e+12 Pa"),
     (
         np.full((1, 2, 3), 2**64 - 1, dtype=np.uint64),
@@ -212,7 +215,9 @@ def test_mistaken_suffix(tmp_path: Path) -> None:
     for name, reason in {
         "a.npz": "is not a .npz file but a single array: call it .npy",
         "a.npy": "frames: is not a .npy array: it is a .npz file",
-        "a.txt": "a name that ends in .npz, .npy or .csv is needed",
+        "a.dat": "a name that ends in .npz, .npy, .csv, .txt, .tsv, .parquet or .mcap is needed, or the folder of a "
+        "rosbag2",
+        "a.txt": "cannot be read: No such file or directory",
         "none.csv": "cannot be read: No such file or directory",
         "none.npz": "cannot be read: No such file or directory",
     }.items():
@@ -408,7 +413,9 @@ def good_files() -> dict[str, bytes]:
     text = "a,b,c,d,e,f\n" + "\n".join(",".join(map(str, frame.ravel())) for frame in FRAMES)
     np.save(array := io.BytesIO(), FRAMES)
     files = {f"{method}.npz": zipped(array.getvalue(), number) for method, number in METHODS.items()}
-    return {"f.npy": array.getvalue(), "f.csv": text.encode(), **files}
+    pl.DataFrame(FRAMES.reshape(4, 6)).write_parquet(table := io.BytesIO())
+    texts = {"f.csv": text.encode(), "f.txt": text.replace(",", ";").replace(".", ",").encode()}
+    return {"f.npy": array.getvalue(), "f.parquet": table.getvalue(), **texts, **files}
 
 
 def demand_a_line_or(result: Callable[[], object], path: Path) -> None:

@@ -16,6 +16,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
+from tfra.model.recording import Input, arranged
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
 
@@ -85,8 +86,8 @@ def test_the_bit_accurate_model_is_not_doubted_either() -> None:
 
 def test_sign_that_somebody_has_flipped() -> None:
     frames = -contacts(SQUARE)
-    assert warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), flipped=True) == [
-        "99 % of the stress is negative: is compression negative in this file? (without --compression positive)"
+    assert warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), given=Input(compression="positive")) == [
+        "99 % of the stress is negative: is compression negative in this file? (--compression negative)"
     ]
 
 
@@ -105,7 +106,7 @@ def test_sign() -> None:
 def test_unit(factor: float, peak: float, unit: str) -> None:
     frames = contacts(SQUARE) / np.abs(contacts(SQUARE)).max() * peak / factor
     (line,) = told(frames)
-    assert line.startswith(f"the largest magnitude is {peak / factor:.4g}, ")
+    assert line.startswith(f"the largest magnitude is {peak / factor:.4g} Pa, ")
     assert f"is the unit {unit}" in line
 
 
@@ -113,8 +114,8 @@ def test_the_whole_line_of_a_wrong_unit() -> None:
     frames = contacts(SQUARE)
     (line,) = told(frames / np.abs(frames).max() * 144.0)
     assert line == (
-        "the largest magnitude is 144, 0.072 % of full scale, 200000 Pa: is the unit kPa (times 1000 it would be "
-        "72 %), or was nothing pressed?"
+        "the largest magnitude is 144 Pa, 0.072 % of full scale, 200000 Pa: is the unit kPa (times 1000 it would be "
+        "72 %), or was nothing pressed? (--unit kPa)"
     )
     (line,) = told(frames / np.abs(frames).max() * 1e-4)
     assert line.endswith("are the unit, Pa, and adc.full_scale_pa right, or was nothing pressed?")
@@ -124,7 +125,7 @@ def test_codes_instead_of_pascals() -> None:
     codes = contacts(SQUARE) / design(SQUARE).adc.lsb
     line = (
         f"all values are whole numbers up to {np.abs(codes).max():.0f}: are these codes of the 14-bit converter "
-        "instead of Pa? (1 code = 24.4141 Pa)"
+        "instead of Pa (1 code = 24.4141 Pa)? (--unit codes)"
     )
     assert told(codes) == [line]
     assert told(codes + 0.5) != [line]
@@ -140,10 +141,40 @@ def test_unipolar_codes() -> None:
     codes = contacts(SQUARE) / design(SQUARE).adc.lsb + 8192
     offset, units = told(codes)
     assert offset == (
-        f"taxels read about {np.median(codes):.4g} where nothing seems to press: a common offset; was the sensor "
-        "tared, or are its codes unipolar?"
+        f"taxels read about {np.median(codes):.4g} Pa where nothing seems to press: a common offset; was the sensor "
+        "tared (--tare-frames N, --tare FILE), or are these codes with an offset (--unit codes --coding offset)?"
     )
     assert units.startswith("all values are whole numbers up to ")
+    assert units.endswith("(--unit codes --coding offset)")
+
+
+@pytest.mark.parametrize(
+    ("given", "factor", "said"),
+    [
+        (Input(unit="kPa"), 1e-3, "is the unit MPa (times 1000 it would be 72 %), or was nothing pressed?"),
+        (Input(unit="kPa"), 1e-5, "are the unit, kPa, and adc.full_scale_pa right, or was nothing pressed?"),
+        (Input(unit="codes"), 1e-3, "are the unit, codes, and adc.full_scale_pa right, or was nothing pressed?"),
+        (Input(unit="kPa"), 1e3, "is the file in kPa, and adc.full_scale_pa in Pa (not in kPa)? (--unit Pa)"),
+        (Input(unit="codes"), 1e3, "times full scale: is adc.full_scale_pa in Pa (not in kPa)?"),
+    ],
+)
+def test_units_that_somebody_has_given(given: Input, factor: float, said: str) -> None:
+    frames = contacts(SQUARE) / np.abs(contacts(SQUARE)).max() * 144e3 * factor
+    assert warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), given)[0].endswith(said)
+
+
+@pytest.mark.parametrize("flip_x", [False, True])
+@pytest.mark.parametrize("flip_y", [False, True])
+def test_an_order_that_somebody_has_given(flip_x: bool, flip_y: bool) -> None:
+    """A file in rows that is read in columns; the right reading is not doubted."""
+    sensor = SENSORS["5×7, 3×3 mm, h 2 mm"]
+    lines = contacts(sensor, 40, 9).reshape(40, -1)
+    for order, doubted in (("rows", False), ("columns", True)):
+        given = Input(order=order, flip_x=flip_x, flip_y=flip_y)  # type: ignore[arg-type]
+        frames = arranged(lines, given, sensor)
+        found = [line for line in warnings(design(sensor), frames, Tfra(sensor)(frames), given) if "neighbours" in line]
+        assert len(found) == doubted
+        assert all(line.endswith("row by row: are rows and columns exchanged? (--order rows)") for line in found)
 
 
 @pytest.mark.parametrize("share", [-0.3, -0.1, 0.03, 0.1, 0.3])
@@ -184,7 +215,7 @@ def test_saturated() -> None:
     )
     assert told(clipped) == [line]
     far = told(frames * 1e3)
-    assert far[0].endswith("times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?")
+    assert far[0].endswith("times full scale: is the file in Pa, and adc.full_scale_pa in Pa (not in kPa)?")
     assert far[1].startswith("40 of 40 frames and ")
     rare = np.concatenate([contacts(SQUARE, 200, 3), clipped[hit.any(axis=(1, 2))][:1]])
     assert told(rare) == []  # one of 201 is below 1 %
@@ -229,7 +260,7 @@ def test_rows_and_columns_exchanged(name: str) -> None:
     (line,) = told(scrambled, sensor)
     assert line.startswith("neighbours differ 1.")
     assert line.endswith(
-        " times as much as if the file went column by column: are rows and columns exchanged? (row by row is needed)"
+        " times as much as if the file went column by column: are rows and columns exchanged? (--order columns)"
     )
 
 
@@ -253,10 +284,10 @@ def test_over_full_scale() -> None:
     peak = np.abs(frames).max()
     assert over_full_scale(one, frames / peak * 3e5) == ""
     assert over_full_scale(one, frames / peak * 1.44e8) == (
-        "; the largest is 720 times full scale: is the file in Pa, and adc.full_scale_pa, too (not in kPa)?"
+        "; the largest is 720 times full scale: is the file in Pa, and adc.full_scale_pa in Pa (not in kPa)?"
     )
     soft = design(SQUARE, Adc(14, 5e4))
     assert over_full_scale(soft, np.rint(frames / peak * 8000)) == (
-        "; all values are whole numbers up to 8000: are these codes of the 14-bit converter instead of Pa? "
-        "(1 code = 6.10352 Pa)"
+        "; all values are whole numbers up to 8000: are these codes of the 14-bit converter instead of Pa "
+        "(1 code = 6.10352 Pa)? (--unit codes)"
     )

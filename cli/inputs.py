@@ -1,0 +1,98 @@
+"""How a recording is read: what CONFIG's [input] says, and the options of a command that override it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tfra.model.errors import InputError
+from tfra.model.recording import PLAIN, Coding, Input, Order, Sign, Unit
+
+if TYPE_CHECKING:
+    from tfra.codegen.config import Project
+    from tfra.codegen.framesfile import Recording
+
+Given = Mapping[str, Any]
+"""Options that were given: fields of ``Input`` by their names."""
+
+
+def _option(kind: Any, help: str, *names: str, **more: Any) -> Any:
+    panel = "How FRAMES are read, in place of what CONFIG says in its section input"
+    return Annotated[kind | None, typer.Option(*names, help=help, rich_help_panel=panel, **more)]
+
+
+OPTIONS: dict[str, Any] = {
+    "unit": _option(Unit, "Unit of the numbers: codes are those of CONFIG's converter. Else: Pa."),
+    "compression": _option(Sign, "Sign of compression. Else: negative."),
+    "coding": _option(
+        Coding, "Codes at rest: 0, with two's complement; half of the range; 0, all for one sign. Else: signed."
+    ),
+    "tare_frames": _option(int, "The first N frames show the array at rest.", metavar="N", min=0, max=1_000_000),
+    "tare": _option(Path, "So do all frames of this file.", metavar="FILE"),
+    "order": _option(Order, "Whether a frame runs along rows or along columns. Else: rows."),
+    "flip_x": _option(bool, "Mirror the array along x.", "--flip-x/--no-flip-x"),
+    "flip_y": _option(bool, "Mirror the array along y.", "--flip-y/--no-flip-y"),
+    "skip_columns": _option(
+        int, "The first N columns are no taxels; the first is the time.", metavar="N", min=0, max=1000
+    ),
+    "topic": _option(str, "Topic of the frames in a log. Else: the only one that fits.", metavar="NAME"),
+}
+
+
+def reads_recording(command: Callable[..., None]) -> Callable[..., None]:
+    """Give ``command`` the options above; its parameter ``given`` gets those that somebody gave."""
+    own = inspect.signature(command, eval_str=True)
+    kept = [parameter for parameter in own.parameters.values() if parameter.name != "given"]
+    ours = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+        for name, kind in OPTIONS.items()
+    ]
+
+    @wraps(command)
+    def reading(**arguments: Any) -> None:
+        options = {name: arguments.pop(name) for name in OPTIONS}
+        command(**arguments, given={name: value for name, value in options.items() if value is not None})
+
+    plain = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in kept]
+    reading.__dict__["__signature__"] = inspect.Signature([*plain, *ours])
+    reading.__annotations__ = {parameter.name: parameter.annotation for parameter in (*plain, *ours)}
+    return reading
+
+
+def for_recording(project: Project, path: Path, given: Given, command: str) -> Project:
+    """Return ``project`` with the ``input`` that the recording at ``path`` is to be read by.
+
+    What ``tfra frames`` wrote is in Pa and needs nothing of CONFIG's [input], which is about recordings.  Raises
+    ``InputError`` for options that contradict each other.
+    """
+    from tfra.codegen.ownership import is_as_written
+
+    chosen = PLAIN if is_as_written(path, "frames") else project.input
+    return replace(project, input=overridden(chosen, given, command))
+
+
+def overridden(chosen: Input, given: Given, command: str) -> Input:
+    """Return ``chosen`` with the options ``given`` in place of its own; raises ``InputError`` if they contradict."""
+    if given.get("tare_frames") and "tare" in given:
+        raise InputError(f"tfra {command}", "--tare", "either this or --tare-frames is needed, not both")
+    if "tare" in given:
+        chosen = replace(chosen, tare_frames=0)
+    elif "tare_frames" in given:
+        chosen = replace(chosen, tare=None)
+    found = replace(chosen, **given)
+    if "coding" in given and found.unit != "codes":
+        raise InputError(f"tfra {command}", "--coding", "is about codes: --unit codes is needed")
+    return found
+
+
+def frames_at(path: Path, project: Project) -> Recording:
+    """Return the recording at ``path``, read as ``project.input`` says; raises ``InputError``."""
+    from tfra.codegen.framesfile import read_recording
+
+    return read_recording(path, project.design.sensor, project.design.adc, project.input)

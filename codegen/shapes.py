@@ -1,0 +1,55 @@
+"""Which shapes of an array are frames.
+
+    (n, rows, columns), (rows, columns)         frames, a frame; columns come first with ``order = "columns"``
+    (n, skip_columns + taxels), (taxels,)       a frame in each row, a frame
+
+No shape can be read in two ways: sensors have two rows and two columns at least, so that neither is as many as the
+taxels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfra.codegen.arrays import Array, Shape
+from tfra.model.arrays import Floats
+from tfra.model.errors import shortened
+from tfra.model.recording import Input
+from tfra.model.sensor import SensorArray
+
+FRAMES = "frames"
+"""The key of the stresses."""
+
+
+def split(array: Array, sensor: SensorArray, given: Input) -> tuple[Array, Floats | None]:
+    """Return the frames of ``array``, ``(n, taxels)`` or ``(n, ...)``, and the times in front of them, if any.
+
+    Its shape is one that ``wrong_shape`` has no objection to.
+    """
+    if array.shape in (given.shape(sensor), (sensor.taxels,)):
+        return array[None], None
+    if array.ndim == 3 or not given.skip_columns:
+        return array, None
+    time = array[:, 0].astype(np.float64)
+    return array[:, given.skip_columns :], time if np.isfinite(time).all() else None
+
+
+def wrong_shape(sensor: SensorArray, given: Input, shape: Shape) -> str | None:
+    """Say what is wrong with a ``shape`` that is none of frames, and what it may be."""
+    frame, width, skip = given.shape(sensor), sensor.taxels + given.skip_columns, given.skip_columns
+    if shape in (frame, (sensor.taxels,)):
+        return None
+    if (len(shape) == 3 and shape[1:] == frame) or (len(shape) == 2 and shape[1] == width):
+        return None
+    other = "columns" if given.order == "rows" else "rows"
+    hint = ""
+    if shape[-2:] == frame[::-1] and len(shape) in (2, 3):
+        hint = f": is every frame transposed? (--order {other})"
+    elif len(shape) == 3 and shape[:2] == frame:
+        hint = ": is the number of frames last? it comes first"
+    elif len(shape) == 2 and skip and shape[1] == sensor.taxels:
+        hint = ": are all columns taxels? (--skip-columns 0)"
+    elif len(shape) == 2 and shape[1] == sensor.taxels + 1:
+        hint = ": is the first column a time stamp? (--skip-columns 1)"
+    needed = f"shape (n, {frame[0]}, {frame[1]}) or (n, {width})"
+    return f"{needed} is needed, got {shortened(str(shape))}{hint}"

@@ -1,0 +1,335 @@
+"""The same frames in every form are the same stress, bit for bit; every key of [input] undoes what a logger did."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tfra.codegen.framesfile import Recording, read_recording
+from tfra.codegen.shapes import wrong_shape
+from tfra.model.choices import Adc
+from tfra.model.errors import InputError
+from tfra.model.recording import PLAIN, Input
+from tfra.model.sensor import SensorArray
+
+SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
+ADC = Adc(12, 150e3)
+FRAMES = np.arange(24.0).reshape(4, 2, 3) - 7.25
+LINES = FRAMES.reshape(4, 6)
+TIMES = np.array([0.5, 0.25, 3.0, -1.0])
+
+
+def read(path: Path, how: Input = PLAIN, sensor: SensorArray = SENSOR) -> Recording:
+    return read_recording(path, sensor, ADC, how)
+
+
+def refusal(path: Path, how: Input = PLAIN) -> str:
+    with pytest.raises(InputError) as caught:
+        read(path, how)
+    return str(caught.value).removeprefix(f"{path}: ")
+
+
+def text(separator: str, point: str, headings: str = "", time: bool = False, end: str = "\n") -> str:
+    """``LINES`` as text, written by hand."""
+    rows = [[repr(float(TIMES[n]))] * time + [repr(float(x)) for x in line] for n, line in enumerate(LINES)]
+    return headings + "".join(separator.join(row).replace(".", point) + end for row in rows)
+
+
+SEPARATORS = {"comma": ",", "comma, blank": ", ", "semicolon": ";", "tab": "\t", "bar": "|", "bars, blanks": " | "}
+BLANKS = {"blank": " ", "blanks": "   ", "tab and blanks": " \t "}
+
+
+@pytest.mark.parametrize("suffix", ["csv", "txt", "tsv", "CSV"])
+@pytest.mark.parametrize("separator", (SEPARATORS | BLANKS).values(), ids=SEPARATORS | BLANKS)
+@pytest.mark.parametrize("point", [".", ","])
+def test_text(tmp_path: Path, suffix: str, separator: str, point: str) -> None:
+    if separator.startswith(",") and point == ",":
+        return
+    path = tmp_path / f"f.{suffix}"
+    heads = "# a comment; with, all | of\tthem\n" + separator.join("abcdef") + "\n#\n"
+    for headings, end in itertools.product(("", heads), ("\n", " \n" if separator.isspace() else f"{separator}\n")):
+        path.write_text(text(separator, point, headings, end=end))
+        found = read(path)
+        np.testing.assert_array_equal(found.frames, FRAMES)
+        assert found.time is None
+        path.write_text(text(separator, point, "", True, end))
+        found = read(path, Input(skip_columns=1))
+        np.testing.assert_array_equal(found.frames, FRAMES)
+        assert found.time is not None
+        assert found.time.tolist() == TIMES.tolist()
+        assert not found.seconds
+
+
+def test_skipped_columns_of_text(tmp_path: Path) -> None:
+    path = tmp_path / "f.csv"
+    path.write_text("time,number,a,b,c,d,e,f\n12:30:01,0,1,2,3,4,5,6\n12:30:02,1,7,8,9,10,11,12\n")
+    found = read(path, Input(skip_columns=2))
+    assert found.frames.tolist() == [[[1, 2, 3], [4, 5, 6]], [[7, 8, 9], [10, 11, 12]]]
+    assert found.time is None
+    path.write_text("1,0,1,2,3,4,5,6\n1e999,1,7,8,9,10,11,12\n")
+    assert read(path, Input(skip_columns=2)).time is None
+    reason = "line 1: 6 numbers (2 rows x 3 columns) behind 1 that are skipped are needed, got "
+    assert refusal(path, Input(skip_columns=1)) == (
+        f"{reason}8: are the first 2 columns no taxels? (--skip-columns 2)"
+    )
+    path.write_text("1,2,3,4,5,6\n")
+    assert refusal(path, Input(skip_columns=1)) == f"{reason}6: are all columns taxels? (--skip-columns 0)"
+    path.write_text("t,0,1,2,3,4,5\n1,2,3,4,5,6,7\n")
+    assert refusal(path, Input(skip_columns=1)).endswith("from 0 to 5 are headings, not stress: remove the line")
+
+
+def test_a_separator_is_chosen_by_what_fits(tmp_path: Path) -> None:
+    """Numbers with commas between blanks would also be numbers between commas, were they as many."""
+    path = tmp_path / "f.txt"
+    path.write_text("1,5 2,5 3,5 4,5 5,5 6,5\n")
+    assert read(path).frames.ravel().tolist() == [1.5, 2.5, 3.5, 4.5, 5.5, 6.5]
+    path.write_text("1, 2, 3, 4, 5, 6\n")
+    assert read(path).frames.ravel().tolist() == [1, 2, 3, 4, 5, 6]
+    path.write_text("R1.1;R1.2;R1.3;R2.1;R2.2;R2.3\n1,5;2;3;4;5;6\n")
+    assert read(path).frames.ravel().tolist() == [1.5, 2, 3, 4, 5, 6]
+
+
+def arrays(path: Path, values: np.ndarray, **more: np.ndarray) -> None:
+    if path.suffix == ".npz":
+        np.savez(path, frames=values, **more)
+    else:
+        np.save(path, values)
+
+
+@pytest.mark.parametrize("suffix", ["npy", "npz"])
+def test_shapes_of_arrays(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"f.{suffix}"
+    for values, expected in ((FRAMES, FRAMES), (LINES, FRAMES), (FRAMES[2], FRAMES[2:3]), (LINES[2], FRAMES[2:3])):
+        arrays(path, values)
+        np.testing.assert_array_equal(read(path).frames, expected)
+    transposed = FRAMES.transpose(0, 2, 1)
+    for values in (transposed, transposed.reshape(4, 6)):
+        arrays(path, values)
+        np.testing.assert_array_equal(read(path, Input(order="columns")).frames, FRAMES)
+    arrays(path, transposed[1])
+    np.testing.assert_array_equal(read(path, Input(order="columns")).frames, FRAMES[1:2])
+    arrays(path, np.column_stack([TIMES, [9, 9, 9, 9], LINES]))
+    found = read(path, Input(skip_columns=2))
+    np.testing.assert_array_equal(found.frames, FRAMES)
+    np.testing.assert_array_equal(found.time, TIMES)
+    arrays(path, FRAMES)
+    np.testing.assert_array_equal(read(path, Input(skip_columns=2)).frames, FRAMES)  # no columns of lines there
+    arrays(path, LINES)
+    assert refusal(path, Input(skip_columns=1)).endswith("got (4, 6): are all columns taxels? (--skip-columns 0)")
+    arrays(path, FRAMES)
+    assert refusal(path, Input(order="columns")) == (
+        "frames: shape (n, 3, 2) or (n, 6) is needed, got (4, 2, 3): is every frame transposed? (--order rows)"
+    )
+
+
+@given(
+    st.integers(2, 64),
+    st.integers(2, 64),
+    st.integers(0, 9),
+    st.booleans(),
+    st.lists(st.integers(0, 70) | st.just(4096), max_size=4),
+)
+def test_no_shape_has_two_meanings(rows: int, columns: int, skip: int, across: bool, any_shape: list[int]) -> None:
+    sensor = SensorArray(rows, columns, 1e-3, 1e-3, 1e-3)
+    how = Input(order="columns" if across else "rows", skip_columns=skip)
+    frame, m = ((columns, rows) if across else (rows, columns)), rows * columns
+    lines, frames = ((rows, m + skip), (columns, m + skip)), ((rows, *frame), (columns, *frame))
+    for shape in (tuple(any_shape), frame, frame[::-1], (m,), *lines, *frames):
+        single = shape in (frame, (m,))
+        meanings = [single, len(shape) == 2 and shape[1] == m + skip, len(shape) == 3 and shape[1:] == frame]
+        assert sum(meanings) <= 1
+        assert (wrong_shape(sensor, how, shape) is None) == any(meanings)
+
+
+def test_times_of_an_archive(tmp_path: Path) -> None:
+    path = tmp_path / "f.npz"
+    np.savez(path, frames=FRAMES, time=TIMES)
+    np.testing.assert_array_equal(read(path).time, TIMES)
+    for other in (np.zeros(3), np.array(list("abcd")), np.array([0, 1, np.nan, 2]), np.zeros((4, 1))):
+        np.savez(path, frames=FRAMES, time=other)
+        assert read(path).time is None
+        np.testing.assert_array_equal(read(path).frames, FRAMES)
+
+
+# Parquet
+
+
+def parquet(path: Path, table: dict[str, Any]) -> Path:
+    pl.DataFrame(table).write_parquet(path)
+    return path
+
+
+def test_parquet(tmp_path: Path) -> None:
+    path = tmp_path / "f.parquet"
+    columns: dict[str, Any] = {f"taxel_{k}": LINES[:, k] for k in range(6)}
+    np.testing.assert_array_equal(read(parquet(path, columns)).frames, FRAMES)
+    found = read(parquet(path, {"t": TIMES, "note": list("abcd"), **columns}), Input(skip_columns=2))
+    np.testing.assert_array_equal(found.frames, FRAMES)
+    np.testing.assert_array_equal(found.time, TIMES)
+    for values in (pl.Series(LINES.tolist()), pl.Series(FRAMES.tolist()), pl.Series(LINES), pl.Series(FRAMES)):
+        found = read(parquet(path, {"n": ["a", "b", "c", "d"], "stress": values}), Input(skip_columns=1))
+        np.testing.assert_array_equal(found.frames, FRAMES)
+        assert found.time is None
+    small = pl.Series(LINES.astype(np.float32).tolist(), dtype=pl.List(pl.Float32))
+    np.testing.assert_array_equal(read(parquet(path, {"stress": small})).frames, FRAMES)
+    whole = {name: np.arange(4, dtype=np.int16) for name in columns}
+    assert read(parquet(path, whole)).frames[3].tolist() == [[3, 3, 3], [3, 3, 3]]
+
+
+def test_wrong_parquet(tmp_path: Path) -> None:
+    path = tmp_path / "f.parquet"
+    columns: dict[str, Any] = {f"t{k}": LINES[:, k] for k in range(6)}
+    assert refusal(parquet(path, {"t": TIMES, **columns})) == (
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (1, 7): is the first column a time stamp? (--skip-columns 1)"
+    )
+    assert refusal(parquet(path, columns | {"t2": list("abcd")})) == "column 't2': real numbers are needed, got String"
+    assert refusal(parquet(path, columns | {"t2": [1.0, 2.0, None, 3.0]})) == "column 't2': has no value, first at 2"
+    assert refusal(parquet(path, {"a": [[1.0], [1.0, 2.0]]})).startswith("column 'a': all lists must have the same len")
+    assert refusal(parquet(path, {"a": [[1.0] * 6, [1.0] * 5 + [None]]})) == "column 'a': has no value, first at 11"
+    assert refusal(parquet(path, {"a": [["x"] * 6]})).endswith("lists of real numbers are needed, got List(String)")
+    assert refusal(path, Input(skip_columns=1)) == "frames: 1 of 1 columns are skipped (--skip-columns)"
+    assert refusal(parquet(path, {name: [] for name in columns} | {})).endswith("are needed, got Null")
+    empty = {name: np.empty(0) for name in columns}
+    assert refusal(parquet(path, empty)) == "frames: at least one frame is needed, got none"
+    assert refusal(parquet(path, {"a": pl.Series([], dtype=pl.List(pl.Float64))})).startswith("frames: ")
+    good = parquet(path, columns).read_bytes()
+    path.write_bytes(good[:-20])
+    assert refusal(path) == "is not a Parquet file, or ends early"
+    path.write_bytes(b"PAR1" + b"x" * 50 + b"PAR1")
+    assert refusal(path).startswith("is not a readable Parquet file: ")
+    assert refusal(tmp_path / "none.parquet") == "cannot be read: No such file or directory"
+
+
+# Keys of [input]
+
+
+@dataclass(frozen=True)
+class Logger:
+    """What writes a recording of codes, independently: taxel by taxel, in integers."""
+
+    how: Input
+    sensor: SensorArray
+
+    def line(self, codes: list[list[int]], rest: list[list[int]]) -> list[int]:
+        """The numbers of a frame whose true code at (row, column), compression negative, is ``codes[row][column]``."""
+        rows, columns = self.sensor.rows, self.sensor.columns
+        places = (
+            itertools.product(range(rows), range(columns))
+            if self.how.order == "rows"
+            else ((row, column) for column in range(columns) for row in range(rows))
+        )
+        numbers = []
+        for row, column in places:
+            row = rows - 1 - row if self.how.flip_y else row
+            column = columns - 1 - column if self.how.flip_x else column
+            code = -codes[row][column] if self.how.compression == "positive" else codes[row][column]
+            code += 1 << (ADC.bits - 1) if self.how.coding == "offset" else 0
+            numbers.append(code + rest[row][column])
+        return numbers
+
+
+SMALL = st.integers(-500, 500)
+
+
+@st.composite
+def logged(draw: st.DrawFn) -> tuple[Logger, list[list[list[int]]], list[list[int]]]:
+    rows, columns, n = draw(st.integers(2, 4)), draw(st.integers(2, 4)), draw(st.integers(1, 4))
+    how = Input(
+        unit="codes",
+        compression=draw(st.sampled_from(["negative", "positive"])),
+        coding=draw(st.sampled_from(["signed", "offset"])),
+        order=draw(st.sampled_from(["rows", "columns"])),
+        flip_x=draw(st.booleans()),
+        flip_y=draw(st.booleans()),
+        tare_frames=draw(st.sampled_from([0, 1, 2])),
+    )
+    grid = st.lists(st.lists(SMALL, min_size=columns, max_size=columns), min_size=rows, max_size=rows)
+    rest = draw(grid) if how.tare_frames else [[0] * columns] * rows
+    codes = [[[0] * columns] * rows] * how.tare_frames + [draw(grid) for _ in range(n)]
+    return Logger(how, SensorArray(rows, columns, 1e-3, 1e-3, 1e-3)), codes, rest
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(found=logged(), skip=st.integers(0, 2))
+def test_any_logger_is_undone(tmp_path: Path, found: tuple[Any, ...], skip: int) -> None:
+    logger, codes, rest = found
+    lines = [logger.line(frame, rest) for frame in codes]
+    rows = [["7"] * skip + [str(number) for number in line] for line in lines]
+    (tmp_path / "f.csv").write_text("".join(";".join(row) + "\n" for row in rows))
+    np.save(tmp_path / "f.npy", np.array([[int(cell) for cell in row] for row in rows], dtype=np.int32))
+    parquet(tmp_path / "f.parquet", {str(k): [int(row[k]) for row in rows] for k in range(len(rows[0]))})
+    for suffix in ("csv", "npy", "parquet"):
+        stress = read(tmp_path / f"f.{suffix}", replace(logger.how, skip_columns=skip), logger.sensor).frames
+        lsb = Fraction(ADC.full_scale) / 2 ** (ADC.bits - 1)
+        assert stress.tolist() == [[[float(c * lsb) for c in row] for row in frame] for frame in codes]
+
+
+def one(tmp_path: Path, values: list[float], how: Input, adc: Adc = ADC) -> list[float]:
+    np.save(tmp_path / "f.npy", np.array([values]))
+    return read_recording(tmp_path / "f.npy", SENSOR, adc, how).frames.ravel().tolist()  # type: ignore[no-any-return]
+
+
+def test_corners_of_units(tmp_path: Path) -> None:
+    adc = Adc(12, 204800.0)  # 100 Pa a code
+    codes = Input(unit="codes")
+    assert one(tmp_path, [-2048, 2047, 0, 1, -1, 5], codes, adc) == [-204800, 204700, 0, 100, -100, 500]
+    offset = replace(codes, coding="offset")
+    assert one(tmp_path, [0, 4095, 2048, 2049, 2047, 1], offset, adc) == [-204800, 204700, 0, 100, -100, -204700]
+    unipolar = replace(codes, coding="unipolar", compression="positive")
+    assert one(tmp_path, [0, 4095, 2048, 1, 2, 3], unipolar, adc) == [-0.0, -204750, -102400, -50, -100, -150]
+    kilo = Input(unit="kPa")
+    numbers = [1.1, -0.3, 0, 1e-9, 7, 2**-60]
+    assert one(tmp_path, numbers, kilo) == [float(1000 * Fraction(x)) for x in numbers]
+    assert one(tmp_path, [1, -2, 3, 4, 5, 0.1], Input(compression="positive")) == [-1, 2, -3, -4, -5, -0.1]
+
+
+def test_a_plain_recording_is_its_own_stress(tmp_path: Path) -> None:
+    values = np.random.default_rng(0).normal(size=(5, 2, 3)) * np.array(-0.0)
+    np.save(tmp_path / "f.npy", values)
+    assert read(tmp_path / "f.npy").frames.tobytes() == values.tobytes()
+
+
+def test_tare(tmp_path: Path) -> None:
+    rest = np.array([[1.0, 2, 3, 4, 5, 6], [3, 2, 1, 0, -1, -2]])  # its mean: 2 everywhere
+    np.save(tmp_path / "rest.npy", rest)
+    (tmp_path / "f.csv").write_text("".join(" ".join(map(str, line)) + "\n" for line in [*rest, *LINES]))
+    found = read(tmp_path / "f.csv", Input(tare_frames=2)).frames
+    np.testing.assert_array_equal(found.reshape(6, 6), np.concatenate([rest, LINES]) - 2)
+    for how in (Input(), Input(unit="kPa"), Input(compression="positive"), Input(order="columns", flip_x=True)):
+        taken = read(tmp_path / "f.csv", replace(how, tare=tmp_path / "rest.npy")).frames
+        np.testing.assert_array_equal(taken, read(tmp_path / "f.csv", replace(how, tare_frames=2)).frames)
+    assert refusal(tmp_path / "f.csv", Input(tare_frames=7)) == (
+        "frames: the first 7 frames are to be its tare, it has 6 (--tare-frames)"
+    )
+    with pytest.raises(InputError, match=r"none\.npy: cannot be read"):
+        read(tmp_path / "f.csv", Input(tare=tmp_path / "none.npy"))
+    np.save(tmp_path / "rest.npy", np.full((1, 6), np.nan))
+    with pytest.raises(InputError, match=r"rest\.npy: frames: frame 0, row 0, column 0 is not finite"):
+        read(tmp_path / "f.csv", Input(tare=tmp_path / "rest.npy"))
+
+
+@pytest.mark.parametrize(
+    ("value", "coding", "said"),
+    [
+        (2048, "signed", "signed codes of 12 bits are whole numbers from -2048 to 2047: are they offset binary? (--c"),
+        (-1, "offset", "offset codes of 12 bits are whole numbers from 0 to 4095: are they signed? (--coding signed)"),
+        (-1, "unipolar", "unipolar codes of 12 bits are whole numbers from 0 to 4095: are they signed? (--coding sig"),
+        (0.5, "signed", "whole numbers from -2048 to 2047: is the unit Pa or kPa? (--unit)"),
+        (70000, "offset", "whole numbers from 0 to 4095: is the unit Pa or kPa? (--unit)"),
+    ],
+)
+def test_what_is_no_code(tmp_path: Path, value: float, coding: Any, said: str) -> None:
+    np.save(tmp_path / "f.npy", np.array([[0, 0, value, 0, 0, 0]]))
+    how = Input(unit="codes", coding=coding)
+    assert f"frames: frame 0, row 0, column 2 is {value:g}, " in refusal(tmp_path / "f.npy", how)
+    assert said in refusal(tmp_path / "f.npy", how)
+    assert f"row 1, column 1 is {value:g}, " in refusal(tmp_path / "f.npy", replace(how, order="columns", flip_y=True))
