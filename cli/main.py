@@ -29,6 +29,7 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
         "tfra estimate examples/hertz_40x20.toml frames.npz --out forces.npz",
         "tfra estimate examples/hertz_40x20.toml frames.npz --engine fixed --out forces.npz --json",
         "tfra estimate sensor.toml recording.csv --compression positive --out forces.npz",
+        "tfra estimate sensor.toml recording.txt --unit kPa --skip-columns 1 --tare-frames 50 --out forces.csv",
     ),
     view: (
         "tfra view forces.npz --out page.html",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+import re
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tfra.codegen.framesfile import Recording, read_recording
+from tfra.codegen.framesfile import FORMATS, Recording, read_recording
 from tfra.codegen.shapes import wrong_shape
 from tfra.model.choices import Adc
 from tfra.model.errors import InputError
@@ -210,6 +211,13 @@ def test_wrong_parquet(tmp_path: Path) -> None:
 
 
 # Keys of [input]
+
+
+def test_the_page_has_every_key_and_format() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "recordings.md").read_text()
+    rows = "".join(re.findall(r"^\| (`.*?) \|", page, re.MULTILINE))
+    for name in (*(field.name for field in fields(Input)), *FORMATS.replace(" or ", ", ").split(", ")):
+        assert f"`{name}`" in rows, name
 
 
 @dataclass(frozen=True)
