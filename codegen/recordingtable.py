@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,16 +12,21 @@ import numpy as np
 
 from tfra.codegen.arrays import Array
 from tfra.codegen.inputfile import opened
+from tfra.codegen.processes import running
 from tfra.codegen.shapes import FRAMES, wrong_shape
 from tfra.model.arrays import Floats
-from tfra.model.errors import InputError, quoted, shortened
+from tfra.model.errors import InputError, quoted
 from tfra.model.recording import Input
+from tfra.model.scratch import scratch, temporary
 from tfra.model.sensor import SensorArray
 
 if TYPE_CHECKING:
     import polars as pl
 
 _MAGIC = b"PAR1"
+
+_CONVERTED = "import sys, polars; polars.read_parquet(sys.argv[1], glob=False).write_ipc(sys.argv[2])"
+"""A process of its own: polars takes the one that it runs in with it when it believes a damaged file."""
 
 
 def read_parquet(file: Path, sensor: SensorArray, given: Input) -> tuple[Array, Floats | None]:
@@ -44,13 +52,17 @@ def _table(file: Path) -> pl.DataFrame:
     except ImportError:
         raise InputError(file, "", "polars is missing, please run: pip install 'tfra[tables]'") from None
     with opened(file) as stream:
-        data = stream.read()
-    if data[:4] != _MAGIC or data[-4:] != _MAGIC:
-        raise InputError(file, "", "is not a Parquet file, or ends early")
-    try:
-        return pl.read_parquet(data)
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError) as error:
-        raise InputError(file, "", f"is not a readable Parquet file: {shortened(str(error), 100)}") from None
+        start, length = stream.read(len(_MAGIC)), stream.seek(0, os.SEEK_END)
+        stream.seek(max(0, length - len(_MAGIC)))
+        if start != _MAGIC or stream.read() != _MAGIC:
+            raise InputError(file, "", "is not a Parquet file, or ends early")
+    with scratch(temporary()) as folder:
+        command = [sys.executable, "-c", _CONVERTED, str(file.absolute()), "table.arrow"]
+        with running(command, folder, stdout=subprocess.DEVNULL) as process:
+            code = process.wait()
+        if code:
+            raise InputError(file, "", "is not a readable Parquet file: is it damaged?")
+        return pl.read_ipc((folder / "table.arrow").read_bytes())
 
 
 def _columns(file: Path, table: pl.DataFrame) -> Array:

@@ -11,7 +11,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -413,9 +412,8 @@ def good_files() -> dict[str, bytes]:
     text = "a,b,c,d,e,f\n" + "\n".join(",".join(map(str, frame.ravel())) for frame in FRAMES)
     np.save(array := io.BytesIO(), FRAMES)
     files = {f"{method}.npz": zipped(array.getvalue(), number) for method, number in METHODS.items()}
-    pl.DataFrame(FRAMES.reshape(4, 6)).write_parquet(table := io.BytesIO())
     texts = {"f.csv": text.encode(), "f.txt": text.replace(",", ";").replace(".", ",").encode()}
-    return {"f.npy": array.getvalue(), "f.parquet": table.getvalue(), **texts, **files}
+    return {"f.npy": array.getvalue(), **texts, **files}
 
 
 def demand_a_line_or(result: Callable[[], object], path: Path) -> None:

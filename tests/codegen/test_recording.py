@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import random
 import re
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from pathlib import Path
@@ -206,8 +208,21 @@ def test_wrong_parquet(tmp_path: Path) -> None:
     path.write_bytes(good[:-20])
     assert refusal(path) == "is not a Parquet file, or ends early"
     path.write_bytes(b"PAR1" + b"x" * 50 + b"PAR1")
-    assert refusal(path).startswith("is not a readable Parquet file: ")
+    assert refusal(path) == "is not a readable Parquet file: is it damaged?"
     assert refusal(tmp_path / "none.parquet") == "cannot be read: No such file or directory"
+
+
+def test_damaged_parquet(tmp_path: Path) -> None:
+    """The process lives on, whatever polars makes of a damaged file: numbers, or a line."""
+    path = parquet(tmp_path / "f.parquet", {"skin": LINES.tolist()})
+    good, draw = path.read_bytes(), random.Random(3)
+    for _ in range(8):
+        damaged = bytearray(good)
+        for _ in range(3):
+            damaged[draw.randrange(4, len(good) - 4)] = draw.randrange(256)
+        path.write_bytes(damaged)
+        with suppress(InputError):
+            assert read(path).frames.shape == (4, 2, 3)
 
 
 # Keys of [input]
@@ -274,8 +289,7 @@ def test_any_logger_is_undone(tmp_path: Path, found: tuple[Any, ...], skip: int)
     rows = [["7"] * skip + [str(number) for number in line] for line in lines]
     (tmp_path / "f.csv").write_text("".join(";".join(row) + "\n" for row in rows))
     np.save(tmp_path / "f.npy", np.array([[int(cell) for cell in row] for row in rows], dtype=np.int32))
-    parquet(tmp_path / "f.parquet", {str(k): [int(row[k]) for row in rows] for k in range(len(rows[0]))})
-    for suffix in ("csv", "npy", "parquet"):
+    for suffix in ("csv", "npy"):
         stress = read(tmp_path / f"f.{suffix}", replace(logger.how, skip_columns=skip), logger.sensor).frames
         lsb = Fraction(ADC.full_scale) / 2 ** (ADC.bits - 1)
         assert stress.tolist() == [[[float(c * lsb) for c in row] for row in frame] for frame in codes]
