@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from mcap.writer import Writer
+from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
@@ -56,9 +56,9 @@ def image(values: np.ndarray, encoding: str = "32FC1", padding: int = 0, order: 
     return bytes(STORE.serialize_cdr(content, IMAGE))
 
 
-def mcap(path: Path, messages: Sequence[Message], encoding: str = "cdr") -> Path:
+def mcap(path: Path, messages: Sequence[Message], encoding: str = "cdr", packed: bool = True) -> Path:
     with open(path, "wb") as stream:
-        writer = Writer(stream)
+        writer = Writer(stream, compression=CompressionType.ZSTD if packed else CompressionType.NONE)
         writer.start()
         channels: dict[str, int] = {}
         for topic, kind, time, data in messages:
@@ -183,6 +183,14 @@ def test_a_missing_package_is_told(
     missing = "polars is" if package == "polars" else "mcap and rosbags are"
     extra = "tables" if package == "polars" else "robot"
     assert refusal(path) == f"{missing} missing, please run: pip install 'tfra[{extra}]'"
+
+
+def test_a_damaged_number_is_noticed(tmp_path: Path) -> None:
+    path = mcap(tmp_path / "f.mcap", of("/a", ARRAY, array), packed=False)
+    good = path.read_bytes()
+    at = good.index(np.float32(FRAMES[2, 0, 0]).tobytes())
+    path.write_bytes(good[:at] + b"\1" + good[at + 1 :])
+    assert refusal(path).startswith("is not a readable log: crc validation failed")
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
