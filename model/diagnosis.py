@@ -121,9 +121,10 @@ def _values(design: Choices, recording: _Recording, status: Ints, given: Input) 
     n = len(status)
     if recording.offset(min(10 * design.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
         median = float(np.median(recording.flat))
+        codes = f", or are these codes with an offset ({_OFFSET})" if given.unit == "Pa" else ""
         yield (
             f"taxels read about {median:.4g} Pa where nothing seems to press: a common offset; was the sensor tared "
-            f"(--tare-frames N, --tare FILE), or are these codes with an offset ({_OFFSET})?"
+            f"(--tare-frames N, --tare FILE){codes}?"
         )
     elif (positive := positive_share(recording.frames)) > WRONG_SIGN:
         sign = "negative" if given.compression == "positive" else "positive"

@@ -148,6 +148,12 @@ def test_unipolar_codes() -> None:
     assert units.endswith("(--unit codes --coding offset)")
 
 
+def test_an_offset_of_codes() -> None:
+    frames = contacts(SQUARE) + 5e3
+    (line,) = warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), Input(unit="codes"))
+    assert line.endswith("a common offset; was the sensor tared (--tare-frames N, --tare FILE)?")
+
+
 @pytest.mark.parametrize(
     ("given", "factor", "said"),
     [
