@@ -16,8 +16,8 @@ def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
     """
     from tfra.codegen.config import load
     from tfra.codegen.generate import generate as write
+    from tfra.codegen.outlook import outlook
     from tfra.codegen.processes import ToolError
-    from tfra.model.outlook import outlook
 
     project = load(config)
     check_core(project)

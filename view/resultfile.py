@@ -15,7 +15,8 @@ import numpy.typing as npt
 
 from tfra.codegen.arrays import Archive, Shape, archive
 from tfra.codegen.config import load
-from tfra.codegen.framesfile import FRAMES, REFERENCES, read_references
+from tfra.codegen.framesfile import REFERENCES, read_references
+from tfra.codegen.shapes import FRAMES
 from tfra.model.arrays import Floats
 from tfra.model.errors import InputError, shortened
 from tfra.model.fixed.design import Design

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tests.view.made import CONFIG, KEYS, write
-from tfra.cli.estimate import KEYS as WRITTEN
+from tfra.codegen.resultfile import KEYS as WRITTEN
 from tfra.model.errors import InputError
 from tfra.view.resultfile import CONTEXT, VALUES, read_all
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tfra.codegen.outlook import Outlook, outlook
 from tfra.model.boussinesq import boussinesq
 from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.outlook import Outlook, outlook
 from tfra.model.sensor import SensorArray
 
 DESIGN = TfraDesign(SensorArray(6, 8, 3e-3, 2e-3, 2e-3), architecture=Architecture(8))
