@@ -138,7 +138,7 @@ def cascade(out: str) -> str:
 
 def _kind(quantity: str) -> str:
     kind = QUANTITIES[quantity]
-    return f"{kind.label}, {kind.unit}: median / 95th percentile"
+    return f"{kind.label}, {kind.unit}: median / 95th percentile".replace("|", "\\|")
 
 
 def _is(**wanted: Any) -> pl.Expr:
