@@ -19,10 +19,14 @@ def signed_bits(magnitude: float) -> int:
 
 def round_shift(value: npt.ArrayLike, shift: npt.ArrayLike) -> Ints:
     """``value / 2^shift`` rounded half up; negative shifts multiply.  The caller bounds the result below 2^62."""
-    x, s = np.asarray(value, dtype=np.int64), np.asarray(shift, dtype=np.int64)
+    s = np.asarray(shift, dtype=np.int64)
     right = np.clip(s, 0, 62)
-    half = np.where(right > 0, np.int64(1) << np.maximum(right - 1, 0), 0)
-    return np.asarray(np.where(s >= 0, (x + half) >> right, x << np.clip(-s, 0, 62)), dtype=np.int64)
+    half = (np.int64(1) << right) >> 1  # none where nothing is shifted out
+    rounded = np.asarray(value, dtype=np.int64) + half
+    rounded >>= right
+    if (s < 0).any():
+        rounded <<= np.clip(-s, 0, 62)
+    return np.asarray(rounded)
 
 
 def saturate(value: npt.ArrayLike, bits: int) -> Ints:
