@@ -61,7 +61,7 @@ def load_study(path: Path) -> StudyFile:
         raise InputError(path, "config", "a design of the TFRA estimator is needed")
     with _blame(project.path, ""):
         microarchitecture(design).check()
-    definition = Definition.of(path, design.sensor, project.layer, document.frames)
+    definition = Definition.of(path, design.sensor, project.layer, document.frames, design.adc, project.input)
     _require_frames(path, document)
     space, target = None, None
     for name in ("verify", "place"):

@@ -20,7 +20,9 @@ from typing import Any
 from tfra.codegen.cover import LayerSpec
 from tfra.codegen.inputfile import opened
 from tfra.model.arrays import Floats
+from tfra.model.choices import Adc
 from tfra.model.errors import InputError
+from tfra.model.recording import PLAIN, Input
 from tfra.model.scratch import writing
 from tfra.model.sensor import SensorArray
 from tfra.study.frames.block import BLOCK, Block, Part, Stream, generator
@@ -30,6 +32,9 @@ from tfra.study.frames.schema import FramesSection
 from tfra.study.pieces import Pieces, put
 
 _DEFINITION = "definition.json"
+
+ADC = Adc()
+"""Of recordings that are not in codes."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +47,23 @@ class Definition:
     source: Mixture | Recording
 
     @classmethod
-    def of(cls, file: Path, sensor: SensorArray, layer: LayerSpec, section: FramesSection) -> Definition:
-        """Return the definition that the STUDY ``file`` has in ``[frames]``; a recording's name is relative to it.
+    def of(
+        cls,
+        file: Path,
+        sensor: SensorArray,
+        layer: LayerSpec,
+        section: FramesSection,
+        adc: Adc = ADC,
+        given: Input = PLAIN,
+    ) -> Definition:
+        """Return the definition that the STUDY ``file`` has in ``[frames]``.
 
+        A recording's name is relative to it; the recording is read as ``given`` says, codes as those of ``adc``.
         Raises ``InputError`` that names the file and the key.
         """
         try:
-            return cls(sensor, layer, section, _source(file, sensor, layer, section))
+            source = _mixture(sensor, layer, section) or _recording(file, sensor, section, adc, given)
+            return cls(sensor, layer, section, source)
         except InputError:
             raise
         except ValueError as error:
@@ -90,17 +105,23 @@ class Definition:
         return generator(self.section.seed, part, number, Stream.NOISE).standard_normal(shape)
 
 
-def _source(file: Path, sensor: SensorArray, layer: LayerSpec, section: FramesSection) -> Mixture | Recording:
+def _mixture(sensor: SensorArray, layer: LayerSpec, section: FramesSection) -> Mixture | None:
+    """The mixture of a section; None if it has a recording in place of it."""
     if (section.recording is None) == (not section.mixture):
         raise ValueError("mixture: either this or a recording is needed")
     if not section.train + section.held_out:
         raise ValueError("train: at least one frame of this or of held_out is needed, got none")
-    if section.recording is None:
-        mixture = Mixture(sensor, layer, section.mixture, section.seed)
-        if section.train and section.held_out:
-            mixture.require_disjoint()
-        return mixture
-    recording = Recording.read(file.parent / section.recording, sensor)
+    if section.recording is not None:
+        return None
+    mixture = Mixture(sensor, layer, section.mixture, section.seed)
+    if section.train and section.held_out:
+        mixture.require_disjoint()
+    return mixture
+
+
+def _recording(file: Path, sensor: SensorArray, section: FramesSection, adc: Adc, given: Input) -> Recording:
+    assert section.recording is not None
+    recording = Recording.read(file.parent / section.recording, sensor, adc, given)
     wanted, have = section.train + section.held_out, len(recording.frames)
     if wanted > have:
         raise ValueError(f"train: {wanted:,} frames with those of held_out are wanted, the recording has {have:,}")

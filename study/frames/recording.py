@@ -9,8 +9,11 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from tfra.codegen.framesfile import REFERENCES, read_frames, read_references
+from tfra.codegen.framesfile import REFERENCES, read_recording, read_references
+from tfra.codegen.ownership import is_as_written
 from tfra.model.arrays import Floats, Ints
+from tfra.model.choices import Adc
+from tfra.model.recording import PLAIN, Input
 from tfra.model.sensor import SensorArray
 from tfra.study.frames.block import BLOCK, Block, Part
 
@@ -27,9 +30,13 @@ class Recording:
     references: dict[str, Floats]
 
     @classmethod
-    def read(cls, file: Path, sensor: SensorArray) -> Recording:
-        """Read a .npz, .npy or .csv file; raises ``InputError`` as ``read_frames``."""
-        frames = read_frames(file, sensor)
+    def read(cls, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
+        """Read a file as ``given`` says, but one of ``tfra frames`` as that writes it.
+
+        Raises ``InputError`` as ``read_recording``.
+        """
+        own = is_as_written(file, "frames")
+        frames = read_recording(file, sensor, adc, PLAIN if own else given).frames
         return cls(frames, read_references(file, len(frames)))
 
     @property

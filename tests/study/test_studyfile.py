@@ -5,10 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from tfra.model.errors import InputError
 from tfra.study.errors.converter import BITS
+from tfra.study.frames.block import Part
 from tfra.study.studyfile import StudyFile, load_study
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -110,6 +112,15 @@ def test_bad_input_is_told_in_one_line(text: str, said: str, complaint: Any) -> 
     line = complaint(text)
     assert line.startswith(said)
     assert "\n" not in line
+
+
+def test_a_recording_is_read_as_config_says(read: Any, tmp_path: Path) -> None:
+    """In kPa, compression positive; a recording of tfra frames would be in Pa whatever CONFIG says."""
+    frames = np.random.default_rng(1).normal(size=(6, 6, 8))
+    np.save(tmp_path / "r.npy", -frames)
+    text = 'config = "skin.toml"\n[frames]\ntrain = 4\nheld_out = 2\nrecording = "r.npy"\n'
+    found = read(text, CONFIG + '[input]\nunit = "kPa"\ncompression = "positive"\n').definition.make(Part.TRAIN, 0)
+    np.testing.assert_array_equal(found.stress, (1000.0 * frames[:4]).astype(np.float32))
 
 
 def test_a_part_of_another_family(complaint: Any) -> None:
