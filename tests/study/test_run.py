@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import polars as pl
@@ -27,6 +28,7 @@ from tfra.codegen.config import load
 from tfra.hdl.cores import microarchitecture
 from tfra.model.errors import InputError
 from tfra.study.run import run
+from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE
 from tfra.study.studyfile import load_study
 from tfra.study.work import opened_work
@@ -89,9 +91,23 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def report(place: Path) -> Path:
-    """The report by this process alone."""
-    run(load_study(place / "study.toml"), place / "out", place / "work", nullcontext(one_after_another), "me", silent)
+    """The report by this process alone, which knows resources without elaborating cores."""
+    quick = SimpleNamespace(total={"LUT": 20_000, "FF": 15_000, "BRAM": 50})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(evaluate, "estimate", lambda design, family: quick)
+        alone(place, "out", "work")
     return place / "out"
+
+
+@pytest.fixture(scope="module")
+def real(place: Path) -> Path:
+    """The same with all that takes long."""
+    alone(place, "real", "real.work")
+    return place / "real"
+
+
+def alone(place: Path, out: str, work: str) -> None:
+    run(load_study(place / "study.toml"), place / out, place / work, nullcontext(one_after_another), "me", silent)
 
 
 def table(report: Path, name: str) -> pl.DataFrame:
@@ -141,10 +157,10 @@ def test_what_is_found_is_the_least_that_is_close(report: Path) -> None:
 
 
 @pytest.mark.long
-def test_two_processes_make_the_same_bytes(place: Path, report: Path) -> None:
+def test_two_processes_make_the_same_bytes(place: Path, real: Path) -> None:
     study = load_study(place / "study.toml")
     run(study, place / "two", place / "two.work", processes(2), "two processes", silent)
-    assert content(place / "two") == content(report)
+    assert content(place / "two") == content(real)
 
 
 def test_finished_work_is_not_done_again(place: Path, report: Path) -> None:
@@ -197,7 +213,7 @@ class Killer:
 
 
 @pytest.mark.long
-def test_two_kills_change_nothing(place: Path, report: Path) -> None:
+def test_two_kills_change_nothing(place: Path, real: Path) -> None:
     root, script = Path(__file__).parents[2], place / "killed.py"
     script.write_text(KILLED)
     for jobs in (5, 14):
@@ -211,7 +227,7 @@ def test_two_kills_change_nothing(place: Path, report: Path) -> None:
     heard = Heard()
     study = load_study(place / "study.toml")
     run(study, place / "end", place / "end.work", nullcontext(one_after_another), "me", heard)
-    assert content(place / "end") == content(report)
+    assert content(place / "end") == content(real)
     assert sum(heard.there.values()) >= 19
 
 
@@ -345,7 +361,7 @@ def test_workers_of_a_scheduler_are_its_own(place: Path, tmp_path: Path, capsys:
 
 
 @pytest.mark.long
-def test_a_cluster_makes_the_same_bytes(place: Path, report: Path) -> None:
+def test_a_cluster_makes_the_same_bytes(place: Path, real: Path) -> None:
     """One of its workers is killed in the middle."""
     variables = {**ONE_THREAD}
     for name, value in variables.items():
@@ -363,4 +379,4 @@ def test_a_cluster_makes_the_same_bytes(place: Path, report: Path) -> None:
 
         study = load_study(place / "study.toml")
         run(study, place / "dask", place / "dask.work", cluster(two.scheduler_address), "dask", killing)
-    assert content(place / "dask") == content(report)
+    assert content(place / "dask") == content(real)

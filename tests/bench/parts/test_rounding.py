@@ -78,6 +78,7 @@ def test_another_rounding_is_noticed():
         assert [other for other in Rounding if found[other] == expected(rounding, sums, shifts)] == [rounding]
 
 
+@pytest.mark.long
 def test_cells_of_a_family():
     """An adder of a word and the bit below it; half even has two registers more, also in the whole way."""
     pair, bits = (Rounding.HALF_UP, Rounding.HALF_EVEN), WIDTHS.vector
@@ -89,6 +90,7 @@ def test_cells_of_a_family():
     assert way[1][1:] == [way[0][1], way[0][2] + 2]
 
 
+@pytest.mark.long
 def test_worth():
     """The share of word lengths is small, and cut-off bits are another."""
     errors = worth(DESIGN, 300)
