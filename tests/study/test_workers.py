@@ -58,6 +58,7 @@ def slow(point: Point) -> Measured:
     return measure(point)
 
 
+@pytest.mark.long
 def test_a_worker_may_die(tmp_path: Path, two: Any) -> None:
     """The trials are those of one process, and none is stored twice."""
     trials = Trials(sqlite(tmp_path / "trials.db"), "search")

@@ -310,6 +310,7 @@ def test_sensitivity_is_relative_to_the_design_as_it_is(page: str, tables: dict[
 # Bytes, and what is missing
 
 
+@pytest.mark.long
 def test_the_same_bytes_in_another_process(page: str, folder: Path) -> None:
     command = [sys.executable, "-c", AGAIN, str(folder), TITLE]
     other = subprocess.run(command, capture_output=True, check=True, env=os.environ | {"PYTHONHASHSEED": "7"})
@@ -363,6 +364,7 @@ def test_an_open_page_follows_the_run_and_keeps_what_was_chosen(
     tab.evaluate("sessionStorage.clear()")
 
 
+@pytest.mark.long
 def test_few_frames_and_hostile_words(tab: Browser, tables: dict[str, pl.DataFrame], tmp_path: Path) -> None:
     """Percentiles of few frames are null; names are never markup."""
     null = [pl.lit(None, dtype=pl.Float64).alias(name) for name in ("median", "p95", "p99_9")]
