@@ -102,6 +102,7 @@ def test_a_missing_tool(folder: Path, capfd: pytest.CaptureFixture[str], monkeyp
     assert refusal(capfd, *SYNTH) == "yowasp-nextpnr-mars: is not installed: pip install 'tfra[synth]'"
 
 
+@pytest.mark.long
 def test_a_core_that_does_not_fit(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     said = refusal(capfd, "synth", "skin.toml", "--target", "ice40up5k", "--out", "fpga")
     assert said.startswith("skin.toml: LUT: about ")

@@ -59,6 +59,7 @@ def test_sidecar_tells_what_the_core_is(made):
         assert f"{port['direction']}put {width}{port['name']};" in verilog.replace("signed ", "")
 
 
+@pytest.mark.long
 def test_same_bytes_whatever_the_hash_seed(made, tmp_path):
     design, directory = made
     script = (
