@@ -2,11 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from html import escape
 
 CSS = """
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #111; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #111;
+  overflow-wrap: break-word; }
+h1 { font-size: 1.6rem; line-height: 1.25; margin: .5rem 0 1rem; }
+h2 { font-size: 1.2rem; margin: 2.5rem 0 .3rem; }
+p { max-width: 50rem; margin: .4rem 0; }
+a { color: #0058a0; }
+.answer { font-size: 1.15rem; line-height: 1.45; border-left: 4px solid #0072B2; padding-left: .8rem; margin: 1rem 0; }
+.failed { border-left-color: #b00020; }
+.note, .caption { color: #444; font-size: .9rem; }
+nav ul { list-style: none; padding: 0; margin: 1rem 0; display: flex; flex-wrap: wrap; gap: .2rem 1.1rem; }
+sub, sup { line-height: 0; }
 img { max-width: 100%; height: auto; display: block; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: .8rem; font-variant-numeric: tabular-nums; }
@@ -18,35 +29,57 @@ tbody { border-bottom: 1px solid #999; }
 """
 
 
+_SYMBOL = re.compile(r"(?<!\\w)([A-Za-zα-ωµ])([_^])([a-z]{1,3})(?![A-Za-z_])")
+"""A letter with what stands below or above it; names of columns and signals are longer."""
+
+
 def document(title: str, parts: Iterable[str], style: str, head: str = "") -> str:
     """The page of ``parts`` under its title; ``style`` is added to ``CSS``, ``head`` to the head."""
     icon = '<link rel="icon" href="data:,">'
-    heading = f'<meta charset="utf-8">{head}<title>{escape(title)}</title>{icon}<style>{CSS}{style}</style>'
+    viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    heading = f'<meta charset="utf-8">{viewport}{head}<title>{escape(title)}</title>{icon}<style>{CSS}{style}</style>'
     body = "\n".join(parts)
     content = f"<h1>{escape(title)}</h1>\n{body}"
     return f'<!DOCTYPE html>\n<html lang="en"><head>{heading}</head><body>\n{content}\n</body></html>\n'
 
 
-def grid(header: Sequence[str], groups: Iterable[Iterable[str]], names: Collection[int], **data: str) -> str:
+def text(words: str) -> str:
+    """``words`` for a page, with symbols as they are printed: B^z gets a superscript, F_x and φ_ref a subscript."""
+    return _SYMBOL.sub(_symbol, escape(words))
+
+
+def _symbol(found: re.Match[str]) -> str:
+    tag = "sup" if found[2] == "^" else "sub"
+    return f"{found[1]}<{tag}>{found[3]}</{tag}>"
+
+
+def contents(titles: Mapping[str, str]) -> str:
+    """Links to the headings of a page, titles by their ids; nothing where there are none."""
+    links = "".join(f'<li><a href="#{name}">{text(title)}</a></li>' for name, title in titles.items())
+    return f'<nav aria-label="Contents"><ul>{links}</ul></nav>' if titles else ""
+
+
+def grid(
+    label: str, header: Sequence[str], groups: Iterable[Iterable[str]], names: Collection[int], **data: str
+) -> str:
     """A table of groups of rows that may be wider than the page; the columns ``names`` hold words.
 
-    ``data`` are attributes for tests and scripts.
+    ``label`` is its name for readers who do not see it, ``data`` are attributes for tests and scripts.
     """
-    head = _cells("th", header, names).replace("/ ", "/&nbsp;")
+    kinds = (' class="name"' if place in names else "" for place in range(len(header)))
+    cells = (f'<th scope="col"{kind}>{text(cell)}</th>' for kind, cell in zip(kinds, header, strict=True))
+    head = "".join(cells).replace("/ ", "/&nbsp;")
     bodies = "\n".join("<tbody>" + "\n".join(rows) + "</tbody>" for rows in groups)
     table = f"<table{_attributes(data)}><thead><tr>{head}</tr></thead>\n{bodies}</table>"
-    return f'<div class="wide">{table}</div>'
+    return f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}">{table}</div>'
 
 
 def row(cells: Sequence[str], names: Collection[int], kind: str = "", **data: str) -> str:
     """A row of a table; the columns ``names`` hold words, ``kind`` is its class."""
     named = f' class="{kind}"' if kind else ""
-    return f"<tr{named}{_attributes(data)}>{_cells('td', cells, names)}</tr>"
-
-
-def _cells(tag: str, cells: Sequence[str], names: Collection[int]) -> str:
     kinds = (' class="name"' if place in names else "" for place in range(len(cells)))
-    return "".join(f"<{tag}{kind}>{escape(cell)}</{tag}>" for kind, cell in zip(kinds, cells, strict=True))
+    shown = "".join(f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds, cells, strict=True))
+    return f"<tr{named}{_attributes(data)}>{shown}</tr>"
 
 
 def _attributes(data: dict[str, str]) -> str:

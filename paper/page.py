@@ -1,4 +1,4 @@
-"""The report: self-contained pages without script or outside resource."""
+"""The report: self-contained pages without script or outside resource, pictures first."""
 
 from __future__ import annotations
 
@@ -8,14 +8,15 @@ from html import escape
 from itertools import groupby
 from pathlib import Path
 
-from tfra.codegen.html import document, grid, row
+from tfra.codegen.html import contents, document, grid, row, text
 from tfra.paper.picture import Picture, Text
 from tfra.paper.tables import HEADER, MAXIMA_HEADER, Cells, Table
 
 STYLE = """
 tr.published { background: #f3f0e6; }
-dt { font-weight: 600; float: left; clear: left; width: 6.5rem; }
-dd { margin: 0 0 .4rem 7rem; }
+dl { max-width: 60rem; }
+dt { font-weight: 600; }
+dd { margin: 0 0 .4rem; }
 """
 
 SHORT = {
@@ -33,13 +34,18 @@ SHORT = {
 INTRODUCTION = """
 <p>Tables and figures of Pinto-Salamanca et al., <em>An estimation of triaxial forces from normal stress tactile sensor
 arrays</em>, Mechatronics 2023, <a href="https://doi.org/10.1016/j.mechatronics.2023.103070">doi
-10.1016/j.mechatronics.2023.103070</a>, computed again. The paper's frames came from finite elements and are not public,
-nor are the sizes of its contacts: here frames are an exact solution of an elastic layer under the contacts of
-<code>examples/*.toml</code>. Published numbers are copied from Tables 1 and 2; every error is recomputed.
-The paper’s own measures are percentages: e(F) of each component, of the |F| found (Eq. 35); e(μ), of μ = 1 (Eq. 33);
-e(φ), of a full turn (Eq. 34). Beside them are errors in plain units: degrees, the absolute error of μ, the length of
-the error of F in newtons, and in percent of the reference’s |F|.
-Figures 1 and 3 show no data. Each figure has a CSV, a PNG and an SVG file beside this page, each table a CSV file.</p>
+10.1016/j.mechatronics.2023.103070</a>, computed again.</p>
+"""
+
+NOTES = """
+<p>The paper’s frames are from finite elements. Neither they nor the sizes of the contacts are public. Here, frames are
+an exact solution of an elastic layer under the contacts of <code>examples/*.toml</code>. Published numbers are copied
+from Tables 1 and 2; every error is recomputed from them.</p>
+<p>The paper measures errors in percent: e(F) is the error of a force component over the |F| found (Eq. 35), e(μ) that
+of μ over 1 (Eq. 33), e(φ) that of φ over a full turn (Eq. 34). Errors in plain units stand beside them: degrees for φ,
+the difference for μ, newtons and percent of the reference’s |F| for the force vector.</p>
+<p>Figures 1 and 3 show no data. Beside this page are a CSV, a PNG and an SVG file of each figure, and a CSV file of
+each table.</p>
 """
 
 TIMING = """
@@ -50,27 +56,43 @@ of their own, so that two runs give the same bytes in all other files.</p>
 
 
 def index(folder: Path, tables: Sequence[Table], pictures: Sequence[Picture], versions: dict[str, str]) -> str:
-    """The whole report but the times, with the SVG files of ``folder``."""
-    shown = [*(_table(table) for table in tables), *(_picture(folder, picture) for picture in pictures)]
-    parts = [INTRODUCTION, *shown, TIMING, _versions(versions)]
+    """The whole report but the times, with the SVG files of ``folder``: summary, contents, figures, tables."""
+    items: list[Picture | Table] = [*pictures, *tables]
+    titles = {item.name: _heading(item) for item in items}
+    links = {**titles, "fig9": "Fig. 9: Execution time", "versions": "Made with"}
+    shown = [*(_picture(folder, picture) for picture in pictures), TIMING, *(_table(table) for table in tables)]
+    parts = [INTRODUCTION, *map(_summary, tables), NOTES, contents(links), *shown, _versions(versions)]
     return document("The paper's tables and figures, computed again", parts, STYLE)
+
+
+def _summary(table: Table) -> str:
+    """Largest errors of one contact, beside those that the paper states."""
+    measures = (("forces", "force"), ("μ", "mu"), ("φ", "phi"))
+    ours, theirs = table.largest["TFRA, float"], table.largest["printed in the paper's text"]
+    said = ", ".join(
+        f"{getattr(ours, key):.2f}&nbsp;% in {name} (paper: {getattr(theirs, key):.2f}&nbsp;%)"
+        for name, key in measures
+    )
+    contact = escape(table.title.removeprefix("Forces, "))
+    return f'<p class="answer">TFRA’s largest errors for the {contact}, as the paper measures them: {said}.</p>'
 
 
 def alone(folder: Path, picture: Picture, versions: dict[str, str]) -> str:
     """One figure on a page of its own."""
     parts = [_picture(folder, picture), _versions(versions)]
-    return document(f"{_label(picture.name)}: {picture.title}", parts, STYLE)
+    return document(_heading(picture), parts, STYLE)
 
 
-def _label(name: str) -> str:
-    return name.replace("fig", "Fig. ").replace("table", "Table ")
+def _heading(item: Picture | Table) -> str:
+    label = item.name.replace("fig", "Fig. ").replace("table", "Table ")
+    return item.title if label == item.name else f"{label}: {item.title}"
 
 
 def _picture(folder: Path, picture: Picture) -> str:
     image = base64.b64encode((folder / f"{picture.name}.svg").read_bytes()).decode()
-    label = f"{_label(picture.name)}: {picture.title}"
+    label = _heading(picture)
     return (
-        f'<h2 id="{picture.name}">{escape(label)}</h2>\n'
+        f'<h2 id="{picture.name}">{text(label)}</h2>\n'
         f'<img alt="{escape(label)}" src="data:image/svg+xml;base64,{image}">\n{_text(picture.text)}'
     )
 
@@ -78,7 +100,7 @@ def _picture(folder: Path, picture: Picture) -> str:
 def _table(table: Table) -> str:
     groups = [list(rows) for _, rows in groupby(table.rows, key=lambda row: row[0])]
     return (
-        f'<h2 id="{table.name}">{escape(f"{_label(table.name)}: {table.title}")}</h2>\n'
+        f'<h2 id="{table.name}">{text(_heading(table))}</h2>\n'
         f"{_grid(table.name, HEADER, groups)}\n<h3>Largest errors</h3>\n"
         f"{_grid(f'{table.name}_maxima', MAXIMA_HEADER, [table.maxima])}\n{_text(table.text)}"
     )
@@ -87,17 +109,18 @@ def _table(table: Table) -> str:
 def _grid(name: str, header: Sequence[str], groups: Sequence[Cells]) -> str:
     place = header.index("method")
     rows = ((_row(cells, place) for cells in group) for group in groups)
-    return grid([SHORT[cell] for cell in header], rows, (place,), csv=f"{name}.csv")
+    return grid(f"{name}.csv", [SHORT[cell] for cell in header], rows, (place,), csv=f"{name}.csv")
 
 
 def _row(cells: Sequence[str], place: int) -> str:
     return row(cells, (place,), "published" if cells[place].startswith(("published", "printed")) else "")
 
 
-def _text(text: Text) -> str:
-    names = {"Published": text.published, "Measured": text.measured, "Difference": text.why}
-    return "<dl>" + "".join(f"<dt>{name}</dt><dd>{escape(said)}</dd>" for name, said in names.items()) + "</dl>"
+def _text(read: Text) -> str:
+    names = {"Published": read.published, "Measured": read.measured, "Difference": read.why}
+    return "<dl>" + "".join(f"<dt>{name}</dt><dd>{text(said)}</dd>" for name, said in names.items()) + "</dl>"
 
 
 def _versions(versions: dict[str, str]) -> str:
-    return "<h2>Made with</h2>\n<p>" + escape(", ".join(f"{name} {v}" for name, v in versions.items())) + "</p>"
+    listed = ", ".join(f"{name} {v}" for name, v in versions.items())
+    return f'<h2 id="versions">Made with</h2>\n<p>{escape(listed)}</p>'

@@ -29,8 +29,8 @@ EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 DIRECTIONS = tuple(range(0, 360, 15))
 """phi of Fig. 5, in degrees."""
 
-TABLE_DIRECTIONS = (0, 15, 30, 45, 60, 75, 90, 65)
-"""phi of Tables 1 and 2, in degrees and in their order."""
+TABLE_DIRECTIONS = (0, 15, 30, 45, 60, 65, 75, 90)
+"""phi of Tables 1 and 2, in degrees; the paper has 65 behind 90."""
 
 Engine = Callable[[Floats], Result]
 """Forces of frames ``(n, rows, columns)`` in Pa."""

@@ -27,7 +27,7 @@ def times(tasks: Sequence[Timed], who: str) -> str:
     rows = (row(_cells(task), {0}) for task in tasks)
     total = sum(task.seconds for task in tasks)
     words = f"Done by {who}: {total:,.1f} s in all. Memory of the largest process: {_largest_mb():,.0f} MB."
-    return document("Times of the study", [f"<p>{escape(words)}</p>", grid(header, [rows], {0})], "")
+    return document("Times of the study", [f"<p>{escape(words)}</p>", grid("Times", header, [rows], {0})], "")
 
 
 def _cells(task: Timed) -> list[str]:

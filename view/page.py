@@ -104,8 +104,7 @@ def render(results: Sequence[Recorded], known: Sequence[References], chosen: Cho
     }
     for name, text in parts.items():
         body = body.replace(f"<!--{name}-->", text).replace(f'"{name}"', f'"{text}"')
-    viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
-    return document(TITLE, [body, *_scripts(data)], _resource("page.css"), viewport)
+    return document(TITLE, [body, *_scripts(data)], _resource("page.css"))
 
 
 def require_few(results: Sequence[Recorded], known: Sequence[References]) -> None:

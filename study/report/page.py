@@ -16,7 +16,7 @@ import plotly.graph_objects as go
 import polars as pl
 from plotly.offline import get_plotlyjs
 
-from tfra.codegen.html import document, grid, row
+from tfra.codegen.html import contents, document, grid, row
 from tfra.model.fixed.design import Design
 from tfra.study.errors.cascade import View
 from tfra.study.report import charts, front
@@ -207,14 +207,13 @@ def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = 
     choices = _choices(tables)
     parts = [
         *_words(tables, design, pending),
-        _contents(sections),
+        contents({section.name: section.title for section in sections}),
         _filters(sections, choices),
         *(_section(section, tables) for section in sections),
         *(_scripts(sections, tables, choices) if any(section.charts for section in sections) else ()),
     ]
     policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
     head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
-    head += '<meta name="viewport" content="width=device-width, initial-scale=1">'
     head += f'<meta http-equiv="refresh" content="{REFRESH_S}">' if pending else ""
     return document(title, parts, _resource("page.css"), head)
 
@@ -242,11 +241,6 @@ def _title_of(table: str) -> str:
 
 def _inline(text: str) -> str:
     return re.sub(r"`([^`]*)`", r"<code>\1</code>", escape(text))
-
-
-def _contents(sections: Sequence[Section]) -> str:
-    links = "".join(f'<li><a href="#{section.name}">{escape(section.title)}</a></li>' for section in sections)
-    return f"<nav><ul>{links}</ul></nav>" if sections else ""
 
 
 def _choices(tables: Tables) -> dict[str, dict[str, str]]:
@@ -335,7 +329,7 @@ def _grid(name: str, table: pl.DataFrame, filters: Collection[str]) -> str:
         row([_cell(column, value) for column, value in found.items()], texts, **{key: found[key] for key in followed})
         for found in table.iter_rows(named=True)
     )
-    return grid(header, [rows], texts, table=name)
+    return grid(_summary(name), header, [rows], texts, table=name)
 
 
 def _cell(column: str, value: Any) -> str:

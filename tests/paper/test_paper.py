@@ -6,6 +6,7 @@ import csv
 import html
 import json
 import re
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +58,7 @@ def compare(folder: Path, text: str) -> None:
 
 def published(folder: Path, table: str) -> None:
     """Raise ``AssertionError`` unless ``table`` repeats the published cells as they are."""
-    source = rows(ROOT / "paper" / "data" / SOURCES[table])[1:]
+    source = sorted(rows(ROOT / "paper" / "data" / SOURCES[table])[1:], key=lambda row: float(row[1]))
     names = {"published TFRA": "tfra", "published two-variable [7]": "ref7"}
     # the columns of a published row, without the errors
     found = [
@@ -133,7 +134,7 @@ def test_maxima(folder: Path, table: str, example: str) -> None:
 def test_the_page_names_whose_measure_is_whose(folder: Path) -> None:
     text = (folder / "index.html").read_text()
     for heading in ("paper’s e(φ) /&nbsp;%", "error of φ /&nbsp;°", "error of μ", "error of F /&nbsp;% of |F|"):
-        assert text.count(f"<th>{heading}</th>") >= 2
+        assert text.count(f'<th scope="col">{heading}</th>') >= 2
     content = json.loads((folder / "paper.json").read_text())
     for table in SOURCES:
         worst = content["largest_errors"][table]["TFRA, float"]
@@ -257,11 +258,29 @@ def look(page: str, tmp_path: Path) -> tuple[list[int], list[str]]:
 def test_page_loads(folder: Path, tmp_path: Path, name: str, figures: int) -> None:
     text = (folder / name).read_text()
     assert "<script" not in text
-    assert not re.findall(r'(?:src|href)="(?!data:|https://doi\.org/|fig9\.html)', text)
+    assert not re.findall(r'(?:src|href)="(?!data:|#|https://doi\.org/|fig9\.html)', text)
+    assert set(re.findall(r'href="#(\w+)"', text)) <= set(re.findall(r' id="(\w+)"', text))
     widths, messages = look(text, tmp_path)
     assert len(widths) == figures
     assert min(widths) > 300
     assert messages == []
+
+
+def test_no_page_is_wider_than_its_window(folder: Path, tmp_path: Path) -> None:
+    with browser(tmp_path) as tab:
+        for name, width in product(("index.html", "fig9.html"), (390, 600, 1280)):
+            tab.open(folder / name, width)
+            assert tab.evaluate("document.documentElement.scrollWidth") == width
+
+
+def test_summary_contents_and_pictures_come_before_the_tables(folder: Path) -> None:
+    text = (folder / "index.html").read_text()
+    places = [text.index(part) for part in ('class="answer"', "<nav", "<img", "<table")]
+    assert places == sorted(places)
+    assert "B<sup>z</sup>" in text
+    assert "B^z" not in text
+    angles = [float(row[0]) for row in rows(folder / "table1.csv")[1:]]
+    assert angles == sorted(angles)
 
 
 def test_looking_finds_a_broken_page(folder: Path, tmp_path: Path) -> None:
