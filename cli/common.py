@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress, ProgressColumn, SpinnerColumn, Task, TimeElapsedColumn
+from rich.text import Text
 
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
+    from tfra.synth.forecast import Forecast
 
 PATIENCE = 2.0
 """Seconds of work before a progress bar appears."""
@@ -31,6 +33,7 @@ OutDirectory = Annotated[
         "--out", metavar="DIR", help="A new or empty directory, or one that this command wrote and nobody has changed."
     ),
 ]
+
 
 def print_json(summary: dict[str, Any]) -> None:
     """Print ``summary`` as indented JSON; raises ``ValueError`` for nan and inf, which JSON lacks."""
@@ -88,12 +91,23 @@ def progress(title: str, total: int | None = None) -> Iterator[Callable[[int], N
 
 
 @contextmanager
-def stages() -> Iterator[Callable[[str], None]]:
-    """Yield a function that names what is going on; on a terminal a line shows it, with the time since the start."""
+def forecasts(command: str) -> Iterator[Callable[[Forecast], None]]:
+    """Yield a function that shows how far ``command`` is whenever a step begins.
+
+    On a terminal a line goes on showing it; else there is a line for each step from the first that takes long.
+    """
     console = Console(stderr=True)
     if not console.is_interactive:
-        yield lambda stage: None
+        yield lambda forecast: typer.echo(f"{command}: {forecast}", err=True) if forecast.expected else None
         return
-    with Progress(SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn(), console=console) as line:
+    with Progress(SpinnerColumn(), _ForecastColumn(), TimeElapsedColumn(), console=console, transient=True) as line:
         task = line.add_task("")
-        yield lambda stage: line.update(task, description=stage)
+        yield lambda forecast: line.update(task, forecast=forecast)
+
+
+class _ForecastColumn(ProgressColumn):
+    """Share and time left, as they are now."""
+
+    def render(self, task: Task) -> Text:
+        """The line of a task."""
+        return Text(str(task.fields.get("forecast", "")))

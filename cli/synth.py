@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, OutDirectory, check_core, print_json, stages
+from tfra.cli.common import Config, Json, OutDirectory, check_core, forecasts, print_json
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
+    from tfra.synth.run import Run
     from tfra.synth.targets import Target
 
 TargetName = Annotated[
@@ -38,24 +39,40 @@ def synth(
 ) -> None:
     """Synthesise, place and route the core: resources, frequency, critical path, frames per second."""
     from tfra.codegen.config import load
-    from tfra.codegen.processes import ToolError
-    from tfra.synth.report import render
-    from tfra.synth.run import run
+    from tfra.codegen.processes import Stopped, ToolError
+    from tfra.synth.run import Run
 
     part = find_target(target)
     project = load(config)
     check_core(project)
     try:
-        with stages() as say:
-            found = run(project.design, part, out, seeds, clock_mhz or part.clock_mhz, say, [config])
+        with forecasts("tfra synth") as say:
+            work = Run(project.design, part, seeds, clock_mhz or part.clock_mhz, say)
+            work.write(out, [config])
+    except Stopped:
+        _show(work, json)
+        raise
     except ToolError as error:
+        _show(work, json)
         typer.echo(f"tfra synth: {error}", err=True)
         raise typer.Exit(1) from None
     except InputError:
         raise
     except ValueError as error:
         raise InputError(project.path, "", str(error)) from None
+    _show(work, json)
+
+
+def _show(work: Run, json: bool) -> None:
+    """Print what was found, all or a part of it."""
+    from tfra.synth.report import render
+
+    if not work.synthesis:
+        return
+    found = work.report()
     if json:
         print_json(found)
     else:
         typer.echo(render(found), nl=False)
+    if not found["complete"]:
+        typer.echo("tfra synth: what is done is kept: the same command goes on there", err=True)

@@ -17,6 +17,11 @@ a { color: #0058a0; }
 .failed { border-left-color: #b00020; }
 .note, .caption { color: #444; font-size: .9rem; }
 nav ul { list-style: none; padding: 0; margin: 1rem 0; display: flex; flex-wrap: wrap; gap: .2rem 1.1rem; }
+.bars { width: 100%; max-width: 50rem; margin: .4rem 0 .9rem; }
+.bars tbody { border: 0; }
+.bars .name { white-space: normal; font-weight: normal; }
+.bar { width: 50%; min-width: 7rem; background: linear-gradient(#eee, #eee) center / 100% .9rem no-repeat; padding: .15rem 0; }
+.bar span { display: block; height: .9rem; background: #0072B2; }
 sub, sup { line-height: 0; }
 img { max-width: 100%; height: auto; display: block; }
 .wide { overflow-x: auto; }
@@ -72,6 +77,17 @@ def grid(
     bodies = "\n".join("<tbody>" + "\n".join(rows) + "</tbody>" for rows in groups)
     table = f"<table{_attributes(data)}><thead><tr>{head}</tr></thead>\n{bodies}</table>"
     return f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}">{table}</div>'
+
+
+def bars(label: str, rows: Iterable[tuple[str, float, str]]) -> str:
+    """A bar for each name: its share of the full width, 0 ... 1, and what stands behind it."""
+    lines = "".join(
+        f'<tr><th scope="row" class="name">{text(name)}</th>'
+        f'<td class="bar"><span style="width:{100 * min(max(share, 0.0), 1.0):.1f}%"></span></td>'
+        f'<td class="name">{text(said)}</td></tr>'
+        for name, share, said in rows
+    )
+    return f'<table class="bars" aria-label="{escape(label)}"><tbody>{lines}</tbody></table>'
 
 
 def row(cells: Sequence[str], names: Collection[int], kind: str = "", **data: str) -> str:

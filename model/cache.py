@@ -26,7 +26,7 @@ Files = Mapping[str, bytes]
 
 _HASH = hashlib.sha256().digest_size
 
-_ENTRY = re.compile(r"(?:core|build|gates|fem)-.*[0-9a-f]{16}")
+_ENTRY = re.compile(r"(?:core|build|gates|fem|yosys|route)-.*[0-9a-f]{16}")
 """Names of entries.  Nothing else in the folder is ever removed: it may be somebody's."""
 
 LIMIT_MB = 500

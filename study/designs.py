@@ -25,7 +25,7 @@ from tfra.study.report.words import CLOSE_PERCENT
 from tfra.study.search.evaluate import CHANGE, COSTS, Evaluation
 from tfra.study.search.space import Space
 from tfra.study.search.trials import COMPLETE, Trial
-from tfra.synth.run import run as synthesise
+from tfra.synth.run import Run
 
 
 @dataclass(frozen=True)
@@ -208,7 +208,8 @@ class Placed:
         row: dict[str, Any] = {"name": each.name, "part": target.name, "placed_reason": None}
         try:
             with scratch(temporary()) as place:
-                found = synthesise(each.design, target, place / "fpga", self.seeds, self.clock_mhz, lambda stage: None)
+                run = Run(each.design, target, self.seeds, self.clock_mhz, lambda forecast: None)
+                found = run.write(place / "fpga")
         except (ToolError, ValueError) as error:
             return json.dumps(row | {"placed_reason": str(error).splitlines()[0]}).encode()
         return json.dumps(row | _placed(found)).encode()

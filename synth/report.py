@@ -15,11 +15,19 @@ from rich.table import Column, Table
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.fixed.design import Design
+from tfra.synth.estimate import Estimate
 from tfra.synth.flow import Route, Synthesis, options
 from tfra.synth.targets import Target
 from tfra.synth.tools import versions
 
 WIDTH = 100  # columns of the text
+
+TIMES = {
+    "latency": "latency, last taxel to first word",
+    "frame_latency": "frame latency, last taxel to last word",
+    "interval": "initiation interval",
+}
+"""Times of a core, and how a reader sees them."""
 
 
 def median_route(routes: Sequence[Route]) -> Route:
@@ -29,9 +37,9 @@ def median_route(routes: Sequence[Route]) -> Route:
 
 
 def report(
-    design: Design, target: Target, synthesis: Synthesis, routes: Sequence[Route], estimated: Mapping[str, int]
+    design: Design, target: Target, synthesis: Synthesis, routes: Sequence[Route], estimated: Estimate, seeds: int
 ) -> dict[str, Any]:
-    """Everything that was found, ready for JSON.
+    """Everything that was found, ready for JSON; complete when all ``seeds`` have been routed.
 
     Resources are those of place and route where it ran, else of synthesis; times are at the median frequency.
     """
@@ -40,10 +48,15 @@ def report(
     return {
         "generator": f"tfra {version('tfra')}",
         "name": design.name,
+        "complete": len(routes) == seeds,
+        "seeds_wanted": seeds,
         "target": target.name,
         "architecture": asdict(design.architecture),
         "mac_lanes": core.lanes,
-        "resources": resource_facts(target, used, estimated),
+        "resources": resource_facts(target, used, estimated.total),
+        "estimated_blocks": {
+            block: {name: round(number) for name, number in row.items()} for block, row in estimated.blocks.items()
+        },
         "mapper": synthesis.mapper,
         "cells": dict(sorted(synthesis.cells.items())),
         "clock": clock_facts(routes) if routes else None,
@@ -107,6 +120,8 @@ def render(found: Mapping[str, Any]) -> str:
     console = Console(file=io.StringIO(), width=WIDTH, color_system=None)
     kind, lanes = found["architecture"]["kind"], found["mac_lanes"]
     console.print(f"{found['name']} on {found['target']}: {kind} core, {lanes} MAC lanes")
+    if missing := unfinished(found):
+        console.print(missing)
     console.print(_resources(found["resources"]))
     if found["mapper"] == "abc":
         console.print("ABC9 aborted on this netlist: lookup tables are ABC's, which knows no delays.", soft_wrap=True)
@@ -125,7 +140,7 @@ def render(found: Mapping[str, Any]) -> str:
 def _resources(rows: Mapping[str, Mapping[str, Any]]) -> Table:
     table = Table("resource", *_right("used", "available", "percent", "estimated"))
     for name, row in rows.items():
-        table.add_row(name, *(_cell(row[key]) for key in ("used", "available", "percent", "estimated")))
+        table.add_row(name, *(cell(row[key]) for key in ("used", "available", "percent", "estimated")))
     return table
 
 
@@ -133,16 +148,28 @@ def _right(*titles: str) -> list[Column]:
     return [Column(title, justify="right") for title in titles]
 
 
-def _cell(value: float | None) -> str:
+def cell(value: float | None) -> str:
+    """A number for readers, a dash where there is none."""
     return "-" if value is None else f"{value:,}"
+
+
+def fmax(clock: Mapping[str, Any]) -> str:
+    """The frequency in words: a range only where there are several seeds."""
+    median, seeds = clock["median_mhz"], clock["seeds"]
+    if len(seeds) == 1:
+        return f"{median} MHz (seed {seeds[0]['seed']} alone)"
+    return f"{median} MHz (median of {len(seeds)} seeds, {clock['lowest_mhz']} to {clock['highest_mhz']})"
+
+
+def unfinished(found: Mapping[str, Any]) -> str:
+    """A sentence about what is missing, or nothing."""
+    done = len(found["clock"]["seeds"]) if found["clock"] else 0
+    return "" if found["complete"] else f"not finished: yosys and {done} of {found['seeds_wanted']} seeds are done"
 
 
 def _render_clock(console: Console, clock: Mapping[str, Any]) -> None:
     seeds = ", ".join(f"{row['mhz']} (seed {row['seed']}, aim {row['aim_mhz']:g})" for row in clock["seeds"])
-    console.print(
-        f"Fmax: median {clock['median_mhz']} MHz, {clock['lowest_mhz']} to {clock['highest_mhz']}\n  {seeds}",
-        soft_wrap=True,
-    )
+    console.print(f"Fmax: {fmax(clock)}\n  {seeds}", soft_wrap=True)
     path = clock["critical_path"]
     console.print(
         f"critical path: {path['begin']} to {path['end']}, "
@@ -154,13 +181,9 @@ def _render_clock(console: Console, clock: Mapping[str, Any]) -> None:
 
 def _timing(rows: Mapping[str, Any]) -> Table:
     table = Table("", *_right("cycles", "us"))
-    for name, text in (
-        ("latency", "latency, last taxel to first word"),
-        ("frame_latency", "frame latency, last taxel to last word"),
-        ("interval", "initiation interval"),
-    ):
-        table.add_row(text, _cell(rows[f"{name}_cycles"]), _cell(rows.get(f"{name}_us")))
-    table.add_row("frames per second", "", _cell(rows.get("frames_per_second")))
-    table.add_row("multiplications per frame", _cell(rows["multiplications_per_frame"]), "")
+    for name, text in TIMES.items():
+        table.add_row(text, cell(rows[f"{name}_cycles"]), cell(rows.get(f"{name}_us")))
+    table.add_row("frames per second", "", cell(rows.get("frames_per_second")))
+    table.add_row("multiplications per frame", cell(rows["multiplications_per_frame"]), "")
     table.add_row("MAC utilisation", f"{rows['mac_utilisation']:.1%}", "")
     return table

@@ -4,68 +4,127 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
+from tfra import synth
 from tfra.codegen.files import output_directory
 from tfra.codegen.verilog import Top, to_rtlil, with_free_collisions
 from tfra.model.fixed.design import Design
-from tfra.synth.estimate import estimate, misfits
-from tfra.synth.flow import NETLIST, pack, route, synthesise
+from tfra.sim.run import digest, sources, texts
+from tfra.synth.estimate import Estimate, estimate, misfits
+from tfra.synth.flow import NETLIST, CriticalPath, Route, Synthesis, options, pack, route, synthesise
+from tfra.synth.forecast import BITSTREAM, YOSYS, Forecast, seed_name
+from tfra.synth.kept import once
+from tfra.synth.page import page
 from tfra.synth.pins import Pins
 from tfra.synth.report import median_route, render, report
 from tfra.synth.targets import Target
-from tfra.synth.tools import programs, require
+from tfra.synth.tools import programs, require, versions
 
 SIDECAR = "report.json"
 
 
-def run(
-    design: Design,
-    target: Target,
-    directory: Path,
-    seeds: int,
-    clock_mhz: float,
-    say: Callable[[str], None],
-    inputs: Sequence[Path] = (),
-) -> dict[str, Any]:
-    """Synthesise ``design`` for ``target``, place and route it with seeds 1 to ``seeds``, and return the report.
+@dataclass
+class Run:
+    """One core on one part: what the tools have found so far.  ``say`` is told when a step begins."""
 
-    Writes ``report.json``, ``report.txt``, a log of every tool and the bitstream of the median seed into
-    ``directory``, all or nothing; ``say`` is told what goes on, and ``inputs`` are files that the design comes from.
-    Raises ``InputError`` for a missing tool or a directory that can't be written, ``ValueError`` for a design that does
-    not fit or is made of another family's cells, :class:`ToolError`.
-    """
-    if design.target not in ("portable", target.family.name):
-        raise ValueError(f"target.name: {target.name} has no cells of {design.target}")
-    require(programs(target.family))
-    with output_directory(directory, "synth", inputs) as fresh:
-        found = _implement(design, target, fresh, seeds, clock_mhz, say)
-        (fresh / "report.txt").write_text(render(found))
-        (fresh / SIDECAR).write_text(json.dumps(found, indent=1) + "\n")
-    return found
+    design: Design
+    target: Target
+    seeds: int
+    clock_mhz: float
+    say: Callable[[Forecast], None]
+    estimated: Estimate | None = None
+    synthesis: Synthesis | None = None
+    routes: list[Route] = field(default_factory=list)
+    forecast: Forecast = field(default_factory=Forecast)
 
+    def write(self, directory: Path, inputs: Sequence[Path] = ()) -> dict[str, Any]:
+        """Synthesise, place and route with seeds 1 to ``seeds``, and return the report.
 
-def _implement(
-    design: Design, target: Target, fresh: Path, seeds: int, clock_mhz: float, say: Callable[[str], None]
-) -> dict[str, Any]:
-    """Let the tools work in the directory ``fresh``, and return the report."""
-    say("estimating")
-    estimated = estimate(design, target.family).total
-    if lacks := misfits(estimated, target, design.architecture.kind):
-        raise ValueError(lacks[0])
-    say("synthesis")
-    synthesis = synthesise(netlist(design, target), design.name, target, fresh)
-    routes = []
-    for seed in range(1, (seeds if target.family.program else 0) + 1):
-        say(f"place and route, seed {seed} of {seeds}")
-        routes.append(route(target, fresh, seed, clock_mhz))
-    if routes:
-        say("bitstream")
-        pack(target, fresh, median_route(routes).seed, design.name)
-    for leftover in [fresh / NETLIST, *fresh.glob("*.layout")]:
-        leftover.unlink()
-    return report(design, target, synthesis, routes, estimated)
+        Writes ``index.html``, ``report.json``, ``report.txt``, a log of every tool and the bitstream of the median
+        seed into ``directory``, all or nothing; ``inputs`` are files that the design comes from.  What a tool has
+        finished is kept: after an interruption the same call goes on there.  Raises ``InputError`` for a missing tool
+        or a directory that can't be written, ``ValueError`` for a design that does not fit or is made of another
+        family's cells, :class:`ToolError`.
+        """
+        if self.design.target not in ("portable", self.target.family.name):
+            raise ValueError(f"target.name: {self.target.name} has no cells of {self.design.target}")
+        require(programs(self.target.family))
+        with output_directory(directory, "synth", inputs) as fresh:
+            self._implement(fresh)
+            found = self.report()
+            (fresh / "report.txt").write_text(render(found))
+            (fresh / "index.html").write_text(page(found), encoding="utf-8")
+            (fresh / SIDECAR).write_text(json.dumps(found, indent=1) + "\n")
+        return found
+
+    def report(self) -> dict[str, Any]:
+        """What is known so far; raises ``ValueError`` before yosys has finished."""
+        if self.synthesis is None or self.estimated is None:
+            raise ValueError("yosys has not finished")
+        return report(self.design, self.target, self.synthesis, self.routes, self.estimated, self.wanted)
+
+    @property
+    def wanted(self) -> int:
+        """Seeds to be placed and routed: none where only yosys runs."""
+        return self.seeds if self.target.family.program else 0
+
+    def _implement(self, fresh: Path) -> None:
+        """Let the tools work in the directory ``fresh``."""
+        self.say(self.forecast)
+        self.estimated = estimate(self.design, self.target.family)
+        total = self.estimated.total
+        if lacks := misfits(total, self.target, self.design.architecture.kind):
+            raise ValueError(lacks[0])
+        self.forecast.plan(total["LUT"], self.wanted)
+        self._begin(YOSYS)
+        key = self._synthesise(fresh)
+        for seed in range(1, self.wanted + 1):
+            self._begin(seed_name(seed))
+            self.routes.append(self._route(fresh, key, seed))
+        if self.routes:
+            self._begin(BITSTREAM)
+            pack(self.target, fresh, median_route(self.routes).seed, self.design.name)
+        for leftover in [fresh / NETLIST, *fresh.glob("*.layout")]:
+            leftover.unlink()
+
+    def _begin(self, step: str) -> None:
+        self.forecast.begin(step)
+        self.say(self.forecast)
+
+    def _synthesise(self, fresh: Path) -> str:
+        """Run yosys; returns the key of its netlist."""
+        text, family = netlist(self.design, self.target), self.target.family
+        key = digest(text, repr(self.target), *map(repr, (versions(family), options(family))), *texts(sources(synth)))
+
+        def step() -> dict[str, Any]:
+            return asdict(synthesise(text, self.design.name, self.target, fresh))
+
+        self.synthesis = Synthesis(**self._kept("yosys", key, fresh, step))
+        return key
+
+    def _route(self, fresh: Path, key: str, seed: int) -> Route:
+        def step() -> dict[str, Any]:
+            return asdict(route(self.target, fresh, seed, self.clock_mhz))
+
+        found = self._kept("route", digest(key, str(seed), repr(self.clock_mhz)), fresh, step)
+        return Route(**{**found, "path": CriticalPath(**found["path"])})
+
+    def _kept(self, name: str, key: str, fresh: Path, step: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+        """What ``step`` finds, or found when it was done before, which tells the forecast nothing."""
+        done = False
+
+        def do() -> dict[str, Any]:
+            nonlocal done
+            done = True
+            return step()
+
+        found = once(f"{name}-{self.design.name}", key, fresh, do)
+        if not done:
+            self.forecast.kept.add(self.forecast.step)
+        return found
 
 
 def netlist(design: Design, target: Target) -> str:

@@ -201,16 +201,17 @@ def stand_ins() -> Iterator[None]:
         (folder / "index.html").write_text("figures")
         return {}
 
-    def implement(design: Any, target: Any, fresh: Path, *rest: Any) -> dict[str, Any]:
+    def implement(work: Any, fresh: Path) -> None:
         (fresh / "yosys.log").write_text("words")
-        return {}
 
     with contextlib.ExitStack() as stack:
         for name, substitute in {
             "tfra.codegen.generate.content": lambda design: ({}, {"core.v": "module", "images/a.hex": "0"}),
             "tfra.paper.report._fill": fill,
-            "tfra.synth.run._implement": implement,
+            "tfra.synth.run.Run._implement": implement,
+            "tfra.synth.run.Run.report": lambda work: {},
             "tfra.synth.run.render": str,
+            "tfra.synth.run.page": str,
             "tfra.synth.report.render": str,
         }.items():
             stack.enter_context(mock.patch(name, substitute))

