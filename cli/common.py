@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import typer
 from rich.console import Console
@@ -15,6 +16,7 @@ from rich.progress import Progress, ProgressColumn, SpinnerColumn, Task, TimeEla
 from rich.text import Text
 
 from tfra.model.errors import InputError
+from tfra.synth.forecast import spoken
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
@@ -22,6 +24,9 @@ if TYPE_CHECKING:
 
 PATIENCE = 2.0
 """Seconds of work before a progress bar appears."""
+
+INTERVAL = 30.0
+"""Seconds between lines about long work where there is no terminal."""
 
 
 Config = Annotated[Path, typer.Argument(metavar="CONFIG", help="Sensor, core and contacts in TOML.")]
@@ -67,27 +72,56 @@ def simulation_failures(command: str) -> Iterator[None]:
         raise typer.Exit(1) from None
 
 
-@contextmanager
-def progress(title: str, total: int | None = None) -> Iterator[Callable[[int], None]]:
-    """Yield a function that counts finished pieces; a bar shows them on a terminal after ``PATIENCE``.
+class Advance(Protocol):
+    """Counts finished ``pieces``; ``total`` is how many there are, if that is known only now."""
 
-    Without ``total`` the bar only shows that work goes on.
+    def __call__(self, pieces: int, total: int | None = None) -> None: ...
+
+
+@contextmanager
+def progress(title: str, total: int | None = None) -> Iterator[Advance]:
+    """Yield a function that counts finished pieces, and show their share and the time left.
+
+    On a terminal there is a bar after ``PATIENCE``, else a line every ``INTERVAL``.  Without a total there is only a
+    bar that shows that work goes on.
     """
     console = Console(stderr=True)
     if not console.is_interactive:
-        yield lambda pieces: None
+        yield _Lines(title, total)
         return
     bar = Progress(console=console, transient=True)
     task = bar.add_task(title, total=total)
     timer = threading.Timer(PATIENCE, bar.start)
     timer.daemon = True
     timer.start()
+
+    def advance(pieces: int, total: int | None = None) -> None:
+        bar.update(task, advance=pieces, total=total)  # None changes nothing
+
     try:
-        yield lambda pieces: bar.advance(task, pieces)
+        yield advance
     finally:
         timer.cancel()
         timer.join()
         bar.stop()
+
+
+class _Lines:
+    """Lines for who has no terminal."""
+
+    def __init__(self, title: str, total: int | None) -> None:
+        self._title, self._total, self._done = title, total, 0
+        self._begun = self._said = time.monotonic()
+
+    def __call__(self, pieces: int, total: int | None = None) -> None:
+        self._done, self._total = self._done + pieces, total or self._total
+        now = time.monotonic()
+        if not self._total or now - self._said < INTERVAL or self._done == 0:
+            return
+        self._said = now
+        left = (now - self._begun) * (self._total / self._done - 1)
+        share = 100 * self._done / self._total
+        typer.echo(f"{self._title}: {share:.0f} %, about {spoken(left)} left", err=True)
 
 
 @contextmanager

@@ -54,6 +54,9 @@ Waves = Annotated[
 ]
 
 
+PageOption = Annotated[Path | None, typer.Option(metavar="FILE.html", help="Write the report as a page, too.")]
+
+
 @reads_recording
 def verify(
     config: Config,
@@ -63,20 +66,26 @@ def verify(
     random: Random = 200,
     netlist: NetlistOption = None,
     waves: Waves = None,
+    page: PageOption = None,
     json: Json = False,
     given: Given | None = None,
 ) -> None:
     """Run frames through the simulated core and compare every bit; exit 1 when something differs."""
     from tfra.codegen.config import load
-    from tfra.codegen.files import check_waves, write_vcd
+    from tfra.codegen.files import check_page, check_waves, write_page, write_vcd
     from tfra.model.scratch import scratch, temporary
+    from tfra.sim.shown import page as report_page
+    from tfra.sim.shown import render
     from tfra.sim.verify import verify as check
 
     project = load(config)
     check_core(project)
     project = _for_frames(project, frames, given or {})
+    inputs = [config, *([frames] if frames else [])]
     if waves:
-        check_waves(waves, "verify", [config, *([frames] if frames else [])])
+        check_waves(waves, "verify", inputs)
+    if page:
+        check_page(page, "verify", inputs)
     stresses, known = _stimuli(project, frames)
     core = _gates(project, netlist) if netlist else None
     chosen = Simulator.ICARUS if core and not simulator else simulator
@@ -94,10 +103,14 @@ def verify(
         )
         if waves:
             write_vcd(waves, place / "waves.vcd", "verify")
+    if page:
+        write_page(page, report_page(report), "verify")
     if json:
         print_json(report.as_dict())
     else:
-        report.render(Console())
+        render(report, Console())
+        if page:
+            print(f"report: {page}")
         if waves:
             print(f"signals of frame {report.recorded}: {waves}")
     if not report.passed:

@@ -20,7 +20,8 @@ nav ul { list-style: none; padding: 0; margin: 1rem 0; display: flex; flex-wrap:
 .bars { width: 100%; max-width: 50rem; margin: .4rem 0 .9rem; }
 .bars tbody { border: 0; }
 .bars .name { white-space: normal; font-weight: normal; }
-.bar { width: 50%; min-width: 7rem; background: linear-gradient(#eee, #eee) center / 100% .9rem no-repeat; padding: .15rem 0; }
+.bar { width: 50%; min-width: 7rem; padding: .15rem 0;
+  background: linear-gradient(#eee, #eee) center / 100% .9rem no-repeat; }
 .bar span { display: block; height: .9rem; background: #0072B2; }
 sub, sup { line-height: 0; }
 img { max-width: 100%; height: auto; display: block; }

@@ -1,20 +1,10 @@
-"""What a verification found, for readers and as JSON."""
+"""What a verification found."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
 from typing import Any
-
-from rich.console import Console
-from rich.table import Table
-
-from tfra.model.facts import words
-from tfra.model.metrics import ERRORS
-from tfra.model.tfra import Status
-
-AGAINST = {"model": "model, every bit", "float": "float TFRA", "contact": "true values"}
-"""What frames are compared with, and how a reader sees it."""
 
 NOT_RETURNED, UNKNOWN = "not_returned", "no_true_values"
 """Why a frame can be left out, beside a status bit: the core's words did not all come, or nobody knows the truth."""
@@ -137,74 +127,6 @@ class Report:
         content = _plain(asdict(self))
         timing = content["timing"] | {"agrees": self.timing.agrees}
         return {"passed": self.passed, "frames": self.frames, **content, "timing": timing}
-
-    def render(self, console: Console) -> None:
-        """Print the report."""
-        for table in (self._summary(), self._account_table(), self._float_table(), self._contact_table()):
-            if table.row_count:
-                console.print(table)
-        if self.first:
-            console.print(f"first mismatch: {self.first}", style="red", highlight=False)
-        for violation in self.violations:
-            console.print(f"stream rule broken: {violation}", style="red", highlight=False)
-        verdict = "every bit equals the model" if self.passed else "FAILED"
-        console.print(f"{self.name}: {verdict}", style="green" if self.passed else "bold red", highlight=False)
-
-    def _summary(self) -> Table:
-        table = Table(title=f"{self.name} on {self.simulator}, seed {self.seed}", show_header=False)
-        frames = ", ".join(f"{count} {kind}" for kind, count in self.kinds.items())
-        table.add_row("frames", f"{self.frames} ({frames})")
-        table.add_row("words compared", f"{self.compared} of {self.words}")
-        table.add_row("mismatches", str(self.mismatches))
-        t = self.timing
-        table.add_row("latency / cycles", _against(t.latency, t.design_latency))
-        table.add_row("interval / cycles", _against(t.interval, t.design_interval))
-        table.add_row("status", ", ".join(f"{count} {_reason(name)}" for name, count in self.status.items() if count))
-        return table
-
-    def _account_table(self) -> Table:
-        columns = ("frames", "number", "compared with", "compared", "left out")
-        table = Table(*columns, title="Every frame")
-        for account in self.accounts:
-            left = ", ".join(f"{count} {_reason(name)}" for name, count in account.left_out.items())
-            numbers = str(account.frames), AGAINST[account.against], str(account.compared)
-            table.add_row(account.kind, *numbers, left, end_section=account.against == "contact")
-        return table
-
-    def _float_table(self) -> Table:
-        table = Table("largest error", title="The core against float TFRA on the same codes")
-        found = self.against_float.values()
-        for kind in self.against_float:
-            table.add_column(f"{kind} frames", justify="right")
-        if found:
-            table.add_row("equal sweep index", *(f"{100 * e.equal_index:.1f} %" for e in found))
-            table.add_row("sweep index, steps apart", *(str(e.index_distance) for e in found))
-            for key, name in ERRORS.items():
-                table.add_row(name, *(f"{e.largest[key]:.3g}" for e in found))
-        return table
-
-    def _contact_table(self) -> Table:
-        table = Table("error", title="The core against the contacts' true values")
-        if e := self.against_contact:
-            for name in ("median", "largest"):
-                table.add_column(f"{name} of {e.frames}", justify="right")
-            for key, name in ERRORS.items():
-                table.add_row(name, f"{e.median[key]:.3g}", f"{e.largest[key]:.3g}")
-        return table
-
-
-def _reason(name: str) -> str:
-    """Status bits, their absence and other reasons in words."""
-    if name in Status.__members__:
-        return words(Status[name])
-    return "without status" if name == "none" else name.replace("_", " ")
-
-
-def _against(measured: int | None, stated: int | None) -> str:
-    shown = ["not measured" if measured is None else str(measured)]
-    if stated is not None:
-        shown.append(f"design: {stated}")
-    return ", ".join(shown)
 
 
 def _plain(value: Any) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from tfra.sim import tools
 from tfra.sim.account import Returned, accounts, contact_errors, float_errors, histogram, reasons
 from tfra.sim.pattern_run import PATTERNS, PatternRun
 from tfra.sim.report import NOT_RETURNED, Report, Timing
-from tfra.sim.run import Netlist, Progress
+from tfra.sim.run import Netlist
 from tfra.sim.stimuli import Stimuli, mixture
 
 SPECIAL = (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.OUTPUT_SATURATED)
@@ -34,7 +34,7 @@ def verify(
     seed: int = 0,
     random: int = 200,
     references: Mapping[str, npt.ArrayLike] | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
     *,
     core: Netlist | Any = None,
     waves: Path | None = None,
@@ -48,7 +48,7 @@ def verify(
         seed: Of made-up frames and of stalls.
         random: Random frames to add.
         references: What is known of ``frames``, by the keys of a frames file (``REFERENCES``).
-        progress: Called with numbers of finished frames.
+        progress: Called with numbers of frames that have finished, and of all.
         core: Another core to verify, as for ``simulate``.
         waves: A VCD file to write: the signals of the first frame that differs, with the ones before it where it is
             right alone; of the run that broke a stream's rules; else of the first frame.
@@ -58,12 +58,14 @@ def verify(
     """
     chosen = tools.choose(simulator)
     stimuli = _stimuli(design, frames, seed, random, references)
-    runs = [PatternRun(design, stimuli, number, chosen, seed, core, progress) for number in range(len(PATTERNS))]
+    every = len(stimuli.codes)
+    told = (lambda finished: progress(finished, every)) if progress else None
+    runs = [PatternRun(design, stimuli, number, chosen, seed, core, told) for number in range(len(PATTERNS))]
     runs = [run for run in runs if run.frames]
     bad = next((run for run in runs if run.first is not None), None)
     shown = bad or next((run for run in runs if run.violations), runs[0])
     recorded = shown.record(waves) if waves else None
-    back = Returned.of(design, len(stimuli.codes), runs)
+    back = Returned.of(design, every, runs)
     result, seen = decode(design, back.words), stimuli[back.whole]
     special, unfit = reasons(result.status, SPECIAL), reasons(result.status, Status, seen.known)
     why = {"model": np.where(back.compared, "", NOT_RETURNED), "float": back.why(special), "contact": back.why(unfit)}
@@ -72,7 +74,7 @@ def verify(
         simulator=chosen,
         seed=seed,
         kinds={str(kind): int((stimuli.kinds == kind).sum()) for kind in dict.fromkeys(stimuli.kinds)},
-        words=len(stimuli.codes) * design.frame_words,
+        words=every * design.frame_words,
         compared=sum(run.compared for run in runs),
         mismatches=sum(run.mismatches for run in runs),
         first=bad.located() if bad else None,

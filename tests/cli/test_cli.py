@@ -18,6 +18,7 @@ from tfra.codegen.config import load
 from tfra.codegen.resultfile import KEYS
 from tfra.model.tfra import Tfra
 from tfra.model.two_variable import TwoVariable
+from tfra.sim.report import Report, Timing
 from tfra.sim.run import SimulationError
 
 ROOT = Path(__file__).parents[2]
@@ -210,16 +211,12 @@ def test_a_failed_simulation_is_no_bad_input(
 # generate and verify
 
 
-class Report:
-    def __init__(self, passed: bool) -> None:
-        self.passed = passed
-        self.recorded: int | None = None
-
-    def as_dict(self) -> dict[str, Any]:
-        return {"passed": self.passed}
-
-    def render(self, console: Any) -> None:
-        console.print(f"passed: {self.passed}")
+def made_report(passed: bool) -> Report:
+    """One of ten words, one of which may not have come."""
+    timing = Timing(None, None, 70, 50)
+    return Report(
+        "skin", "icarus", 0, {"given": 1}, 10, 9 + passed, 0, None, (), timing, {}, {}, None, (), recorded=7
+    )
 
 
 @pytest.mark.parametrize("passed", [True, False])
@@ -232,17 +229,17 @@ def test_verify(
         del options["progress"]
         options["references"] = list(options["references"])[:3]
         calls.append((design.name, frames.shape, bool((frames < 0).all()), options))
-        return Report(passed)
+        return made_report(passed)
 
     monkeypatch.setattr("tfra.sim.verify.verify", verify)
     capsys.readouterr()
     np.save("one.npy", np.ones((1, 5, 6)))
     assert main(["verify", "skin.toml"]) == (not passed)
-    assert capsys.readouterr().out == f"passed: {passed}\n"
+    assert capsys.readouterr().out.endswith("skin: every bit equals the model\n" if passed else "skin: FAILED\n")
     options = ["--frames", "one.npy", "--simulator", "verilator", "--seed", "3", "--random", "7", "--json"]
     options += ["--compression", "positive"]
     assert main(["verify", "skin.toml", *options]) == (not passed)
-    assert json.loads(capsys.readouterr().out) == {"passed": passed}
+    assert json.loads(capsys.readouterr().out)["passed"] == passed
     known = ["resultant_ref", "mu_ref", "phi_ref_deg"]
     assert calls == [
         ("skin", (3, 5, 6), False, {"simulator": None, "seed": 0, "random": 200, "references": known, **other}),
@@ -257,9 +254,7 @@ def test_verify_writes_waves(
 
     def verify(design: Any, frames: Any, waves: Path, **options: Any) -> Any:
         waves.write_text("$enddefinitions $end\n")
-        report = Report(True)
-        report.recorded = 7
-        return report
+        return made_report(True)
 
     monkeypatch.setattr("tfra.sim.verify.verify", verify)
     for _ in range(2):
@@ -271,6 +266,22 @@ def test_verify_writes_waves(
     said = "w.vcd: is not replaced: tfra did not write it: move it away, or choose another place"
     assert refusal(capfd, "verify", "skin.toml", "--waves", "w.vcd") == said
     assert refusal(capfd, "verify", "skin.toml", "--waves", "w.fst") == "w.fst: the name of the output must end in .vcd"
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_verify_writes_a_page(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], passed: bool
+) -> None:
+    monkeypatch.setattr("tfra.sim.verify.verify", lambda design, frames, **options: made_report(passed))
+    for _ in range(2):
+        assert main(["verify", "skin.toml", "--page", "p.html"]) == (not passed)
+        assert "report: p.html\n" in capfd.readouterr().out
+    assert f"{9 + passed} of 10 words of 1 frames" in Path("p.html").read_text()
+    said = "p.htm: the name of the output must end in .html"
+    assert refusal(capfd, "verify", "skin.toml", "--page", "p.htm") == said
+    Path("p.html").write_text("mine")
+    said = "p.html: is not replaced: tfra did not write it: move it away, or choose another place"
+    assert refusal(capfd, "verify", "skin.toml", "--page", "p.html") == said
 
 
 def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

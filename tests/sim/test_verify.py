@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,7 @@ from tfra.sim import verify as verify_module
 from tfra.sim.pattern_run import first_difference
 from tfra.sim.report import Account, Report
 from tfra.sim.run import Netlist, Run, generated, simulate
+from tfra.sim.shown import page, render
 from tfra.sim.stimuli import mixture
 from tfra.sim.verify import verify
 
@@ -101,11 +103,12 @@ def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
 
 def test_a_good_core_passes(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
-    told: list[int] = []
-    report = verify(DESIGN, simulator="icarus", random=62, progress=told.append)
+    told: list[tuple[int, int]] = []
+    report = verify(DESIGN, simulator="icarus", random=62, progress=lambda *now: told.append(now))
     assert report.passed
     assert report.kinds == {"contact": 12, "random": 62, "directed": len(directed_codes(DESIGN))}
-    assert report.frames == sum(told) == sum(report.kinds.values())
+    assert report.frames == sum(done for done, _ in told) == sum(report.kinds.values())
+    assert {every for _, every in told} == {report.frames}
     assert report.compared == report.words == report.frames * (DESIGN.layout[-1].start + 1)
     assert (report.mismatches, report.first, report.violations) == (0, None, ())
     assert report.timing.latency == report.timing.design_latency is not None
@@ -127,13 +130,21 @@ def test_a_good_core_passes(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(AssertionError):
         check_accounts(replace(report, accounts=(replace(report.accounts[0], compared=0), *report.accounts[1:])))
     console = Console(record=True, width=80)
-    report.render(console)
+    render(report, console)
     shown = console.export_text()
     assert "every bit equals the model" in shown
-    assert "│ random   │ 62     │ true values      │ 0        │ 62 no true values" in shown
+    assert "│ random   │     62 │ true values      │        0 │ 62 no true values" in shown
     assert max(map(len, shown.splitlines())) <= 80
     assert "…" not in shown
     assert all(f"│ {name} " in shown for name in ERRORS.values())
+    text = page(report)
+    assert '<p class="answer">Every bit equals the model: ' in text
+    assert "failed" not in text.partition("</style>")[2]
+    wide = Console(record=True, width=400)
+    render(report, wide)
+    cells = [cell.strip() for line in wide.export_text().splitlines() for cell in line.split("│")[1:-1]]
+    assert len(cells) > 80
+    assert all(escape(cell) in text for cell in cells)  # those of the terminal
 
 
 def test_given_frames_and_references() -> None:
@@ -170,8 +181,11 @@ def test_wrong_coefficients_are_traced_to_their_stage(cache: Path) -> None:
     assert report.first.transfer == 0
     assert report.first.expected != report.first.observed
     console = Console(record=True, width=200)
-    report.render(console)
+    render(report, console)
     assert "first mismatch: frame" in console.export_text()
+    text = page(report)
+    assert '<p class="answer failed">Failed: ' in text
+    assert '<p class="answer failed">first mismatch: frame' in text
 
 
 @pytest.mark.long
