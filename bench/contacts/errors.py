@@ -8,12 +8,13 @@ doi:10.1016/j.mechatronics.2023.103070.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bench.contacts import truth
@@ -271,6 +272,10 @@ def friction_table(results: dict[str, dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
+SHOWN = (0.3, 100.0)
+"""Errors from, to, in percent."""
+
+
 def plot(results: dict[str, dict[str, Any]]) -> None:
     """Write ``bench/results/errors.svg`` and ``.png``: a panel each study, of the random contacts."""
     mpl.rcParams.update({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "tfra"})
@@ -282,7 +287,8 @@ def plot(results: dict[str, dict[str, Any]]) -> None:
             for part, line, text in (("median", "-", ", median"), ("p95", ":", ", 95th percentile")):
                 values = [row[key][part] for row in rows.values()]
                 axes.plot(list(rows), values, line + marker, color=color, ms=4, label=NAMES[key] + text)
-        axes.set(xlabel=STUDIES[name].label, yscale="log", ylim=(0.3, 100))
+                _mark_outside(axes, values, color)
+        axes.set(xlabel=STUDIES[name].label, yscale="log", ylim=SHOWN)
         axes.yaxis.set_major_formatter("{x:g}")
         axes.tick_params(labelleft=True)
         if name == "kernel":
@@ -292,6 +298,14 @@ def plot(results: dict[str, dict[str, Any]]) -> None:
     corner.legend(*axes.get_legend_handles_labels(), loc="center", fontsize=10)
     for ending, keep in (("svg", {"Date": None}), ("png", {"Software": None})):
         figure.savefig(ROOT / "bench" / "results" / f"errors.{ending}", dpi=110, metadata=keep)
+
+
+def _mark_outside(axes: Axes, values: Sequence[float], color: str) -> None:
+    """An arrow at the edge and the value, for each that lies above what is shown."""
+    for place, value in enumerate(values):
+        if value > SHOWN[1]:
+            looks = {"color": color, "arrowprops": {"arrowstyle": "->", "color": color}, "annotation_clip": False}
+            axes.annotate(f"{value:.0f} %", (place, SHOWN[1]), xytext=(8, -24), textcoords="offset points", **looks)
 
 
 def main() -> None:
