@@ -1,0 +1,163 @@
+"""Every command in the README and in docs/ works.
+
+Blocks are executed line by line.  Arguments are checked of commands that take minutes and of those that sentences name.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shlex
+import subprocess
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+import typer
+
+from tests.codegen.test_recordinglog import ARRAY, StoragePlugin, array, bag
+from tests.marks import long
+from tfra.cli.main import app, main
+from tfra.codegen.config import load
+
+ROOT = Path(__file__).parents[2]
+PAGES = ["README.md", *sorted(str(page.relative_to(ROOT)) for page in (ROOT / "docs").rglob("*.md"))]
+
+COMMAND = re.compile(r"(?:\$ )?(?:\.venv/bin/)?((?:tfra|make|python -m|pip install)\s.*)")
+
+PLACEHOLDERS = {
+    "CONFIG": "examples/hertz_40x20.toml",
+    "FRAMES": "frames.npz",
+    "STUDY": "examples/study_quick.toml",
+    "OUT": "out",
+}
+"""What a page leaves to the reader, and a value of it."""
+
+MINUTES = {"synth", "study", "paper"}
+"""Commands of which only the arguments are checked here: tests of their own run them."""
+
+TASTE = re.compile(r"COMMAND|…|\.\.\.|: ")
+"""In what is no command: part of one, or a message."""
+
+
+def commands(page: str) -> tuple[list[str], list[str]]:
+    """The commands of a page: those in blocks, which are to be copied, and those that sentences name."""
+    text = (ROOT / page).read_text()
+    fence = re.compile(r"^```\w*\n(.*?)^```", re.M | re.S)
+    blocks = [line for block in fence.findall(text) for line in block.splitlines()]
+    named = re.findall(r"`([^`\n]+)`", fence.sub("", text))
+    return _commands(blocks), _commands(named)
+
+
+def _commands(lines: list[str]) -> list[str]:
+    found = (COMMAND.fullmatch(line.strip()) for line in lines)
+    return list(dict.fromkeys(match[1] for match in found if match and not TASTE.search(match[1])))
+
+
+EVERY = [(page, line) for page in PAGES for part in commands(page) for line in part]
+
+
+def of(program: str) -> list[tuple[str, str]]:
+    return [(page, line) for page, line in EVERY if line.startswith(program)]
+
+
+@pytest.mark.parametrize(("page", "line"), of("make "))
+def test_make(page: str, line: str) -> None:
+    targets = shlex.split(line, comments=True)[1:]
+    done = subprocess.run(["make", "-n", *targets], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(("page", "line"), of("python -m "))
+def test_modules(page: str, line: str) -> None:
+    module = shlex.split(line, comments=True)[2]
+    found = importlib.util.find_spec(module)
+    assert found is not None
+    assert found.origin is not None
+    assert '__name__ == "__main__"' in Path(found.origin).read_text()
+
+
+@pytest.mark.parametrize(("page", "line"), of("pip install "))
+def test_extras(page: str, line: str) -> None:
+    (wanted,) = re.findall(r"tfra\[(\w+)\]", line)
+    assert wanted in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+
+
+def parsed(words: list[str]) -> None:
+    """Raise an exception for arguments that the command line does not take."""
+    group = typer.main.get_command(app)
+    assert isinstance(group, typer.core.TyperGroup)
+    group.commands[words[0]].make_context(words[0], words[1:])
+
+
+def test_wrong_arguments_are_noticed() -> None:
+    parsed(["synth", "examples/fast.toml", "--target", "ecp5-85", "--out", "synth"])
+    for words in (["synth", "--targets", "ecp5-85"], ["synth", "a.toml", "--seeds", "0", "--out", "x"]):
+        with pytest.raises(typer.TyperException):
+            parsed(words)
+    with pytest.raises(KeyError):
+        parsed(["synthesise"])
+
+
+@pytest.mark.parametrize(("page", "line"), [(page, line) for page in PAGES for line in commands(page)[1]])
+def test_what_sentences_name(page: str, line: str) -> None:
+    """A command that is there, and its options."""
+    words = shlex.split(line)
+    if words[0] != "tfra" or words[1].startswith("-"):
+        return
+    group = typer.main.get_command(app)
+    assert isinstance(group, typer.core.TyperGroup)
+    known = {name for option in group.commands[words[1]].params for name in (*option.opts, *option.secondary_opts)}
+    assert {word.partition("=")[0] for word in words[2:] if word.startswith("-")} <= known | {"--help"}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder as a reader has it: the examples, a sensor of one's own, and recordings of it in several forms."""
+    monkeypatch.chdir(tmp_path)
+    Path("examples").symlink_to(ROOT / "examples")
+    text = (ROOT / "examples" / "hertz_40x20.toml").read_text()
+    Path("sensor.toml").write_text(text)
+    Path("bits/designs").mkdir(parents=True)
+    Path("bits/designs/least_coefficient_kbit.toml").write_text(text)
+    assert main(["frames", "sensor.toml", "--out", "frames.npz"]) == 0
+    frames = np.load("frames.npz")["frames"]
+    rest = np.zeros((60, *frames.shape[1:]))
+    recording = np.concatenate([rest, frames])
+    _text("log.csv", -recording / 1e3, ",", times=True)
+    adc = load("sensor.toml").design.adc
+    codes = np.round(recording / adc.lsb).astype(int) + 2 ** (adc.bits - 1)
+    _text("log.txt", codes, " ", times=False)
+    _text("rest.txt", codes[:60], " ", times=False)
+    messages = [("/skin", ARRAY, 10**9 + number, array(frame)) for number, frame in enumerate(recording)]
+    bag(Path("bag"), messages, StoragePlugin.MCAP)
+    return tmp_path
+
+
+def _text(name: str, frames: np.ndarray, separator: str, times: bool) -> None:
+    rows = frames.reshape(len(frames), -1)
+    lines = [[f"{number / 100}"] * times + [f"{value:.8g}" for value in row] for number, row in enumerate(rows)]
+    Path(name).write_text("".join(separator.join(line) + "\n" for line in lines))
+
+
+def run(line: str) -> None:
+    """Execute a ``tfra`` command, or parse one of ``MINUTES``."""
+    words = [PLACEHOLDERS.get(word, word) for word in shlex.split(line, comments=True)[1:]]
+    if words[0] in MINUTES:
+        parsed(words)
+    else:
+        assert main(words) == 0, line
+
+
+SLOW = {"README.md", "docs/how_many_bits.md", "docs/development.md"}
+"""Pages whose cores are simulated for minutes."""
+
+TO_COPY = [page for page in PAGES if any(line.startswith("tfra ") for line in commands(page)[0])]
+
+
+@pytest.mark.parametrize("page", [page for page in TO_COPY if page not in SLOW] + long(*sorted(SLOW)))
+def test_blocks(page: str, folder: Path) -> None:
+    for line in commands(page)[0]:
+        if line.startswith("tfra "):
+            run(line)
