@@ -55,13 +55,14 @@ demo: $(READY) icarus
 	$(VENV)/bin/python -m tfra.cli.demo
 
 # mypy can't follow the import hook of an editable installation, and setuptools' strict mode, which it can
-# follow, links single files, so that a new file is missed until the next installation.  Links to the folders
-# under one folder `tfra` show mypy the packages by their installed names, always complete.
+# follow, links single files, so that a new file is missed until the next installation.  Links under one folder
+# `tfra`, made anew each time, show mypy everything by its installed name: the files of `library`, and the packages.
 test: $(READY) icarus chromium
+	@rm -rf $(TYPES)
 	@mkdir -p $(TYPES)
-	@for package in $(PACKAGES); do ln -sfn "$(CURDIR)/$$package" $(TYPES)/$$package; done
+	@ln -s "$(CURDIR)"/library/*.* $(PACKAGES:%="$(CURDIR)/%") $(TYPES)
 	$(VENV)/bin/ruff check
-	MYPYPATH=build/types $(VENV)/bin/mypy --strict $(PACKAGES:%=-p tfra.%)
+	MYPYPATH=build/types $(VENV)/bin/mypy --strict -p tfra
 	$(PYTEST) -m "not long"
 
 test-rest: $(READY) icarus chromium
@@ -82,7 +83,7 @@ $(STUDIES): $(READY) icarus
 
 clean:
 	rm -rf $(VENV) build sim_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
-	find $(PACKAGES) tests -name __pycache__ -prune -exec rm -rf {} +
+	find $(PACKAGES) library examples tests -name __pycache__ -prune -exec rm -rf {} +
 
 # The last lines fill the caches of the tools, which takes half a minute each and would surprise a test's timeout.
 $(READY): pyproject.toml constraints.txt

@@ -35,7 +35,7 @@ from tfra.model.cover.layer import ElasticLayer
 from tfra.model.errors import InputError, quoted
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.recording import PLAIN, Input
+from tfra.model.recording import PLAIN, Input, overridden
 from tfra.model.sensor import SensorArray
 
 MOST_TAXELS = 4096
@@ -156,11 +156,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
 def _input(file: Path, section: InputSection) -> Input:
     given = section.model_dump(exclude_none=True)
     with _blame(file, "input"):
-        if section.tare is not None and section.tare_frames:
-            raise ValueError("tare: either this or tare_frames is needed, not both")
-        if section.coding is not None and section.unit != "codes":
-            raise ValueError('coding: is about codes: unit = "codes" is needed')
-    return Input(**given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
+        return overridden(PLAIN, given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
 
 
 def _formats(section: FormatsSection) -> Formats:
