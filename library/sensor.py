@@ -161,8 +161,8 @@ class Sensor:
         Returns frames ``(n, rows, columns)`` in Pa, one for each contact, and their ``tfra.Truth``:
 
             >>> frames, truth = tfra.load("examples/skin_8x12.toml").simulate()
-            >>> frames.shape, truth.mu[0]
-            ((12, 8, 12), 0.5)
+            >>> frames.shape, truth.resultant.shape
+            ((12, 8, 12), (12, 3))
 
         Raises ``tfra.InputError`` if there is no contact, or one that leaves the cover.
         """
@@ -204,11 +204,11 @@ class Sensor:
     def _stress(self, frames: npt.ArrayLike) -> Floats:
         """``frames`` as ``(n, rows, columns)``, n >= 1; raises ``InputError`` for another shape and for NaN."""
         try:
-            stress = np.asarray(frames, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise InputError("Sensor.estimate", "frames", "real numbers in one array are needed") from None
-        if np.iscomplexobj(frames):
-            raise InputError("Sensor.estimate", "frames", "real numbers are needed, got complex ones")
+            stress = np.asarray(frames)
+        except ValueError:  # lists of several lengths
+            stress = np.empty(0, dtype=np.object_)
+        if stress.dtype.kind not in "iuf":
+            raise InputError("Sensor.estimate", "frames", "real numbers in one array are needed")
         stress = stress[None] if stress.ndim == 2 else stress
         if stress.ndim != 3 or stress.shape[1:] != self.shape or not len(stress):
             needed = f"shape (n, {self.array.rows}, {self.array.columns}) with n >= 1 is needed"
@@ -234,7 +234,7 @@ def _spelt(message: str) -> str:
 
     def argument(found: re.Match[str]) -> str:
         value = (found[2] or "").strip()
-        quotes = '"' if value.islower() else ""
+        quotes = "" if value.isdigit() or value.isupper() else '"'
         return found[1].replace("-", "_") + (f"={quotes}{value}{quotes}" if value else "")
 
     return _OPTION.sub(argument, message)
