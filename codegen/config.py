@@ -7,7 +7,7 @@ Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double n
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -73,7 +73,12 @@ def load(path: str | Path) -> Project:
     Raises ``InputError``, a line that names the file, the key and the reason, for anything wrong with it.
     """
     file = Path(path)
-    document = _document(file)
+    return made(read_toml(file), file)
+
+
+def made(content: Mapping[str, object], file: Path) -> Project:
+    """Check the ``content`` of a CONFIG file; raises ``InputError`` naming ``file`` for anything wrong with it."""
+    document = _document(content, file)
     sensor = _sensor(file, document.sensor)
     with _blame(file, "layer"):
         cover = ElasticLayer.under(sensor, document.layer.poisson)
@@ -95,9 +100,9 @@ def load(path: str | Path) -> Project:
     )
 
 
-def _document(file: Path) -> Document:
+def _document(content: Mapping[str, object], file: Path) -> Document:
     try:
-        return Document.model_validate(read_toml(file))
+        return Document.model_validate(content)
     except ValidationError as error:
         raise InputError(file, *complaint(error)) from None
 
