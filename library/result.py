@@ -224,8 +224,7 @@ class Page:
     path: Path | None
 
     def __repr__(self) -> str:
-        where = f", {self.path}" if self.path else ""
-        return f"<tfra.Page: {len(self.html) / 1e6:.1f} MB of HTML{where}>"
+        return f"<tfra.Page: {self.path or 'not written'}>"
 
     def _repr_html_(self) -> str:
         """A written page is shown by its name, so that the notebook stays small."""
