@@ -10,11 +10,11 @@ import typer
 
 from tfra.model.errors import InputError, quoted
 
-Name = Annotated[str | None, typer.Argument(metavar="[NAME]", help="One of them; without --out its text is printed.")]
+Name = Annotated[str | None, typer.Argument(metavar="NAME", help="One of them; without --out its text is printed.")]
 Out = Annotated[
     Path | None,
     typer.Option(
-        metavar="DIR", help="Write them, or NAME and the file that it reads, to a directory, as tfra generate does."
+        metavar="DIR", help="Write all of them, or NAME and the file that it reads, to this new or empty directory."
     ),
 ]
 

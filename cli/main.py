@@ -97,7 +97,7 @@ def top(
 
     A CONFIG file in TOML describes the sensor, its converter, the arithmetic and, for simulation, contacts.
 
-    tfra init writes one for your sensor, which explains every key.
+    tfra init writes one for your sensor, with a comment on every key.
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())

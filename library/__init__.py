@@ -25,7 +25,7 @@ TYPE_CHECKING = False  # the one of typing takes milliseconds, and every command
 if TYPE_CHECKING:
     from tfra.codegen.framesfile import Recording
     from tfra.contacts import Truth
-    from tfra.model.cover.contact import Contact
+    from tfra.model.cover.contact import Contact, ContactShape
     from tfra.model.errors import InputError, Notice
     from tfra.model.tfra import Status
     from tfra.result import Errors, Page, Result
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Contact",
+    "ContactShape",
     "Errors",
     "InputError",
     "Notice",
@@ -50,6 +51,7 @@ __all__ = [
 
 _HOMES = {
     "Contact": "tfra.model.cover.contact",
+    "ContactShape": "tfra.model.cover.contact",
     "Errors": "tfra.result",
     "InputError": "tfra.model.errors",
     "Notice": "tfra.model.errors",

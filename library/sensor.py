@@ -166,7 +166,10 @@ class Sensor:
 
         Raises ``tfra.InputError`` if there is no contact, or one that leaves the cover.
         """
-        chosen = self.contacts if contacts is None else tuple(contacts)
+        given = self.contacts if contacts is None else contacts
+        if not isinstance(given, Sequence) or not all(isinstance(each, Contact) for each in given):
+            raise InputError("Sensor.simulate", "contacts", f"a list of tfra.Contact is needed, got {quoted(given)}")
+        chosen = tuple(given)
         return simulated(self.project, chosen), Truth(chosen)
 
     def estimate(

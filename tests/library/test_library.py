@@ -116,7 +116,7 @@ def test_simulated_frames_are_those_of_the_cover(sensor: tfra.Sensor, simulated:
     assert truth.phi_deg.tolist() == [30.0 * n for n in range(12)]
     assert truth.mu.tolist() == [0.5] * 12
     np.testing.assert_allclose(truth.resultant[3], (0, 2, -4), atol=1e-12)
-    mine = tfra.Contact("uniform", 0.015, 0.01, 4e-3, 4e-3, -2.0, 0.3, math.radians(70))  # type: ignore[arg-type]
+    mine = tfra.Contact(tfra.ContactShape.UNIFORM, 0.015, 0.01, 4e-3, 4e-3, -2.0, 0.3, math.radians(70))
     own, known = sensor.simulate([mine])
     assert own.shape == (1, 8, 12)
     assert known.phi_deg.tolist() == [70.0]
@@ -275,6 +275,12 @@ def test_arguments_that_are_none(sensor: tfra.Sensor, tmp_path: Path) -> None:
         ),
         "Sensor.read: tare_frames: 0 or more is needed, got -1": lambda: sensor.read("f.npy", tare_frames=-1),
         "Sensor.read: coding: only codes have a coding": lambda: sensor.read("f.npy", coding="offset"),
+        "Sensor.simulate: contacts: a list of tfra.Contact is needed": (
+            lambda: sensor.simulate(sensor.contacts[0])  # type: ignore[arg-type]
+        ),
+        "Sensor.simulate: contacts: a list of tfra.Contact is needed, ": (
+            lambda: sensor.simulate([{"mu": 0.5}])  # type: ignore[list-item]
+        ),
         "no.csv: cannot be read": lambda: sensor.read("no.csv"),
         "no.toml: cannot be read": lambda: tfra.load("no.toml"),
     }
@@ -291,7 +297,7 @@ def test_no_contact_and_one_beside_the_cover(tmp_path: Path, sensor: tfra.Sensor
     (tmp_path / "bare.toml").write_text(CONFIG.partition("[[contact]]")[0])
     with pytest.raises(tfra.InputError, match=r"bare.toml: contact: at least one \[\[contact\]\] is needed"):
         tfra.load(tmp_path / "bare.toml").simulate()
-    beside = tfra.Contact("hertz", 1.0, 0.01, 4e-3, 4e-3, -2.0, 0.3, 0.0)  # type: ignore[arg-type]
+    beside = tfra.Contact(tfra.ContactShape.HERTZ, 1.0, 0.01, 4e-3, 4e-3, -2.0, 0.3, 0.0)
     with pytest.raises(tfra.InputError, match="leaves the block"):
         sensor.simulate([beside])
 
