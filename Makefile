@@ -15,6 +15,7 @@
 # make sparse, make fem_convergence
 #              the tables of docs/studies/sparse.md and docs/studies/fem.md
 # make page    the picture of docs/view.md
+# make notebook  docs/notebook.ipynb, run again
 # make bits    the default studies, docs/how_many_bits.md: an hour
 # make mixed   cores with mixed word lengths, verified, docs/numerics.md
 # make schedule, make timing
@@ -46,7 +47,7 @@ TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
-  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page abuse misuse
+  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -55,13 +56,14 @@ demo: $(READY) icarus
 	$(VENV)/bin/python -m tfra.cli.demo
 
 # mypy can't follow the import hook of an editable installation, and setuptools' strict mode, which it can
-# follow, links single files, so that a new file is missed until the next installation.  Links to the folders
-# under one folder `tfra` show mypy the packages by their installed names, always complete.
+# follow, links single files, so that a new file is missed until the next installation.  Links under one folder
+# `tfra`, made anew each time, show mypy everything by its installed name: the files of `library`, and the packages.
 test: $(READY) icarus chromium
+	@rm -rf $(TYPES)
 	@mkdir -p $(TYPES)
-	@for package in $(PACKAGES); do ln -sfn "$(CURDIR)/$$package" $(TYPES)/$$package; done
+	@ln -s "$(CURDIR)"/library/*.* $(PACKAGES:%="$(CURDIR)/%") $(TYPES)
 	$(VENV)/bin/ruff check
-	MYPYPATH=build/types $(VENV)/bin/mypy --strict $(PACKAGES:%=-p tfra.%)
+	MYPYPATH=build/types $(VENV)/bin/mypy --strict -p tfra
 	$(PYTEST) -m "not long"
 
 test-rest: $(READY) icarus chromium
@@ -74,7 +76,7 @@ cores schedule timing: GROUP := cycles
 estimates blocks baselines primitives tree rounding: GROUP := parts
 speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
-calibrate errors truth fem_convergence page: GROUP := contacts
+calibrate errors truth fem_convergence page notebook: GROUP := contacts
 abuse misuse: GROUP := abuse
 
 $(STUDIES): $(READY) icarus
@@ -82,7 +84,7 @@ $(STUDIES): $(READY) icarus
 
 clean:
 	rm -rf $(VENV) build sim_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
-	find $(PACKAGES) tests -name __pycache__ -prune -exec rm -rf {} +
+	find $(PACKAGES) library examples tests -name __pycache__ -prune -exec rm -rf {} +
 
 # The last lines fill the caches of the tools, which takes half a minute each and would surprise a test's timeout.
 $(READY): pyproject.toml constraints.txt

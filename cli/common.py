@@ -15,11 +15,9 @@ from rich.console import Console
 from rich.progress import Progress, ProgressColumn, SpinnerColumn, Task, TimeElapsedColumn
 from rich.text import Text
 
-from tfra.model.errors import InputError
 from tfra.synth.forecast import spoken
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
     from tfra.synth.forecast import Forecast
 
 PATIENCE = 2.0
@@ -43,21 +41,6 @@ OutDirectory = Annotated[
 def print_json(summary: dict[str, Any]) -> None:
     """Print ``summary`` as indented JSON; raises ``ValueError`` for nan and inf, which JSON lacks."""
     typer.echo(json.dumps(summary, indent=2, allow_nan=False))
-
-
-def check_core(project: Project) -> None:
-    """Prove that no word of the core overflows, and that a core of its kind can hold the design.
-
-    Raises ``InputError`` when the formats are too long or the sensor is too large.
-    """
-    from tfra.hdl.cores import microarchitecture
-    from tfra.model.fixed.advice import advice, fits
-
-    try:
-        microarchitecture(project.design).check()
-    except ValueError as error:
-        nearest = "" if fits(project.design) else advice(project.design)
-        raise InputError(project.path, "", f"{error}{nearest and f': {nearest} would do'}") from None
 
 
 @contextmanager

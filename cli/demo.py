@@ -16,10 +16,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 
 from tfra.codegen.processes import Stopped, stoppable
+from tfra.contacts import Truth
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Floats
 from tfra.model.converter import quantise
@@ -115,12 +115,12 @@ def measure(path: Path, simulator: str | None = None) -> Sensor:
     codes = quantise(design, stress)
     expected = design.model(codes).words
     run = simulate(design, codes, simulator, expected=expected)
-    tfra = Tfra.of(design)
+    tfra, truth = Tfra.of(design), Truth(contacts)
     return Sensor(
         path.stem,
-        np.array([contact.force for contact in contacts]),
-        np.array([contact.mu for contact in contacts]),
-        np.degrees([contact.phi for contact in contacts]),
+        truth.resultant,
+        truth.mu,
+        truth.phi_deg,
         tfra(stress),
         tfra(codes * design.adc.lsb),
         decode(design, run.words),

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,9 +10,9 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from tfra.cli.common import Config, Json, print_json, progress
-from tfra.cli.engines import DOUBLE, Engine, run
+from tfra.cli.common import Config, Json, print_json, progress, simulation_failures
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
+from tfra.engines import DOUBLE, Engine, run
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -68,8 +66,8 @@ def estimate(
     stresses, tare = recording.frames, project.input.tare
     inputs = [config, frames, *([tare] if tare else [])]
     check_result(out, "estimate", inputs)
-    with progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
-        found = _joined(run(engine, project, stresses, frames, advance, codes))
+    with simulation_failures("estimate"), progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
+        found = run(engine, project, stresses, frames, advance, codes)
     text = config_text(project.design, project.layer, "")
     write_result(out, Estimate(recording, found, engine.value, text), "estimate", inputs)
     told = facts(stresses, found)
@@ -85,16 +83,6 @@ def estimate(
         for line in (*lines(told), sentence()):
             typer.echo(textwrap.fill(line, WIDTH, subsequent_indent="  "))
         typer.echo(f"{out}: {len(stresses)} frames by the {engine.value} engine, from {_seen(project, converted)}")
-
-
-def _joined(results: Sequence[Result]) -> Result:
-    """One result of consecutive ones."""
-    import numpy as np
-
-    from tfra.codegen.resultfile import KEYS
-
-    parts: dict[str, Any] = {key: np.concatenate([getattr(result, key) for result in results]) for key in KEYS}
-    return replace(results[0], **parts)
 
 
 def _results(found: Result) -> dict[str, Any]:

@@ -6,7 +6,8 @@ from dataclasses import asdict
 
 import typer
 
-from tfra.cli.common import Config, Json, OutDirectory, check_core, print_json, progress
+from tfra.cli.common import Config, Json, OutDirectory, print_json, progress
+from tfra.codegen.core import check_core
 
 
 def generate(config: Config, out: OutDirectory, json: Json = False) -> None:

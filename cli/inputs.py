@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tfra.model.errors import InputError
-from tfra.model.recording import PLAIN, Coding, Input, Order, Sign, Unit
+from tfra.model.recording import Coding, Order, Sign, Unit
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
@@ -68,27 +68,15 @@ def reads_recording(command: Callable[..., None]) -> Callable[..., None]:
 def for_recording(project: Project, path: Path, given: Given, command: str) -> Project:
     """Return ``project`` with the ``input`` that the recording at ``path`` is to be read by.
 
-    What ``tfra frames`` wrote is in Pa and needs nothing of CONFIG's [input], which is about recordings.  Raises
-    ``InputError`` for options that contradict each other.
+    Raises ``InputError`` for options that contradict each other.
     """
-    from tfra.codegen.ownership import is_as_written
+    from tfra.codegen.framesfile import read_as
 
-    chosen = PLAIN if is_as_written(path, "frames") else project.input
-    return replace(project, input=overridden(chosen, given, command))
-
-
-def overridden(chosen: Input, given: Given, command: str) -> Input:
-    """Return ``chosen`` with the options ``given`` in place of its own; raises ``InputError`` if they contradict."""
-    if given.get("tare_frames") and "tare" in given:
-        raise InputError(f"tfra {command}", "--tare", "either this or --tare-frames is needed, not both")
-    if "tare" in given:
-        chosen = replace(chosen, tare_frames=0)
-    elif "tare_frames" in given:
-        chosen = replace(chosen, tare=None)
-    found = replace(chosen, **given)
-    if "coding" in given and found.unit != "codes":
-        raise InputError(f"tfra {command}", "--coding", "is about codes: --unit codes is needed")
-    return found
+    try:
+        return replace(project, input=read_as(path, project.input, given))
+    except ValueError as error:
+        key, _, reason = str(error).partition(": ")
+        raise InputError(f"tfra {command}", f"--{key}", reason) from None
 
 
 def frames_at(path: Path, project: Project) -> Recording:

@@ -12,8 +12,10 @@ import typer
 
 from tfra.cli.complaint import say
 from tfra.cli.estimate import estimate
+from tfra.cli.examples import examples
 from tfra.cli.frames import frames
 from tfra.cli.generate import generate
+from tfra.cli.init import init
 from tfra.cli.paper import paper
 from tfra.cli.size import size
 from tfra.cli.study import study
@@ -24,6 +26,12 @@ from tfra.codegen.processes import Stopped, stoppable
 from tfra.model.errors import InputError, Notice, shortened
 
 EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
+    init: (
+        "tfra init --rows 8 --columns 12 --pitch-x 3 --pitch-y 2.5 --thickness 3 --out sensor.toml",
+        "tfra init --rows 8 --columns 12 --pitch-x 3 --pitch-y 2.5 --thickness 3 "
+        "--adc-bits 12 --full-scale 150e3 --target ecp5-45 --out sensor.toml",
+    ),
+    examples: ("tfra examples --out examples", "tfra examples", "tfra examples skin_8x12"),
     frames: ("tfra frames examples/hertz_40x20.toml --out frames.npz",),
     estimate: (
         "tfra estimate examples/hertz_40x20.toml frames.npz --out forces.npz",
@@ -89,7 +97,7 @@ def top(
 
     A CONFIG file in TOML describes the sensor, its converter, the arithmetic and, for simulation, contacts.
 
-    examples/hertz_40x20.toml explains every key.
+    tfra init writes one for your sensor, with a comment on every key.
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, check_core, print_json, progress
+from tfra.cli.common import Config, Json, print_json, progress
 from tfra.cli.synth import TargetName, find_target
+from tfra.codegen.core import check_core
 from tfra.model.errors import InputError
 
 Frames = Annotated[float, typer.Option(metavar="F", min=1e-3, max=1e12, help="Frames that must be done in a second.")]

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, OutDirectory, check_core, forecasts, print_json
+from tfra.cli.common import Config, Json, OutDirectory, forecasts, print_json
+from tfra.codegen.core import check_core
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from tfra.cli.common import Config, Json, check_core, print_json, progress, simulation_failures
-from tfra.cli.engines import codes
-from tfra.cli.frames import references, simulated
+from tfra.cli.common import Config, Json, print_json, progress, simulation_failures
+from tfra.cli.frames import simulated
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
+from tfra.codegen.core import check_core
+from tfra.engines import codes
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -138,12 +139,13 @@ def _for_frames(project: Project, path: Path | None, given: Given) -> Project:
 def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[str, Any]]:
     """Return frames and their true values: from ``path``, else of CONFIG's contacts, else none."""
     from tfra.codegen.framesfile import read_references
+    from tfra.contacts import Truth
 
     if path is not None:
         frames = frames_at(path, project).frames
         known = read_references(path, len(frames))
     elif project.contacts:
-        frames, known = simulated(project), references(project)
+        frames, known = simulated(project), Truth(project.contacts).arrays()
     else:
         return None, {}
     codes(project, frames, path or project.path)  # those over full scale are bad input

@@ -7,7 +7,7 @@ Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double n
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -35,7 +35,7 @@ from tfra.model.cover.layer import ElasticLayer
 from tfra.model.errors import InputError, quoted
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.recording import PLAIN, Input
+from tfra.model.recording import PLAIN, Input, overridden
 from tfra.model.sensor import SensorArray
 
 MOST_TAXELS = 4096
@@ -73,7 +73,12 @@ def load(path: str | Path) -> Project:
     Raises ``InputError``, a line that names the file, the key and the reason, for anything wrong with it.
     """
     file = Path(path)
-    document = _document(file)
+    return made(read_toml(file), file)
+
+
+def made(content: Mapping[str, object], file: Path) -> Project:
+    """Check the ``content`` of a CONFIG file; raises ``InputError`` naming ``file`` for anything wrong with it."""
+    document = _document(content, file)
     sensor = _sensor(file, document.sensor)
     with _blame(file, "layer"):
         cover = ElasticLayer.under(sensor, document.layer.poisson)
@@ -95,9 +100,9 @@ def load(path: str | Path) -> Project:
     )
 
 
-def _document(file: Path) -> Document:
+def _document(content: Mapping[str, object], file: Path) -> Document:
     try:
-        return Document.model_validate(read_toml(file))
+        return Document.model_validate(content)
     except ValidationError as error:
         raise InputError(file, *complaint(error)) from None
 
@@ -156,11 +161,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
 def _input(file: Path, section: InputSection) -> Input:
     given = section.model_dump(exclude_none=True)
     with _blame(file, "input"):
-        if section.tare is not None and section.tare_frames:
-            raise ValueError("tare: either this or tare_frames is needed, not both")
-        if section.coding is not None and section.unit != "codes":
-            raise ValueError('coding: is about codes: unit = "codes" is needed')
-    return Input(**given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
+        return overridden(PLAIN, given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
 
 
 def _formats(section: FormatsSection) -> Formats:

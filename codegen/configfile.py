@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 
 from tfra.codegen.cover import LayerSpec
 from tfra.model.choices import FORMATS, Formats
 from tfra.model.fixed.design import Design
 
-Value = str | int | float
+Value = str | int | float | Mapping[str, int]
+
+Sections = dict[str, Mapping[str, Value]]
+"""Keys and values by the name of their section, which is empty for those in front of all sections."""
 
 
 def config_text(design: Design, layer: LayerSpec, comment: str) -> str:
     """CONFIG in TOML, under lines of ``comment``: :func:`tfra.codegen.config.load` makes the same design of it."""
+    lines = [f"# {line}" for line in comment.splitlines()]
+    for title, keys in sections(design, layer).items():
+        if keys:
+            lines += [*(["", f"[{title}]"] if title else []), *(assignment(key, keys[key]) for key in keys)]
+    return "\n".join(lines) + "\n"
+
+
+def sections(design: Design, layer: LayerSpec) -> Sections:
+    """What CONFIG says of ``design`` and the cover."""
     sensor, adc, architecture = design.sensor, design.adc, design.architecture
     threshold = {} if adc.contact_threshold is None else {"contact_threshold_codes": adc.contact_threshold}
     lanes = {"mac_lanes": architecture.mac_lanes, "vector_words": architecture.vector_words}
     lengths = {f"{name}_mm": _mm(getattr(sensor, name)) for name in ("pitch_x", "pitch_y", "thickness")}
-    sections: dict[str, Mapping[str, Value]] = {
+    return {
+        "": {"name": design.name},
         "sensor": {"rows": sensor.rows, "columns": sensor.columns, **lengths},
         "adc": {"bits": adc.bits, "full_scale_pa": adc.full_scale, **threshold},
         "search": {"steps": design.search.steps, "plateau_tolerance": design.search.tolerance},
@@ -33,11 +46,13 @@ def config_text(design: Design, layer: LayerSpec, comment: str) -> str:
             "element_mm": _mm(layer.element),
         },
     }
-    lines = [*(f"# {line}" for line in comment.splitlines()), *_lines({"name": design.name})]
-    for title, keys in sections.items():
-        if keys:
-            lines += ["", f"[{title}]", *_lines(keys)]
-    return "\n".join(lines) + "\n"
+
+
+def assignment(key: str, value: Value) -> str:
+    """``key = value`` in TOML."""
+    if isinstance(value, Mapping):
+        return f"{key} = {{ {', '.join(assignment(*pair) for pair in value.items())} }}"
+    return f"{key} = " + (f'"{value}"' if isinstance(value, str) else repr(value))
 
 
 def _formats(formats: Formats) -> Mapping[str, Value]:
@@ -47,11 +62,6 @@ def _formats(formats: Formats) -> Mapping[str, Value]:
         f"{key}_bits": getattr(formats, key)
         for key in ("coefficient", "operand", "vector_fraction", "force_fraction")
     }
-
-
-def _lines(keys: Mapping[str, Value]) -> Iterator[str]:
-    for key, value in keys.items():
-        yield f"{key} = " + (f'"{value}"' if isinstance(value, str) else repr(value))
 
 
 def _mm(metres: float) -> float:

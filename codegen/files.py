@@ -16,6 +16,7 @@ from tfra.codegen.ownership import (
     directory_objection,
     file_objection,
     seal_archive,
+    seal_config,
     seal_directory,
     seal_page,
     seal_waves,
@@ -45,6 +46,11 @@ def check_waves(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> 
 def check_page(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
     """The same for ``write_page`` and a name that ends in .html."""
     _check_file(path, ".html", command, inputs)
+
+
+def check_config(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """The same for ``write_config`` and a name that ends in .toml."""
+    _check_file(path, ".toml", command, inputs)
 
 
 def check_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
@@ -89,6 +95,13 @@ def write_page(path: str | Path, page: str, command: str) -> None:
     with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
         new.write_text(page, encoding="utf-8", newline="\n")
         seal_page(new, command)
+
+
+def write_config(path: str | Path, text: str, command: str) -> None:
+    """Write the ``text`` of a CONFIG file; ``path`` and errors as for ``write_npz``."""
+    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
+        new.write_text(text, encoding="utf-8", newline="\n")
+        seal_config(new, command)
 
 
 @contextmanager

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +14,14 @@ import numpy.typing as npt
 from tfra.codegen.arrays import Archive, Array, Shape, archive, read_npy
 from tfra.codegen.csvfile import read_csv
 from tfra.codegen.inputfile import no_memory
+from tfra.codegen.ownership import is_as_written
 from tfra.codegen.recordinglog import is_bag, read_log
 from tfra.codegen.recordingtable import read_parquet
 from tfra.codegen.shapes import FRAMES, split, wrong_shape
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.errors import InputError, shortened
-from tfra.model.recording import PLAIN, Input, arranged, codes_of, no_codes, stress
+from tfra.model.recording import PLAIN, Input, arranged, codes_of, no_codes, overridden, stress
 from tfra.model.sensor import SensorArray
 
 TIME = "time"
@@ -36,16 +39,34 @@ The models square sums over taxels at most, so with 4096 taxels nothing overflow
 FORMATS = ".npz, .npy, .csv, .txt, .tsv, .parquet or .mcap"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Frames ``(n, rows, columns)`` in Pa, compression negative, and their times ``(n,)``, if the file has them.
 
-    ``seconds``: the times are in s since the first frame; else nobody knows their unit.
+    ``seconds``: the times are in s since the first frame; else nobody knows their unit.  ``given``: how it was read.
     """
 
     frames: Floats
     time: Floats | None = None
     seconds: bool = False
+    given: Input = PLAIN
+
+    def __len__(self) -> int:
+        return len(self.frames)
+
+    def __repr__(self) -> str:
+        low, high = self.frames.min(initial=0), self.frames.max(initial=0)
+        times = "" if self.time is None else ", time"
+        return f"<tfra.Recording of {len(self)} frames {self.frames.shape} in Pa, {low:.4g} to {high:.4g}{times}>"
+
+
+def read_as(path: Path, chosen: Input, given: Mapping[str, Any]) -> Input:
+    """How to read the recording at ``path``: as ``chosen`` in CONFIG's [input], but for the fields ``given``.
+
+    What ``tfra frames`` wrote is in Pa and needs nothing of [input], which is about recordings.  Raises ``ValueError``
+    as :func:`tfra.model.recording.overridden`.
+    """
+    return overridden(PLAIN if is_as_written(path, "frames") else chosen, given)
 
 
 def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
@@ -98,7 +119,7 @@ def _levels(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recordin
         _require_finite(file, frames)
     if given.unit == "codes":
         _require_codes(file, frames, adc, given)
-    return Recording(frames, time, seconds)
+    return Recording(frames, time, seconds, given)
 
 
 def _rest(levels: Floats, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Floats | None:

@@ -1,7 +1,8 @@
 """What this program wrote, and whether it has stayed as it was written.
 
-A directory holds a manifest with the hash of every file, an archive (.npz), waves (.vcd) and a page (.html) a seal
-behind the last byte.  Only what they vouch for is ever replaced or removed; all else belongs to somebody.
+A directory holds a manifest with the hash of every file; an archive (.npz), waves (.vcd), a page (.html) and a CONFIG
+(.toml) have a seal behind the last byte.  Only what they vouch for is ever replaced or removed; all else belongs to
+somebody.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ _SEAL = re.compile(rb"(?s)..tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})\Z")
 _WAVES_SEAL = re.compile(rb"\$comment tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64}) \$end\n\Z")
 
 _PAGE_SEAL = re.compile(rb"<!-- tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64}) -->\n\Z")
+
+_CONFIG_SEAL = re.compile(rb"# tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})\n\Z")
 
 _SEAL_LONGEST = 256
 """Bytes at the end of a file in which its seal is looked for."""
@@ -60,6 +63,11 @@ def seal_page(path: Path, command: str) -> None:
     _append(path, f"<!-- tfra {version('tfra')} {command} sha256:{_digest(path)} -->\n")
 
 
+def seal_config(path: Path, command: str) -> None:
+    """Append to the TOML file at ``path`` a comment with the hash of everything before it."""
+    _append(path, f"# tfra {version('tfra')} {command} sha256:{_digest(path)}\n")
+
+
 def directory_objection(directory: Path, command: str | None = None) -> str | None:
     """Say why what is at ``directory`` must stay; None if it is empty, or as ``command`` (None: any) wrote it.
 
@@ -79,7 +87,7 @@ def directory_objection(directory: Path, command: str | None = None) -> str | No
 
 
 def file_objection(file: Path, command: str | None = None) -> str | None:
-    """The same of an archive, of waves or of a page."""
+    """The same of an archive, of waves, of a page or of a CONFIG."""
     if not _is_regular(file):
         return "it is not a regular file"
     with open(file, "rb") as stream:
@@ -89,7 +97,7 @@ def file_objection(file: Path, command: str | None = None) -> str | None:
         stream.seek(max(0, length - _SEAL_LONGEST))
         tail = stream.read()
         zipped = _SEAL.search(tail)
-        seal = zipped or _WAVES_SEAL.search(tail) or _PAGE_SEAL.search(tail)
+        seal = zipped or _WAVES_SEAL.search(tail) or _PAGE_SEAL.search(tail) or _CONFIG_SEAL.search(tail)
         if not seal:
             return "tfra did not write it"
         if command not in (None, seal[1].decode()):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -51,6 +52,23 @@ class Input:
 
 PLAIN = Input()
 """How ``tfra frames`` writes: pascals, compression negative, row by row."""
+
+
+def overridden(chosen: Input, given: Mapping[str, Any]) -> Input:
+    """Return ``chosen`` with the fields ``given`` in place of its own; a tare of either kind replaces the other kind.
+
+    Raises ``ValueError`` that starts with ``key:`` for fields that contradict each other.
+    """
+    if given.get("tare_frames") and "tare" in given:
+        raise ValueError("tare: a file or the first frames can be the tare, not both")
+    if "tare" in given:
+        chosen = replace(chosen, tare_frames=0)
+    elif "tare_frames" in given:
+        chosen = replace(chosen, tare=None)
+    found = replace(chosen, **given)
+    if "coding" in given and found.unit != "codes":
+        raise ValueError(f"coding: only codes have a coding: the unit must be codes, not {found.unit}")
+    return found
 
 
 def arranged(values: Floats, given: Input, sensor: SensorArray) -> Floats:

@@ -18,7 +18,7 @@ from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.sensor import SensorArray
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "view", "cli", "paper", "bench")
+PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "view", "library", "cli", "paper", "bench")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 PICTURE = "<!-- rooms -->\n"
@@ -45,10 +45,15 @@ def imports(file: Path, known: dict[str, Path]) -> set[str]:
     typing = {id(n) for node in ast.walk(tree) if is_typing(node) for n in ast.walk(node)}
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module and id(node) not in typing:
-            module = node.module.removeprefix("tfra.")
             for name in node.names:
-                found |= {m for m in (f"{module}.{name.name}", module) if m in known}
+                found |= {m for m in map(in_room, (f"{node.module}.{name.name}", node.module)) if m in known}
     return found
+
+
+def in_room(module: str) -> str:
+    """Where a module of ours lies: the package ``tfra`` itself is the room ``library``."""
+    inside = module.removeprefix("tfra.")
+    return inside if module == inside or inside.split(".")[0] in PACKAGES else f"library.{inside}"
 
 
 def is_typing(node: ast.AST) -> bool:
@@ -87,6 +92,8 @@ def test_arrows_go_one_way() -> None:
         ("hdl.parallel.gain", "hdl.parallel.tfra.forces"),
         ("sim.run", "synth.gates"),
         ("codegen.config", "cli.main"),
+        ("library.engines", "cli.common"),
+        ("sim.run", "library.engines"),
         ("paper.report", "bench.publish"),
     ],
 )

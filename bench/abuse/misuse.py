@@ -104,6 +104,23 @@ OPTIONS = [
     Misuse("a result with another suffix", nothing, f"{GOOD[:-4]}.xlsx", "in .npz, .csv or .parquet"),
 ]
 
+_INIT = "init --rows 8 --columns 12 --pitch-x {} --pitch-y 2.5 --thickness {}"
+
+BEGINNING = [
+    Misuse("no thickness", nothing, _INIT.format(3, 0), "tfra init: --thickness: 0.001 or more is needed, got 0.0"),
+    Misuse("a line of taxels", nothing, _INIT.format(3, 3).replace("8", "1"), "--rows: at least 2 taxels are needed"),
+    Misuse("a converter of 24 bits", nothing, f"{_INIT.format(3, 3)} --adc-bits 24", "--adc-bits: 6 to 20 is"),
+    Misuse("a full scale that is no number", nothing, f"{_INIT.format(3, 3)} --full-scale nan", "a finite number"),
+    Misuse("a part that nobody knows", nothing, f"{_INIT.format(3, 3)} --target ecp5-99", "--target: one of ecp5-25-6"),
+    Misuse("a description with another suffix", nothing, f"{_INIT.format(3, 3)} --out s.txt", "must end in .toml"),
+    Misuse("a description in use", nothing, f"{_INIT.format(3, 3)} --out skin.toml", "tfra did not write it"),
+    Misuse("an unknown example", nothing, "examples skin", "no example 'skin', the nearest is skin_8x12"),
+    Misuse("examples over notes", folder("notes", thesis_tex="years"), "examples --out notes", "it holds thesis.tex"),
+    Misuse("a pitch in metres", nothing, _INIT.format(0.003, 3), "0.003 mm is unusual: was it given in m (3 mm)?", 0),
+    Misuse("a full scale in kPa", nothing, f"{_INIT.format(3, 3)} --full-scale 150", "was it given in kPa", 0),
+    Misuse("a pitch too fine for a core", nothing, _INIT.format(0.5, 9), "only the float engine can do this sensor", 0),
+]
+
 GENERATE = "generate skin.toml --out {}"
 
 OUTPUTS = [
@@ -229,7 +246,7 @@ STUDIES = [
     ),
 ]
 
-CASES = RECORDINGS + FILES + DESCRIPTION + OPTIONS + OUTPUTS + STUDIES
+CASES = RECORDINGS + FILES + DESCRIPTION + BEGINNING + OPTIONS + OUTPUTS + STUDIES
 
 
 def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.publish import ROOT
-from tfra.cli.frames import references
 from tfra.codegen.config import load
+from tfra.contacts import Truth
 from tfra.model.converter import quantise
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Tfra
@@ -35,7 +35,7 @@ def page() -> str:
     contacts = tuple(replace(project.contacts[0], phi=float(angle)) for angle in angles)
     share = np.clip(np.sin(np.linspace(0.0, 3 * np.pi, FRAMES)), 0.0, None)
     frames = project.layer.frames(design.sensor, contacts) * share[:, None, None]
-    true = references(replace(project, contacts=contacts))
+    true = Truth(contacts).arrays()
     known = {"phi_ref_deg": true["phi_ref_deg"], "mu_ref": true["mu_ref"]}
     known["resultant_ref"] = true["resultant_ref"] * share[:, None]
     codes, time = quantise(design, frames), 0.01 * np.arange(FRAMES)

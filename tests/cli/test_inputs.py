@@ -12,14 +12,13 @@ import polars as pl
 import pytest
 
 from tests.cli.test_cli import CONFIG, refusal
-from tfra.cli.inputs import OPTIONS, overridden
+from tfra.cli.inputs import OPTIONS
 from tfra.cli.main import main
 from tfra.codegen.config import load
 from tfra.codegen.files import write_npz
 from tfra.codegen.resultfile import KEYS
 from tfra.model.converter import quantise
-from tfra.model.errors import InputError
-from tfra.model.recording import PLAIN, Input
+from tfra.model.recording import PLAIN, Input, overridden
 
 PLAIN_CONFIG = CONFIG.partition("[[contact]]")[0]
 
@@ -210,11 +209,14 @@ def test_every_field_is_an_option() -> None:
     ],
 )
 def test_options_override(chosen: Input, given: dict[str, Any], found: Input) -> None:
-    assert overridden(chosen, given, "estimate") == found
+    assert overridden(chosen, given) == found
 
 
-def test_options_that_contradict() -> None:
-    with pytest.raises(InputError, match=r"^tfra verify: --tare: either this or --tare-frames is needed, not both$"):
-        overridden(PLAIN, {"tare": Path("a"), "tare_frames": 2}, "verify")
-    with pytest.raises(InputError, match=r"^tfra estimate: --coding: is about codes: --unit codes is needed$"):
-        overridden(Input(unit="codes"), {"coding": "offset", "unit": "Pa"}, "estimate")
+def test_options_that_contradict(capfd: pytest.CaptureFixture[str]) -> None:
+    run = ["estimate", "skin.toml", "frames.npz", "--out", "new.npz"]
+    both = "tfra estimate: --tare: a file or the first frames can be the tare, not both"
+    assert refusal(capfd, *run, "--tare", "a", "--tare-frames", "2") == both
+    wrong = "tfra estimate: --coding: only codes have a coding: the unit must be codes, not Pa"
+    assert refusal(capfd, *run, "--coding", "offset") == wrong
+    with pytest.raises(ValueError, match=r"^coding: only codes"):
+        overridden(Input(unit="codes"), {"coding": "offset", "unit": "Pa"})

@@ -38,8 +38,9 @@ def test_misuse(case: Misuse, frames: bytes, tmp_path: Path, monkeypatch: pytest
         assert err.count("\n") == 1
         assert after == before
     else:
-        assert all(line.startswith("warning: wrong.npy: ") for line in err.splitlines())
-        assert after.keys() - before.keys() == {Path("r.npz")}
+        doubted = "tfra init" if case.arguments.startswith("init") else "wrong.npy"
+        assert all(line.startswith(f"warning: {doubted}: ") for line in err.splitlines())
+        assert after.keys() - before.keys() == {Path("r.npz")} & {Path(name) for name in case.arguments.split()}
         assert {path: after[path] for path in before} == before
 
 

@@ -13,7 +13,15 @@ from typing import BinaryIO
 import numpy as np
 import pytest
 
-from tfra.codegen.files import check_archive, check_page, output_directory, write_npz, write_page
+from tfra.codegen.files import (
+    check_archive,
+    check_config,
+    check_page,
+    output_directory,
+    write_config,
+    write_npz,
+    write_page,
+)
 from tfra.codegen.ownership import MANIFEST
 from tfra.model.errors import InputError
 
@@ -195,50 +203,60 @@ def test_an_archive_that_is_read_stays(tmp_path: Path, way: str) -> None:
     assert refusal(path, lambda: check_archive(path, "estimate", [tmp_path / "none", source])) == line
 
 
-# One page
+# One page, one CONFIG
 
 PAGE = "<!DOCTYPE html>\n<title>μ</title>\n"
 
+TEXTS = {
+    ".html": (check_page, write_page, "<!-- {} -->\n"),
+    ".toml": (check_config, write_config, "# {}\n"),
+}
+"""By the suffix: how a text is checked and written, and the comment of its seal."""
 
-def test_a_page_ends_in_a_comment_with_its_seal(tmp_path: Path) -> None:
-    for name in ("a.html", "b.html"):
-        check_page(tmp_path / name, "view")
-        write_page(tmp_path / name, PAGE, "view")
-    text = (tmp_path / "a.html").read_text(encoding="utf-8")
+
+@pytest.mark.parametrize("suffix", TEXTS)
+def test_a_text_ends_in_a_comment_with_its_seal(tmp_path: Path, suffix: str) -> None:
+    check, write, comment = TEXTS[suffix]
+    for name in ("a", "b"):
+        check(tmp_path / f"{name}{suffix}", "view")
+        write(tmp_path / f"{name}{suffix}", PAGE, "view")
+    text = (tmp_path / f"a{suffix}").read_text(encoding="utf-8")
     assert text.startswith(PAGE)
     digest = hashlib.sha256(PAGE.encode()).hexdigest()
-    assert text.removeprefix(PAGE) == f"<!-- tfra {version('tfra')} view sha256:{digest} -->\n"
-    assert (tmp_path / "b.html").read_text(encoding="utf-8") == text
-    with pytest.raises(InputError, match=r"out\.htm: the name of the output must end in \.html$"):
-        check_page(tmp_path / "out.htm", "view")
+    assert text.removeprefix(PAGE) == comment.format(f"tfra {version('tfra')} view sha256:{digest}")
+    assert (tmp_path / f"b{suffix}").read_text(encoding="utf-8") == text
+    with pytest.raises(InputError, match=rf"out\.htm: the name of the output must end in \{suffix}$"):
+        check(tmp_path / "out.htm", "view")
 
 
-def test_a_page_is_replaced_by_its_own_command(tmp_path: Path) -> None:
-    path = tmp_path / "out.html"
+@pytest.mark.parametrize("suffix", TEXTS)
+def test_a_text_is_replaced_by_its_own_command(tmp_path: Path, suffix: str) -> None:
+    path, write = tmp_path / f"out{suffix}", TEXTS[suffix][1]
     for text in (PAGE, PAGE * 2):
-        write_page(path, text, "view")
+        write(path, text, "view")
         assert path.read_text(encoding="utf-8").startswith(text)
     line = "is not replaced: tfra view wrote it, not tfra paper: move it away, or choose another place"
-    assert refusal(path, lambda: write_page(path, PAGE, "paper")) == line
+    assert refusal(path, lambda: write(path, PAGE, "paper")) == line
 
 
-@pytest.mark.parametrize("foreign", ["a page", "changed", "cut", "longer"])
-def test_a_page_that_is_not_as_it_was_written_stays(tmp_path: Path, foreign: str) -> None:
-    path = tmp_path / "out.html"
-    write_page(path, PAGE, "view")
+@pytest.mark.parametrize("foreign", ["a text", "changed", "cut", "longer"])
+@pytest.mark.parametrize("suffix", TEXTS)
+def test_a_text_that_is_not_as_it_was_written_stays(tmp_path: Path, suffix: str, foreign: str) -> None:
+    path, (check, write, comment) = tmp_path / f"out{suffix}", TEXTS[suffix]
+    write(path, PAGE, "view")
     data = path.read_bytes()
     path.write_bytes(
         {
-            "a page": PAGE.encode(),
+            "a text": PAGE.encode(),
             "changed": data.replace(b"title", b"style"),
-            "cut": data[:-1],
-            "longer": data + b"<!-- notes -->",
+            "cut": data[:-2],
+            "longer": data + comment.format("notes").encode(),
         }[foreign]
     )
     reason = "it has changed since tfra wrote it" if foreign == "changed" else "tfra did not write it"
     line = f"is not replaced: {reason}: move it away, or choose another place"
-    assert refusal(path, lambda: check_page(path, "view")) == line
-    assert refusal(path, lambda: write_page(path, PAGE, "view")) == line
+    assert refusal(path, lambda: check(path, "view")) == line
+    assert refusal(path, lambda: write(path, PAGE, "view")) == line
 
 
 # A directory

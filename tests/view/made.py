@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from tfra.cli.frames import references, simulated
+from tfra.cli.frames import simulated
 from tfra.codegen.config import Project, load
 from tfra.codegen.files import write_npz
+from tfra.contacts import Truth
 from tfra.model.arrays import Floats
 from tfra.model.converter import quantise
 from tfra.model.fixed.words import decode
@@ -67,7 +68,7 @@ def write(folder: Path) -> dict[str, dict[str, Any]]:
     made = {
         "float": arrays(Tfra.of(design)(frames), frames, "float") | {"time": 0.01 * np.arange(len(frames))},
         "fixed": arrays(decode(design, design.model(codes).words), codes * design.adc.lsb, "fixed"),
-        "frames": {"frames": frames, **references(of)},
+        "frames": {"frames": frames, **Truth(of.contacts).arrays()},
     }
     for name, held in made.items():
         write_npz(folder / f"{name}.npz", held, "frames" if name == "frames" else "estimate")

@@ -1,0 +1,40 @@
+"""``tfra examples``: the files to begin with."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from tfra.model.errors import InputError, quoted
+
+Name = Annotated[str | None, typer.Argument(metavar="NAME", help="One of them; without --out its text is printed.")]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="DIR", help="Write all of them, or NAME and the file that it reads, to this new or empty directory."
+    ),
+]
+
+
+def examples(name: Name = None, out: Out = None) -> None:
+    """List the examples of CONFIG and STUDY files, print one, or write them to a directory."""
+    from tfra.codegen.examples import examples as known
+    from tfra.codegen.examples import title, write_examples
+
+    texts = known()
+    chosen = None if name is None else name.removesuffix(".toml")
+    if chosen is not None and chosen not in texts:
+        nearest = difflib.get_close_matches(chosen[:60], texts, n=1, cutoff=0)[0]
+        raise InputError("tfra examples", "NAME", f"no example {quoted(name)}, the nearest is {nearest}")
+    if out:
+        written = write_examples(out, list(texts) if chosen is None else [chosen])
+        typer.echo(f"{out}: {', '.join(written)}")
+    elif chosen is None:
+        width = max(map(len, texts))
+        for each, text in texts.items():
+            typer.echo(f"{each:{width}}  {title(text)}")
+    else:
+        typer.echo(texts[chosen], nl=False)

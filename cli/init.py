@@ -1,0 +1,136 @@
+"""``tfra init``: a CONFIG file for a sensor."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from tfra.cli.synth import find_target
+from tfra.codegen.core import check_core
+from tfra.model.choices import SERIAL, Adc, Architecture
+from tfra.model.errors import InputError, Notice
+
+if TYPE_CHECKING:
+    from tfra.codegen.config import Project
+    from tfra.synth.targets import Target
+
+OPTIONS = {
+    "sensor.rows": "--rows",
+    "sensor.columns": "--columns",
+    "sensor.pitch_x_mm": "--pitch-x",
+    "sensor.pitch_y_mm": "--pitch-y",
+    "sensor.thickness_mm": "--thickness",
+    "adc.bits": "--adc-bits",
+    "adc.full_scale_pa": "--full-scale",
+}
+"""Options by the keys that they set."""
+
+ADC = Adc()
+"""The converter where nothing is said of it."""
+
+LENGTHS_MM = 0.05, 100.0
+"""Pitches and thicknesses of sensors lie between; others are doubted."""
+
+FULL_SCALES_PA = 1e3, 1e7
+"""So do full scales: a finger rests with some 10 kPa."""
+
+Rows = Annotated[int, typer.Option(metavar="N", help="Taxels along y.")]
+Columns = Annotated[int, typer.Option(metavar="N", help="Taxels along x.")]
+PitchX = Annotated[float, typer.Option(metavar="MM", help="Distance of taxels along x, in mm.")]
+PitchY = Annotated[float, typer.Option(metavar="MM", help="Distance of taxels along y, in mm.")]
+Thickness = Annotated[float, typer.Option(metavar="MM", help="Thickness of the elastic cover, in mm.")]
+Bits = Annotated[int, typer.Option(metavar="N", help="Bits of the converter's signed codes.")]
+FullScale = Annotated[float, typer.Option(metavar="PA", help="Stress at the end of the converter's range, in Pa.")]
+TargetOption = Annotated[
+    str | None,
+    typer.Option(metavar="NAME", help="The part that the core is for, as tfra synth names it. Else: any part."),
+]
+Out = Annotated[Path | None, typer.Option(metavar="CONFIG.toml", help="Where the file goes. Else: standard output.")]
+
+
+def init(
+    rows: Rows,
+    columns: Columns,
+    pitch_x: PitchX,
+    pitch_y: PitchY,
+    thickness: Thickness,
+    adc_bits: Bits = ADC.bits,
+    full_scale: FullScale = ADC.full_scale,
+    target: TargetOption = None,
+    out: Out = None,
+) -> None:
+    """Write a CONFIG file for your sensor: every key with a comment, and a contact to simulate."""
+    from tfra.codegen.files import check_config, write_config
+    from tfra.codegen.template import commented
+
+    part = target and find_target(target)
+    sensor: dict[str, Any] = {"rows": rows, "columns": columns}
+    sensor |= {"pitch_x_mm": pitch_x, "pitch_y_mm": pitch_y, "thickness_mm": thickness}
+    content = {"sensor": sensor, "adc": {"bits": adc_bits, "full_scale_pa": full_scale}}
+    if out:
+        check_config(out, "init")
+    project = _project(content | (_core(part) if part else {}), out)
+    for doubt in list(_units(project)) or list(_limits(project)):
+        warnings.warn(str(doubt), Notice, stacklevel=2)
+    text = commented(project.design, project.layer)
+    if out:
+        write_config(out, text, "init")
+        typer.echo(f"{out}: {rows} x {columns} taxels; next: tfra frames {out} --out frames.npz")
+    else:
+        typer.echo(text, nl=False)
+
+
+def _core(part: Target) -> dict[str, Any]:
+    """The kind of core that ``part`` has enough multipliers for, and whose cells it is made of."""
+    from tfra.model.choices import TARGETS
+
+    enough = part.available.get("DSP", Architecture().mac_lanes) >= Architecture().mac_lanes
+    family = part.family.name if part.family.name in TARGETS else "portable"
+    return {"target": {"name": family}, "architecture": {"kind": Architecture().kind if enough else SERIAL.kind}}
+
+
+def _project(content: dict[str, Any], out: Path | None) -> Project:
+    """What ``content`` describes; raises ``InputError`` that names the option in place of the key."""
+    from tfra.codegen.config import made
+    from tfra.codegen.names import name_from
+
+    try:
+        name = name_from(out.stem) if out else "sensor"
+    except ValueError:
+        reason = "a core cannot have this name, a word of Verilog: choose another file name"
+        raise InputError(out or "", "", reason) from None
+    try:
+        return made({"name": name} | content, Path("tfra init"))
+    except InputError as error:
+        message = str(error)
+        for key, option in OPTIONS.items():
+            message = message.replace(f": {key}: ", f": {option}: ")
+        raise InputError(message, "", "") from None
+
+
+def _units(project: Project) -> Iterator[InputError]:
+    """What is possible, but was probably given in another unit."""
+    sensor, full_scale = project.design.sensor, project.design.adc.full_scale
+    low, high = LENGTHS_MM
+    for name in ("pitch_x", "pitch_y", "thickness"):
+        length = 1e3 * getattr(sensor, name)
+        if not low <= length <= high:
+            hint = f": was it given in m ({1e3 * length:g} mm)?" if length < low else ": was it given in µm?"
+            yield InputError("tfra init", OPTIONS[f"sensor.{name}_mm"], f"{length:g} mm is unusual{hint}")
+    low, high = FULL_SCALES_PA
+    if not low <= full_scale <= high:
+        hint = f": was it given in kPa ({1e3 * full_scale:g} Pa)?" if full_scale < low else ": is it in Pa?"
+        yield InputError("tfra init", OPTIONS["adc.full_scale_pa"], f"{full_scale:g} Pa is unusual{hint}")
+
+
+def _limits(project: Project) -> Iterator[InputError]:
+    """Why no core can be made for the sensor; a model in double precision can."""
+    try:
+        check_core(project)
+    except InputError as error:
+        reason = str(error).removeprefix("tfra init: ")
+        yield InputError("tfra init", "", f"only the float engine can do this sensor: {reason}")

@@ -1,0 +1,1 @@
+"""CONFIG and STUDY files; ``tfra examples`` lists and writes them."""

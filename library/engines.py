@@ -1,0 +1,121 @@
+"""The engines that estimate forces: each turns frames of stress into results.
+
+Heavy modules are imported when an engine runs, so that ``import tfra`` and ``tfra --help`` stay quick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfra.codegen.core import check_core
+from tfra.model.errors import InputError
+
+if TYPE_CHECKING:
+    from tfra.codegen.config import Project
+    from tfra.model.arrays import Floats, Ints
+    from tfra.model.tfra import Result
+
+CHUNK = 512  # frames between two steps of the progress bar
+
+Advance = Callable[[int], None]
+"""Told how many more frames are done."""
+
+
+class Engine(StrEnum):
+    """Who computes."""
+
+    FLOAT = "float"
+    FIXED = "fixed"
+    RTL = "rtl"
+    TWO_VARIABLE = "two-variable"
+
+
+DOUBLE = (Engine.FLOAT, Engine.TWO_VARIABLE)
+"""Engines that can see exact stress; the others see what the converter makes of it."""
+
+
+def silent(done: int) -> None:
+    """Tell nobody."""
+
+
+def run(
+    engine: Engine,
+    project: Project,
+    frames: Floats,
+    source: str | Path,
+    advance: Advance = silent,
+    converted: bool = False,
+) -> Result:
+    """Return the result of ``frames (n, rows, columns)`` in Pa.
+
+    ``converted`` gives the engines of ``DOUBLE`` the converter's codes, in Pa, instead of exact stress.  Raises
+    ``InputError`` naming ``source`` for frames over full scale, and ``SimulationError`` or ``ProtocolError`` of
+    ``tfra.sim.run`` for a simulation that fails.
+    """
+    import numpy as np
+
+    if engine in DOUBLE:
+        if converted:
+            frames = np.multiply(codes(project, frames, source), project.design.adc.lsb, dtype=np.float64)
+        return (_float if engine is Engine.FLOAT else _two_variable)(project, frames, advance)
+    measured = codes(project, frames, source)
+    return _rtl(project, measured, advance) if engine is Engine.RTL else _fixed(project, measured, advance)
+
+
+def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
+    """Return the converter codes of ``frames`` in Pa; raises ``InputError`` naming ``source`` for one over full scale.
+
+    Formats that can overflow are an ``InputError`` too, naming the CONFIG file.
+    """
+    from tfra.model.converter import quantise
+    from tfra.model.diagnosis import over_full_scale
+
+    check_core(project)
+    try:
+        return quantise(project.design, frames)
+    except ValueError as error:  # over full scale
+        raise InputError(source, "", f"{error}{over_full_scale(project.design, frames, project.input)}") from None
+
+
+def _float(project: Project, frames: Floats, advance: Advance) -> Result:
+    from tfra.model.tfra import Tfra
+
+    return _in_chunks(Tfra.of(project.design), frames, advance)
+
+
+def _two_variable(project: Project, frames: Floats, advance: Advance) -> Result:
+    from tfra.model.two_variable import TwoVariable
+
+    return _in_chunks(TwoVariable.of(project.design), frames, advance)
+
+
+def _fixed(project: Project, codes: Ints, advance: Advance) -> Result:
+    from tfra.model.fixed.words import decode
+
+    fixed = project.design.model
+    return _in_chunks(lambda part: decode(project.design, fixed(part).words), codes, advance)
+
+
+def _rtl(project: Project, codes: Ints, advance: Advance) -> Result:
+    from tfra.model.fixed.words import decode
+    from tfra.sim.run import simulate
+
+    return decode(project.design, simulate(project.design, codes, progress=advance).words)
+
+
+def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> Result:
+    """One result of consecutive ones."""
+    import numpy as np
+
+    from tfra.codegen.resultfile import KEYS
+
+    results = []
+    for start in range(0, len(data), CHUNK):
+        results.append(run(data[start : start + CHUNK]))
+        advance(len(results[-1].mu))
+    parts: dict[str, Any] = {key: np.concatenate([getattr(result, key) for result in results]) for key in KEYS}
+    return replace(results[0], **parts)

@@ -1,0 +1,133 @@
+"""``tfra init`` and ``tfra examples``: files to begin with, which every command takes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.cli.test_cli import refusal
+from tfra.cli.main import main
+from tfra.codegen.config import load
+from tfra.codegen.examples import examples
+
+SENSOR = ("--rows", "4", "--columns", "6", "--pitch-x", "3", "--pitch-y", "2.5")
+INIT = ("init", *SENSOR, "--thickness", "3")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_every_command_takes_it(capsys: pytest.CaptureFixture[str]) -> None:
+    """Frames of a plausible height, whose forces come back; a core; its size."""
+    options = ("--adc-bits", "12", "--full-scale", "150e3", "--target", "ecp5-45")
+    assert main([*INIT, *options, "--out", "sensor.toml"]) == 0
+    design = load("sensor.toml").design
+    assert (design.name, design.adc.bits, design.adc.full_scale, design.target) == ("sensor", 12, 150e3, "ecp5")
+    assert (design.sensor.rows, design.sensor.columns, design.sensor.pitch_y) == (4, 6, 2.5e-3)
+    assert main(["frames", "sensor.toml", "--out", "frames.npz"]) == 0
+    for engine in ("float", "fixed"):
+        assert main(["estimate", "sensor.toml", "frames.npz", "--engine", engine, "--out", "forces.npz"]) == 0
+        assert np.load("forces.npz")["status"].tolist() == [0] * 24
+    assert main(["generate", "sensor.toml", "--out", "core"]) == 0
+    size = ["--target", "ecp5-45", "--frames-per-second", "1000", "--latency-us", "500", "--json"]
+    capsys.readouterr()
+    assert main(["size", "sensor.toml", *size]) == 0
+    assert json.loads(capsys.readouterr().out)["target"] == "ecp5-45-6"
+
+
+def test_standard_output_is_the_same_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*INIT, "--out", "sensor.toml"]) == 0
+    capsys.readouterr()
+    assert main([*INIT]) == 0
+    out = capsys.readouterr().out
+    *lines, seal = Path("sensor.toml").read_text().splitlines()
+    assert out.splitlines() == lines
+    assert seal.startswith("# tfra ")
+
+
+@pytest.mark.parametrize(
+    ("part", "family", "kind"),
+    [
+        ("ecp5-25", "ecp5", "parallel"),
+        ("ecp5-85-8", "ecp5", "parallel"),
+        ("ice40up5k", "ice40", "serial"),
+        ("xc7", "portable", "parallel"),
+        ("gw2a-18", "portable", "parallel"),
+    ],
+)
+def test_a_part_decides_cells_and_kind(part: str, family: str, kind: str) -> None:
+    assert main([*INIT, "--target", part, "--out", "sensor.toml"]) == 0
+    design = load("sensor.toml").design
+    assert (design.target, design.architecture.kind) == (family, kind)
+
+
+def test_an_edited_file_is_yours(capfd: pytest.CaptureFixture[str]) -> None:
+    run = [*INIT, "--out", "sensor.toml"]
+    assert main(run) == main(run) == 0
+    Path("sensor.toml").write_text(edited := Path("sensor.toml").read_text().replace("bits = 14", "bits = 12"))
+    assert refusal(capfd, *run) == (
+        "sensor.toml: is not replaced: it has changed since tfra wrote it: move it away, or choose another place"
+    )
+    assert Path("sensor.toml").read_text() == edited
+    assert load("sensor.toml").design.adc.bits == 12
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--thickness", "0"], "tfra init: --thickness: 0.001 or more is needed, got 0.0"),
+        (["--thickness", "nan"], "tfra init: --thickness: a finite number is needed, got nan"),
+        (["--adc-bits", "24"], "tfra init: --adc-bits: 6 to 20 is supported, got 24"),
+        (["--rows", "1"], "tfra init: --rows: at least 2 taxels are needed, got 1"),
+        (["--full-scale", "-5"], "tfra init: --full-scale: 0.001 or more is needed, got -5.0"),
+        (["--out", "sensor.txt"], "sensor.txt: the name of the output must end in .toml"),
+        (["--out", "always.toml"], "always.toml: a core cannot have this name, a word of Verilog"),
+        (["--target", "ecp5-99"], "--target: one of ecp5-25-6, "),
+    ],
+)
+def test_what_is_wrong(options: list[str], told: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert refusal(capfd, *INIT, *options).startswith(told)
+    assert list(Path().iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--pitch-x", "0.003"], "--pitch-x: 0.003 mm is unusual: was it given in m (3 mm)?"),
+        (["--thickness", "500"], "--thickness: 500 mm is unusual: was it given in µm?"),
+        (["--full-scale", "150"], "--full-scale: 150 Pa is unusual: was it given in kPa (150000 Pa)?"),
+        (["--full-scale", "2e8"], "--full-scale: 2e+08 Pa is unusual: is it in Pa?"),
+        (["--pitch-x", "0.4", "--pitch-y", "0.4"], "only the float engine can do this sensor: formats: "),
+    ],
+)
+def test_what_is_doubtful(options: list[str], told: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main([*INIT, *options, "--out", "sensor.toml"]) == 0
+    err = capfd.readouterr().err
+    assert err.startswith(f"warning: tfra init: {told}")
+    assert err.count("\n") == 1
+    load("sensor.toml")
+
+
+def test_examples(capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["examples"]) == 0
+    listed = capfd.readouterr().out.splitlines()
+    assert [line.split()[0] for line in listed] == sorted(examples())
+    assert all(len(line.split()) > 4 for line in listed)
+    assert main(["examples", "skin_8x12"]) == main(["examples", "skin_8x12.toml"]) == 0
+    assert capfd.readouterr().out == 2 * examples()["skin_8x12"]
+    assert main(["examples", "--out", "all"]) == main(["examples", "--out", "all"]) == 0
+    assert {path.name for path in Path("all").glob("*.toml")} == {f"{name}.toml" for name in examples()}
+    assert main(["examples", "study_quick", "--out", "one"]) == 0
+    assert {path.name for path in Path("one").glob("*.toml")} == {"study_quick.toml", "hertz_40x20.toml"}
+    for path in Path("all").glob("*.toml"):
+        if not path.name.startswith("study"):
+            load(path)
+    Path("all/skin_8x12.toml").write_text("mine")
+    assert "skin_8x12.toml in it has changed since tfra wrote it" in refusal(capfd, "examples", "--out", "all")
+    assert refusal(capfd, "examples", "skin") == "tfra examples: NAME: no example 'skin', the nearest is skin_8x12"
