@@ -15,7 +15,8 @@
 # make sparse, make fem_convergence
 #              the tables of docs/studies/sparse.md and docs/studies/fem.md
 # make page    the picture of docs/view.md
-# make notebook  docs/notebook.ipynb, run again
+# make notebook, make first_hour
+#              docs/notebook.ipynb and docs/first_hour.md, run again
 # make bits    the default studies, docs/how_many_bits.md: an hour
 # make mixed   cores with mixed word lengths, verified, docs/numerics.md
 # make schedule, make timing
@@ -47,7 +48,7 @@ TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
-  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook abuse misuse
+  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour abuse misuse
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -76,7 +77,7 @@ cores schedule timing: GROUP := cycles
 estimates blocks baselines primitives tree rounding: GROUP := parts
 speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
-calibrate errors truth fem_convergence page notebook: GROUP := contacts
+calibrate errors truth fem_convergence page notebook first_hour: GROUP := contacts
 abuse misuse: GROUP := abuse
 
 $(STUDIES): $(READY) icarus

@@ -20,7 +20,7 @@ Out = Annotated[
 
 
 def examples(name: Name = None, out: Out = None) -> None:
-    """List the examples of CONFIG and STUDY files, print one, or write them to a directory."""
+    """List the examples of CONFIG and STUDY files and of a recording, print one, or write them to a directory."""
     from tfra.codegen.examples import examples as known
     from tfra.codegen.examples import title, write_examples
 

@@ -1,4 +1,4 @@
-"""The example CONFIG and STUDY files that are installed with the program."""
+"""The example CONFIG and STUDY files and the recording that are installed with the program."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tfra.codegen.files import output_directory
 
 def examples() -> dict[str, str]:
     """The text of every example by its name, without ``.toml``, sorted."""
-    found = [file for file in files("tfra.examples").iterdir() if file.name.endswith(".toml")]
+    found = [file for file in files("tfra.examples").iterdir() if file.name.endswith((".toml", ".csv"))]
     return {file.name.removesuffix(".toml"): file.read_text("utf-8") for file in sorted(found, key=lambda f: f.name)}
 
 
@@ -26,9 +26,10 @@ def write_examples(path: Path, names: list[str]) -> list[str]:
     Raises ``InputError`` as ``output_directory``.
     """
     known = examples()
-    read = {str(tomllib.loads(known[name]).get("config", "")).removesuffix(".toml") for name in names}
-    chosen = sorted({*names, *read} & known.keys())
+    studies = [name for name in names if not name.endswith(".csv")]
+    read = {str(tomllib.loads(known[name]).get("config", "")).removesuffix(".toml") for name in studies}
+    chosen = {name if name.endswith(".csv") else f"{name}.toml": known[name] for name in {*names, *read} & known.keys()}
     with output_directory(path, "examples") as folder:
-        for name in chosen:
-            (folder / f"{name}.toml").write_text(known[name], encoding="utf-8", newline="\n")
-    return [f"{name}.toml" for name in chosen]
+        for file, text in chosen.items():
+            (folder / file).write_text(text, encoding="utf-8", newline="\n")
+    return sorted(chosen)

@@ -48,6 +48,12 @@ STUCK_FRAMES, STUCK_CHANGE, STUCK_SHARE = 8, 0.1, 0.02
 largest; its value is over the third share of the recording's largest magnitude."""
 
 
+QUIET, STEADY, EVEN, NOTICEABLE, AT_REST = 0.1, 3.0, (0.2, 0.8), 0.003, 0.2
+"""Every taxel has an offset of its own if the mean of the quietest frames, this share of all, is so many times the
+deviation from it, has tension in a share that no contact shows (0.09 at most), and is over the first and under the
+second share of the largest magnitude."""
+
+
 _OFFSET = "--unit codes --coding offset"
 
 
@@ -90,6 +96,18 @@ class _Recording:
         tilted = (-low > high) & (median > TILTED * peak)
         return bool(same.mean() > SOME_FRAMES or (same | tilted).mean() > MOST_FRAMES)
 
+    def offsets(self) -> float:
+        """Mean magnitude of what taxels read while nothing presses, in Pa; 0 where it differs from frame to frame."""
+        if len(self.flat) < STUCK_FRAMES:
+            return 0.0
+        quiet = self.flat[np.argsort(self.size.sum(axis=1))[: max(3, round(QUIET * len(self.flat)))]]
+        mean = quiet.mean(axis=0)
+        level, deviation = float(np.abs(mean).mean()), float(np.abs(quiet - mean).mean())
+        if level <= STEADY * deviation or not EVEN[0] < np.maximum(mean, 0).sum() / np.abs(mean).sum() < EVEN[1]:
+            return 0.0
+        pressed = np.abs(mean).max() < AT_REST * self.largest
+        return level if pressed and level > NOTICEABLE * self.largest else 0.0
+
     def stuck(self) -> Ints:
         """Taxels, counted row by row, that keep their value while the load changes."""
         load = self.size.sum(axis=1)
@@ -107,13 +125,21 @@ def warnings(design: Choices, frames: Floats, found: Result, given: Input = PLAI
     recording = _Recording(frames)
     meaning = list(_values(design, recording, found.status, given)) or list(_flags(found.status))
     taxels = *_same(recording), *_stuck(design, recording), *_layout(recording, found.status, given)
-    return [*meaning, *_scale(design, recording, given), *taxels]
+    return [*meaning, *_scale(design, recording, given), *_offsets(recording), *taxels]
 
 
 def _same(recording: _Recording) -> Iterator[str]:
     n = len(recording.flat)
     if n > 1 and (recording.flat == recording.flat[0]).all():
         yield f"all {n} frames are the same: is the recording stuck?"
+
+
+def _offsets(recording: _Recording) -> Iterator[str]:
+    if level := recording.offsets():
+        yield (
+            f"taxels read ±{level:.4g} Pa while nothing presses, the same in every frame: was the sensor tared "
+            "(--tare-frames N, --tare FILE)?"
+        )
 
 
 def _values(design: Choices, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:

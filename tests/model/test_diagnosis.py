@@ -198,6 +198,20 @@ def test_offset_of_a_sensor_at_rest() -> None:
     assert any("a common offset" in line for line in told(frames))
 
 
+@pytest.mark.parametrize("sensor", SENSORS.values(), ids=SENSORS)
+def test_an_offset_of_every_taxel(sensor: SensorArray) -> None:
+    """As tall as it may be, if it is the same while nothing presses; noise of the same size is none."""
+    pressed = contacts(sensor, 40, 5)
+    frames = np.concatenate([np.zeros((10, *pressed.shape[1:])), pressed])
+    assert told(frames, sensor) == []
+    for share in (0.01, 0.03, 0.1):
+        size = share * np.abs(pressed).max()
+        offset = size * np.random.default_rng(6).uniform(-1, 1, pressed.shape[1:])
+        lines = told(frames + offset + noise(frames.shape, 0.05 * size), sensor)
+        assert any("the same in every frame: was the sensor tared" in line for line in lines), share
+        assert not any("was the sensor tared" in line for line in told(frames + noise(frames.shape, size), sensor))
+
+
 def test_sensor_at_rest() -> None:
     frames = np.abs(rest(100))
     frames[::2] *= -1
