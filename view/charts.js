@@ -72,8 +72,9 @@ function panelTraces() {
   );
 }
 
-/** Statuses that occur, from top to bottom. */
-const lanes = given.statuses.filter(({ bit }) => results.some((result) => result.status.some((status) => status & bit)));
+/** Statuses that have occurred, from top to bottom. */
+let lanes = [];
+const occurs = (bit) => results.some(({ status }) => status.some((bits) => bits & bit));
 
 /** Runs of frames that have a status, as lines with gaps. */
 function laneTraces() {
@@ -134,7 +135,10 @@ function panelLayout(width) {
   return layout;
 }
 
-const drawPanels = (chart) => Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(chart.clientWidth), config(true));
+function drawPanels(chart) {
+  lanes = given.statuses.filter((status) => lanes.includes(status) || occurs(status.bit));
+  return Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(chart.clientWidth), config(true));
+}
 
 /** Put the line of the frame over the chart, which is too slow to be drawn again for it. */
 function moveCursor(cursor, chart, frame) {

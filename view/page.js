@@ -1,4 +1,4 @@
-// The frame that is shown, and what moves it: slider, keys, play, a click on a chart.
+// The frame that is shown, and what moves it: slider, keys, a click on a chart.
 
 const $ = (id) => document.getElementById(id);
 const maps = results.map((_, n) => $(`map-${n}`));
@@ -10,14 +10,7 @@ const TURNS = { turn: [-Math.PI, Math.PI], tilt: [0.1, 1.5] };
 const detailed = () => results[Number($("detail").value)];
 const checked = (id) => $(id).checked;
 
-function peaksOf(frame) {
-  if ($("over").value === "all") return PEAKS;
-  return {
-    stress: peakOf(results.map(({ stress }) => stress), frame),
-    tangential: peakOf(results.flatMap(({ forces }) => [forces[0], forces[1]]), frame),
-    normal: peakOf(results.map(({ forces }) => forces[2]), frame),
-  };
-}
+const peaksOf = (frame) => ($("over").value === "all" ? PEAKS : peaksAt(frame));
 
 /** All that the page shows of one frame of one result. */
 function sceneOf(result, frame) {
@@ -122,28 +115,6 @@ function show(frame) {
   drawAll();
 }
 
-// Playing: as many frames a second as chosen, whatever the screen can show; it stops at the last one.
-
-function play(wanted) {
-  const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
-  state.playing = wanted;
-  if (ends) showSweep();
-  $("play").textContent = wanted ? "Pause" : "Play";
-  if (!begins) return;
-  if (state.frame === COUNT - 1) show(0);
-  let [place, before] = [state.frame, performance.now()];
-  const tick = (now) => {
-    if (!state.playing) return;
-    if (Math.floor(place) !== state.frame) place = state.frame;
-    place = Math.min(COUNT - 1, place + ((now - before) / 1000) * Number($("speed").value));
-    before = now;
-    if (Math.floor(place) !== state.frame) show(Math.floor(place));
-    if (state.frame === COUNT - 1) play(false);
-    else requestAnimationFrame(tick);
-  };
-  requestAnimationFrame(tick);
-}
-
 const STEPS = {
   ArrowLeft: () => state.frame - 1, ArrowRight: () => state.frame + 1, ArrowDown: () => state.frame - 1, ArrowUp: () => state.frame + 1,
   PageDown: () => state.frame - Math.ceil(COUNT / 20), PageUp: () => state.frame + Math.ceil(COUNT / 20), Home: () => 0, End: () => COUNT - 1,
@@ -207,31 +178,30 @@ function listen() {
   narrow.addEventListener("change", () => drawPanels($("panels")));
 }
 
-/** The frame of the largest stress: something to see at once. */
-function first() {
-  const { scale } = results[0].stress;
-  return scale.reduce((best, value, frame) => (value > scale[best] ? frame : best), 0);
-}
-
 function strongest(frame) {
   const stress = plane(results[0].stress, frame);
   return stress.reduce((best, value, k) => (Math.abs(value) > Math.abs(stress[best]) ? k : best), 0);
 }
 
-for (const place of document.querySelectorAll("[data-unit]")) place.textContent = (place.dataset.unit === "stress" ? STRESS : FORCE).name;
-$("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
-state.frame = first();
-state.taxel = strongest(state.frame);
-listen();
-drawAll();
-drawPanels($("panels")).then(() => {
-  state.drawn = true;
-  $("panels").on("plotly_click", ({ points }) => {
-    play(false);
-    const x = points[0].x;
-    show(times ? times.findIndex((time) => time >= x) : (x - given.start) / given.step);
+/** Show `frame`, and listen from now on. */
+function begin(frame) {
+  $("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
+  measure();
+  state.frame = frame;
+  state.taxel = strongest(frame);
+  listen();
+  drawAll();
+  return drawPanels($("panels")).then(() => {
+    state.drawn = true;
+    $("panels").on("plotly_click", ({ points }) => {
+      play(false);
+      const x = points[0].x;
+      let frame = 0;
+      while (frame < COUNT - 1 && xOf(frame) < x) frame += 1;
+      show(frame);
+    });
+    $("panels").on("plotly_afterplot", () => moveCursor($("cursor"), $("panels"), state.frame));
+    moveCursor($("cursor"), $("panels"), state.frame);
+    document.body.dataset.ready = "yes";
   });
-  $("panels").on("plotly_afterplot", () => moveCursor($("cursor"), $("panels"), state.frame));
-  moveCursor($("cursor"), $("panels"), state.frame);
-  document.body.dataset.ready = "yes";
-});
+}
