@@ -40,10 +40,9 @@ class Stream:
 
     def lines(self) -> Iterator[tuple[int, bytes]]:
         """The lines and their numbers, from 1; one longer than ``LONGEST`` comes in pieces, none of them a frame."""
-        found = enumerate(self._lines(), 1)
-        if self.midway:
-            next(found, None)
-        return found
+        for number, line in enumerate(self._lines(), 1):
+            if number > 1 or not self.midway:
+                yield number, line
 
     def _lines(self) -> Iterator[bytes]:
         waiting = b""

@@ -19,7 +19,7 @@ async function pulled() {
   }
   const pieces = answer.pieces;
   if (pieces.length) feed.last = unpack(pieces.at(-1).numbers).at(-1);
-  feed.over = ["ended", "broken"].includes(answer.state) && !pieces.length;
+  feed.over = ["ended", "broken"].includes(answer.state) && !pieces.length && !feed.drawn;
   tell(answer);
   return pieces;
 }

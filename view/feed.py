@@ -164,6 +164,6 @@ class Feed:
     def totals(self) -> str:
         """What came of the frames, in a line."""
         counts = self.counts
-        wrong = f"; {counts['malformed']:,} malformed lines" if counts["malformed"] else ""
+        wrong = f"; malformed lines: {counts['malformed']:,}" if counts["malformed"] else ""
         came, estimated, drawn = (f"{counts[key]:,}" for key in ("came", "estimated", "drawn"))
         return f"{came} frames came, {estimated} were estimated, {drawn} drawn{wrong}"

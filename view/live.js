@@ -50,32 +50,46 @@ function chart() {
   charted = { at: performance.now(), cost: performance.now() - begun };
 }
 
+function count() {
+  feed.drawn += 1;
+  feed.all += 1;
+}
+
+/** Draw what comes; the next pieces are on their way while the last ones are drawn. */
 async function follow() {
+  let next = pulled();
   while (state.playing) {
-    const pieces = await pulled();
+    const pieces = await next;
     if (feed.over) play(false);
-    if (!pieces.length) continue;
+    else next = pulled();
     pieces.forEach(append);
+    if (!pieces.length || !state.playing) continue;
     await new Promise(requestAnimationFrame);
     measure();
-    if (state.playing) show(COUNT - 1);
+    if (!state.playing) continue;
+    show(COUNT - 1);
     chart();
-    feed.drawn += 1;
-    feed.all += 1;
+    count();
     feed.age = Date.now() - 1000 * pieces.at(-1).came;
   }
+  if (!feed.over) (await next).forEach(append);
 }
+
+let following = Promise.resolve();
 
 /** Follow what comes, or stay where the page is. */
 function play(wanted) {
   const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
   state.playing = wanted;
   $("play").textContent = wanted ? "Pause" : "Follow";
-  if (begins) follow();
+  if (begins) following = following.then(follow);
   if (!ends) return;
   drawPanels($("panels"));
   showSweep();
 }
 
 early.slice(1).forEach(append);
-begin(COUNT - 1).then(() => play(true));
+begin(COUNT - 1).then(() => {
+  count();
+  play(true);
+});

@@ -2,13 +2,18 @@
 
 const $ = (id) => document.getElementById(id);
 const maps = results.map((_, n) => $(`map-${n}`));
-const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false, swept: 0 };
-/** Milliseconds between two sweeps while frames play: the chart is slower than the rest of the page. */
-const PAUSE = 150;
+const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false, sweepAgain: 0 };
+/** While frames play, milliseconds between two sweeps, and how many times as long as one takes to draw. */
+const PAUSE = { least: 150, times: 10 };
 const TURNS = { turn: [-Math.PI, Math.PI], tilt: [0.1, 1.5] };
 
 const detailed = () => results[Number($("detail").value)];
 const checked = (id) => $(id).checked;
+
+/** Put a text where another one is: the same again would have the page laid out again. */
+function say(place, text) {
+  if (place.textContent !== text) place.textContent = text;
+}
 
 const peaksOf = (frame) => ($("over").value === "all" ? PEAKS : peaksAt(frame));
 
@@ -27,13 +32,13 @@ function sceneOf(result, frame) {
 function drawLegend(peaks) {
   const root = $("scale").value === "root";
   for (const tick of document.querySelectorAll("#legend [data-share]")) {
-    tick.textContent = STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress);
+    say(tick, STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress));
   }
   const said = [];
   if (checked("arrows")) said.push(`longest arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
   if (checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed pulls`);
   if (checked("centroids")) said.push("c, t: centroids of compression and traction; the arrow from t to c has the direction φ");
-  $("key").textContent = said.join(" · ");
+  say($("key"), said.join(" · "));
 }
 
 const pair = (place) => (place ? place.map((length) => length.toFixed(2)).join(", ") : "–");
@@ -56,9 +61,9 @@ function drawNumbers(frame, scenes) {
   for (const row of document.querySelectorAll("#now tr[data-row]")) {
     const name = row.dataset.row;
     const cells = row.querySelectorAll("td");
-    results.forEach((result, n) => { cells[n].textContent = ROWS[name](result, frame, scenes[n]); });
+    results.forEach((result, n) => say(cells[n], ROWS[name](result, frame, scenes[n])));
     references.filter(({ values }) => values[name]).forEach(({ values }) => {
-      cells[results.length + references.findIndex((known) => known.values === values)].textContent = figures(values[name][frame]);
+      say(cells[results.length + references.findIndex((known) => known.values === values)], figures(values[name][frame]));
     });
   }
   const [column, row] = [state.taxel % given.columns, Math.floor(state.taxel / given.columns)];
@@ -66,6 +71,7 @@ function drawNumbers(frame, scenes) {
   $("column").value = column;
 }
 
+/** Canvases and the cursor first, since they ask for sizes, and a text may change the page's. */
 function drawMaps(frame, scenes) {
   const peaks = peaksOf(frame);
   const chosen = { arrows: checked("arrows"), circles: checked("circles"), centroids: checked("centroids") };
@@ -76,8 +82,9 @@ function drawMaps(frame, scenes) {
     const label = `Map of the stress under ${results[n].label}, frame ${numberOf(frame)}`;
     map.setAttribute("aria-label", `${label}: φ ${told[0]}°, μ ${told[1]}, |F| ${told[2]} N; all numbers are in the table This frame`);
   });
-  drawLegend(peaks);
   drawHeights(frame, scenes, peaks, looks.root);
+  if (state.drawn) moveCursor($("cursor"), $("panels"), frame);
+  drawLegend(peaks);
 }
 
 function drawHeights(frame, scenes, peaks, root) {
@@ -87,13 +94,15 @@ function drawHeights(frame, scenes, peaks, root) {
     values: stress ? scenes[number].stress : scenes[number].forces[2], unit: stress ? STRESS : FORCE,
     peak: stress ? peaks.stress : peaks.normal, root, turn: state.turn, tilt: state.tilt,
   });
-  $("height-unit").textContent = stress ? STRESS.name : FORCE.name;
+  say($("height-unit"), stress ? STRESS.name : FORCE.name);
 }
 
 function showSweep() {
+  const begun = performance.now();
   const of = drawSweep($("sweep"), detailed(), state.frame);
   $("sweep-of").textContent = of === state.frame ? "" : `The sweep shown is that of frame ${numberOf(of)}.`;
-  state.swept = performance.now();
+  const done = performance.now();
+  state.sweepAgain = done + Math.max(PAUSE.least, PAUSE.times * (done - begun));
 }
 
 function drawAll() {
@@ -105,8 +114,7 @@ function drawAll() {
   $("where").textContent = said;
   $("frame").value = frame;
   $("frame").setAttribute("aria-valuetext", said);
-  if (!state.playing || performance.now() - state.swept > PAUSE) showSweep();
-  if (state.drawn) moveCursor($("cursor"), $("panels"), frame);
+  if (!state.playing || performance.now() > state.sweepAgain) showSweep();
   document.body.dataset.frame = frame;
 }
 

@@ -47,6 +47,7 @@ def serving(page: str, feed: Feed, port: int) -> Iterator[str]:
     try:
         yield f"http://{HOST}:{server.server_port}/"
     finally:
+        server.over = True
         server.shutdown()
         server.server_close()
 
@@ -54,6 +55,8 @@ def serving(page: str, feed: Feed, port: int) -> Iterator[str]:
 class _Server(ThreadingHTTPServer):
     daemon_threads = True
     block_on_close = False
+    over = False
+    """Connections that are kept get no more answers."""
     page: bytes
     feed: Feed
 
@@ -68,6 +71,9 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer ``/``, and ``/frames?after=N&drawn=K``."""
+        if self.server.over:
+            self.close_connection = True
+            return
         asked = urlsplit(self.path)
         if self.headers.get("Host") not in (f"{name}:{self.server.server_port}" for name in (HOST, "localhost")):
             self._answer(HTTPStatus.FORBIDDEN, "text/plain", b"only this machine is answered\n")  # whoever sent it here
