@@ -57,13 +57,13 @@ function count() {
 
 /** Draw what comes; the next pieces are on their way while the last ones are drawn. */
 async function follow() {
-  let next = pulled();
-  while (state.playing) {
+  show(COUNT - 1);
+  for (let next = pulled(); next; ) {
     const pieces = await next;
     if (feed.over) play(false);
-    else next = pulled();
+    next = state.playing ? pulled() : undefined;
     pieces.forEach(append);
-    if (!pieces.length || !state.playing) continue;
+    if (!pieces.length) continue;
     await new Promise(requestAnimationFrame);
     measure();
     if (!state.playing) continue;
@@ -72,7 +72,6 @@ async function follow() {
     count();
     feed.age = Date.now() - 1000 * pieces.at(-1).came;
   }
-  if (!feed.over) (await next).forEach(append);
 }
 
 let following = Promise.resolve();

@@ -75,7 +75,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True
             return
         asked = urlsplit(self.path)
-        if self.headers.get("Host") not in (f"{name}:{self.server.server_port}" for name in (HOST, "localhost")):
+        if self.headers.get("Host") not in [f"{name}:{self.server.server_port}" for name in (HOST, "localhost")]:
             self._answer(HTTPStatus.FORBIDDEN, "text/plain", b"only this machine is answered\n")  # whoever sent it here
         elif asked.path == "/":
             self._answer(HTTPStatus.OK, "text/html", self.server.page)

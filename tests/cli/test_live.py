@@ -145,7 +145,6 @@ def test_a_recording(folder: Path) -> None:
     with live("frames.npz", "--rate", "1000") as running:
         found = running.until(state="ended", estimated=24)
         np.testing.assert_allclose(values(found, "mu"), np.load(folder / "float.npz")["mu"], rtol=1e-6)
-        assert unpacked(found["pieces"][-1]["time"])[-1] >= 0.022
         assert found["said"] == "frames.npz has ended."
 
 
