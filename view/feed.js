@@ -1,7 +1,8 @@
-// A live page asks the server for what is new whenever it has drawn the last of it, so that nothing waits anywhere.
+// A live page asks the server for what is new whenever it has the last of it, so that nothing waits anywhere.
 
 const described = JSON.parse(document.getElementById("data").textContent);
-const feed = { last: -1, drawn: 0, all: 0, told: 0, before: 0, came: 0, age: 0, over: false };
+const feed = { last: -1, drawn: 0, all: 0, came: 0, age: 0, over: false };
+let told = { at: 0, came: 0, all: 0 };
 /** Milliseconds between two texts of numbers, so that they can be read. */
 const READABLE = 500;
 
@@ -30,14 +31,14 @@ function tell({ state, said, came, estimated, malformed, fault }) {
   if (place("state").textContent !== said) place("state").textContent = said;
   place("live").classList.toggle("over", ["ended", "broken", "gone"].includes(state));
   const [now, whole] = [performance.now(), (number) => number.toLocaleString("en")];
-  if (came === undefined || (now - feed.told < READABLE && !feed.over)) return;
-  const each = (count, before) => Math.round((1000 * (count - before)) / (now - feed.told));
-  const rates = feed.over ? ["", ""] : [` (${each(came, feed.came)} a second)`, ` (${each(feed.all, feed.before)} a second)`];
+  if (came === undefined || (now - told.at < READABLE && !feed.over)) return;
+  const each = (count, before) => Math.round((1000 * (count - before)) / (now - told.at));
+  const rates = feed.over ? ["", ""] : [` (${each(came, told.came)} a second)`, ` (${each(feed.all, told.all)} a second)`];
   const age = feed.over || !feed.all ? "" : ` The frame shown was ${Math.round(feed.age)} ms old when it was drawn.`;
   place("counts").textContent = `${whole(came)} frames came${rates[0]}, ${whole(estimated)} were estimated, ${whole(feed.all)} drawn here${rates[1]}.${age}`;
   place("fault").hidden = !malformed;
   if (malformed) place("fault").textContent = `Malformed lines: ${whole(malformed)}. The first: ${fault}.`;
-  Object.assign(feed, { told: now, came, before: feed.all });
+  told = { at: now, came, all: feed.all };
 }
 
 async function firstPieces() {

@@ -32,8 +32,8 @@ MOST = 2000
 _WAITING = 64
 """Frames that wait for the estimator; when more come, the oldest are left out."""
 
-_PERIOD = 1 / 60
-"""Seconds between two pieces: screens show no more."""
+_PERIOD = 0.01
+"""Seconds between two pieces: screens show fewer."""
 
 
 @dataclass(frozen=True)

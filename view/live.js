@@ -8,7 +8,7 @@ function numberOf(frame) {
 }
 
 /** Milliseconds between two charts over the frames, and how many times as long as one takes to draw. */
-const CHARTS = { least: 500, times: 10 };
+const CHARTS = { least: 1000, times: 20 };
 let charted = { at: 0, cost: 0 };
 
 /** An array without its first `drop` numbers and with `fresh` behind them; it is copied only when its buffer is full. */
@@ -55,22 +55,28 @@ function count() {
   feed.all += 1;
 }
 
-/** Draw what comes; the next pieces are on their way while the last ones are drawn. */
+let asked = false;
+
+/** Draw the last frame, however many came since the screen was ready for one. */
+function drawLast() {
+  asked = false;
+  measure();
+  if (!state.playing) return;
+  show(COUNT - 1);
+  chart();
+  count();
+  feed.age = Date.now() - 1000 * feed.came;
+}
+
+/** Take what comes for as long as it is wanted. */
 async function follow() {
   show(COUNT - 1);
-  for (let next = pulled(); next; ) {
-    const pieces = await next;
-    if (feed.over) play(false);
-    next = state.playing ? pulled() : undefined;
+  while (state.playing) {
+    const pieces = await pulled();
     pieces.forEach(append);
-    if (!pieces.length) continue;
-    await new Promise(requestAnimationFrame);
-    measure();
-    if (!state.playing) continue;
-    show(COUNT - 1);
-    chart();
-    count();
-    feed.age = Date.now() - 1000 * pieces.at(-1).came;
+    if (pieces.length) feed.came = pieces.at(-1).came;
+    if (pieces.length && !asked) asked = requestAnimationFrame(drawLast);
+    if (feed.over) play(false);
   }
 }
 

@@ -4,7 +4,7 @@ const $ = (id) => document.getElementById(id);
 const maps = results.map((_, n) => $(`map-${n}`));
 const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false, sweepAgain: 0 };
 /** While frames play, milliseconds between two sweeps, and how many times as long as one takes to draw. */
-const PAUSE = { least: 150, times: 10 };
+const PAUSE = { least: 150, times: 20 };
 const TURNS = { turn: [-Math.PI, Math.PI], tilt: [0.1, 1.5] };
 
 const detailed = () => results[Number($("detail").value)];
