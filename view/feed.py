@@ -11,7 +11,6 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from threading import Condition
-from typing import Any
 
 import numpy as np
 
@@ -56,6 +55,15 @@ class Piece:
     text: str
 
 
+@dataclass(frozen=True)
+class Answer:
+    """``text`` for a page, in JSON, the number of its ``last`` frame, and whether there will be none behind it."""
+
+    text: str
+    last: int
+    over: bool
+
+
 class Feed:
     """Frames of ``source`` on their way to pages.  Locked by ``_changed``, which is told of everything new."""
 
@@ -65,6 +73,7 @@ class Feed:
         self._changed = Condition()
         self._waiting: deque[Came] = deque(maxlen=_WAITING)
         self._pieces: deque[Piece] = deque()
+        self._busy = False
         self._begun = 0.0
         self._state = "waiting"
         self._said = ""
@@ -112,9 +121,11 @@ class Feed:
                 self._changed.wait_for(lambda: self._waiting)
                 frames = list(self._waiting)
                 self._waiting.clear()
+                self._busy = True
             piece = self._piece(frames, self._estimate(np.stack([frame.stress for frame in frames])))
             with self._changed:
                 self._keep(piece)
+                self._busy = False
                 self.counts["estimated"] += piece.count
                 self._changed.notify_all()
             time.sleep(max(0.0, began + _PERIOD - time.monotonic()))
@@ -138,18 +149,24 @@ class Feed:
         while kept > self.most or self._pieces[0].when < piece.when - SECONDS:
             kept -= self._pieces.popleft().count
 
-    def since(self, after: int, drawn: int, patience: float) -> str:
-        """What a page gets, in JSON: the state, the counts, and the pieces behind frame ``after``.
+    def since(self, after: int, patience: float) -> Answer:
+        """What a page gets: the state, the counts, and the pieces behind frame ``after``.
 
-        Without any it waits for ``patience`` seconds.  ``drawn``: how many frames the page has drawn since it asked.
+        Without any it waits for ``patience`` seconds, or until the source has ended.
         """
         with self._changed:
-            self.counts["drawn"] += drawn
             self._changed.wait_for(lambda: self._pieces and self._pieces[-1].last > after, patience)
-            state: dict[str, Any] = {"state": self._state, "said": self._words(), **self.counts}
-            state["fault"] = self._first_fault
-            pieces = [piece.text for piece in self._pieces if piece.last > after]
-        return f'{json.dumps(state)[:-1]},"pieces":[{",".join(pieces)}]}}'
+            pieces = [piece for piece in self._pieces if piece.last > after]
+            over = self._state in ("ended", "broken") and not (pieces or self._waiting or self._busy)
+            state = {"state": self._state, "said": self._words(), "fault": self._first_fault, "over": over}
+            state |= self.counts
+        texts = ",".join(piece.text for piece in pieces)
+        return Answer(f'{json.dumps(state)[:-1]},"pieces":[{texts}]}}', pieces[-1].last if pieces else after, over)
+
+    def drew(self, count: int) -> None:
+        """A page has drawn so many frames more."""
+        with self._changed:
+            self.counts["drawn"] += count
 
     def _words(self) -> str:
         match self._state:

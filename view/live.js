@@ -50,11 +50,6 @@ function chart() {
   charted = { at: performance.now(), cost: performance.now() - begun };
 }
 
-function count() {
-  feed.drawn += 1;
-  feed.all += 1;
-}
-
 let asked = false;
 
 /** Draw the last frame, however many came since the screen was ready for one. */
@@ -64,37 +59,39 @@ function drawLast() {
   if (!state.playing) return;
   show(COUNT - 1);
   chart();
-  count();
+  feed.all += 1;
   feed.age = Date.now() - 1000 * feed.came;
 }
 
-/** Take what comes for as long as it is wanted. */
-async function follow() {
-  show(COUNT - 1);
-  while (state.playing) {
-    const pieces = await pulled();
-    pieces.forEach(append);
-    if (pieces.length) feed.came = pieces.at(-1).came;
-    if (pieces.length && !asked) asked = requestAnimationFrame(drawLast);
-    if (feed.over) play(false);
-  }
-}
+let stop;
 
-let following = Promise.resolve();
+/** Take what comes until it ends, or `stop` says so. */
+async function follow() {
+  stop = new AbortController();
+  show(COUNT - 1);
+  for await (const pieces of pulled(stop.signal)) {
+    if (!pieces.length) continue;
+    pieces.forEach(append);
+    feed.came = pieces.at(-1).came;
+    if (!asked) asked = requestAnimationFrame(drawLast);
+  }
+  if (state.playing && feed.over) play(false);
+}
 
 /** Follow what comes, or stay where the page is. */
 function play(wanted) {
   const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
   state.playing = wanted;
   $("play").textContent = wanted ? "Pause" : "Follow";
-  if (begins) following = following.then(follow);
+  if (begins) follow();
   if (!ends) return;
+  stop.abort();
   drawPanels($("panels"));
   showSweep();
 }
 
 early.slice(1).forEach(append);
 begin(COUNT - 1).then(() => {
-  count();
+  feed.all += 1;
   play(true);
 });

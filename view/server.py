@@ -16,7 +16,7 @@ from tfra.view.feed import Feed
 HOST = "127.0.0.1"
 
 PATIENCE = 1.0
-"""Seconds after which a page is answered, frames or not."""
+"""Seconds after which a page is told how things are, frames or not."""
 
 _HEADERS = {
     "Cache-Control": "no-store",
@@ -56,7 +56,7 @@ class _Server(ThreadingHTTPServer):
     daemon_threads = True
     block_on_close = False
     over = False
-    """Connections that are kept get no more answers."""
+    """Pages get nothing more."""
     page: bytes
     feed: Feed
 
@@ -70,37 +70,47 @@ class _Handler(BaseHTTPRequestHandler):
     server: _Server
 
     def do_GET(self) -> None:
-        """Answer ``/``, and ``/frames?after=N&drawn=K``."""
-        if self.server.over:
-            self.close_connection = True
-            return
+        """Answer ``/``, ``/frames?after=N``, lines of JSON until the source ends, and ``/drawn?count=N``."""
         asked = urlsplit(self.path)
+        number = {"/frames": "after", "/drawn": "count"}.get(asked.path)
         if self.headers.get("Host") not in [f"{name}:{self.server.server_port}" for name in (HOST, "localhost")]:
             self._answer(HTTPStatus.FORBIDDEN, "text/plain", b"only this machine is answered\n")  # whoever sent it here
         elif asked.path == "/":
             self._answer(HTTPStatus.OK, "text/html", self.server.page)
-        elif asked.path == "/frames":
-            self._answer_frames(parse_qs(asked.query))
-        else:
+        elif number is None:
             self._answer(HTTPStatus.NOT_FOUND, "text/plain", b"there is no such page\n")
+        else:
+            try:
+                value = int(parse_qs(asked.query)[number][0])
+            except (KeyError, ValueError):
+                self._answer(HTTPStatus.BAD_REQUEST, "text/plain", f"{number}=N is needed\n".encode())
+                return
+            (self._send_frames if number == "after" else self._count)(value)
 
-    def _answer_frames(self, query: dict[str, list[str]]) -> None:
-        try:
-            after, drawn = (int(query[key][0]) for key in ("after", "drawn"))
-        except (KeyError, ValueError):
-            self._answer(HTTPStatus.BAD_REQUEST, "text/plain", b"after=N and drawn=N are needed\n")
-            return
-        text = self.server.feed.since(after, max(0, drawn), PATIENCE)
-        self._answer(HTTPStatus.OK, "application/json", text.encode())
+    def _count(self, drawn: int) -> None:
+        self.server.feed.drew(max(0, drawn))
+        self._answer(HTTPStatus.OK, "text/plain", b"")
+
+    def _send_frames(self, after: int) -> None:
+        """Send lines until the source or the server ends, or the page is gone."""
+        self.close_connection = True
+        self._head(HTTPStatus.OK, "application/x-ndjson", {"Connection": "close"})
+        over = False
+        while not (over or self.server.over):
+            answer = self.server.feed.since(after, PATIENCE)
+            self.wfile.write(f"{answer.text}\n".encode())
+            after, over = answer.last, answer.over
 
     def _answer(self, status: HTTPStatus, kind: str, content: bytes) -> None:
+        self._head(status, kind, {"Content-Length": str(len(content))})
+        self.wfile.write(content)
+
+    def _head(self, status: HTTPStatus, kind: str, more: dict[str, str]) -> None:
         self.send_response(status)
         self.send_header("Content-Type", f"{kind}; charset=utf-8")
-        self.send_header("Content-Length", str(len(content)))
-        for name, value in _HEADERS.items():
+        for name, value in (_HEADERS | more).items():
             self.send_header(name, value)
         self.end_headers()
-        self.wfile.write(content)
 
     def log_message(self, format: str, *arguments: object) -> None:
         """Nothing: requests are no news."""

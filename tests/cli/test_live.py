@@ -53,8 +53,8 @@ class Live:
     address: str
 
     def asked(self, after: int = -1) -> dict[str, Any]:
-        with urllib.request.urlopen(f"{self.address}frames?after={after}&drawn=0", timeout=PATIENCE) as answer:
-            found: dict[str, Any] = json.load(answer)
+        with urllib.request.urlopen(f"{self.address}frames?after={after}", timeout=PATIENCE) as answer:
+            found: dict[str, Any] = json.loads(answer.readline())
             return found
 
     def until(self, **wanted: object) -> dict[str, Any]:

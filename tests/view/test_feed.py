@@ -34,8 +34,8 @@ def run(made: Feed) -> None:
     threading.Thread(target=made.run, daemon=True).start()
 
 
-def answer(made: Feed, after: int = -1, drawn: int = 0) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(made.since(after, drawn, 10.0))
+def answer(made: Feed, after: int = -1, patience: float = 10.0) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(made.since(after, patience).text)
     return found
 
 
@@ -68,7 +68,7 @@ def test_frames_that_nobody_has_time_for_are_left_out() -> None:
     np.testing.assert_array_equal(unpacked(found["pieces"][0]["numbers"]), np.arange(136, 200))
     assert [found[key] for key in ("came", "estimated")] == [200, 64]
     assert answer(made, after=150)["pieces"] == found["pieces"]
-    answer(made, drawn=5)
+    made.drew(5)
     assert made.totals() == "200 frames came, 64 were estimated, 5 drawn"
 
 
@@ -82,16 +82,16 @@ def test_lines_that_are_no_frames_are_counted_and_the_first_is_told() -> None:
 
 
 def test_a_stream_without_a_frame_and_one_that_breaks() -> None:
-    assert json.loads(feed(["line 1: no"])[0].since(-1, 0, 0))["said"] == "here has ended without a frame."
+    assert answer(feed(["line 1: no"])[0], patience=0)["said"] == "here has ended without a frame."
 
     def breaks() -> Iterator[Floats]:
         yield FRAMES[0]
         raise ConnectionResetError(104, "Connection reset by peer")
 
     made, _ = feed(breaks())
-    found = json.loads(made.since(-1, 0, 0))
+    found = answer(made, patience=0)
     assert [found[key] for key in ("state", "said")] == ["broken", "here broke: Connection reset by peer."]
-    waiting = json.loads(Feed("here", "float", DESIGN, Tfra.of(DESIGN)).since(-1, 0, 0))
+    waiting = answer(Feed("here", "float", DESIGN, Tfra.of(DESIGN)), patience=0)
     assert waiting["said"] == "Waiting for the first frame of here."
 
 
@@ -129,6 +129,23 @@ def test_frames_that_are_too_old_are_not_kept(monkeypatch: pytest.MonkeyPatch) -
         answer(made, after=number - 1)
     numbers = [unpacked(piece["numbers"]).tolist() for piece in answer(made)["pieces"]]
     assert numbers == [[2]]
+
+
+def test_it_is_not_over_while_frames_are_estimated() -> None:
+    """A simulated core takes longer than a page waits."""
+    slow = threading.Event()
+
+    def estimate(stress: Floats) -> Result:
+        slow.wait(10)
+        return Tfra.of(DESIGN)(stress)
+
+    made, _ = feed(FRAMES[:2], estimate)
+    assert not answer(made, patience=0)["over"]
+    run(made)
+    assert not answer(made, patience=0.05)["over"]
+    slow.set()
+    assert len(answer(made)["pieces"]) == 1
+    assert answer(made, after=1, patience=0)["over"]
 
 
 def test_a_wrong_number_is_noticed() -> None:
