@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tfra.model.errors import InputError
-from tfra.model.recording import Coding, Order, Sign, Unit
+from tfra.model.recording import Coding, Input, Order, Sign, Unit, overridden
 
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
@@ -72,8 +72,17 @@ def for_recording(project: Project, path: Path, given: Given, command: str) -> P
     """
     from tfra.codegen.framesfile import read_as
 
+    return _read_by(project, lambda: read_as(path, project.input, given), command)
+
+
+def for_stream(project: Project, given: Given, command: str) -> Project:
+    """The same for a stream of lines."""
+    return _read_by(project, lambda: overridden(project.input, given), command)
+
+
+def _read_by(project: Project, choose: Callable[[], Input], command: str) -> Project:
     try:
-        return replace(project, input=read_as(path, project.input, given))
+        return replace(project, input=choose())
     except ValueError as error:
         key, _, reason = str(error).partition(": ")
         raise InputError(f"tfra {command}", f"--{key}", reason) from None

@@ -16,6 +16,7 @@ from tfra.cli.examples import examples
 from tfra.cli.frames import frames
 from tfra.cli.generate import generate
 from tfra.cli.init import init
+from tfra.cli.live import live
 from tfra.cli.paper import paper
 from tfra.cli.size import size
 from tfra.cli.study import study
@@ -42,6 +43,11 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     view: (
         "tfra view forces.npz --out page.html",
         "tfra view float.npz fixed.npz frames.npz --out page.html --frames 0:2000 --every 2",
+    ),
+    live: (
+        "tfra live examples/hertz_40x20.toml frames.npz --rate 50",
+        "tfra live sensor.toml serial:/dev/ttyACM0?baud=115200 --unit kPa --tare-frames 50",
+        "tfra live sensor.toml tcp://192.168.0.7:5000 --engine fixed --compression positive",
     ),
     generate: ("tfra generate examples/hertz_40x20.toml --out core",),
     verify: (

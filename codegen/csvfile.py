@@ -26,8 +26,8 @@ _LIKE_A_TIME = 4
 
 
 @dataclass(frozen=True)
-class _Table:
-    """What the lines of ``file`` are read as."""
+class Table:
+    """What the lines of ``file`` are read as: ``skip`` cells, then a number for every taxel."""
 
     file: Path
     sensor: SensorArray
@@ -65,13 +65,10 @@ def read_csv(file: Path, sensor: SensorArray, skip: int = 0) -> tuple[Floats, Fl
     """
     found = [(number, line) for number, line in enumerate(_text(file), 1) if line.strip()]
     texts = [(number, line) for number, line in found if not line.lstrip().startswith("#")]
-    table = _table(file, sensor, skip, [line for _, line in texts[:2]])
-    if texts and _are_headings(table.cells(texts[0][1])):
+    table = table_for(file, sensor, skip, [line for _, line in texts[:2]])
+    if texts and are_headings(table.cells(texts[0][1])):
         del texts[0]
-    _require_one_point(table, texts)
-    lines = [(number, table.cells(line)) for number, line in texts]
-    for line in lines:
-        _require_numbers(table, line, lines)
+    lines = require_numbers(table, texts)
     if lines and [cell.strip() for cell in lines[0][1][skip:]] == [str(taxel) for taxel in range(sensor.taxels)]:
         reason = f"the numbers from 0 to {sensor.taxels - 1} are headings, not stress: remove the line"
         raise InputError(file, f"line {lines[0][0]}", reason)
@@ -81,14 +78,23 @@ def read_csv(file: Path, sensor: SensorArray, skip: int = 0) -> tuple[Floats, Fl
     return values, _times([cells[0] for _, cells in lines]) if skip else None
 
 
-def _table(file: Path, sensor: SensorArray, skip: int, first: list[str]) -> _Table:
+def require_numbers(table: Table, texts: list[tuple[int, str]]) -> list[Line]:
+    """Return the lines with their cells; raises ``InputError`` naming the first that is not a frame."""
+    _require_one_point(table, texts)
+    lines = [(number, table.cells(line)) for number, line in texts]
+    for line in lines:
+        _require_numbers(table, line, lines)
+    return lines
+
+
+def table_for(file: Path, sensor: SensorArray, skip: int, first: list[str]) -> Table:
     """Return the table that the first lines of text fit; if they fit none, one that complains best."""
-    tables = [_Table(file, sensor, skip, separator) for separator in _SEPARATORS]
+    tables = [Table(file, sensor, skip, separator) for separator in _SEPARATORS]
     fitting = [table for table in tables if any(map(table.fits, first))]
     return fitting[0] if fitting else max(tables, key=lambda table: sum(_numbers(table, line) for line in first))
 
 
-def _numbers(table: _Table, line: str) -> int:
+def _numbers(table: Table, line: str) -> int:
     return sum(map(_is_number, table.cells(line)))
 
 
@@ -115,7 +121,7 @@ def _text(file: Path) -> list[str]:
     return lines
 
 
-def _are_headings(cells: list[str]) -> bool:
+def are_headings(cells: list[str]) -> bool:
     """Headings are names: empty or starting with a letter, an underscore, a quote or #; a typo starts with none."""
     names = [cell.strip() for cell in cells]
     return not any(map(_is_number, names)) and all(
@@ -127,7 +133,7 @@ def _with_point(cell: str) -> str:
     return cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell
 
 
-def _require_one_point(table: _Table, texts: list[tuple[int, str]]) -> None:
+def _require_one_point(table: Table, texts: list[tuple[int, str]]) -> None:
     """Numbers with points in one place and commas in another may have the commas between thousands."""
     if table.separator == ",":
         return
@@ -142,12 +148,12 @@ def _require_one_point(table: _Table, texts: list[tuple[int, str]]) -> None:
         raise InputError(table.file, f"line {number}", reason)
 
 
-def _taxels(table: _Table, line: str) -> str:
+def _taxels(table: Table, line: str) -> str:
     """The text of ``line`` behind the cells that are skipped."""
     return " ".join(line.split(None if table.separator == " " else table.separator)[table.skip :])
 
 
-def _require_numbers(table: _Table, line: Line, lines: list[Line]) -> None:
+def _require_numbers(table: Table, line: Line, lines: list[Line]) -> None:
     number, cells = line
     if len(cells) != table.width:
         sensor, skip = table.sensor, f" behind {table.skip} that are skipped" if table.skip else ""
@@ -160,7 +166,7 @@ def _require_numbers(table: _Table, line: Line, lines: list[Line]) -> None:
             raise InputError(table.file, f"line {number}", reason)
 
 
-def _hint(table: _Table, cells: list[str], lines: list[Line]) -> str:
+def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
     """Return what may be the matter with ``cells``, which are not as many as they should be."""
     taxels, more = table.sensor.taxels, len(cells) - table.width
     if len(cells) == 2 * taxels and table.separator == ",":

@@ -79,8 +79,7 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
     try:
         found = _levels(file, sensor, adc, given)
         rest = _rest(found.frames, file, sensor, adc, given)
-        frames = stress(found.frames, given, adc, rest)
-        _require_stress(file, frames)
+        frames = pascals(file, found.frames, adc, given, rest)
     except MemoryError as error:
         raise no_memory(file, error) from None
     return replace(found, frames=frames)
@@ -109,23 +108,46 @@ def read_references(path: str | Path, count: int) -> dict[str, Floats]:
     return references
 
 
-def _levels(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
-    """The recording in its own unit, every taxel in its place; all are numbers, or codes, if it has those."""
-    values, time, seconds = _read(file, sensor, given)
-    frames = arranged(_doubles(values), given, sensor)
-    if not len(frames):
-        raise InputError(file, FRAMES, "at least one frame is needed, got none")
+def pascals(file: Path, levels: Floats, adc: Adc, given: Input, rest: Floats | None) -> Floats:
+    """Return the stress of frames ``levels (n, rows, columns)`` in Pa; ``rest (k, rows, columns)`` is their tare.
+
+    Raises ``InputError`` naming ``file`` for the first value that is no stress.
+    """
+    frames = stress(levels, given, adc, rest)
+    _require_stress(file, frames)
+    return frames
+
+
+def tare_of(sensor: SensorArray, adc: Adc, given: Input) -> Floats | None:
+    """Return the frames of the tare's own file, ``(k, rows, columns)`` in the recording's unit, if there is one."""
+    return None if given.tare is None else _levels(given.tare, sensor, adc, given).frames
+
+
+def in_place(file: Path, values: Floats, sensor: SensorArray, adc: Adc, given: Input) -> Floats:
+    """Return ``values (n, rows * columns)`` in their own unit with every taxel in its place, ``(n, rows, columns)``.
+
+    Raises ``InputError`` naming ``file`` for one that is not finite or, if they are codes, none of the converter's.
+    """
+    frames = arranged(values, given, sensor)
     if given != PLAIN:
         _require_finite(file, frames)
     if given.unit == "codes":
         _require_codes(file, frames, adc, given)
-    return Recording(frames, time, seconds, given)
+    return frames
+
+
+def _levels(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
+    """The recording in its own unit, every taxel in its place; all are numbers, or codes, if it has those."""
+    values, time, seconds = _read(file, sensor, given)
+    if not len(values):
+        raise InputError(file, FRAMES, "at least one frame is needed, got none")
+    return Recording(in_place(file, _doubles(values), sensor, adc, given), time, seconds, given)
 
 
 def _rest(levels: Floats, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Floats | None:
     """The frames of the array at rest, in the recording's unit."""
     if given.tare is not None:
-        return _levels(given.tare, sensor, adc, given).frames
+        return tare_of(sensor, adc, given)
     if given.tare_frames > len(levels):
         reason = f"the first {given.tare_frames} frames are to be its tare, it has {len(levels)} (--tare-frames)"
         raise InputError(file, FRAMES, reason)

@@ -47,13 +47,13 @@ class Browser:
                 return dict(answer["result"])
             self._note(answer)
 
-    def open(self, file: Path, width: int = 1280, height: int = 900) -> None:
-        """Load ``file`` in a window of this size."""
+    def open(self, page: Path | str, width: int = 1280, height: int = 900) -> None:
+        """Load a file, or what is at an address, in a window of this size."""
         self._load("about:blank")
         self.messages.clear()
         self.requests.clear()
         self.resize(width, height)
-        self._load(file.as_uri())
+        self._load(page if isinstance(page, str) else page.as_uri())
 
     def resize(self, width: int, height: int = 900) -> None:
         """Give the window this size."""

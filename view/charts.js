@@ -72,8 +72,9 @@ function panelTraces() {
   );
 }
 
-/** Statuses that occur, from top to bottom. */
-const lanes = given.statuses.filter(({ bit }) => results.some((result) => result.status.some((status) => status & bit)));
+/** Statuses that have occurred, from top to bottom. */
+let lanes = [];
+const occurs = (bit) => results.some(({ status }) => status.some((bits) => bits & bit));
 
 /** Runs of frames that have a status, as lines with gaps. */
 function laneTraces() {
@@ -134,14 +135,18 @@ function panelLayout(width) {
   return layout;
 }
 
-const drawPanels = (chart) => Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(chart.clientWidth), config(true));
+function drawPanels(chart) {
+  lanes = given.statuses.filter((status) => lanes.includes(status) || occurs(status.bit));
+  return Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(chart.clientWidth), config(true));
+}
 
 /** Put the line of the frame over the chart, which is too slow to be drawn again for it. */
 function moveCursor(cursor, chart, frame) {
   const [first, last] = chart.layout.xaxis.range;
   const share = (xOf(frame) - first) / (last - first);
   cursor.hidden = share < 0 || share > 1;
-  cursor.style.left = `${MARGIN.l + share * (chart.clientWidth - MARGIN.l - MARGIN.r)}px`;
+  if (cursor.hidden) return;
+  cursor.style.transform = `translateX(${MARGIN.l + share * (chart.clientWidth - MARGIN.l - MARGIN.r)}px)`;
   cursor.style.top = `${chart.layout.margin.t}px`;
   cursor.style.bottom = `${MARGIN.b}px`;
 }
@@ -196,7 +201,7 @@ function drawSweep(chart, result, frame) {
     yaxis: { ...AXIS, domain: [0.54, 1], title: { text: `B<sup>z</sup> / ${unit.name}` }, nticks: 5 },
     yaxis2: { ...AXIS, domain: [0, 0.46], title: { text: `B<sup>xy</sup> / ${unit.name}` }, nticks: 5 },
     shapes: none ? [] : [{ ...band, fillcolor: "#E69F00", opacity: 0.3, line: { color: "#E69F00", width: 1 } }],
-    annotations: none ? [{ text: "no sweep: nothing is under traction or nothing presses", x: 0.5, y: 0.5, xref: "paper", yref: "paper", showarrow: false }] : [],
+    annotations: none ? [{ text: "no sweep: nothing is under traction,<br>or nothing presses", x: 0.5, y: 0.77, xref: "paper", yref: "paper", showarrow: false }] : [],
   }, config(false));
   return found.of;
 }

@@ -1,39 +1,31 @@
-// What the page was given: typed arrays, and the numbers of a frame from them.
+// Frames in typed arrays, and the numbers of a frame from them.
 
-const given = JSON.parse(document.getElementById("data").textContent);
-const TYPES = { float32: Float32Array, float64: Float64Array, int16: Int16Array, uint8: Uint8Array };
 const TAXELS = given.rows * given.columns;
 const TOP = 32767;
 
-function unpack({ type, data }) {
-  const text = atob(data);
-  const bytes = new Uint8Array(text.length);
-  for (let at = 0; at < text.length; at += 1) bytes[at] = text.charCodeAt(at);
-  return new TYPES[type](bytes.buffer);
+const modulus = (...parts) => Math.hypot(...parts);
+
+/** Values by name, and |F| if they have its parts. */
+function unpackValues(packed) {
+  const values = unpackAll(packed);
+  if (values.f_z) values.f = Float32Array.from(values.f_z, (z, n) => modulus(values.f_x[n], values.f_y[n], z));
+  return values;
 }
 
-const unpackAll = (packed) => Object.fromEntries(Object.entries(packed).map(([name, value]) => [name, unpack(value)]));
-
-const results = given.results.map((result) => ({
+const unpackResult = (result) => ({
   ...result,
-  values: unpackAll(result.values),
+  values: unpackValues(result.values),
   status: unpack(result.status),
   index: unpack(result.index),
   stress: unpackAll(result.stress),
   forces: result.forces.map(unpackAll),
   sweep: unpackAll(result.sweep),
-}));
-const references = given.references.map((known) => ({ ...known, values: unpackAll(known.values) }));
-const times = given.time && unpack(given.time);
-const COUNT = results[0].status.length;
+});
 
-const modulus = (...parts) => Math.hypot(...parts);
-for (const { values } of [...results, ...references]) {
-  if (values.f_z) values.f = Float32Array.from(values.f_z, (z, n) => modulus(values.f_x[n], values.f_y[n], z));
-}
-
-/** The number of a frame in the recording. */
-const numberOf = (frame) => given.start + frame * given.step;
+const results = given.results.map(unpackResult);
+const references = given.references.map((known) => ({ ...known, values: unpackValues(known.values) }));
+let times = given.time && unpack(given.time);
+let COUNT = results[0].status.length;
 
 /** The values of all taxels of a frame, in SI. */
 function plane({ codes, scale }, frame) {
@@ -52,12 +44,6 @@ function peakOf(planes, frame) {
   return TOP * largest;
 }
 
-const PEAKS = {
-  stress: peakOf(results.map(({ stress }) => stress)),
-  tangential: peakOf(results.flatMap(({ forces }) => [forces[0], forces[1]])),
-  normal: peakOf(results.map(({ forces }) => forces[2])),
-};
-
 /** A unit in which `peak`, in SI, has few digits before and behind the point. */
 function unitFor(peak, name) {
   const [prefix, size] = [["k", 1e3], ["", 1], ["m", 1e-3], ["µ", 1e-6]].find(([, least]) => peak >= least) ?? ["", 1];
@@ -70,8 +56,22 @@ function figures(value) {
   return String(Number(value.toPrecision(4))).replace("-", "−");
 }
 
-const STRESS = unitFor(PEAKS.stress, "Pa");
-const FORCE = unitFor(Math.max(PEAKS.tangential, PEAKS.normal), "N");
+/** The largest magnitudes of one frame or of all. */
+const peaksAt = (frame) => ({
+  stress: peakOf(results.map(({ stress }) => stress), frame),
+  tangential: peakOf(results.flatMap(({ forces }) => [forces[0], forces[1]]), frame),
+  normal: peakOf(results.map(({ forces }) => forces[2]), frame),
+});
+
+let [PEAKS, STRESS, FORCE] = [];
+
+/** Find the scales and units of all frames. */
+function measure() {
+  PEAKS = peaksAt();
+  STRESS = unitFor(PEAKS.stress, "Pa");
+  FORCE = unitFor(Math.max(PEAKS.tangential, PEAKS.normal), "N");
+  for (const place of document.querySelectorAll("[data-unit]")) place.textContent = (place.dataset.unit === "stress" ? STRESS : FORCE).name;
+}
 
 const has = (result, frame, bits) => (result.status[frame] & bits) !== 0;
 

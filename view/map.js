@@ -20,13 +20,15 @@ function colourOf(share) {
 const bent = (share, root) => (root ? Math.sign(share) * Math.sqrt(Math.abs(share)) : share);
 const straight = (share, root) => (root ? share * Math.abs(share) : share);
 
-/** Give a canvas the size that it has on the page, times the screen's dots; draw in CSS pixels. */
+/** Give a canvas the size that it has on the page, times the screen's dots, if it has another; draw in CSS pixels. */
 function prepared(canvas, height) {
   const dots = window.devicePixelRatio || 1;
   const width = canvas.clientWidth;
-  canvas.style.height = `${height}px`;
-  canvas.width = Math.round(width * dots);
-  canvas.height = Math.round(height * dots);
+  const [across, down] = [Math.round(width * dots), Math.round(height * dots)];
+  if (canvas.width !== across || canvas.height !== down) {
+    canvas.style.height = `${height}px`;
+    [canvas.width, canvas.height] = [across, down];
+  }
   const pen = canvas.getContext("2d");
   pen.setTransform(dots, 0, 0, dots, 0, 0);
   pen.clearRect(0, 0, width, height);

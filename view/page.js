@@ -1,23 +1,21 @@
-// The frame that is shown, and what moves it: slider, keys, play, a click on a chart.
+// The frame that is shown, and what moves it: slider, keys, a click on a chart.
 
 const $ = (id) => document.getElementById(id);
 const maps = results.map((_, n) => $(`map-${n}`));
-const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false, swept: 0 };
-/** Milliseconds between two sweeps while frames play: the chart is slower than the rest of the page. */
-const PAUSE = 150;
+const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false, sweepAgain: 0 };
+/** While frames play, milliseconds between two sweeps, and how many times as long as one takes to draw. */
+const PAUSE = { least: 150, times: 20 };
 const TURNS = { turn: [-Math.PI, Math.PI], tilt: [0.1, 1.5] };
 
 const detailed = () => results[Number($("detail").value)];
 const checked = (id) => $(id).checked;
 
-function peaksOf(frame) {
-  if ($("over").value === "all") return PEAKS;
-  return {
-    stress: peakOf(results.map(({ stress }) => stress), frame),
-    tangential: peakOf(results.flatMap(({ forces }) => [forces[0], forces[1]]), frame),
-    normal: peakOf(results.map(({ forces }) => forces[2]), frame),
-  };
+/** Put a text where another one is: the same again would have the page laid out again. */
+function say(place, text) {
+  if (place.textContent !== text) place.textContent = text;
 }
+
+const peaksOf = (frame) => ($("over").value === "all" ? PEAKS : peaksAt(frame));
 
 /** All that the page shows of one frame of one result. */
 function sceneOf(result, frame) {
@@ -34,13 +32,13 @@ function sceneOf(result, frame) {
 function drawLegend(peaks) {
   const root = $("scale").value === "root";
   for (const tick of document.querySelectorAll("#legend [data-share]")) {
-    tick.textContent = STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress);
+    say(tick, STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress));
   }
   const said = [];
   if (checked("arrows")) said.push(`longest arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
   if (checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed pulls`);
   if (checked("centroids")) said.push("c, t: centroids of compression and traction; the arrow from t to c has the direction φ");
-  $("key").textContent = said.join(" · ");
+  say($("key"), said.join(" · "));
 }
 
 const pair = (place) => (place ? place.map((length) => length.toFixed(2)).join(", ") : "–");
@@ -63,9 +61,9 @@ function drawNumbers(frame, scenes) {
   for (const row of document.querySelectorAll("#now tr[data-row]")) {
     const name = row.dataset.row;
     const cells = row.querySelectorAll("td");
-    results.forEach((result, n) => { cells[n].textContent = ROWS[name](result, frame, scenes[n]); });
+    results.forEach((result, n) => say(cells[n], ROWS[name](result, frame, scenes[n])));
     references.filter(({ values }) => values[name]).forEach(({ values }) => {
-      cells[results.length + references.findIndex((known) => known.values === values)].textContent = figures(values[name][frame]);
+      say(cells[results.length + references.findIndex((known) => known.values === values)], figures(values[name][frame]));
     });
   }
   const [column, row] = [state.taxel % given.columns, Math.floor(state.taxel / given.columns)];
@@ -73,6 +71,7 @@ function drawNumbers(frame, scenes) {
   $("column").value = column;
 }
 
+/** Canvases and the cursor first, since they ask for sizes, and a text may change the page's. */
 function drawMaps(frame, scenes) {
   const peaks = peaksOf(frame);
   const chosen = { arrows: checked("arrows"), circles: checked("circles"), centroids: checked("centroids") };
@@ -83,8 +82,9 @@ function drawMaps(frame, scenes) {
     const label = `Map of the stress under ${results[n].label}, frame ${numberOf(frame)}`;
     map.setAttribute("aria-label", `${label}: φ ${told[0]}°, μ ${told[1]}, |F| ${told[2]} N; all numbers are in the table This frame`);
   });
-  drawLegend(peaks);
   drawHeights(frame, scenes, peaks, looks.root);
+  if (state.drawn) moveCursor($("cursor"), $("panels"), frame);
+  drawLegend(peaks);
 }
 
 function drawHeights(frame, scenes, peaks, root) {
@@ -94,13 +94,15 @@ function drawHeights(frame, scenes, peaks, root) {
     values: stress ? scenes[number].stress : scenes[number].forces[2], unit: stress ? STRESS : FORCE,
     peak: stress ? peaks.stress : peaks.normal, root, turn: state.turn, tilt: state.tilt,
   });
-  $("height-unit").textContent = stress ? STRESS.name : FORCE.name;
+  say($("height-unit"), stress ? STRESS.name : FORCE.name);
 }
 
 function showSweep() {
+  const begun = performance.now();
   const of = drawSweep($("sweep"), detailed(), state.frame);
   $("sweep-of").textContent = of === state.frame ? "" : `The sweep shown is that of frame ${numberOf(of)}.`;
-  state.swept = performance.now();
+  const done = performance.now();
+  state.sweepAgain = done + Math.max(PAUSE.least, PAUSE.times * (done - begun));
 }
 
 function drawAll() {
@@ -112,36 +114,13 @@ function drawAll() {
   $("where").textContent = said;
   $("frame").value = frame;
   $("frame").setAttribute("aria-valuetext", said);
-  if (!state.playing || performance.now() - state.swept > PAUSE) showSweep();
-  if (state.drawn) moveCursor($("cursor"), $("panels"), frame);
+  if (!state.playing || performance.now() > state.sweepAgain) showSweep();
   document.body.dataset.frame = frame;
 }
 
 function show(frame) {
   state.frame = Math.min(COUNT - 1, Math.max(0, Math.round(frame)));
   drawAll();
-}
-
-// Playing: as many frames a second as chosen, whatever the screen can show; it stops at the last one.
-
-function play(wanted) {
-  const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
-  state.playing = wanted;
-  if (ends) showSweep();
-  $("play").textContent = wanted ? "Pause" : "Play";
-  if (!begins) return;
-  if (state.frame === COUNT - 1) show(0);
-  let [place, before] = [state.frame, performance.now()];
-  const tick = (now) => {
-    if (!state.playing) return;
-    if (Math.floor(place) !== state.frame) place = state.frame;
-    place = Math.min(COUNT - 1, place + ((now - before) / 1000) * Number($("speed").value));
-    before = now;
-    if (Math.floor(place) !== state.frame) show(Math.floor(place));
-    if (state.frame === COUNT - 1) play(false);
-    else requestAnimationFrame(tick);
-  };
-  requestAnimationFrame(tick);
 }
 
 const STEPS = {
@@ -207,31 +186,30 @@ function listen() {
   narrow.addEventListener("change", () => drawPanels($("panels")));
 }
 
-/** The frame of the largest stress: something to see at once. */
-function first() {
-  const { scale } = results[0].stress;
-  return scale.reduce((best, value, frame) => (value > scale[best] ? frame : best), 0);
-}
-
 function strongest(frame) {
   const stress = plane(results[0].stress, frame);
   return stress.reduce((best, value, k) => (Math.abs(value) > Math.abs(stress[best]) ? k : best), 0);
 }
 
-for (const place of document.querySelectorAll("[data-unit]")) place.textContent = (place.dataset.unit === "stress" ? STRESS : FORCE).name;
-$("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
-state.frame = first();
-state.taxel = strongest(state.frame);
-listen();
-drawAll();
-drawPanels($("panels")).then(() => {
-  state.drawn = true;
-  $("panels").on("plotly_click", ({ points }) => {
-    play(false);
-    const x = points[0].x;
-    show(times ? times.findIndex((time) => time >= x) : (x - given.start) / given.step);
+/** Show `frame`, and listen from now on. */
+function begin(frame) {
+  $("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
+  measure();
+  state.frame = frame;
+  state.taxel = strongest(frame);
+  listen();
+  drawAll();
+  return drawPanels($("panels")).then(() => {
+    state.drawn = true;
+    $("panels").on("plotly_click", ({ points }) => {
+      play(false);
+      const x = points[0].x;
+      let frame = 0;
+      while (frame < COUNT - 1 && xOf(frame) < x) frame += 1;
+      show(frame);
+    });
+    $("panels").on("plotly_afterplot", () => moveCursor($("cursor"), $("panels"), state.frame));
+    moveCursor($("cursor"), $("panels"), state.frame);
+    document.body.dataset.ready = "yes";
   });
-  $("panels").on("plotly_afterplot", () => moveCursor($("cursor"), $("panels"), state.frame));
-  moveCursor($("cursor"), $("panels"), state.frame);
-  document.body.dataset.ready = "yes";
-});
+}

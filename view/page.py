@@ -13,8 +13,10 @@ from plotly.offline import get_plotlyjs
 from tfra.codegen.html import document
 from tfra.model.errors import InputError
 from tfra.model.facts import MEANINGS, WITHOUT_FORCE, Facts, Spread, facts, words
+from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
 from tfra.view.chosen import Chosen
+from tfra.view.feed import SECONDS, Feed
 from tfra.view.pack import references, result, times
 from tfra.view.resultfile import Recorded, References, said
 
@@ -29,7 +31,11 @@ OBLONG = 1.5
 
 TITLE = "Contact forces"
 
-_SCRIPTS = ("data.js", "map.js", "surface.js", "charts.js", "page.js")
+LIVE_TITLE = "Contact forces, live"
+
+
+_DRAWING = ("data.js", "map.js", "surface.js", "charts.js", "page.js")
+"""What draws any page, and answers its controls."""
 
 _SPEEDS = (1, 5, 10, 25, 50, 100, 250, 1000)
 """Frames a second."""
@@ -64,47 +70,45 @@ def render(results: Sequence[Recorded], known: Sequence[References], chosen: Cho
     """The page of ``results`` and what is ``known`` of their frames, a function of its arguments alone."""
     labels = _labels(results, known)
     named, true = labels[: len(results)], labels[len(results) :]
-    sensor = results[0].design.sensor
     data = {
-        "rows": sensor.rows,
-        "columns": sensor.columns,
-        "pitch": [1e3 * sensor.pitch_x, 1e3 * sensor.pitch_y],
+        **_described(results[0].design),
         "start": chosen.shown.start,
         "step": chosen.shown.step,
         "sweeps": chosen.sweeps,
         "time": times(list(results), chosen),
-        "statuses": [{"bit": int(flag), "words": words(flag)} for flag in Status],
-        "bits": {
-            "noContact": int(Status.NO_CONTACT),
-            "noDirection": int(Status.NO_DIRECTION),
-            "withoutForce": sum(int(flag) for flag in WITHOUT_FORCE),
-        },
-        "results": [_described(one, label) | result(one, chosen) for one, label in zip(results, named, strict=True)],
+        "results": [
+            _searched(one.design, label) | result(one, chosen) for one, label in zip(results, named, strict=True)
+        ],
         "references": [
             {"label": label, "values": references(one, chosen)} for one, label in zip(known, true, strict=True)
         ],
     }
-    body = files("tfra.view").joinpath("body.html").read_text(encoding="utf-8")
+    speeds = "".join(f"<option{' selected' * (speed == 25)}>{speed}</option>" for speed in _SPEEDS)
     parts = {
         "SUMMARY": "\n".join(_summary(results, named, chosen)),
-        "MAPS": "".join(
-            f'<figure><figcaption>{escape(label)}</figcaption><canvas id="map-{n}" role="img"></canvas></figure>'
-            for n, label in enumerate(named)
-        ),
-        "SHAPE": "oblong" if sensor.size_x > OBLONG * sensor.size_y else "",
-        "NUMBERS-CLASS": "numbers many" if len(labels) > BESIDE else "numbers",
         "LAST": str(len(chosen.shown) - 1),
-        "SPEEDS": "".join(f"<option{' selected' * (speed == 25)}>{speed}</option>" for speed in _SPEEDS),
-        "NUMBERS": _numbers(labels, _ROWS, "This frame"),
-        "TAXEL": _numbers(named, _TAXEL_ROWS, "This taxel"),
-        "ROWS": str(sensor.rows - 1),
-        "COLUMNS": str(sensor.columns - 1),
-        "DETAILS": "".join(f'<option value="{n}">{escape(label)}</option>' for n, label in enumerate(named)),
-        "TICKS": "".join(f'<span data-share="{share}"></span>' for share in _TICKS),
+        "SPEED": f'<label>Speed <select id="speed">{speeds}</select> frames/s</label>',
     }
-    for name, text in parts.items():
-        body = body.replace(f"<!--{name}-->", text).replace(f'"{name}"', f'"{text}"')
-    return document(TITLE, [body, *_scripts(data)], _resource("page.css"))
+    body = _filled(results[0].design, named, true, parts)
+    scripts = _scripts(data, "(() =>", ("arrays.js", "given.js", *_DRAWING, "recorded.js"))
+    return document(TITLE, [body, *scripts], _resource("page.css"))
+
+
+def render_live(feed: Feed) -> str:
+    """The page of the frames of ``feed``, which it asks the server that it comes from for."""
+    label = f"{feed.source} ({feed.engine})"
+    data = {
+        **_described(feed.design),
+        "sweeps": 1,
+        "seconds": SECONDS,
+        "most": feed.most,
+        "results": [_searched(feed.design, label)],
+        "references": [],
+    }
+    summary = _resource("live.html").replace("<!--SENSOR-->", escape(said(feed.design.sensor)))
+    body = _filled(feed.design, [label], [], {"SUMMARY": summary, "LAST": "0", "SPEED": ""})
+    scripts = _scripts(data, "(async () =>", ("arrays.js", "feed.js", *_DRAWING, "live.js"))
+    return document(LIVE_TITLE, [body, *scripts], _resource("page.css") + _resource("live.css"))
 
 
 def require_few(results: Sequence[Recorded], known: Sequence[References]) -> None:
@@ -118,23 +122,66 @@ def _resource(name: str) -> str:
     return files("tfra.view").joinpath(name).read_text(encoding="utf-8")
 
 
-def _scripts(data: dict[str, Any]) -> Iterator[str]:
-    """The data and the scripts; no text of the data can end the script that it stands in."""
+def _described(design: Design) -> dict[str, Any]:
+    """What scripts know of any page."""
+    sensor = design.sensor
+    return {
+        "rows": sensor.rows,
+        "columns": sensor.columns,
+        "pitch": [1e3 * sensor.pitch_x, 1e3 * sensor.pitch_y],
+        "statuses": [{"bit": int(flag), "words": words(flag)} for flag in Status],
+        "bits": {
+            "noContact": int(Status.NO_CONTACT),
+            "noDirection": int(Status.NO_DIRECTION),
+            "withoutForce": sum(int(flag) for flag in WITHOUT_FORCE),
+        },
+    }
+
+
+def _searched(design: Design, label: str) -> dict[str, Any]:
+    """What scripts know of a result before its frames."""
+    search = design.search
+    return {"label": label, "steps": search.steps, "tolerance": search.tolerance * design.adc.lsb}
+
+
+def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dict[str, str]) -> str:
+    """The body of a page of results ``named`` and references ``true``; ``more`` are the parts that differ by kind."""
+    sensor, labels = design.sensor, [*named, *true]
+    parts = more | {
+        "MAPS": "".join(
+            f'<figure><figcaption>{escape(label)}</figcaption><canvas id="map-{n}" role="img"></canvas></figure>'
+            for n, label in enumerate(named)
+        ),
+        "SHAPE": "oblong" if sensor.size_x > OBLONG * sensor.size_y else "",
+        "NUMBERS-CLASS": "numbers many" if len(labels) > BESIDE else "numbers",
+        "NUMBERS": _numbers(labels, _ROWS, "This frame"),
+        "TAXEL": _numbers(named, _TAXEL_ROWS, "This taxel"),
+        "ROWS": str(sensor.rows - 1),
+        "COLUMNS": str(sensor.columns - 1),
+        "DETAILS": "".join(f'<option value="{n}">{escape(label)}</option>' for n, label in enumerate(named)),
+        "TICKS": "".join(f'<span data-share="{share}"></span>' for share in _TICKS),
+    }
+    body = _resource("body.html")
+    for name, text in parts.items():
+        body = body.replace(f"<!--{name}-->", text).replace(f'"{name}"', f'"{text}"')
+    return body
+
+
+def _scripts(data: dict[str, Any], opened: str, names: Sequence[str]) -> Iterator[str]:
+    """The data and the scripts, in a function that begins with ``opened``.
+
+    No text of the data can end the script that it stands in.
+    """
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     yield f'<script type="application/json" id="data">{text}</script>'
     yield f"<script>{get_plotlyjs()}</script>"
-    yield '<script>\n(() => {\n"use strict";\n' + "\n".join(map(_resource, _SCRIPTS)) + "})();\n</script>"
+    yield f'<script>\n{opened} {{\n"use strict";\n' + "\n".join(map(_resource, names)) + "})();\n</script>"
 
 
 def _labels(results: Sequence[Recorded], known: Sequence[References]) -> list[str]:
     """A name for each, by which readers tell them apart."""
     labels = [f"{one.name} ({one.engine})" for one in results] + [f"{one.name} (reference)" for one in known]
     return [label if labels.count(label) == 1 else f"{label} #{n}" for n, label in enumerate(labels, 1)]
-
-
-def _described(one: Recorded, label: str) -> dict[str, Any]:
-    search = one.design.search
-    return {"label": label, "steps": search.steps, "tolerance": search.tolerance * one.design.adc.lsb}
 
 
 def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen) -> Iterator[str]:

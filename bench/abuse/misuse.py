@@ -28,6 +28,7 @@ from bench.abuse.mistakes import (
     written,
 )
 from bench.abuse.recordings import GOOD, NPY, NPZ, RECORDINGS, WRONG
+from bench.abuse.views import PAGES
 from bench.publish import ROOT, publish
 from tfra.cli.main import main as tfra
 from tfra.codegen.files import write_npz
@@ -246,7 +247,7 @@ STUDIES = [
     ),
 ]
 
-CASES = RECORDINGS + FILES + DESCRIPTION + BEGINNING + OPTIONS + OUTPUTS + STUDIES
+CASES = RECORDINGS + PAGES + FILES + DESCRIPTION + BEGINNING + OPTIONS + OUTPUTS + STUDIES
 
 
 def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:

@@ -12,6 +12,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 
+from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 
 ROOT = Path(__file__).parents[2]
@@ -110,3 +111,5 @@ def test_the_quick_example(tmp_path: Path) -> None:
         assert min(tab.evaluate(drawn)) >= 1
         assert tab.messages == []
         assert tab.requests == []
+        tab.open(tmp_path / "report" / "times.html")
+        assert faults_at_all_widths(tab) == []

@@ -31,7 +31,7 @@ def test_the_forces_are_those_of_the_contact(tmp_path: Path, monkeypatch: pytest
         answer(found["command"])
     with np.load("forces.npz") as result:
         drag = slice(recording.REST + recording.PRESS + 20, recording.REST + recording.PRESS + recording.DRAG)
-        np.testing.assert_allclose(result["phi_deg"][drag], recording.PHI_DEG, atol=3)
+        np.testing.assert_allclose(result["phi_deg"][drag], recording.PHI_DEG, atol=5)
         np.testing.assert_allclose(result["mu"][drag], recording.MU, atol=0.12)
         np.testing.assert_allclose(result["resultant"][drag, 2], recording.FORCE, rtol=0.15)
     assert Path("page.html").stat().st_size > 1e6

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tfra.cli.demo import PAPER
 from tfra.cli.main import main
@@ -246,12 +247,13 @@ def test_without_matplotlib(
 
 
 def look(page: str, tmp_path: Path) -> tuple[list[int], list[str]]:
-    """Load ``page`` in Chromium: the width of every image, 0 where it can't be shown, and console messages."""
+    """Load ``page`` in Chromium: the width of every image, 0 where it can't be shown, and what is wrong with it."""
     file = tmp_path / "page.html"
     file.write_text(page)
     with browser(tmp_path) as tab:
         tab.open(file)
-        return tab.evaluate("[...document.images].map(image => image.naturalWidth)"), tab.messages
+        widths = tab.evaluate("[...document.images].map(image => image.naturalWidth)")
+        return widths, [*tab.messages, *faults_at_all_widths(tab)]
 
 
 @pytest.mark.parametrize(("name", "figures"), [("index.html", 7), ("fig9.html", 1)])

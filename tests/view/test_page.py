@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.accessibility import faults_at_all_widths
 from tests.browser import Browser, browser
 from tests.view.made import COMPRESSED, CONFIG, NO_CONTACT, write
 from tfra.codegen.config import load
@@ -323,6 +324,10 @@ def test_nothing_is_wider_than_the_window(shown: Browser, width: int) -> None:
     assert shown.evaluate(WIDER) == []
     assert shown.messages == []
     assert shown.requests == []
+
+
+def test_accessibility(shown: Browser) -> None:
+    assert faults_at_all_widths(shown) == []
 
 
 # Other pages

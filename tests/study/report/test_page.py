@@ -16,6 +16,7 @@ from typing import Any
 import polars as pl
 import pytest
 
+from tests.accessibility import faults_at_all_widths
 from tests.browser import Browser, browser
 from tests.study.definitions import definition, design
 from tests.study.report_tables import FORCE, make
@@ -138,6 +139,11 @@ def test_every_chart_is_drawn_and_answers(shown: Browser) -> None:
         assert re.search(r"\d", said), chart
     assert tab.messages == []
     assert tab.requests == []
+
+
+def test_accessibility(shown: Browser) -> None:
+    shown.until("document.querySelector('.js-plotly-plot svg')")
+    assert faults_at_all_widths(shown) == []
 
 
 def test_filters_change_the_charts_and_the_tables(shown: Browser, page: str) -> None:

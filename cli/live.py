@@ -1,0 +1,117 @@
+"""``tfra live``: forces while frames come, in a browser."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from tfra.cli.common import Config, progress
+from tfra.cli.complaint import say
+from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_recording
+from tfra.engines import DOUBLE, Engine, codes, run
+from tfra.model.errors import InputError
+
+if TYPE_CHECKING:
+    from tfra.codegen.config import Project
+    from tfra.model.arrays import Floats
+    from tfra.model.tfra import Result
+
+Source = Annotated[
+    str,
+    typer.Argument(
+        metavar="SOURCE",
+        help="A recording to replay, - for standard input, tcp://HOST:PORT or serial:/dev/NAME?baud=115200.",
+    ),
+]
+LiveEngine = Annotated[Engine, typer.Option(help="As those of tfra estimate.")]
+Rate = Annotated[
+    float | None, typer.Option(metavar="F", help="Frames a second of a replay. Else: by its times, or 100.")
+]
+Port = Annotated[int, typer.Option(metavar="N", min=0, max=65535, help="Of the page on 127.0.0.1; 0: any free one.")]
+
+
+@reads_recording
+def live(
+    config: Config,
+    source: Source,
+    engine: LiveEngine = Engine.FLOAT,
+    rate: Rate = None,
+    port: Port = 8347,
+    given: Given | None = None,
+) -> None:
+    """Show forces in a browser while frames come: from a stream of text, a frame a line, or from a recording.
+
+    Frames that the engine or the browser has no time for are left out. Ctrl-C ends it.
+    """
+    if find_spec("plotly") is None:
+        raise InputError("tfra live", "", "plotly is missing, please run: pip install 'tfra[view]'")
+    from tfra.codegen.config import load
+    from tfra.codegen.processes import Stopped
+    from tfra.view.feed import Feed
+    from tfra.view.page import render_live
+    from tfra.view.server import serving
+
+    if rate is not None and not 0 < rate <= 1e6:
+        raise InputError("tfra live", "--rate", f"more than 0 frames a second are needed, up to 1e6, got {rate:g}")
+    project, name, frames = _frames(load(config), source, rate, given or {}, engine)
+
+    def estimate(stress: Floats) -> Result:
+        return run(engine, project, stress, name)
+
+    def warn(fault: str) -> None:
+        say(f"warning: {InputError(name, '', fault)}")
+
+    feed = Feed(name, engine.value, project.design, estimate)
+    try:
+        with serving(render_live(feed), feed, port) as address:
+            with progress(f"getting the {engine.value} engine ready"):
+                estimate(_nothing(project))  # the first time takes longest
+            typer.echo(f"{address} shows {name} by the {engine.value} engine; Ctrl-C ends it")
+            threading.Thread(target=feed.read, args=(frames, warn), daemon=True).start()
+            feed.run()
+    except Stopped as stopped:
+        if stopped.number != signal.SIGINT:
+            raise
+        typer.echo(f"tfra live: {feed.totals()}")
+
+
+def _nothing(project: Project) -> Floats:
+    import numpy as np
+
+    return np.zeros((1, project.design.sensor.rows, project.design.sensor.columns))
+
+
+def _frames(
+    project: Project, source: str, rate: float | None, given: Given, engine: Engine
+) -> tuple[Project, str, Iterator[Floats | str]]:
+    """The project with what says how ``source`` is read, its name, and its frames in Pa, or what is wrong with a line.
+
+    Raises ``InputError`` for a source that is not there, and a recording that cannot be read.
+    """
+    from tfra.codegen.framelines import FrameLines
+    from tfra.codegen.replay import due, replayed
+    from tfra.codegen.streams import is_stream, open_stream
+
+    def check(stress: Floats) -> None:
+        if engine not in DOUBLE:
+            codes(project, stress, "line")
+
+    if is_stream(source):
+        if rate is not None:
+            raise InputError("tfra live", "--rate", "is about a recording: a stream comes at its own rate")
+        project = for_stream(project, given, "live")
+        lines = FrameLines(project.design.sensor, project.design.adc, project.input)
+        stream = open_stream(source)
+        return project, stream.name, lines.frames(stream.lines(), check)
+    file = Path(source)
+    project = for_recording(project, file, given, "live")
+    recording = frames_at(file, project)
+    if engine not in DOUBLE:
+        codes(project, recording.frames, file)
+    return project, file.name, replayed(recording.frames, due(recording, rate))

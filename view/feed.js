@@ -1,0 +1,72 @@
+// A live page reads what the server sends as it comes, and draws the newest of it.
+
+const described = JSON.parse(document.getElementById("data").textContent);
+const feed = { last: -1, all: 0, came: 0, age: 0, over: false };
+let told = { at: 0, came: 0, all: 0 };
+/** Milliseconds between two texts of numbers, so that they can be read. */
+const READABLE = 500;
+
+/** What the server says, a line each, until it ends or `signal` tells it to. */
+async function* answers(signal) {
+  const { body } = await fetch(`frames?after=${feed.last}`, { signal });
+  const reader = body.pipeThrough(new TextDecoderStream()).getReader();
+  let text = "";
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    const lines = (text + value).split("\n");
+    text = lines.pop();
+    yield* lines.map(JSON.parse);
+  }
+}
+
+/** The pieces behind the last one, as they come, until there will be no more or `signal` says so. */
+async function* pulled(signal) {
+  try {
+    for await (const answer of answers(signal)) {
+      if (answer.pieces.length) feed.last = unpack(answer.pieces.at(-1).numbers).at(-1);
+      tell(answer);
+      yield answer.pieces;
+      feed.over = answer.over;
+      if (feed.over) tell(answer);
+    }
+  } catch { /* the server has gone, or it was told to stop */ }
+  if (signal.aborted || feed.over) return;
+  feed.over = true;
+  tell({ state: "gone", said: "The command tfra live was ended. To go on, start it again and reload this page." });
+}
+
+/** Say where frames come from and what became of them. */
+function tell({ state, said, came, estimated, malformed, fault }) {
+  const place = (id) => document.getElementById(id);
+  if (place("state").textContent !== said) place("state").textContent = said;
+  place("live").classList.toggle("over", ["ended", "broken", "gone"].includes(state));
+  const [now, whole] = [performance.now(), (number) => number.toLocaleString("en")];
+  if (came === undefined || (now - told.at < READABLE && !feed.over)) return;
+  const each = (count, before) => Math.round((1000 * (count - before)) / (now - told.at));
+  const rates = feed.over ? ["", ""] : [` (${each(came, told.came)} a second)`, ` (${each(feed.all, told.all)} a second)`];
+  const age = feed.over || !feed.all ? "" : ` The frame shown was ${Math.round(feed.age)} ms old when it was drawn.`;
+  place("counts").textContent = `${whole(came)} frames came${rates[0]}, ${whole(estimated)} were estimated, ${whole(feed.all)} drawn here${rates[1]}.${age}`;
+  place("fault").hidden = !malformed;
+  if (malformed) place("fault").textContent = `Malformed lines: ${whole(malformed)}. The first: ${fault}.`;
+  fetch(`drawn?count=${feed.all - told.all}`);
+  told = { at: now, came, all: feed.all };
+}
+
+/** The first pieces: none if the source ends without any. */
+async function firstPieces() {
+  const stop = new AbortController();
+  for await (const pieces of pulled(stop.signal)) {
+    if (!pieces.length) continue;
+    stop.abort();
+    return pieces;
+  }
+  return [];
+}
+
+document.getElementById("kept").textContent = described.seconds;
+document.body.classList.add("waiting");
+const early = await firstPieces();
+if (!early.length) return;
+document.body.classList.remove("waiting");
+const given = { ...described, time: early[0].time, results: [{ ...described.results[0], ...early[0].results[0] }] };

@@ -1,0 +1,186 @@
+"""From frames as they come to what a page asks for: estimated by one thread, kept for some seconds, never queued.
+
+    read, a thread ──▶ waiting: the latest frames ──▶ run, the main thread ──▶ pieces: seconds ──▶ since, each page
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from threading import Condition
+
+import numpy as np
+
+from tfra.codegen.streams import broken
+from tfra.model.arrays import Floats
+from tfra.model.fixed.design import Design
+from tfra.model.tfra import Result
+from tfra.view.chosen import MOST_BYTES, Chosen, frame_bytes, sweep_bytes
+from tfra.view.pack import packed, result
+from tfra.view.resultfile import Recorded
+
+SECONDS = 10.0
+"""How long frames are kept."""
+
+MOST = 2000
+"""Frames that are kept, if there is room for as many."""
+
+_WAITING = 64
+"""Frames that wait for the estimator; when more come, the oldest are left out."""
+
+_PERIOD = 0.01
+"""Seconds between two pieces: screens show fewer."""
+
+
+@dataclass(frozen=True)
+class Came:
+    """A frame ``(rows, columns)`` in Pa, its number among those that came, and when, in s since 1970."""
+
+    number: int
+    when: float
+    stress: Floats
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Frames that were estimated together, as JSON."""
+
+    first: int
+    last: int
+    when: float
+    count: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """``text`` for a page, in JSON, the number of its ``last`` frame, and whether there will be none behind it."""
+
+    text: str
+    last: int
+    over: bool
+
+
+class Feed:
+    """Frames of ``source`` on their way to pages.  Locked by ``_changed``, which is told of everything new."""
+
+    def __init__(self, source: str, engine: str, design: Design, estimate: Callable[[Floats], Result]) -> None:
+        self.source, self.engine, self.design = source, engine, design
+        self._estimate = estimate
+        self._changed = Condition()
+        self._waiting: deque[Came] = deque(maxlen=_WAITING)
+        self._pieces: deque[Piece] = deque()
+        self._busy = False
+        self._begun = 0.0
+        self._state = "waiting"
+        self._said = ""
+        self._first_fault = ""
+        self.counts = {"came": 0, "estimated": 0, "drawn": 0, "malformed": 0}
+
+    @property
+    def most(self) -> int:
+        """Frames that are kept."""
+        each = frame_bytes(self.design.sensor.taxels) + sweep_bytes(self.design.search.steps)
+        return max(_WAITING, min(MOST, MOST_BYTES // each))
+
+    def read(self, frames: Iterable[Floats | str], told: Callable[[str], None]) -> None:
+        """Take frames until there are no more; a text says what is wrong with a line: ``told`` gets the first."""
+        try:
+            for frame in frames:
+                with self._changed:
+                    if isinstance(frame, str):
+                        self.counts["malformed"] += 1
+                        if not self._first_fault:
+                            self._first_fault = frame
+                            told(frame)
+                    else:
+                        self._take(frame)
+                    self._changed.notify_all()
+            state, said = "ended", ""
+        except OSError as error:
+            state, said = "broken", broken(error)
+        with self._changed:
+            self._state, self._said = state, said
+            self._changed.notify_all()
+
+    def _take(self, frame: Floats) -> None:
+        now = time.time()
+        if not self.counts["came"]:
+            self._begun, self._state = now, "running"
+        self._waiting.append(Came(self.counts["came"], now, frame))
+        self.counts["came"] += 1
+
+    def run(self) -> None:
+        """Estimate what comes, for ever."""
+        while True:
+            began = time.monotonic()
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting)
+                frames = list(self._waiting)
+                self._waiting.clear()
+                self._busy = True
+            piece = self._piece(frames, self._estimate(np.stack([frame.stress for frame in frames])))
+            with self._changed:
+                self._keep(piece)
+                self._busy = False
+                self.counts["estimated"] += piece.count
+                self._changed.notify_all()
+            time.sleep(max(0.0, began + _PERIOD - time.monotonic()))
+
+    def _piece(self, frames: list[Came], found: Result) -> Piece:
+        count, when = len(frames), np.array([frame.when for frame in frames])
+        stress = np.stack([frame.stress for frame in frames])
+        recorded = Recorded(self.source, self.engine, self.design, found, stress, None)
+        content = {
+            "numbers": packed(np.array([frame.number for frame in frames]), "float64"),
+            "time": packed(when - self._begun, "float64"),
+            "results": [result(recorded, Chosen(range(count), count, 1, False))],
+            "came": when[-1],
+        }
+        text = json.dumps(content, separators=(",", ":"))
+        return Piece(frames[0].number, frames[-1].number, when[-1], count, text)
+
+    def _keep(self, piece: Piece) -> None:
+        self._pieces.append(piece)
+        kept = sum(piece.count for piece in self._pieces)
+        while kept > self.most or self._pieces[0].when < piece.when - SECONDS:
+            kept -= self._pieces.popleft().count
+
+    def since(self, after: int, patience: float) -> Answer:
+        """What a page gets: the state, the counts, and the pieces behind frame ``after``.
+
+        Without any it waits for ``patience`` seconds, or until the source has ended.
+        """
+        with self._changed:
+            self._changed.wait_for(lambda: self._pieces and self._pieces[-1].last > after, patience)
+            pieces = [piece for piece in self._pieces if piece.last > after]
+            over = self._state in ("ended", "broken") and not (pieces or self._waiting or self._busy)
+            state = {"state": self._state, "said": self._words(), "fault": self._first_fault, "over": over}
+            state |= self.counts
+        texts = ",".join(piece.text for piece in pieces)
+        return Answer(f'{json.dumps(state)[:-1]},"pieces":[{texts}]}}', pieces[-1].last if pieces else after, over)
+
+    def drew(self, count: int) -> None:
+        """A page has drawn so many frames more."""
+        with self._changed:
+            self.counts["drawn"] += count
+
+    def _words(self) -> str:
+        match self._state:
+            case "waiting":
+                return f"Waiting for the first frame of {self.source}."
+            case "running":
+                return f"Frames come from {self.source}."
+            case "ended":
+                return f"{self.source} has ended{'' if self.counts['came'] else ' without a frame'}."
+        return f"{self.source} broke: {self._said}."
+
+    def totals(self) -> str:
+        """What came of the frames, in a line."""
+        counts = self.counts
+        wrong = f"; malformed lines: {counts['malformed']:,}" if counts["malformed"] else ""
+        came, estimated, drawn = (f"{counts[key]:,}" for key in ("came", "estimated", "drawn"))
+        return f"{came} frames came, {estimated} were estimated, {drawn} drawn{wrong}"

@@ -1,0 +1,97 @@
+// Frames as they come: appended, drawn, and forgotten after some seconds.
+
+let numbers = unpack(early[0].numbers);
+
+/** The number of a frame among those that came. */
+function numberOf(frame) {
+  return numbers[frame];
+}
+
+/** Milliseconds between two charts over the frames, and how many times as long as one takes to draw. */
+const CHARTS = { least: 1000, times: 20 };
+let charted = { at: 0, cost: 0 };
+
+/** An array without its first `drop` numbers and with `fresh` behind them; it is copied only when its buffer is full. */
+function moved(kept, drop, fresh) {
+  const [stays, length] = [kept.length - drop, kept.length - drop + fresh.length];
+  const start = kept.byteOffset + drop * kept.BYTES_PER_ELEMENT;
+  const full = start + length * kept.BYTES_PER_ELEMENT > kept.buffer.byteLength;
+  const next = full ? new kept.constructor(2 * length).subarray(0, length) : new kept.constructor(kept.buffer, start, length);
+  if (full) next.set(kept.subarray(drop));
+  next.set(fresh, stays);
+  return next;
+}
+
+/** The same for all arrays in an object, which have some numbers for each of COUNT frames. */
+function extended(kept, fresh, drop) {
+  if (ArrayBuffer.isView(kept)) return moved(kept, drop * (kept.length / COUNT), fresh);
+  if (typeof kept === "object") for (const key of Object.keys(fresh)) kept[key] = extended(kept[key], fresh[key], drop);
+  return kept;
+}
+
+function append(piece) {
+  const fresh = unpackResult(piece.results[0]);
+  const [count, seconds] = [fresh.status.length, unpack(piece.time)];
+  const old = (frame) => times[frame] < seconds.at(-1) - given.seconds || COUNT - frame + count > given.most;
+  let drop = 0;
+  while (drop < COUNT && old(drop)) drop += 1;
+  extended(results[0], fresh, drop);
+  [times, numbers] = [moved(times, drop, seconds), moved(numbers, drop, unpack(piece.numbers))];
+  COUNT += count - drop;
+  state.frame = Math.max(0, state.frame - drop);
+  $("frame").max = COUNT - 1;
+}
+
+/** Draw the charts over the frames, unless that was just done. */
+function chart() {
+  const begun = performance.now();
+  if (begun - charted.at < Math.max(CHARTS.least, CHARTS.times * charted.cost)) return;
+  drawPanels($("panels"));
+  charted = { at: performance.now(), cost: performance.now() - begun };
+}
+
+let asked = false;
+
+/** Draw the last frame, however many came since the screen was ready for one. */
+function drawLast() {
+  asked = false;
+  measure();
+  if (!state.playing) return;
+  show(COUNT - 1);
+  chart();
+  feed.all += 1;
+  feed.age = Date.now() - 1000 * feed.came;
+}
+
+let stop;
+
+/** Take what comes until it ends, or `stop` says so. */
+async function follow() {
+  stop = new AbortController();
+  show(COUNT - 1);
+  for await (const pieces of pulled(stop.signal)) {
+    if (!pieces.length) continue;
+    pieces.forEach(append);
+    feed.came = pieces.at(-1).came;
+    if (!asked) asked = requestAnimationFrame(drawLast);
+  }
+  if (state.playing && feed.over) play(false);
+}
+
+/** Follow what comes, or stay where the page is. */
+function play(wanted) {
+  const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
+  state.playing = wanted;
+  $("play").textContent = wanted ? "Pause" : "Follow";
+  if (begins) follow();
+  if (!ends) return;
+  stop.abort();
+  drawPanels($("panels"));
+  showSweep();
+}
+
+early.slice(1).forEach(append);
+begin(COUNT - 1).then(() => {
+  feed.all += 1;
+  play(true);
+});
