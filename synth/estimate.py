@@ -14,6 +14,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import product
 from typing import Any
 
 from tfra.model.fixed.design import Design
@@ -35,8 +36,12 @@ _WORDS, _BITS, _TABLES = 16, 4, 6
 
 @dataclass(frozen=True)
 class Prices:
-    """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured."""
+    """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured.
 
+    ``family`` is the one that they were fitted to.
+    """
+
+    family: str
     lut: Mapping[str, float]
     ff: float
     error: Mapping[str, float]
@@ -46,7 +51,7 @@ class Prices:
 def prices(kind: str = "parallel") -> Prices:
     """The fitted prices of cores of ``kind``."""
     data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(f"estimate_{kind}.json").read_text())
-    return Prices(data["lut"], data["ff"], data["error"])
+    return Prices(data["family"], data["lut"], data["ff"], data["error"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,14 +90,17 @@ def _blocks(memory: Memory, family: Family) -> int:
 
 
 def multipliers(widths: tuple[int, int], family: Family) -> int:
-    """Multiplier cells of one signed product: longer operands are cut, every part but the highest unsigned."""
+    """Multiplier cells of one signed product: longer operands are cut, and the shortest parts' products are logic."""
     wide, narrow = sorted(widths, reverse=True)
     most_wide, most_narrow = sorted(family.multiplier, reverse=True)
-    return _parts(wide, most_wide) * _parts(narrow, most_narrow)
+    pairs = product(_parts(wide, most_wide), _parts(narrow, most_narrow))
+    return sum(sum(pair) >= family.shortest_product for pair in pairs)
 
 
-def _parts(bits: int, most: int) -> int:
-    return 1 if bits <= most else 1 + -(-(bits - most) // (most - 1))
+def _parts(bits: int, most: int) -> list[int]:
+    """Bits of the parts that a cell of ``most`` can take: unsigned ones, and the highest with its sign."""
+    low = 0 if bits <= most else -(-(bits - most) // (most - 1))
+    return [most - 1] * low + [bits - low * (most - 1)]
 
 
 def features(counts: Census, family: Family) -> dict[str, float]:
@@ -153,7 +161,7 @@ class Estimate:
 
 
 def estimate(design: Design, family: Family) -> Estimate:
-    """What ``design`` takes of ``family``'s parts; takes some seconds, since the core is elaborated."""
+    """What ``design`` takes of ``family``'s parts; takes half a second, since the core is elaborated."""
     rates, blocks = prices(design.architecture.kind), {}
     for name, counts in census(design).items():
         priced = price(features(counts, family), rates)

@@ -29,6 +29,8 @@ class Family:
     """nextpnr's name of a resource."""
     multiplier: tuple[int, int]
     """Widths of one signed multiplier."""
+    shortest_product: int
+    """Bits of both factors together: yosys makes a shorter product of lookup tables."""
     memory_bits: int
     """Bits of one block memory, parity bits included."""
     memory_widths: tuple[int, ...]
@@ -89,6 +91,7 @@ ECP5 = Family(
     },
     bels={"LUT": "TRELLIS_COMB", "FF": "TRELLIS_FF", "DSP": "MULT18X18D", "BRAM": "DP16KD"},
     multiplier=(18, 18),
+    shortest_product=9,
     memory_bits=18432,
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
@@ -117,6 +120,7 @@ ICE40 = Family(
     },
     bels={"LUT": "ICESTORM_LC", "DSP": "ICESTORM_DSP", "BRAM": "ICESTORM_RAM", "SPRAM": "ICESTORM_SPRAM"},
     multiplier=(16, 16),
+    shortest_product=11,
     memory_bits=4096,
     memory_widths=(16, 8, 4, 2),
     distributed=False,
@@ -137,6 +141,7 @@ GOWIN = Family(
     },
     bels={},
     multiplier=(18, 18),
+    shortest_product=9,
     memory_bits=18432,
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
@@ -154,6 +159,7 @@ XILINX = Family(
     },
     bels={},
     multiplier=(25, 18),
+    shortest_product=9,
     memory_bits=36864,
     memory_widths=(72, 36, 18, 9, 4, 2, 1),
     distributed=True,

@@ -60,8 +60,10 @@ def test_memories_of_other_families() -> None:
         ((24, 24), ECP5, 4),
         ((35, 18), ECP5, 2),
         ((36, 18), ECP5, 3),
-        ((18, 18), ICE40, 4),
+        ((18, 18), ICE40, 3),  # 3 x 3 bits are left, which logic multiplies
         ((18, 24), XILINX, 1),
+        ((20, 20), ICE40, 3),
+        ((21, 20), ICE40, 4),
     ],
 )
 def test_multipliers(widths: tuple[int, int], family: object, cells: int) -> None:
@@ -76,7 +78,7 @@ def test_instances_count_as_what_they_are() -> None:
 
 
 def test_price_is_the_sum_of_its_parts() -> None:
-    rates = Prices({kind: 0.5 for kind in KINDS}, 0.9, {})
+    rates = Prices("ecp5", dict.fromkeys(KINDS, 0.5), 0.9, {})
     found = dict.fromkeys((*KINDS, "table", "ff", "DSP", "BRAM", "SPRAM"), 10.0)
     assert price(found, rates) == {"LUT": 35.0, "FF": 9.0, "DSP": 10, "BRAM": 10, "SPRAM": 10}
 
@@ -84,12 +86,12 @@ def test_price_is_the_sum_of_its_parts() -> None:
 @pytest.mark.parametrize("key", ["fitted", "unseen"])
 @pytest.mark.parametrize(("kind", "blocks"), [("parallel", 0.1), ("serial", 0.2)])
 def test_prices_meet_the_measurements(kind: str, blocks: float, key: str) -> None:
-    """Sizes outside the fit too: LUT within 25 %, FF within 15 %, DSP within 10 %, BRAM within ``blocks``."""
+    """Sizes outside the fit too: LUT, FF and DSP within 10 %, BRAM within ``blocks``."""
     assert len(DATA[kind][key]) >= 2
     for row in DATA[kind][key]:
         found, measured = price(row["features"], prices(kind)), row["measured"]
-        assert found["LUT"] == pytest.approx(measured["LUT"], rel=0.25), row["name"]
-        assert found["FF"] == pytest.approx(measured["FF"], rel=0.15), row["name"]
+        assert found["LUT"] == pytest.approx(measured["LUT"], rel=0.1), row["name"]
+        assert found["FF"] == pytest.approx(measured["FF"], rel=0.1), row["name"]
         assert found["DSP"] == pytest.approx(measured["DSP"], rel=0.1), row["name"]
         assert found["BRAM"] == pytest.approx(measured["BRAM"], rel=blocks, abs=1), row["name"]
 
