@@ -103,15 +103,16 @@ def _parts(bits: int, most: int) -> list[int]:
     return [most - 1] * low + [bits - low * (most - 1)]
 
 
-def features(counts: Census, family: Family) -> dict[str, float]:
+def features(counts: Census, family: Family, kind: str = "parallel") -> dict[str, float]:
     """What prices multiply: bits by kind, lookup tables that are certain (``table``), register bits (``ff``).
 
     With ``DSP`` and ``BRAM``, which cost what they are.  Where registers move into them, a word does into each: a
-    product, or the widest word of a memory.
+    product, or the widest word of a memory.  A serial core has no registers there that could.
     """
     placed = [place(memory, family) for memory in counts.memories]
     products, blocks = sum(multipliers(w, family) for w in counts.multipliers), sum(p.blocks for p in placed)
-    inside = sum(family.multiplier) * products + family.memory_widths[0] * blocks if family.registers else 0
+    moved = sum(family.multiplier) * products + family.memory_widths[0] * blocks
+    inside = moved if family.registers and kind == "parallel" else 0
     operators = {kind: float(counts.operators[kind]) for kind in KINDS}
     operators["mux"] += sum(p.levels for p in placed)
     return {
@@ -162,9 +163,9 @@ class Estimate:
 
 def estimate(design: Design, family: Family) -> Estimate:
     """What ``design`` takes of ``family``'s parts; takes half a second, since the core is elaborated."""
-    rates, blocks = prices(design.architecture.kind), {}
+    kind, blocks = design.architecture.kind, {}
     for name, counts in census(design).items():
-        priced = price(features(counts, family), rates)
+        priced = price(features(counts, family, kind), prices(kind))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
     return Estimate(blocks)
 

@@ -65,7 +65,7 @@ def asked(subject: Design, family: Family = TARGET.family) -> dict[str, float]:
     total = Census()
     for block in census(subject).values():
         total += block
-    return features(total, family)
+    return features(total, family, subject.architecture.kind)
 
 
 def recount(path: Path, designs: Sequence[Design], family: Family) -> dict[str, Any]:

@@ -111,6 +111,15 @@ def test_a_serial_core() -> None:
     ]
 
 
+def test_a_serial_core_on_another_family() -> None:
+    """As ``synth_ecp5`` maps it (yosys 0.70), whose prices it does not have: its registers stay outside memories."""
+    design = TfraDesign(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), architecture=SERIAL)
+    found = estimate(design, ECP5).total
+    assert found["FF"] == pytest.approx(1729 - 64, rel=0.1)
+    assert found["LUT"] == pytest.approx(4943, rel=0.1)
+    assert (found["DSP"], found["BRAM"]) == (7, pytest.approx(33, abs=1))
+
+
 @pytest.mark.long
 def test_more_lanes_take_more() -> None:
     sensor = SensorArray(3, 3, 4e-3, 2e-3, 3e-3)
