@@ -107,7 +107,7 @@ class Sizing:
 
     def _why_not(self, candidate: Candidate) -> str:
         if candidate.objections or not (candidate.resources and self.chosen and self.chosen.resources):
-            return "; ".join(candidate.objections)
+            return candidate.objections[0]
         used, least = candidate.resources["LUT"], self.chosen.resources["LUT"]
         return f"larger: {used:,} LUT, {used / least - 1:.1%} more"
 

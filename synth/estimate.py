@@ -19,7 +19,7 @@ from typing import Any
 
 from tfra.model.fixed.design import Design
 from tfra.synth.census import Census, Memory, census
-from tfra.synth.targets import Family, Target
+from tfra.synth.targets import FAMILIES, Family, Target
 
 KINDS = ("add", "shift", "logic", "reduce", "mux")
 """Operators with a price in lookup tables per bit."""
@@ -168,6 +168,17 @@ def estimate(design: Design, family: Family) -> Estimate:
         priced = price(features(counts, family, kind), prices(kind))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
     return Estimate(blocks)
+
+
+def basis(kind: str, family: Family) -> str:
+    """Whose lookup tables an estimate of a core of ``kind`` on ``family`` counts, and how near it is."""
+    rates = prices(kind)
+    fitted = FAMILIES[rates.family]
+    unit = f"a LUT is a {fitted.lut} of {fitted.title}"
+    if fitted is family:
+        off = ", ".join(f"{100 * error:.1f} % ({name})" for name, error in rates.error.items())
+        return f"{unit}; fitted to syntheses of {kind} cores for {family.title}, off by up to {off}"
+    return f"{unit}, for which {kind} cores were fitted; {family.title} has {family.lut}s: only a guide here"
 
 
 def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") -> list[str]:

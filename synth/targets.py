@@ -21,6 +21,10 @@ class Family:
 
     name: str
     """As a design's target says it."""
+    title: str
+    """As people say it."""
+    lut: str
+    """What one of its lookup tables is called."""
     synthesis: str
     """yosys' commands; ``{top}`` is the top module."""
     cells: Mapping[str, Mapping[str, float]]
@@ -82,6 +86,8 @@ class Target:
 
 ECP5 = Family(
     name="ecp5",
+    title="ECP5",
+    lut="LUT4",
     synthesis="synth_ecp5 -top {top}",
     cells={
         "LUT": {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6},
@@ -110,6 +116,8 @@ ECP5 = Family(
 
 ICE40 = Family(
     name="ice40",
+    title="iCE40",
+    lut="logic cell",
     synthesis="synth_ice40 -dsp -spram -device u -top {top}",
     cells={
         "LUT": {"SB_LUT4": 1},
@@ -132,6 +140,8 @@ ICE40 = Family(
 
 GOWIN = Family(
     name="gowin",
+    title="GW2A",
+    lut="LUT4",
     synthesis="synth_gowin -family gw2a -top {top}",
     cells={
         "LUT": {"LUT[1-4]": 1, "ALU": 1, "RAM16SDP4": 4, "RAM16SDP2": 2, "RAM16SDP1": 1},
@@ -150,6 +160,8 @@ GOWIN = Family(
 
 XILINX = Family(
     name="xilinx",
+    title="7 series",
+    lut="LUT6",
     synthesis="synth_xilinx -flatten -family xc7 -top {top}",
     cells={
         "LUT": {"LUT[1-6]|INV": 1, "RAM32M|RAM64M": 4, "RAM32X1D|RAM64X1D": 2, "RAM128X1D": 4, "SRL16E|SRLC32E": 1},
@@ -165,6 +177,9 @@ XILINX = Family(
     distributed=True,
     timing="only yosys runs for this family: cells are counted, not placed",
 )
+
+FAMILIES = {family.name: family for family in (ECP5, ICE40, GOWIN, XILINX)}
+"""By name."""
 
 _ECP5_PARTS = {
     "25": {"LUT": 24288, "FF": 24288, "DSP": 28, "BRAM": 56},
