@@ -61,6 +61,8 @@ class Candidate:
     resources: Mapping[str, int] | None
     objections: tuple[str, ...]
     """Why it can't be chosen, in a few words each."""
+    least: int = 0
+    """Lookup tables that no core of more lanes, in the same line, is below."""
 
     @property
     def title(self) -> str:

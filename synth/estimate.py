@@ -90,17 +90,22 @@ def _blocks(memory: Memory, family: Family) -> int:
 
 
 def multipliers(widths: tuple[int, int], family: Family) -> int:
-    """Multiplier cells of one signed product: longer operands are cut, and the shortest parts' products are logic."""
+    """Multiplier cells of one signed product, as yosys' ``mul2dsp.v`` has it.
+
+    Longer operands are cut; what is short is left to lookup tables.
+    """
+    factor, together = family.shortest
     wide, narrow = sorted(widths, reverse=True)
     most_wide, most_narrow = sorted(family.multiplier, reverse=True)
-    pairs = product(_parts(wide, most_wide), _parts(narrow, most_narrow))
-    return sum(sum(pair) >= family.shortest_product for pair in pairs)
+    pairs = product(_parts(wide, most_wide, family), _parts(narrow, most_narrow, family))
+    return sum(min(pair) >= factor and sum(pair) >= together for pair in pairs)
 
 
-def _parts(bits: int, most: int) -> list[int]:
-    """Bits of the parts that a cell of ``most`` can take: unsigned ones, and the highest with its sign."""
-    low = 0 if bits <= most else -(-(bits - most) // (most - 1))
-    return [most - 1] * low + [bits - low * (most - 1)]
+def _parts(bits: int, most: int, family: Family) -> list[int]:
+    """Bits of the parts that a cell of ``most`` can take: all but the highest without a sign."""
+    low = most - family.sign_bits
+    cut = 0 if bits <= most else -(-(bits - most) // low)
+    return [low] * cut + [bits - low * cut]
 
 
 def features(counts: Census, family: Family, kind: str = "parallel") -> dict[str, float]:
@@ -153,6 +158,8 @@ class Estimate:
     """Resources of a core by block of ``hdl/parallel/tfra/core.py`` and name, those that its family has."""
 
     blocks: Mapping[str, Mapping[str, float]]
+    constants: int
+    """Lookup tables that hold the lanes' coefficients: the only ones that may get fewer with more lanes."""
 
     @property
     def total(self) -> dict[str, int]:
@@ -163,11 +170,12 @@ class Estimate:
 
 def estimate(design: Design, family: Family) -> Estimate:
     """What ``design`` takes of ``family``'s parts; takes half a second, since the core is elaborated."""
-    kind, blocks = design.architecture.kind, {}
-    for name, counts in census(design).items():
+    kind, blocks, counted = design.architecture.kind, {}, census(design)
+    for name, counts in counted.items():
         priced = price(features(counts, family, kind), prices(kind))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
-    return Estimate(blocks)
+    lanes = counted.get("matvec", Census())
+    return Estimate(blocks, sum(place(memory, family).tables for memory in lanes.memories if memory.rom))
 
 
 def basis(kind: str, family: Family) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from heapq import heappop, heappush
 
@@ -18,32 +19,42 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
     """Find the core of fewest lookup tables that meets ``bounds`` and fits ``target``, whatever ``design`` asks for.
 
     There is a line of cores for the serial core and for each ``vector_words``.  In a line, more lanes take more of
-    everything but block memories, whose depth they share.  So the first core of a line that is fast enough stands for
-    all that follow, and the smallest of these is the answer if it fits; if it lacks nothing but block memories, its
-    line goes on.  More lanes are not always faster, so every core is asked.
+    everything but memories, whose depth they share: block memories, and lookup tables with coefficients.  So the first
+    core of a line that is fast enough tells how few lookup tables all that follow have, and lines go on only below what
+    the best core takes.  More lanes are not always faster, so every core is asked.
 
     Raises ``ValueError`` for words that can overflow in every core.
     """
     lines = [_serial(design, target, bounds), *(_parallel(design, target, bounds, words) for words in VECTOR_WORDS)]
     seen: list[Candidate] = []
     waiting: list[tuple[int, int, Candidate, Iterator[Candidate]]] = []
+    best = sys.maxsize
 
     def go_on(line: Iterator[Candidate]) -> None:
         for candidate in line:
             seen.append(candidate)
             if candidate.resources:
-                heappush(waiting, (candidate.resources["LUT"], len(seen), candidate, line))
+                heappush(waiting, (candidate.least, len(seen), candidate, line))
                 return
 
     for line in lines:
         go_on(line)
-    while waiting:
-        _, _, smallest, line = heappop(waiting)
-        if not smallest.objections:
-            break
-        if all(objection.startswith("BRAM:") for objection in smallest.objections):
+    while waiting and waiting[0][0] < best:
+        _, _, candidate, line = heappop(waiting)
+        assert candidate.resources
+        if not candidate.objections:
+            best = min(best, candidate.resources["LUT"])
+        if candidate.least < best and not _hopeless(candidate, target):
             go_on(line)
     return Sizing(design, target, bounds, tuple(seen))
+
+
+def _hopeless(candidate: Candidate, target: Target) -> bool:
+    """Whether cores of more lanes lack the same: anything but memories."""
+    assert candidate.resources
+    least = {**candidate.resources, "LUT": candidate.least}
+    lacks = misfits(least, target, candidate.architecture.kind)
+    return any(not lack.startswith("BRAM:") for lack in lacks)
 
 
 def _parallel(design: Design, target: Target, bounds: Bounds, words: int) -> Iterator[Candidate]:
@@ -79,6 +90,8 @@ def _line(first: Microarchitecture, target: Target, bounds: Bounds) -> Iterator[
         if missed := speed.misses(bounds):
             yield Candidate(design.architecture, design, speed, None, missed)
         else:
-            resources = estimate(design, target.family).total
-            lacks = misfits(resources, target, design.architecture.kind)
-            yield Candidate(design.architecture, design, speed, resources, tuple(lacks))
+            found = estimate(design, target.family)
+            resources = found.total
+            lacks = tuple(misfits(resources, target, design.architecture.kind))
+            least = resources["LUT"] - found.constants
+            yield Candidate(design.architecture, design, speed, resources, lacks, least)

@@ -33,8 +33,10 @@ class Family:
     """nextpnr's name of a resource."""
     multiplier: tuple[int, int]
     """Widths of one signed multiplier."""
-    shortest_product: int
-    """Bits of both factors together: yosys makes a shorter product of lookup tables."""
+    shortest: tuple[int, int]
+    """Bits of a factor, and of both together, below which yosys multiplies by lookup tables."""
+    sign_bits: int
+    """Bits of a cell that the lower parts of a longer operand leave free: one where it has no unsigned operands."""
     memory_bits: int
     """Bits of one block memory, parity bits included."""
     memory_widths: tuple[int, ...]
@@ -97,7 +99,8 @@ ECP5 = Family(
     },
     bels={"LUT": "TRELLIS_COMB", "FF": "TRELLIS_FF", "DSP": "MULT18X18D", "BRAM": "DP16KD"},
     multiplier=(18, 18),
-    shortest_product=9,
+    shortest=(2, 4),
+    sign_bits=0,
     memory_bits=18432,
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
@@ -128,7 +131,8 @@ ICE40 = Family(
     },
     bels={"LUT": "ICESTORM_LC", "DSP": "ICESTORM_DSP", "BRAM": "ICESTORM_RAM", "SPRAM": "ICESTORM_SPRAM"},
     multiplier=(16, 16),
-    shortest_product=11,
+    shortest=(2, 11),
+    sign_bits=0,
     memory_bits=4096,
     memory_widths=(16, 8, 4, 2),
     distributed=False,
@@ -151,7 +155,8 @@ GOWIN = Family(
     },
     bels={},
     multiplier=(18, 18),
-    shortest_product=9,
+    shortest=(4, 8),
+    sign_bits=1,
     memory_bits=18432,
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
@@ -171,7 +176,8 @@ XILINX = Family(
     },
     bels={},
     multiplier=(25, 18),
-    shortest_product=9,
+    shortest=(2, 9),
+    sign_bits=1,
     memory_bits=36864,
     memory_widths=(72, 36, 18, 9, 4, 2, 1),
     distributed=True,

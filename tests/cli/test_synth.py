@@ -172,6 +172,18 @@ def test_size(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert latency == f"{core.frame_latency / CLOCK:.3f}"
 
 
+@pytest.mark.long
+def test_size_in_the_guide(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """The command and the answer that docs/synth.md shows."""
+    root = Path(__file__).parents[2]
+    monkeypatch.chdir(root)
+    page = (root / "docs" / "synth.md").read_text().partition("## Sizing\n")[2]
+    (command,) = re.findall(r"^    tfra (.+)$", page, re.MULTILINE)
+    (answer,) = re.findall(r"<!-- sized -->\n```toml\n(.+?)```\n<!-- end sized -->", page, re.DOTALL)
+    assert main(command.split()) == 0
+    assert capsys.readouterr().out == answer
+
+
 @pytest.mark.parametrize(
     ("architecture", "images"), [('kind = "serial"', {}), *long(("mac_lanes = 4", {"images": "inline"}))]
 )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
 
@@ -12,8 +14,9 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, Memory
 from tfra.synth.estimate import KINDS, Prices, estimate, features, misfits, multipliers, place, price, prices
-from tfra.synth.targets import ECP5, ICE40, XILINX, find
+from tfra.synth.targets import ECP5, GOWIN, ICE40, XILINX, find
 
+GUIDE = Path(__file__).parents[2] / "docs" / "synth.md"
 DATA = {
     kind: json.loads(files("tfra.synth").joinpath(name).read_text())
     for kind, name in (("parallel", "estimate_parallel.json"), ("serial", "estimate_serial.json"))
@@ -55,15 +58,25 @@ def test_memories_of_other_families() -> None:
 @pytest.mark.parametrize(
     ("widths", "family", "cells"),
     [
-        ((18, 18), ECP5, 1),
+        ((18, 18), ECP5, 1),  # all of these as yosys 0.70 maps them
+        ((19, 19), ECP5, 1),
+        ((20, 18), ECP5, 2),
+        ((20, 20), ECP5, 4),
         ((10, 18), ECP5, 1),
         ((24, 24), ECP5, 4),
         ((35, 18), ECP5, 2),
-        ((36, 18), ECP5, 3),
-        ((18, 18), ICE40, 3),  # 3 x 3 bits are left, which logic multiplies
+        ((37, 18), ECP5, 2),
+        ((17, 17), ICE40, 1),
+        ((18, 16), ICE40, 2),
+        ((18, 18), ICE40, 3),
+        ((21, 21), ICE40, 3),
+        ((22, 22), ICE40, 4),
+        ((18, 25), ICE40, 4),
+        ((33, 16), ICE40, 2),
+        ((37, 22), ICE40, 6),
+        ((20, 20), GOWIN, 1),
         ((18, 24), XILINX, 1),
-        ((20, 20), ICE40, 3),
-        ((21, 20), ICE40, 4),
+        ((20, 20), XILINX, 2),
     ],
 )
 def test_multipliers(widths: tuple[int, int], family: object, cells: int) -> None:
@@ -94,6 +107,34 @@ def test_prices_meet_the_measurements(kind: str, blocks: float, key: str) -> Non
         assert found["FF"] == pytest.approx(measured["FF"], rel=0.1), row["name"]
         assert found["DSP"] == pytest.approx(measured["DSP"], rel=0.1), row["name"]
         assert found["BRAM"] == pytest.approx(measured["BRAM"], rel=blocks, abs=1), row["name"]
+
+
+def test_errors_that_the_guide_states() -> None:
+    """The table of docs/synth.md, from the data files."""
+    rows = re.findall(r"^\| (parallel|serial): ([^|]+) \| ([^|]+) \| ([^|]+) \|$", GUIDE.read_text(), re.MULTILINE)
+    names = {
+        "lookup tables": ["LUT"],
+        "logic cells": ["LUT"],
+        "flip-flops": ["FF"],
+        "multipliers, block memories": ["DSP", "BRAM"],
+        "multipliers, memories of 256 kbit": ["DSP", "SPRAM"],
+        "block memories": ["BRAM"],
+    }
+    assert len(rows) == 7
+    for kind, what, *stated in rows:
+        for key, text in zip(("fitted", "unseen"), stated, strict=True):
+            errors = [
+                100 * (price(row["features"], prices(kind))[name] / row["measured"][name] - 1)
+                for row in DATA[kind][key]
+                for name in names[what]
+            ]
+            if text == "exact":
+                assert errors == [0.0] * len(errors), (kind, what)
+                continue
+            low, high = re.findall(r"([−+]?[\d.]+)", text)
+            assert min(errors) == pytest.approx(float(low.replace("−", "-")), abs=0.051), (kind, what)
+            digits = 0.51 if "." not in high else 0.051
+            assert max(errors) == pytest.approx(float(high.replace("−", "-")), abs=digits), (kind, what)
 
 
 def test_a_serial_core() -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from amaranth.hdl import UnusedElaboratable
 
 from tfra.hdl.parallel.gain import Gain
-from tfra.hdl.parallel.matvec.images import busy_cycles
+from tfra.hdl.parallel.matvec.unit import MatVec
 from tfra.hdl.parallel.normaliser import Normaliser
 from tfra.hdl.parallel.scaling import Scaling
 from tfra.hdl.parallel.tfra.centroids import Centroids
@@ -81,5 +81,5 @@ class BlockCycles:
             scaling=scaling.latency,
             plane=combine.force_latency + forces.latency + scaling.force_latency,
             read=scaling.force_latency + forces.read_latency,
-            busy=busy_cycles(design),
+            busy=MatVec(design).busy_cycles,
         )
