@@ -18,10 +18,11 @@ from tfra.synth.targets import Family, Target
 def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
     """Find the core of fewest lookup tables that meets ``bounds`` and fits ``target``, whatever ``design`` asks for.
 
-    There is a line of cores for the serial core and for each ``vector_words``.  In a line, more lanes take more of
-    everything but memories, whose depth they share: block memories, and lookup tables with coefficients.  So the first
-    core of a line that is fast enough tells how few lookup tables all that follow have, and lines go on only below what
-    the best core takes.  More lanes are not always faster, so every core is asked.
+    There is a line of cores for the serial core and for each ``vector_words``.  In a line, more lanes take more
+    multipliers, and more lookup tables but for those with coefficients: memories get less deep with more lanes, and may
+    move into or out of block memories, registers with them.  So the first core of a line that is fast enough tells how
+    few lookup tables all that follow have, and lines go on only below what the best core takes.  More lanes are not
+    always faster, so every core is asked.
 
     Raises ``ValueError`` for words that can overflow in every core.
     """
@@ -50,11 +51,11 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
 
 
 def _hopeless(candidate: Candidate, target: Target) -> bool:
-    """Whether cores of more lanes lack the same: anything but memories."""
+    """Whether cores of more lanes lack the same: multipliers, or lookup tables without coefficients."""
     assert candidate.resources
     least = {**candidate.resources, "LUT": candidate.least}
     lacks = misfits(least, target, candidate.architecture.kind)
-    return any(not lack.startswith("BRAM:") for lack in lacks)
+    return any(lack.startswith(("LUT:", "DSP:")) for lack in lacks)
 
 
 def _parallel(design: Design, target: Target, bounds: Bounds, words: int) -> Iterator[Candidate]:

@@ -177,13 +177,13 @@ FAMILIES = [
 
 @pytest.mark.parametrize(("name", "family"), FAMILIES)
 def test_more_lanes_take_more(name: str, family: str) -> None:
-    """Of all but memories: how the search knows how few lookup tables the rest of a line has."""
+    """Of multipliers and, without coefficients, of lookup tables: how the search knows what the rest of a line lacks."""
     for words in VECTOR_WORDS:
         line = [used for architecture, _, used in enumerated(name, family) if architecture.vector_words == words]
         assert len(line) == SUBJECTS[name].quads
         for fewer, more in pairwise(line):
             assert fewer.total["LUT"] - fewer.constants < more.total["LUT"] - more.constants
-            assert all(fewer.total[key] <= more.total[key] for key in ("FF", "DSP") if key in fewer.total)
+            assert fewer.total["DSP"] < more.total["DSP"]
 
 
 @pytest.mark.parametrize("name", ["3x4", *long("5x5", "6x6 wide", "10x10")])
