@@ -177,7 +177,7 @@ FAMILIES = [
 
 @pytest.mark.parametrize(("name", "family"), FAMILIES)
 def test_more_lanes_take_more(name: str, family: str) -> None:
-    """Of multipliers and, without coefficients, of lookup tables: how the search knows what the rest of a line lacks."""
+    """Of multipliers and, without coefficients, of lookup tables: how the search knows what is left of a line."""
     for words in VECTOR_WORDS:
         line = [used for architecture, _, used in enumerated(name, family) if architecture.vector_words == words]
         assert len(line) == SUBJECTS[name].quads
