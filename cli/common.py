@@ -55,6 +55,11 @@ def simulation_failures(command: str) -> Iterator[None]:
         raise typer.Exit(1) from None
 
 
+PageFile = Annotated[
+    Path | None, typer.Option("--page", metavar="FILE.html", help="Write the report as a page for a browser, too.")
+]
+
+
 class Advance(Protocol):
     """Counts finished ``pieces``; ``total`` is how many there are, if that is known only now."""
 

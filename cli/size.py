@@ -1,25 +1,33 @@
-"""``tfra size``: how many lanes a core needs."""
+"""``tfra size``: which core is enough."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from dataclasses import replace
 from typing import Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, print_json, progress
+from tfra.cli.common import Config, Json, PageFile, print_json, progress
 from tfra.cli.synth import TargetName, find_target
 from tfra.codegen.core import check_core
 from tfra.model.errors import InputError
 
-Frames = Annotated[float, typer.Option(metavar="F", min=1e-3, max=1e12, help="Frames that must be done in a second.")]
+Frames = Annotated[
+    float, typer.Option(metavar="F", min=1e-3, max=1e12, help="Frames to be done in a second, one behind the other.")
+]
 Latency = Annotated[
     float,
     typer.Option(
-        metavar="T", min=1e-3, max=1e12, help="Most microseconds from a frame's last taxel to its last word."
+        metavar="T",
+        min=1e-3,
+        max=1e12,
+        help="Most microseconds from a frame's last taxel to its last result word.",
     ),
 ]
-Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help="The core's clock.")]
+Clock = Annotated[
+    float | None,
+    typer.Option(metavar="F", min=1, max=1000, help="The core's clock; default: what place and route aims at."),
+]
 
 
 def size(
@@ -28,29 +36,40 @@ def size(
     frames_per_second: Frames,
     latency_us: Latency,
     clock_mhz: Clock = None,
+    page: PageFile = None,
     json: Json = False,
 ) -> None:
-    """Choose lanes and words a cycle: the smallest core that meets both bounds and fits the part."""
+    """Choose the smallest core, serial or parallel, that meets both bounds and fits the part.
+
+    Takes seconds: cores are timed and their resources estimated, nothing is synthesised. CONFIG's sensor, converter,
+    search and formats count, its own architecture does not. A bound holds at the clock: give the one that tfra synth
+    has found.
+
+    Prints TOML to paste into CONFIG, with comments: how fast the core is, what it takes of the part, and why it is not
+    another one.
+    """
     from tfra.codegen.config import load
-    from tfra.synth.size import Bounds
+    from tfra.codegen.files import check_page, write_page
+    from tfra.model.choices import Architecture
+    from tfra.synth.candidates import Bounds
     from tfra.synth.size import size as choose
+    from tfra.synth.sizepage import page as drawn
+    from tfra.synth.sizetext import facts, lines
 
     part = find_target(target)
     project = load(config)
-    check_core(project)
-    clock = clock_mhz or part.clock_mhz
+    if page:
+        check_page(page, "size", [config])
+    check_core(replace(project, design=project.design.built_as(Architecture(4, 1))))
+    bounds = Bounds(clock_mhz or part.clock_mhz, frames_per_second, latency_us)
+    with progress("sizing the core"):
+        found = choose(project.design, part, bounds)
     try:
-        with progress("sizing the core"):
-            found = choose(project.design, part, Bounds(clock, frames_per_second, latency_us))
+        if page:
+            write_page(page, drawn(found), "size")
+        if json:
+            print_json(facts(found))
+        else:
+            typer.echo("\n".join(lines(found)))
     except ValueError as error:
         raise InputError(project.path, "", str(error)) from None
-    fps, latency = found.speed.frames_per_second(clock), found.speed.latency_us(clock)
-    if json:
-        facts = {"clock_mhz": clock, "frames_per_second": fps, "latency_us": latency, **asdict(found.speed)}
-        print_json({"target": part.name, **asdict(found.architecture), **facts, "estimated": found.resources})
-        return
-    typer.echo("[architecture]")
-    for key in ("mac_lanes", "vector_words"):
-        typer.echo(f"{key} = {getattr(found.architecture, key)}")
-    typer.echo(f"# {part.name} at {clock:g} MHz: {fps:,.0f} frames a second, {latency:.3f} us to the last word")
-    typer.echo("# estimated: " + ", ".join(f"{number:,} {name}" for name, number in found.resources.items()))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from tfra.cli.common import Config, Json, print_json, progress, simulation_failures
+from tfra.cli.common import Config, Json, PageFile, print_json, progress, simulation_failures
 from tfra.cli.frames import simulated
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
 from tfra.codegen.core import check_core
@@ -55,9 +55,6 @@ Waves = Annotated[
 ]
 
 
-PageOption = Annotated[Path | None, typer.Option(metavar="FILE.html", help="Write the report as a page, too.")]
-
-
 @reads_recording
 def verify(
     config: Config,
@@ -67,7 +64,7 @@ def verify(
     random: Random = 200,
     netlist: NetlistOption = None,
     waves: Waves = None,
-    page: PageOption = None,
+    page: PageFile = None,
     json: Json = False,
     given: Given | None = None,
 ) -> None:

@@ -1,22 +1,22 @@
-"""What a design asks of an FPGA before any synthesis: its operators, registers and memories, counted in its RTLIL.
+"""What a design asks of an FPGA before any synthesis: its operators, registers and memories, counted in its gateware.
 
-Every module of the core's RTLIL is read as text: one :class:`Census` for each block of ``hdl/parallel/tfra/core.py``.
+The core is elaborated, but no netlist is made: that would take ten times as long and find the same.  There is one
+:class:`Census` for each block of ``hdl/parallel/tfra/core.py``.
 """
 
 from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from tfra.codegen.verilog import Top, to_rtlil
-from tfra.model.fixed.design import Design
+from amaranth import Shape
+from amaranth.hdl import Fragment, Instance, MemoryInstance
 
-_ADD = ("$add", "$sub", "$neg", "$lt", "$le", "$gt", "$ge")
-_SHIFT = ("$shl", "$shr", "$sshl", "$sshr", "$shift", "$shiftx")
-_LOGIC = ("$and", "$or", "$xor", "$xnor")
-_REDUCE = ("$eq", "$ne", "$reduce_or", "$reduce_and", "$reduce_xor", "$reduce_bool")
+from tfra.codegen.verilog import Top
+from tfra.model.fixed.design import Design
+from tfra.synth.counting import Counting
+
 
 @dataclass(frozen=True, slots=True)
 class Memory:
@@ -52,18 +52,44 @@ class Census:
 
 def census(design: Design) -> dict[str, Census]:
     """Counts by block of ``hdl/parallel/tfra/core.py``; what lies outside all blocks is ``"top"``."""
-    return count(to_rtlil(Top(design), design.name))
+    return count(Fragment.get(Top(design), None))
 
 
-def count(rtlil: str) -> dict[str, Census]:
-    """Counts by block in the text of a top module's RTLIL; see :func:`block_of` for the names."""
+def count(top: Fragment) -> dict[str, Census]:
+    """Counts by block in an elaborated top module; see :func:`block_of` for the names."""
     blocks: dict[str, Census] = {}
-    modules = list(_modules(rtlil))
-    own = {name for name, _ in modules}
-    for name, body in modules:
-        found = blocks.setdefault(block_of(name.partition(".")[2]), Census())
-        found += _count_module(body, own)
+    _count_below(top, "", blocks)
     return blocks
+
+
+def _count_below(fragment: Fragment, path: str, blocks: dict[str, Census]) -> None:
+    """Add the module ``path`` and all modules in it to their blocks."""
+    counting, found = Counting(), blocks.setdefault(block_of(path), Census())
+    counting.module(fragment)
+    for part, name, _ in fragment.subfragments:
+        if isinstance(part, MemoryInstance):
+            found.memories.append(_count_memory(part, counting))
+        elif isinstance(part, Instance):
+            found.instances[part.type] += 1
+            for value, direction in part.ports.values():
+                if direction == "i":
+                    counting.value(value)
+        else:
+            _count_below(part, f"{path}.{name}", blocks)
+    found.registers += counting.registers
+    found.operators += counting.operators
+    found.multipliers += counting.multipliers
+
+
+def _count_memory(memory: MemoryInstance, counting: Counting) -> Memory:
+    """The memory; what computes addresses, enables and data of its ports goes to ``counting``."""
+    reads, writes = memory._read_ports, memory._write_ports
+    for port in (*reads, *writes):
+        counting.value(port._addr)
+        counting.value(port._en)
+    for port in writes:
+        counting.value(port._data)
+    return Memory(memory._data.depth, Shape.cast(memory._data.shape).width, len(reads), not writes)
 
 
 def block_of(path: str) -> str:
@@ -81,71 +107,3 @@ def lane_of(path: str) -> int | None:
     places = r"lane|(?:rom|tail)\.memory(?!.*\.address)|drain\.(?:register\.)?sums__|drain\.register\.held"
     found = re.search(rf"\.matvec\.(?:{places})(\d+)", path)
     return int(found[1]) if found else None
-
-
-def _modules(rtlil: str) -> Iterator[tuple[str, list[str]]]:
-    for text in re.split(r"^module ", rtlil, flags=re.MULTILINE)[1:]:
-        head, *lines = text.splitlines()
-        yield head.strip().lstrip("\\"), [line.strip() for line in lines]
-
-
-def _count_module(lines: list[str], own: set[str]) -> Census:
-    found, reads, writes, memories = Census(), Counter[str](), Counter[str](), dict[str, tuple[int, int]]()
-    resets: list[bool] = []  # for every open switch: does it look at the reset?
-    cell, facts = "", dict[str, str]()
-    for line in lines:
-        word, _, rest = line.partition(" ")
-        if word == "memory":
-            fields = rest.split()
-            memories[fields[-1]] = (int(fields[fields.index("size") + 1]), int(fields[fields.index("width") + 1]))
-        elif word == "cell":
-            cell, facts = rest.split()[0], {}
-        elif word in ("parameter", "connect") and cell:
-            key, _, value = rest.removeprefix("signed ").partition(" ")
-            facts[key] = value
-        elif word == "switch":
-            resets.append(rest.startswith("\\rst "))
-        elif word == "assign" and resets and not any(resets):
-            found.operators["mux"] += _slice_bits(rest)
-        elif word == "end" and cell:
-            if cell in ("$memrd_v2", "$memwr_v2"):
-                (reads if cell == "$memrd_v2" else writes)[facts["\\MEMID"].strip('"').removeprefix("\\")] += 1
-            _count_cell(found, cell, facts, own)
-            cell = ""
-        elif word == "end" and resets:
-            resets.pop()
-    found.memories = [Memory(*size, reads[name], name not in writes) for name, size in memories.items()]
-    return found
-
-
-def _slice_bits(assignment: str) -> int:
-    """Bits of an assignment's left side, ``NAME [LAST:FIRST]`` or ``NAME [BIT]``: Amaranth always writes the slice."""
-    match = re.match(r"\S+ \[(\d+)(?::(\d+))?\]", assignment)
-    if not match:
-        raise ValueError(f"RTLIL: no slice is assigned in {assignment!r}")
-    return int(match[1]) - int(match[2] or match[1]) + 1
-
-
-def _count_cell(found: Census, cell: str, facts: dict[str, str], own: set[str]) -> None:
-    def bits(*keys: str) -> int:
-        return max(int(facts.get(f"\\{key}", "0")) for key in keys)
-
-    operands = bits("A_WIDTH", "B_WIDTH")
-    if cell == "$dff":
-        found.registers += bits("WIDTH")
-    elif cell == "$mul":
-        if (widths := (bits("A_WIDTH"), bits("B_WIDTH"))) and min(widths) > 1:
-            found.multipliers.append(widths)
-    elif cell in _ADD:
-        found.operators["add"] += operands
-    elif cell in _SHIFT:
-        if not facts["\\B"][0].isdigit():  # by a constant is free
-            found.operators["shift"] += bits("Y_WIDTH") * min(bits("B_WIDTH"), bits("A_WIDTH").bit_length())
-    elif cell in _LOGIC:
-        found.operators["logic"] += bits("Y_WIDTH")
-    elif cell in _REDUCE:
-        found.operators["reduce"] += operands
-    elif cell == "$mux":
-        found.operators["mux"] += bits("WIDTH")
-    elif not cell.startswith("$") and cell.removeprefix("\\") not in own:
-        found.instances[cell.removeprefix("\\")] += 1

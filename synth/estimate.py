@@ -14,11 +14,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from itertools import product
 from typing import Any
 
 from tfra.model.fixed.design import Design
 from tfra.synth.census import Census, Memory, census
-from tfra.synth.targets import Family, Target
+from tfra.synth.targets import FAMILIES, Family, Target
 
 KINDS = ("add", "shift", "logic", "reduce", "mux")
 """Operators with a price in lookup tables per bit."""
@@ -35,8 +36,12 @@ _WORDS, _BITS, _TABLES = 16, 4, 6
 
 @dataclass(frozen=True)
 class Prices:
-    """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured."""
+    """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured.
 
+    ``family`` is the one that they were fitted to.
+    """
+
+    family: str
     lut: Mapping[str, float]
     ff: float
     error: Mapping[str, float]
@@ -46,7 +51,7 @@ class Prices:
 def prices(kind: str = "parallel") -> Prices:
     """The fitted prices of cores of ``kind``."""
     data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(f"estimate_{kind}.json").read_text())
-    return Prices(data["lut"], data["ff"], data["error"])
+    return Prices(data["family"], data["lut"], data["ff"], data["error"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,25 +90,34 @@ def _blocks(memory: Memory, family: Family) -> int:
 
 
 def multipliers(widths: tuple[int, int], family: Family) -> int:
-    """Multiplier cells of one signed product: longer operands are cut, every part but the highest unsigned."""
+    """Multiplier cells of one signed product, as yosys' ``mul2dsp.v`` has it.
+
+    Longer operands are cut; what is short is left to lookup tables.
+    """
+    factor, together = family.shortest
     wide, narrow = sorted(widths, reverse=True)
     most_wide, most_narrow = sorted(family.multiplier, reverse=True)
-    return _parts(wide, most_wide) * _parts(narrow, most_narrow)
+    pairs = product(_parts(wide, most_wide, family), _parts(narrow, most_narrow, family))
+    return sum(min(pair) >= factor and sum(pair) >= together for pair in pairs)
 
 
-def _parts(bits: int, most: int) -> int:
-    return 1 if bits <= most else 1 + -(-(bits - most) // (most - 1))
+def _parts(bits: int, most: int, family: Family) -> list[int]:
+    """Bits of the parts that a cell of ``most`` can take: all but the highest without a sign."""
+    low = most - family.sign_bits
+    cut = 0 if bits <= most else -(-(bits - most) // low)
+    return [low] * cut + [bits - low * cut]
 
 
-def features(counts: Census, family: Family) -> dict[str, float]:
+def features(counts: Census, family: Family, kind: str = "parallel") -> dict[str, float]:
     """What prices multiply: bits by kind, lookup tables that are certain (``table``), register bits (``ff``).
 
     With ``DSP`` and ``BRAM``, which cost what they are.  Where registers move into them, a word does into each: a
-    product, or the widest word of a memory.
+    product, or the widest word of a memory.  A serial core has no registers there that could.
     """
     placed = [place(memory, family) for memory in counts.memories]
     products, blocks = sum(multipliers(w, family) for w in counts.multipliers), sum(p.blocks for p in placed)
-    inside = sum(family.multiplier) * products + family.memory_widths[0] * blocks if family.registers else 0
+    moved = sum(family.multiplier) * products + family.memory_widths[0] * blocks
+    inside = moved if family.registers and kind == "parallel" else 0
     operators = {kind: float(counts.operators[kind]) for kind in KINDS}
     operators["mux"] += sum(p.levels for p in placed)
     return {
@@ -144,6 +158,8 @@ class Estimate:
     """Resources of a core by block of ``hdl/parallel/tfra/core.py`` and name, those that its family has."""
 
     blocks: Mapping[str, Mapping[str, float]]
+    constants: int
+    """Lookup tables that hold the lanes' coefficients: the only ones that may get fewer with more lanes."""
 
     @property
     def total(self) -> dict[str, int]:
@@ -153,12 +169,24 @@ class Estimate:
 
 
 def estimate(design: Design, family: Family) -> Estimate:
-    """What ``design`` takes of ``family``'s parts; takes some seconds, since the core is elaborated."""
-    rates, blocks = prices(design.architecture.kind), {}
-    for name, counts in census(design).items():
-        priced = price(features(counts, family), rates)
+    """What ``design`` takes of ``family``'s parts; takes half a second, since the core is elaborated."""
+    kind, blocks, counted = design.architecture.kind, {}, census(design)
+    for name, counts in counted.items():
+        priced = price(features(counts, family, kind), prices(kind))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
-    return Estimate(blocks)
+    lanes = counted.get("matvec", Census())
+    return Estimate(blocks, sum(place(memory, family).tables for memory in lanes.memories if memory.rom))
+
+
+def basis(kind: str, family: Family) -> str:
+    """Whose lookup tables an estimate of a core of ``kind`` on ``family`` counts, and how near it is."""
+    rates = prices(kind)
+    fitted = FAMILIES[rates.family]
+    unit = f"a LUT is a {fitted.lut} of {fitted.title}"
+    if fitted is family:
+        off = ", ".join(f"{100 * error:.1f} % ({name})" for name, error in rates.error.items())
+        return f"{unit}; fitted to syntheses of {kind} cores for {family.title}, off by up to {off}"
+    return f"{unit}, for which {kind} cores were fitted; {family.title} has {family.lut}s: only a guide here"
 
 
 def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") -> list[str]:

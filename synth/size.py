@@ -1,111 +1,98 @@
-"""The smallest core that is fast enough: lanes and words from bounds on time, as FINN's ``target_fps``."""
+"""The smallest core that is fast enough: kind, lanes and words from bounds on time, as FINN's ``target_fps``."""
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from dataclasses import dataclass, replace
-from functools import cache
+import sys
+from collections.abc import Iterator
+from heapq import heappop, heappush
 
 from tfra.hdl.cores import microarchitecture
-from tfra.model.choices import VECTOR_WORDS, Architecture
+from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.model.choices import SERIAL, VECTOR_WORDS, Architecture, Images
 from tfra.model.fixed.design import Design
+from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
 from tfra.synth.estimate import estimate, misfits
-from tfra.synth.targets import Target
+from tfra.synth.targets import Family, Target
 
 
-@dataclass(frozen=True, slots=True)
-class Bounds:
-    """What a core must reach at ``clock_mhz``: frames per second, and microseconds from last taxel to last word."""
+def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
+    """Find the core of fewest lookup tables that meets ``bounds`` and fits ``target``, whatever ``design`` asks for.
 
-    clock_mhz: float
-    frames_per_second: float
-    latency_us: float
+    There is a line of cores for the serial core and for each ``vector_words``.  In a line, more lanes take more
+    multipliers, and more lookup tables but for those with coefficients: memories get less deep with more lanes, and may
+    move into or out of block memories, registers with them.  So the first core of a line that is fast enough tells how
+    few lookup tables all that follow have, and lines go on only below what the best core takes.  More lanes are not
+    always faster, so every core is asked.
 
-
-@dataclass(frozen=True, slots=True)
-class Speed:
-    """What a core reaches: cycles from frame to frame, and from a frame's last taxel to its last result word."""
-
-    interval: int
-    frame_latency: int
-
-    def frames_per_second(self, clock_mhz: float) -> float:
-        """Frames per second at ``clock_mhz``."""
-        return 1e6 * clock_mhz / self.interval
-
-    def latency_us(self, clock_mhz: float) -> float:
-        """Microseconds from a frame's last taxel to its last word at ``clock_mhz``."""
-        return self.frame_latency / clock_mhz
-
-    def misses(self, bounds: Bounds) -> list[str]:
-        """Sentences on every bound that is not met."""
-        fps, latency = self.frames_per_second(bounds.clock_mhz), self.latency_us(bounds.clock_mhz)
-        found = []
-        if fps < bounds.frames_per_second:
-            found.append(f"frames_per_second: {bounds.frames_per_second:g} are wanted, {fps:.1f} is the best")
-        if latency > bounds.latency_us:
-            found.append(f"latency_us: {bounds.latency_us:g} is wanted, {latency:.3f} is the best")
-        return found
-
-
-@dataclass(frozen=True, slots=True)
-class Sized:
-    """The chosen parallelism, what it reaches, and the estimated resources."""
-
-    architecture: Architecture
-    speed: Speed
-    resources: dict[str, int]
-
-
-def speed(design: Design) -> Speed:
-    """What ``design`` reaches, from its timing."""
-    core = microarchitecture(design)
-    return Speed(core.initiation_interval, core.frame_latency)
-
-
-def size(design: Design, target: Target, bounds: Bounds) -> Sized:
-    """The core of fewest LUTs among the smallest for each ``vector_words``, which meet ``bounds`` and fit ``target``.
-
-    Raises ``ValueError``, which says what is reached at best or what is lacking, when none does.
+    Raises ``ValueError`` for words that can overflow in every core.
     """
-    choices = microarchitecture(design).lane_choices
-    if not choices:
-        raise ValueError(f"architecture.kind: the {design.architecture.kind} core has no lanes to choose")
-    best = Architecture(choices[-1], max(VECTOR_WORDS))
-    if missed := speed(replace(design, architecture=best)).misses(bounds):
-        raise ValueError(f"{missed[0]}, at {bounds.clock_mhz:g} MHz with {best.mac_lanes} MAC lanes")
-    found: list[Sized] = []
-    lacks: list[str] = []
-    for words in VECTOR_WORDS:
-        smallest = _smallest(design, target, bounds, words)
-        if isinstance(smallest, Sized):
-            found.append(smallest)
+    lines = [_serial(design, target, bounds), *(_parallel(design, target, bounds, words) for words in VECTOR_WORDS)]
+    seen: list[Candidate] = []
+    waiting: list[tuple[int, int, Candidate, Iterator[Candidate]]] = []
+    best = sys.maxsize
+
+    def go_on(line: Iterator[Candidate]) -> None:
+        for candidate in line:
+            seen.append(candidate)
+            if candidate.resources:
+                heappush(waiting, (candidate.least, len(seen), candidate, line))
+                return
+
+    for line in lines:
+        go_on(line)
+    while waiting and waiting[0][0] < best:
+        _, _, candidate, line = heappop(waiting)
+        assert candidate.resources
+        if not candidate.objections:
+            best = min(best, candidate.resources["LUT"])
+        if candidate.least < best and not _hopeless(candidate, target):
+            go_on(line)
+    return Sizing(design, target, bounds, tuple(seen))
+
+
+def _hopeless(candidate: Candidate, target: Target) -> bool:
+    """Whether cores of more lanes lack the same: multipliers, or lookup tables without coefficients."""
+    assert candidate.resources
+    least = {**candidate.resources, "LUT": candidate.least}
+    lacks = misfits(least, target, candidate.architecture.kind)
+    return any(lack.startswith(("LUT:", "DSP:")) for lack in lacks)
+
+
+def _parallel(design: Design, target: Target, bounds: Bounds, words: int) -> Iterator[Candidate]:
+    first = design.built_as(Architecture(4, words), target=cells(design, target.family))
+    return _line(microarchitecture(first), target, bounds)
+
+
+def _serial(design: Design, target: Target, bounds: Bounds) -> Iterator[Candidate]:
+    """The serial core, which is always loaded; if it can't be built, why."""
+    images: Images = "inline" if design.images == "load" else design.images
+    try:
+        core = microarchitecture(design.built_as(SERIAL, images=images, target=cells(design, target.family)))
+        core.check()
+    except ValueError as error:
+        return iter([Candidate(SERIAL, None, None, None, (str(error),))])
+    return _line(core, target, bounds)
+
+
+def cells(design: Design, family: Family) -> str:
+    """``target.name`` of a core on ``family``: CONFIG's, if the part has its cells, else plain Verilog.
+
+    Large memories that are there as cells alone have to be asked for by name.
+    """
+    if "SPRAM" in family.cells:
+        return family.name
+    return design.target if design.target == family.name else "portable"
+
+
+def _line(first: Microarchitecture, target: Target, bounds: Bounds) -> Iterator[Candidate]:
+    """Cores with more and more lanes; none is elaborated that is not fast enough."""
+    for core in first.choices():
+        design, speed = core.design, Speed.of(core)
+        if missed := speed.misses(bounds):
+            yield Candidate(design.architecture, design, speed, None, missed)
         else:
-            lacks = lacks or smallest
-    if not found:
-        raise ValueError(f"{lacks[0]}, for the smallest core that is fast enough")
-    return min(found, key=lambda sized: sized.resources["LUT"])
-
-
-def _smallest(design: Design, target: Target, bounds: Bounds, words: int) -> Sized | list[str]:
-    """The core of fewest lanes, or what all that are fast enough lack, which may be none.
-
-    More lanes are taken never to be slower, and to need less of nothing but block memories, whose depth they share.
-    """
-    choices = microarchitecture(design).lane_choices
-
-    @cache
-    def reached(lanes: int) -> Speed:
-        return speed(replace(design, architecture=Architecture(lanes, words)))
-
-    lacks: list[str] = []
-    for lanes in choices[bisect_left(choices, True, key=lambda lanes: not reached(lanes).misses(bounds)) :]:
-        chosen = Architecture(lanes, words)
-        resources = estimate(replace(design, architecture=chosen), target.family).total
-        lacking = misfits(resources, target)
-        if not lacking:
-            return Sized(chosen, reached(lanes), resources)
-        lacks = lacks or lacking
-        if not all(sentence.startswith("BRAM:") for sentence in lacking):
-            break
-    return lacks
+            found = estimate(design, target.family)
+            resources = found.total
+            lacks = tuple(misfits(resources, target, design.architecture.kind))
+            least = resources["LUT"] - found.constants
+            yield Candidate(design.architecture, design, speed, resources, lacks, least)

@@ -21,6 +21,10 @@ class Family:
 
     name: str
     """As a design's target says it."""
+    title: str
+    """As people say it."""
+    lut: str
+    """What one of its lookup tables is called."""
     synthesis: str
     """yosys' commands; ``{top}`` is the top module."""
     cells: Mapping[str, Mapping[str, float]]
@@ -29,6 +33,10 @@ class Family:
     """nextpnr's name of a resource."""
     multiplier: tuple[int, int]
     """Widths of one signed multiplier."""
+    shortest: tuple[int, int]
+    """Bits of a factor, and of both together, below which yosys multiplies by lookup tables."""
+    sign_bits: int
+    """Bits of a cell that the lower parts of a longer operand leave free: one where it has no unsigned operands."""
     memory_bits: int
     """Bits of one block memory, parity bits included."""
     memory_widths: tuple[int, ...]
@@ -80,6 +88,8 @@ class Target:
 
 ECP5 = Family(
     name="ecp5",
+    title="ECP5",
+    lut="LUT4",
     synthesis="synth_ecp5 -top {top}",
     cells={
         "LUT": {"LUT4": 1, "CCU2C": 2, "TRELLIS_DPR16X4": 6},
@@ -89,6 +99,8 @@ ECP5 = Family(
     },
     bels={"LUT": "TRELLIS_COMB", "FF": "TRELLIS_FF", "DSP": "MULT18X18D", "BRAM": "DP16KD"},
     multiplier=(18, 18),
+    shortest=(2, 4),
+    sign_bits=0,
     memory_bits=18432,
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
@@ -107,6 +119,8 @@ ECP5 = Family(
 
 ICE40 = Family(
     name="ice40",
+    title="iCE40",
+    lut="logic cell",
     synthesis="synth_ice40 -dsp -spram -device u -top {top}",
     cells={
         "LUT": {"SB_LUT4": 1},
@@ -117,6 +131,8 @@ ICE40 = Family(
     },
     bels={"LUT": "ICESTORM_LC", "DSP": "ICESTORM_DSP", "BRAM": "ICESTORM_RAM", "SPRAM": "ICESTORM_SPRAM"},
     multiplier=(16, 16),
+    shortest=(2, 11),
+    sign_bits=0,
     memory_bits=4096,
     memory_widths=(16, 8, 4, 2),
     distributed=False,
@@ -128,6 +144,8 @@ ICE40 = Family(
 
 GOWIN = Family(
     name="gowin",
+    title="GW2A",
+    lut="LUT4",
     synthesis="synth_gowin -family gw2a -top {top}",
     cells={
         "LUT": {"LUT[1-4]": 1, "ALU": 1, "RAM16SDP4": 4, "RAM16SDP2": 2, "RAM16SDP1": 1},
@@ -137,6 +155,8 @@ GOWIN = Family(
     },
     bels={},
     multiplier=(18, 18),
+    shortest=(4, 8),
+    sign_bits=1,
     memory_bits=18432,
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
@@ -145,6 +165,8 @@ GOWIN = Family(
 
 XILINX = Family(
     name="xilinx",
+    title="7 series",
+    lut="LUT6",
     synthesis="synth_xilinx -flatten -family xc7 -top {top}",
     cells={
         "LUT": {"LUT[1-6]|INV": 1, "RAM32M|RAM64M": 4, "RAM32X1D|RAM64X1D": 2, "RAM128X1D": 4, "SRL16E|SRLC32E": 1},
@@ -154,11 +176,16 @@ XILINX = Family(
     },
     bels={},
     multiplier=(25, 18),
+    shortest=(2, 9),
+    sign_bits=1,
     memory_bits=36864,
     memory_widths=(72, 36, 18, 9, 4, 2, 1),
     distributed=True,
     timing="only yosys runs for this family: cells are counted, not placed",
 )
+
+FAMILIES = {family.name: family for family in (ECP5, ICE40, GOWIN, XILINX)}
+"""By name."""
 
 _ECP5_PARTS = {
     "25": {"LUT": 24288, "FF": 24288, "DSP": 28, "BRAM": 56},

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -64,24 +65,26 @@ def asked(subject: Design, family: Family = TARGET.family) -> dict[str, float]:
     total = Census()
     for block in census(subject).values():
         total += block
-    return features(total, family)
+    return features(total, family, subject.architecture.kind)
 
 
-def refit(record: dict[str, Any]) -> None:
-    """Count the designs of stored measurements again."""
-    designs = {subject.name: subject for subject in (*FITTED, *UNSEEN)}
+def recount(path: Path, designs: Sequence[Design], family: Family) -> dict[str, Any]:
+    """The stored measurements of ``designs``, which are counted again, not synthesised."""
+    record: dict[str, Any] = json.loads(path.read_text())
+    by_name = {subject.name: subject for subject in designs}
     for row in (*record["fitted"], *record["unseen"]):
-        row["features"] = asked(designs[row["name"]])
+        row["features"] = asked(by_name[row["name"]], family)
+    return record
 
 
-def fit(rows: list[dict[str, Any]]) -> Prices:
+def fit(rows: list[dict[str, Any]], family: str) -> Prices:
     """Prices that minimise the squares of relative errors, none of them negative."""
     lut = np.array([[row["features"][kind] for kind in KINDS] for row in rows])
     wanted = np.array([row["measured"]["LUT"] for row in rows], dtype=float)
     certain = np.array([row["features"]["table"] for row in rows])
     rates, _ = nnls(lut / wanted[:, None], (wanted - certain) / wanted)
     ff = float(np.mean([row["measured"]["FF"] / row["features"]["ff"] for row in rows]))
-    return Prices(dict(zip(KINDS, rates.round(4).tolist(), strict=True)), round(ff, 4), {})
+    return Prices(family, dict(zip(KINDS, rates.round(4).tolist(), strict=True)), round(ff, 4), {})
 
 
 def errors(rows: list[dict[str, Any]], rates: Prices) -> dict[str, Any]:
@@ -95,10 +98,9 @@ def errors(rows: list[dict[str, Any]], rates: Prices) -> dict[str, Any]:
 def main(arguments: list[str]) -> None:
     """Measure, fit, write and print; with ``--refit`` the designs are counted anew, but not synthesised."""
     if arguments == ["--refit"]:
-        record = json.loads(DATA.read_text())
-        refit(record)
+        record = recount(DATA, (*FITTED, *UNSEEN), TARGET.family)
     else:
-        record = {"tools": versions(TARGET.family)}
+        record = {"family": TARGET.family.name, "tools": versions(TARGET.family)}
         for key, designs in (("fitted", FITTED), ("unseen", UNSEEN)):
             record[key] = []
             for subject in designs:
@@ -109,7 +111,7 @@ def main(arguments: list[str]) -> None:
 
 def conclude(record: dict[str, Any], path: Path, uncertain: tuple[str, ...]) -> None:
     """Fit, write the data file ``path`` with the largest errors of the ``uncertain`` resources, and print."""
-    rates = fit(record["fitted"])
+    rates = fit(record["fitted"], record["family"])
     worst = errors([*record["fitted"], *record["unseen"]], rates)
     error = {name: round(float(max(abs(worst[name]))), 3) for name in uncertain}
     path.write_text(json.dumps(record | {"lut": rates.lut, "ff": rates.ff, "error": error}, indent=1) + "\n")

@@ -7,11 +7,12 @@ tables, since flip-flops behind block memories, multipliers and carries take cel
 from __future__ import annotations
 
 import re
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
-from bench.parts.estimates import asked, conclude
+from bench.parts.estimates import asked, conclude, recount
 from bench.publish import ROOT
 from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
 from tfra.model.fixed.design import Design
@@ -43,6 +44,9 @@ UNSEEN = (
     design(10, 10),
     design(5, 7, search=Search(16, 2.5)),
     design(9, 7, adc=Adc(16), formats=Formats("custom", 16, 20, 10, 4)),
+    design(4, 7, adc=Adc(10), formats=Formats("custom", 12, 16, 6, 3)),
+    design(8, 12, adc=Adc(12)),
+    design(7, 7, search=Search(200), formats=Formats("custom", 20, 20, 11, 6)),
 )
 
 
@@ -56,13 +60,16 @@ def measure(subject: Design) -> dict[str, Any]:
     return {"name": subject.name, "features": asked(subject, TARGET.family), "measured": found | {"LUT": int(cells)}}
 
 
-def main() -> None:
-    """Measure, fit, write and print."""
-    record: dict[str, Any] = {"tools": versions(TARGET.family)}
-    for key, designs in (("fitted", FITTED), ("unseen", UNSEEN)):
-        record[key] = [measure(subject) for subject in designs]
+def main(arguments: list[str]) -> None:
+    """Measure, fit, write and print; with ``--refit`` the designs are counted anew, but not synthesised."""
+    if arguments == ["--refit"]:
+        record = recount(DATA, (*FITTED, *UNSEEN), TARGET.family)
+    else:
+        record = {"family": TARGET.family.name, "tools": versions(TARGET.family)}
+        for key, designs in (("fitted", FITTED), ("unseen", UNSEEN)):
+            record[key] = [measure(subject) for subject in designs]
     conclude(record, DATA, ("LUT", "FF", "BRAM"))
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -70,6 +71,9 @@ class Microarchitecture(Protocol):
     @property
     def lane_choices(self) -> tuple[int, ...]:
         """Numbers of lanes that the sensor allows, upwards; none if they are not to be chosen."""
+
+    def choices(self) -> Iterator[Microarchitecture]:
+        """This core with every number of lanes that the sensor allows, upwards; itself if they are not to be chosen."""
 
     @property
     def probes(self) -> tuple[Probe, ...]:

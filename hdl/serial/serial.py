@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import cached_property
 from pathlib import Path
 
@@ -73,6 +74,10 @@ class Serial:
     def lanes(self) -> int:
         """Multiply-accumulate lanes."""
         return sizes(self.design).lanes
+
+    def choices(self) -> Iterator[Serial]:
+        """This core alone: its lanes follow from its word lengths."""
+        yield self
 
     @property
     def cell_models(self) -> tuple[Path, ...]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any, Self
 
 import numpy as np
 
 from tfra.model.arrays import Ints
-from tfra.model.choices import Choices
+from tfra.model.choices import Architecture, Choices
 from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.layout import Field, make_layout
 from tfra.model.fixed.result import FixedResult
@@ -49,6 +50,17 @@ class Design(Choices, ABC):
     @abstractmethod
     def model(self) -> Callable[[Ints], FixedResult]:
         """The bit-accurate model: from converter codes ``(n, rows, columns)`` to result words."""
+
+    def built_as(self, architecture: Architecture, **choices: Any) -> Self:
+        """The design in another ``architecture``, with other ``choices`` of where it goes: ``images``, ``target``.
+
+        Operators and word lengths, which follow from none of these, are not computed again.
+        """
+        other = replace(self, architecture=architecture, **choices)
+        for name in ("stacks", "widths"):
+            if name in self.__dict__:
+                other.__dict__[name] = self.__dict__[name]
+        return other
 
     @cached_property
     def layout(self) -> tuple[Field, ...]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from tfra.hdl.parallel.scaling import CHUNK, word_bits
 from tfra.hdl.serial.product import low_bits
 from tfra.hdl.serial.sizes import sizes
@@ -21,8 +23,14 @@ def products(design: Design) -> list[tuple[int, int]]:
 
 
 def dsp(design: Design, family: Family) -> int:
-    """Multiplier cells that the core takes of ``family``, as :func:`tfra.synth.estimate.estimate` counts them."""
-    return sum(multipliers(widths, family) for widths in products(design))
+    """Multiplier cells that the core takes of ``family``, as :func:`tfra.synth.estimate.estimate` counts them.
+
+    Those of an ECP5's lanes, which come first, are asked for by name, however short the products are.
+    """
+    named = design.architecture.mac_lanes if design.target == "ecp5" else 0
+    whole = replace(family, shortest=(0, 0), sign_bits=1)
+    widths = products(design)
+    return sum(multipliers(each, whole if place < named else family) for place, each in enumerate(widths))
 
 
 def _parallel(design: Design) -> list[tuple[int, int]]:

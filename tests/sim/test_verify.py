@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from tests.accessibility import faults_at_all_widths
+from tests.browser import browser
 from tests.marks import long
 from tfra.hdl.parallel.matvec.images import lane_images
 from tfra.hdl.parallel.tfra.parallel import Parallel
@@ -101,7 +103,7 @@ def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
     return found
 
 
-def test_a_good_core_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_good_core_passes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
     told: list[tuple[int, int]] = []
     report = verify(DESIGN, simulator="icarus", random=62, progress=lambda *now: told.append(now))
@@ -145,6 +147,13 @@ def test_a_good_core_passes(monkeypatch: pytest.MonkeyPatch) -> None:
     cells = [cell.strip() for line in wide.export_text().splitlines() for cell in line.split("│")[1:-1]]
     assert len(cells) > 80
     assert all(escape(cell) in text for cell in cells)  # those of the terminal
+    (tmp_path / "page.html").write_text(text)
+    with browser(tmp_path) as tab:
+        for width in (390, 600, 1280):
+            tab.open(tmp_path / "page.html", width)
+            assert tab.evaluate("document.documentElement.scrollWidth") == width
+        assert faults_at_all_widths(tab) == []
+        assert (tab.messages, tab.requests) == ([], [])
 
 
 def test_given_frames_and_references() -> None:

@@ -1,15 +1,20 @@
-"""What is counted in RTLIL, against a module that is counted by hand and a core whose parts are known."""
+"""What is counted, against a module that is counted by hand, the RTLIL of cores, and a core whose parts are known."""
 
 from __future__ import annotations
 
 from collections import Counter
 
 import pytest
-from amaranth import Elaboratable, Instance, Module, Mux, Signal, signed, unsigned
+from amaranth import Cat, Const, Elaboratable, Instance, Module, Mux, Signal, signed, unsigned
 from amaranth.back import rtlil
+from amaranth.hdl import Array, Fragment
 from amaranth.lib.memory import Memory as AmaranthMemory
 
-from tfra.model.choices import Architecture
+from tests.marks import long
+from tests.synth.rtlil import count as count_text
+from tfra.codegen.verilog import Top, to_rtlil
+from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, Memory, block_of, census, count
@@ -38,10 +43,10 @@ class Part(Elaboratable):
 
 
 class Whole(Elaboratable):
-    """``Part`` as a block of a core."""
+    """``part`` as a block of a core."""
 
-    def __init__(self) -> None:
-        self.part = Part()
+    def __init__(self, part: Elaboratable) -> None:
+        self.part = part
 
     def elaborate(self, platform: object) -> Module:
         m, core = Module(), Module()
@@ -50,10 +55,18 @@ class Whole(Elaboratable):
         return m
 
 
-def test_counts_of_a_module() -> None:
-    whole = Whole()
-    blocks = count(rtlil.convert(whole, name="whole", ports=whole.part.inputs, emit_src=False))
-    found = blocks["part"]
+def both(part: Elaboratable) -> tuple[Census, Census]:
+    """Counts of ``part``, a fresh one each: as they are made, and in its RTLIL."""
+    ports = part.inputs
+    found = count(Fragment.get(Whole(part), None))
+    text = count_text(rtlil.convert(Whole(part), name="whole", ports=ports, emit_src=False))
+    assert found["top"] == text["top"] == Census()
+    return found["part"], text["part"]
+
+
+@pytest.mark.parametrize("number", [0, 1], ids=["as counted", "in the text"])
+def test_counts_of_a_module(number: int) -> None:
+    found = both(Part())[number]
     assert found.registers == 13 + 24 + 8
     assert found.multipliers == [(12, 12)]
     assert found.memories == [Memory(40, 9, 1, True), Memory(20, 5, 1, False)]
@@ -63,7 +76,94 @@ def test_counts_of_a_module() -> None:
     assert found.operators["reduce"] == 9
     assert found.operators["add"] in (12, 13)
     assert found.operators["mux"] == 12 + 8  # Mux and the enable, not the reset
-    assert blocks["top"] == Census()
+
+
+class Odd(Elaboratable):
+    """What hides in expressions: choices of words and places, signs, constants, both ways to write a part."""
+
+    def __init__(self) -> None:
+        self.inputs = Signal(signed(9)), Signal(5), Signal(signed(3))
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        a, b, s = self.inputs
+        words = Array([Signal(6, name=f"word{number}") for number in range(3)])
+        kept, flags = Signal(16), Signal(4)
+        m.d.sync += [words[b[:2]].eq(a), flags.bit_select(b[:2], 1).eq(a.any())]
+        m.d.comb += kept.eq(words[a[:2]] + (-a) + Mux(a, s, b) + a.bit_select(b, 4))
+        with m.If((a < b) & (s != -2)):
+            m.d.sync += flags[1:3].eq(kept.xor())
+        with m.Elif(a >= 100):
+            m.d.sync += [flags.eq(kept - s), words[0].eq((a << b[:2]) ^ s)]
+        with m.Switch(b):
+            with m.Case(3):
+                m.d.sync += words[1].as_signed().eq(a * s)
+            with m.Default():
+                m.d.sync += Cat(words[2], flags[0]).eq(a * 5)
+        return m
+
+
+def test_every_expression() -> None:
+    found, text = both(Odd())
+    assert found == text
+    assert found.operators.keys() == {"add", "shift", "logic", "reduce", "mux"}
+    assert sorted(found.multipliers) == [(9, 3), (9, 4)]
+
+
+class Spare(Elaboratable):
+    """Registers that no flip-flop is needed for, and their likes that one is needed for."""
+
+    def __init__(self) -> None:
+        self.inputs = Signal(8), Signal(8)
+
+    def elaborate(self, platform: object) -> Module:
+        m = Module()
+        a, b = self.inputs
+        zero, one, twin = Signal(3), Signal(5, init=1), [Signal(8, name=f"twin{number}") for number in range(3)]
+        other, late, chained = Signal(8, init=7), Signal(8), Signal(8)
+        m.d.sync += [zero.eq((Const(0) << 2) + 0), one.eq(0), other.eq(a), chained.eq(late)]
+        m.d.sync += [each.eq(a) for each in twin]
+        with m.If(b[0]):
+            m.d.sync += [zero.eq(0), late.eq(a)]
+        return m
+
+
+def test_registers_that_vanish() -> None:
+    found, text = both(Spare())
+    assert text.registers == 3 + 5 + 3 * 8 + 8 + 8 + 8
+    assert found.registers == text.registers - 3 - 2 * 8
+
+
+DESIGNS: dict[str, Design] = {
+    name: TfraDesign(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), **others)
+    for name, rows, columns, others in (
+        ("parallel", 2, 2, {"architecture": Architecture(4, 2), "target": "ecp5"}),
+        ("serial", 2, 3, {"architecture": SERIAL, "target": "ice40"}),
+        ("loaded", 3, 4, {"architecture": Architecture(8, 4), "images": "load", "search": Search(7)}),
+        ("wide", 3, 3, {"architecture": Architecture(4, 1), "formats": FORMATS["wide"]}),
+        ("plain serial", 4, 4, {"architecture": SERIAL, "formats": FORMATS["wide"]}),
+    )
+}
+SPARED = {"sweep": 7, "lanes": {"serial": 2 * 18, "plain serial": 24 + 2 * 48}, "product": {"plain serial": 38 + 25}}
+"""Bits of registers that vanish: a queue's flag and counter; in lanes, operands that all of them have; products' low
+digits where multipliers need none."""
+
+
+@pytest.mark.parametrize("name", ["parallel", "serial", *long("loaded", "wide", "plain serial")])
+def test_cores_as_their_text(name: str) -> None:
+    """Block by block.  A constant that a wire brings shortens an operand in the text, by a bit or two."""
+    design = DESIGNS[name]
+    found, text = census(design), count_text(to_rtlil(Top(design), design.name))
+    assert found.keys() == text.keys()
+    for block, one in found.items():
+        other = text[block]
+        spared = SPARED.get(block, 0)
+        assert other.registers - one.registers == (spared if isinstance(spared, int) else spared.get(name, 0)), block
+        assert sorted(one.multipliers) == sorted(other.multipliers), block
+        assert Counter(one.memories) == Counter(other.memories), block
+        assert one.instances == other.instances, block
+        for kind in ("add", "shift", "logic", "reduce", "mux"):
+            assert one.operators[kind] == pytest.approx(other.operators[kind], abs=2), (block, kind)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.hdl.serial.serial import Serial
@@ -29,7 +30,8 @@ ESTIMATED = Estimate(
     {
         "matvec": {"LUT": 4000.4, "FF": 5000, "DSP": 5, "BRAM": 14},
         "sweep": {"LUT": 7000, "FF": 1100, "DSP": 2, "BRAM": 0},
-    }
+    },
+    0,
 )
 
 
@@ -110,6 +112,7 @@ def test_page(tmp_path: Path) -> None:
         links = tab.evaluate("[...document.querySelectorAll('nav a')].map(a => a.hash.slice(1))")
         headings = tab.evaluate("[...document.querySelectorAll('h2')].map(h => h.id)")
         assert (tab.messages, tab.requests) == ([], [])
+        assert faults_at_all_widths(tab) == []
     assert links == headings
     for part in ("100.0 MHz (median of 3 seeds, 90.0 to 125.0)", "12,144 LUT (50.0 %)", "seed 2", "90.0 MHz, aim 130"):
         assert part in said

@@ -1,91 +1,333 @@
-"""Sizing: a core against brute force over its timing."""
+"""Sizing against a full enumeration: every number of lanes, words and kind, each elaborated and estimated."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
+from functools import cache
+from itertools import pairwise
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.marks import long
 from tfra.hdl.cores import microarchitecture
-from tfra.model.choices import VECTOR_WORDS, Architecture, Search
+from tfra.model.choices import FORMATS, SERIAL, VECTOR_WORDS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth import size as module
-from tfra.synth.size import Bounds, Speed, size, speed
-from tfra.synth.targets import find
+from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
+from tfra.synth.estimate import Estimate, estimate, misfits
+from tfra.synth.size import cells, size
+from tfra.synth.targets import TARGETS, find
 
-DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=Architecture(4))
-TARGET = find("ecp5-85")
+
+def design(rows: int, columns: int, **others: Any) -> Design:
+    return TfraDesign(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), **{"architecture": Architecture(4), **others})
 
 
-def test_choices() -> None:
-    assert microarchitecture(DESIGN).lane_choices == (4, 8, 12, 16)
-    for lanes in microarchitecture(DESIGN).lane_choices:
-        replace(DESIGN, architecture=Architecture(lanes))
+SUBJECTS = {
+    "2x2": design(2, 2, search=Search(10)),
+    "2x4": design(2, 4, search=Search(10)),
+    "3x4": design(3, 4, search=Search(12)),
+    "4x4 cells": design(4, 4, target="ecp5", search=Search(20)),
+    "3x4 asked for as serial": design(3, 4, architecture=SERIAL, search=Search(12)),
+    "3x3 loaded": design(3, 3, images="load", formats=Formats("custom", 14, 16, 5, 3)),
+    "5x5": design(5, 5, adc=Adc(12)),
+    "6x6 wide": design(6, 6, formats=FORMATS["wide"], search=Search(50)),
+    "8x8 cells": design(8, 8, target="ecp5", adc=Adc(12), formats=Formats("custom", 14, 14, 5, 3)),
+    "10x10": design(10, 10),
+}
+
+Core = tuple[Architecture, Speed, Estimate]
+
+
+@cache
+def enumerated(name: str, family: str) -> list[Core]:
+    """Every core that can be built of the subject's sensor for parts of ``family``, asked one by one."""
+    part = next(target for target in TARGETS.values() if target.family.name == family)
+    subject, found = SUBJECTS[name], []
+    made_of = family if family == "ice40" or subject.target == family else "portable"
+    lanes = range(4, 4 * subject.quads + 1, 4)
+    for architecture in (SERIAL, *(Architecture(number, words) for number in lanes for words in VECTOR_WORDS)):
+        images = "inline" if architecture == SERIAL else subject.images
+        one = replace(subject, architecture=architecture, images=images, target=made_of)
+        core = microarchitecture(one)
+        speed = Speed(core.initiation_interval, core.frame_latency)
+        found.append((architecture, speed, estimate(one, part.family)))
+    return found
+
+
+def smallest(name: str, part: str, bounds: Bounds) -> int | None:
+    """Lookup tables of the smallest core that meets ``bounds`` and fits, by looking at all of them."""
+    target = find(part)
+    return min(
+        (
+            used["LUT"]
+            for architecture, speed, found in enumerated(name, target.family.name)
+            for used in [found.total]
+            if 1e6 * bounds.clock_mhz / speed.interval >= bounds.frames_per_second
+            and speed.frame_latency / bounds.clock_mhz <= bounds.latency_us
+            and not misfits(used, target, architecture.kind)
+        ),
+        default=None,
+    )
+
+
+QUESTIONS = [
+    ("2x4", "ecp5-25", 1e3, 1e4),
+    ("2x4", "ecp5-25", 4e5, 1e4),
+    ("2x4", "ecp5-25", 1e5, 5.2),
+    *long(
+        ("2x2", "ecp5-25", 1e3, 1e4),
+        ("2x2", "ecp5-25", 3e5, 1e4),
+        ("2x2", "ice40up5k", 1e3, 1e4),
+        ("3x4", "ecp5-45", 1e5, 1e4),
+        ("3x4", "ecp5-45", 4e5, 5.2),
+        ("2x2", "ecp5-25", 1e9, 1e4),
+        ("3x4", "ecp5-45", 1e3, 1e3),
+        ("3x4", "ecp5-25", 6e5, 1e3),
+        ("3x4", "gw2a-18", 4e5, 1e3),
+        ("3x4 asked for as serial", "ecp5-25", 2e5, 1e4),
+        ("3x4 asked for as serial", "ice40up5k", 100, 1e5),
+        ("4x4 cells", "ecp5-25", 1e5, 1e4),
+        ("4x4 cells", "ecp5-45", 5e5, 1e4),
+        ("4x4 cells", "xc7", 3e5, 6.0),
+        ("4x4 cells", "ice40up5k", 1e3, 1e4),
+        ("3x3 loaded", "ecp5-25", 100, 1e5),
+        ("3x3 loaded", "ecp5-25", 3e5, 1e4),
+        ("5x5", "ecp5-25", 2e5, 1e4),
+        ("5x5", "ecp5-25", 3e5, 1e4),
+        ("5x5", "ecp5-85", 3e5, 6.5),
+        ("5x5", "gw2a-18", 2.5e5, 1e4),
+        ("5x5", "ice40up5k", 1e3, 1e4),
+        ("6x6 wide", "ecp5-25", 1e5, 1e4),
+        ("6x6 wide", "ecp5-85", 2e5, 10.0),
+        ("6x6 wide", "xc7", 1e3, 500.0),
+        ("8x8 cells", "ecp5-25", 7e4, 1e4),
+        ("8x8 cells", "ecp5-45", 1.5e5, 12.0),
+        ("8x8 cells", "ecp5-85-8", 2e5, 1e4),
+        ("10x10", "ecp5-85", 2e4, 100.0),
+        ("10x10", "ecp5-25", 6e4, 1e4),
+        ("10x10", "ecp5-25", 5e4, 1e4),
+        ("10x10", "ecp5-45", 1.2e5, 20.0),
+        ("10x10", "ecp5-85-8", 1e5, 17.0),
+        ("10x10", "ecp5-85", 1e3, 1e3),
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "part", "fps", "latency"), QUESTIONS)
+def test_the_smallest_of_all(name: str, part: str, fps: float, latency: float) -> None:
+    target = find(part)
+    bounds = Bounds(target.clock_mhz, fps, latency)
+    found, least = size(SUBJECTS[name], target, bounds), smallest(name, part, bounds)
+    if least is None:
+        assert found.chosen is None
+        assert found.refusal
+        return
+    assert found.chosen
+    cores = {architecture: (speed, used) for architecture, speed, used in enumerated(name, target.family.name)}
+    assert found.chosen.resources
+    assert found.chosen.resources["LUT"] == least
+    for candidate in found.candidates:
+        speed, used = cores[candidate.architecture]
+        assert candidate.speed == speed
+        assert candidate.resources in (None, used.total)
+    assert {each.line for each, _ in found.others} | {found.chosen.line} == {
+        ("serial", 0),
+        *(("parallel", words) for words in VECTOR_WORDS),
+    }
+
+
+def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The enumeration does not follow the search: a core whose estimate goes wrong in it alone is not the smallest."""
+    bounds = Bounds(98.0, 1e5, 1e4)
+    least = smallest("2x4", "ecp5-25", bounds)
+
+    class Wrong:
+        def __init__(self, one: Design, family: Any) -> None:
+            self.total, self.constants = estimate(one, family).total, 0
+            self.total["LUT"] *= 4 if one.architecture.vector_words == 1 else 1
+
+    monkeypatch.setattr(module, "estimate", Wrong)
+    chosen = size(SUBJECTS["2x4"], find("ecp5-25"), bounds).chosen
+    assert chosen
+    assert chosen.resources
+    assert chosen.resources["LUT"] != least
+
+
+FAMILIES = [
+    ("2x4", "ecp5"),
+    *long(
+        ("3x4", "gowin"),
+        ("5x5", "ecp5"),
+        ("5x5", "gowin"),
+        ("6x6 wide", "ecp5"),
+        ("6x6 wide", "xilinx"),
+        ("8x8 cells", "ecp5"),
+        ("10x10", "ecp5"),
+        ("5x5", "ice40"),
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "family"), FAMILIES)
+def test_more_lanes_take_more(name: str, family: str) -> None:
+    """Of multipliers and, without coefficients, of lookup tables: how the search knows what is left of a line."""
+    for words in VECTOR_WORDS:
+        line = [used for architecture, _, used in enumerated(name, family) if architecture.vector_words == words]
+        assert len(line) == SUBJECTS[name].quads
+        for fewer, more in pairwise(line):
+            assert fewer.total["LUT"] - fewer.constants < more.total["LUT"] - more.constants
+            assert fewer.total["DSP"] < more.total["DSP"]
+
+
+@pytest.mark.parametrize("name", ["3x4", *long("5x5", "6x6 wide", "10x10")])
+def test_lanes_that_share_their_blocks(name: str) -> None:
+    """Cycles of a core among the choices are those of the core alone; more lanes are not always faster."""
+    for words in VECTOR_WORDS:
+        first = microarchitecture(replace(SUBJECTS[name], architecture=Architecture(4, words)))
+        found = list(first.choices())
+        assert tuple(core.lanes for core in found) == first.lane_choices
+        for core in found:
+            alone = microarchitecture(replace(SUBJECTS[name], architecture=Architecture(core.lanes, words)))
+            assert Speed.of(core) == Speed.of(alone)
+        if (name, words) == ("5x5", 1):  # as docs/synth.md has it
+            intervals = {core.lanes: core.initiation_interval for core in found}
+            assert (intervals[20], intervals[32]) == (369, 448)
+    serial = microarchitecture(SUBJECTS["3x4 asked for as serial"])
+    assert list(serial.choices()) == [serial]
 
 
 @pytest.fixture
 def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
     """Prices without elaborating any core: 100 lookup tables a lane, 10 a word, and block memories that lanes share."""
 
-    def cost(design: Design, family: object) -> Any:
+    def cost(one: Design, family: object) -> Any:
+        lanes = one.architecture.mac_lanes or 100  # the serial core is the largest
+
         class Total:
             total = {  # noqa: RUF012  # a stand-in for an Estimate
                 **dict.fromkeys(("FF", "DSP"), 1),
-                "BRAM": 40 // design.architecture.mac_lanes,
-                "LUT": 100 * design.architecture.mac_lanes + 10 * design.architecture.vector_words,
+                "BRAM": 40 // lanes,
+                "LUT": 100 * lanes + 10 * one.architecture.vector_words,
             }
+            constants = 0
 
         return Total
 
     monkeypatch.setattr(module, "estimate", cost)
 
 
-@pytest.mark.parametrize(("fps", "latency"), [(5e4, 30.0), *long((1e3, 1e4), (1e5, 1e3), (1e3, 11.0), (1.5e5, 12.0))])
-def test_the_cheapest_core(cheap: None, fps: float, latency: float) -> None:
-    bounds = Bounds(100.0, fps, latency)
-    every = [Architecture(lanes, words) for lanes in microarchitecture(DESIGN).lane_choices for words in VECTOR_WORDS]
-    reached = {architecture: speed(replace(DESIGN, architecture=architecture)) for architecture in every}
-    fast = [architecture for architecture, found in reached.items() if not found.misses(bounds)]
-    if not fast:
-        with pytest.raises(ValueError, match="is the best"):
-            size(DESIGN, TARGET, bounds)
-        return
-    found = size(DESIGN, TARGET, bounds)
-    cheapest = min(fast, key=lambda architecture: (architecture.mac_lanes, architecture.vector_words))
-    assert (found.architecture, found.speed) == (cheapest, reached[cheapest])
+BEST = r"[\d.]+ is the best, at 100 MHz \(parallel, 16 lanes, 4 words\)"
 
 
-def test_bounds_out_of_reach(cheap: None) -> None:
-    best, lanes = r"[\d.]+ is the best", "at 100 MHz with 16 MAC lanes"
-    with pytest.raises(ValueError, match=rf"^frames_per_second: 1e\+09 are wanted, {best}, {lanes}$"):
-        size(DESIGN, TARGET, Bounds(100.0, 1e9, 1e3))
-    with pytest.raises(ValueError, match=rf"^latency_us: 0.1 is wanted, {best}, {lanes}$"):
-        size(DESIGN, TARGET, Bounds(100.0, 1.0, 0.1))
+@pytest.mark.parametrize(
+    ("bounds", "said"),
+    [
+        (Bounds(100.0, 1e9, 1e3), rf"frames_per_second: 1e\+09 are wanted, {BEST}"),
+        (Bounds(100.0, 1.0, 0.1), rf"latency_us: 0.1 is wanted, {BEST}"),
+    ],
+)
+def test_bounds_out_of_reach(cheap: None, bounds: Bounds, said: str) -> None:
+    found = size(SUBJECTS["3x4"], find("ecp5-85"), bounds)
+    assert found.chosen is None
+    assert len(found.candidates) == 13
+    assert re.fullmatch(said, found.refusal)
+
+
+def test_each_bound_by_another_core() -> None:
+    """One core has the frames, another one the latency: the line names both."""
+    bounds = Bounds(100.0, 1e5, 20.0)
+    pairs = [(Architecture(8, 1), Speed(900, 2100)), (Architecture(12, 1), Speed(1100, 1900))]
+    seen = tuple(Candidate(core, None, speed, None, speed.misses(bounds)) for core, speed in pairs)
+    found = Sizing(SUBJECTS["3x4"], find("ecp5-85"), bounds, seen)
+    assert found.chosen is None
+    assert found.refusal == (
+        "frames_per_second, latency_us: no core reaches both at 100 MHz: parallel, 8 lanes, 1 word reaches 111111.1 "
+        "frames/s, parallel, 12 lanes, 1 word 19.000 us"
+    )
+    assert found.others == ((seen[0], "too late: 21.000 us to the last word, 20 is wanted"),)
 
 
 def test_nothing_fits(cheap: None) -> None:
-    tiny = replace(TARGET, name="tiny", available={"LUT": 90, "DSP": 1})
-    with pytest.raises(ValueError, match=r"^LUT: about 410 are needed, tiny has 90, for the smallest core"):
-        size(DESIGN, tiny, Bounds(100.0, 1.0, 1e6))
+    tiny = replace(find("ecp5-85"), name="tiny", available={"LUT": 90, "DSP": 1})
+    found = size(SUBJECTS["3x4"], tiny, Bounds(100.0, 1.0, 1e6))
+    assert found.chosen is None
+    said = "LUT: about 410 are needed, tiny has 90, for the smallest core that is fast enough"
+    assert found.refusal == f"{said} (parallel, 4 lanes, 1 word)"
 
 
-@pytest.mark.long
 def test_more_lanes_for_fewer_memories(cheap: None) -> None:
-    shallow = replace(TARGET, name="shallow", available={"LUT": 1000, "BRAM": 5})
-    assert size(DESIGN, shallow, Bounds(100.0, 1.0, 1e6)).architecture.mac_lanes == 8
-    both = replace(TARGET, name="both", available={"LUT": 500, "BRAM": 5})
-    with pytest.raises(ValueError, match=r"^BRAM: about 10 are needed, both has 5, for the smallest core"):
-        size(DESIGN, both, Bounds(100.0, 1.0, 1e6))
+    shallow = replace(find("ecp5-85"), name="shallow", available={"LUT": 1000, "BRAM": 5})
+    chosen = size(SUBJECTS["3x4"], shallow, Bounds(100.0, 1.0, 1e6)).chosen
+    assert chosen
+    assert chosen.architecture == Architecture(8, 1)
+    both = replace(shallow, name="both", available={"LUT": 500, "BRAM": 5})
+    said = size(SUBJECTS["3x4"], both, Bounds(100.0, 1.0, 1e6)).refusal
+    assert said.startswith("BRAM: about 10 are needed, both has 5, for the smallest core")
 
 
-def test_misses() -> None:
+@pytest.mark.parametrize(
+    ("subject", "said"),
+    [
+        (
+            design(3, 4, formats=Formats("custom", 18, 18, 9, 4, (("operand.normal", 16),))),
+            "formats.signals.operand.normal: a serial core has one multiplier",
+        ),
+        *long((design(24, 24), "architecture.kind: the serial core holds 2048 words, more are needed")),
+    ],
+)
+def test_where_the_serial_core_cannot_be(cheap: None, subject: Design, said: str) -> None:
+    """It has no word lengths of single signals, and its memories hold no large array."""
+    found = size(subject, find("ecp5-85"), Bounds(100.0, 1.0, 1e6))
+    (serial,) = (each for each in found.candidates if each.title == "serial")
+    assert serial.speed is None
+    assert serial.objections[0].startswith(said)
+    assert found.chosen
+    assert found.chosen.architecture == Architecture(4, 1)
+    assert [why for each, why in found.others if each is serial] == [serial.objections[0]]
+
+
+def test_a_serial_core_is_never_inside_an_image(cheap: None) -> None:
+    """Where CONFIG's images are loaded, those of a serial core's program are not."""
+    candidates = size(SUBJECTS["3x3 loaded"], find("ecp5-85"), Bounds(100.0, 1.0, 1e6)).candidates
+    (serial,) = (each for each in candidates if each.title == "serial")
+    assert serial.design
+    assert serial.design.images == "inline"
+    assert all(each.design and each.design.images == "load" for each in candidates if each is not serial)
+
+
+@pytest.mark.parametrize(
+    ("asked", "part", "made_of"),
+    [
+        ("portable", "ecp5-25", "portable"),
+        ("ecp5", "ecp5-25", "ecp5"),
+        ("ice40", "ecp5-25", "portable"),
+        ("ecp5", "xc7", "portable"),
+        ("portable", "ice40up5k", "ice40"),
+        ("ecp5", "ice40up5k", "ice40"),
+    ],
+)
+def test_cells_of_the_part(asked: str, part: str, made_of: str) -> None:
+    assert cells(design(2, 2, target=asked), find(part).family) == made_of
+
+
+@given(st.integers(1, 10**7), st.integers(1, 10**7), st.floats(1, 1000), st.floats(1e-3, 1e9), st.floats(1e-3, 1e9))
+def test_misses(interval: int, latency: int, clock: float, fps: float, bound: float) -> None:
+    found = Speed(interval, latency).misses(Bounds(clock, fps, bound))
+    slow, late = 1e6 * clock / interval < fps, latency / clock > bound
+    assert [each.partition(":")[0] for each in found] == ["too slow"] * slow + ["too late"] * late
+
+
+def test_misses_in_words() -> None:
     found = Speed(interval=1000, frame_latency=2000)
-    assert found.misses(Bounds(100.0, 1e5, 20.0)) == []
-    assert found.misses(Bounds(100.0, 100001, 19.9)) == [
-        "frames_per_second: 100001 are wanted, 100000.0 is the best",
-        "latency_us: 19.9 is wanted, 20.000 is the best",
-    ]
+    assert found.misses(Bounds(100.0, 1e5, 20.0)) == ()
+    assert found.misses(Bounds(100.0, 100001, 19.9)) == (
+        "too slow: 100,000.0 frames/s, 100,001 are wanted",
+        "too late: 20.000 us to the last word, 19.9 is wanted",
+    )

@@ -20,6 +20,11 @@ def passes(design: Design, stack: str) -> int:
     return -(-4 * design.stacks[stack].quads // design.architecture.mac_lanes)
 
 
+def busy_cycles(design: Design) -> int:
+    """Cycles of a frame in which the lanes multiply: no frame can take less of the unit's time."""
+    return sum(passes(design, name) for name in design.products) * design.quads
+
+
 def longest(design: Design, stack: str) -> int:
     """Bits of the longest coefficients of ``stack``."""
     return max(design.formats.bits(f"coefficient.{op.name}") for op in design.stacks[stack].operators)

@@ -41,7 +41,7 @@ from tfra.hdl.lib.pipeline import READ, delayed, register
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
-from tfra.hdl.parallel.matvec.images import depth, lane_images, low_bits, passes, tail
+from tfra.hdl.parallel.matvec.images import busy_cycles, depth, lane_images, low_bits, passes, tail
 from tfra.hdl.parallel.matvec.loader import Loader
 from tfra.hdl.parallel.matvec.operand import (
     MEASURE,
@@ -130,8 +130,8 @@ class MatVec(wiring.Component):
 
     @property
     def busy_cycles(self) -> int:
-        """Cycles of a frame in which the lanes multiply: no frame can take less of the unit's time."""
-        return sum(passes(self._design, name) for name in self._design.products) * self._design.quads
+        """Cycles of a frame in which the lanes multiply."""
+        return busy_cycles(self._design)
 
     def passes(self, stack: str) -> int:
         """Times the operand of ``stack`` runs past the lanes."""

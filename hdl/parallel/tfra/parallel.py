@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
 from tfra.hdl.interface.microarchitecture import Probe
-from tfra.hdl.parallel.matvec.images import depth, lane_images
+from tfra.hdl.parallel.matvec.images import busy_cycles, depth, lane_images
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.core import Core
 from tfra.hdl.parallel.tfra.probes import probes
@@ -92,6 +94,16 @@ class Parallel:
     def lane_choices(self) -> tuple[int, ...]:
         """Numbers of lanes that the sensor allows, upwards."""
         return tuple(range(4, 4 * self.design.quads + 1, 4))
+
+    def choices(self) -> Iterator[Parallel]:
+        """This core with every number of lanes that the sensor allows, upwards.
+
+        Lanes change the cycles of the products alone, so that those of the other blocks are asked for once.
+        """
+        for lanes in self.lane_choices:
+            core = Parallel(self.design.built_as(replace(self.design.architecture, mac_lanes=lanes)))
+            core.blocks = replace(self.blocks, busy=busy_cycles(core.design))
+            yield core
 
     @property
     def probes(self) -> tuple[Probe, ...]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from tests.model.cases import make_design
-from tfra.model.choices import FORMATS, Search
+from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
 from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -30,6 +30,25 @@ def test_other_choices_have_other_consequences() -> None:
     assert wide.widths.vector > design.widths.vector
     assert wide.word_bits > design.word_bits
     assert wide != design
+
+
+@pytest.mark.parametrize("asked", [False, True], ids=["before", "after"])
+def test_another_architecture_has_the_same_operators(asked: bool) -> None:
+    """Whether they were computed before or not; only then they are the same objects."""
+    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
+    if asked:
+        assert design.widths
+    moved = {"images": "readmemh", "target": "ice40"}
+    architectures = SERIAL, Architecture(8, 2)
+    found = [design.built_as(each, **moved) for each in architectures]
+    for other, architecture in zip(found, architectures, strict=True):
+        fresh = replace(design, architecture=architecture, **moved)
+        assert other == fresh
+        assert (other.widths, other.word_bits) == (fresh.widths, fresh.word_bits)
+        assert list(other.stacks) == list(fresh.stacks)
+        assert (other.stacks is design.stacks) == asked
+    with pytest.raises(ValueError, match="mac_lanes"):
+        design.built_as(Architecture(6, 2))
 
 
 def test_a_pickled_design_has_its_choices_alone() -> None:

@@ -111,6 +111,8 @@ def test_costs_by_hand() -> None:
     [
         (replace(BASE, architecture=Architecture(8), target="ecp5"), "ecp5-45"),
         (TfraDesign(BASE.sensor, formats=replace(BASE.formats, coefficient=24, operand=22), target="ecp5"), "ecp5-45"),
+        (TfraDesign(BASE.sensor, formats=replace(BASE.formats, coefficient=20, operand=20), target="ecp5"), "ecp5-45"),
+        (TfraDesign(BASE.sensor, formats=replace(BASE.formats, coefficient=20, operand=20)), "ecp5-45"),
         (TfraDesign(BASE.sensor, architecture=SERIAL, target="ice40"), "ice40up5k"),
     ],
 )

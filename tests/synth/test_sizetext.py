@@ -1,0 +1,98 @@
+"""A sizing in words and in JSON, from candidates that are made up."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+import pytest
+
+from tfra.model.choices import SERIAL, Architecture
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
+from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
+from tfra.synth.estimate import basis, prices
+from tfra.synth.sizetext import config, facts, lines
+from tfra.synth.targets import FAMILIES, find
+
+DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), target="ice40")
+BOUNDS = Bounds(100.0, 1e5, 20.0)
+
+
+def candidate(architecture: Architecture, interval: int, lut: int = 0, *objections: str) -> Candidate:
+    used = {"LUT": lut, "FF": 90, "DSP": 7, "BRAM": 3} if lut else None
+    one = replace(DESIGN, architecture=architecture, target="portable")
+    return Candidate(architecture, one, Speed(interval, interval + 500), used, objections)
+
+
+SIZING = Sizing(
+    DESIGN,
+    find("ecp5-25"),
+    BOUNDS,
+    (
+        Candidate(SERIAL, None, None, None, ("architecture.kind: too large",)),
+        candidate(Architecture(4, 1), 1500, 0, "too slow: 66,666.7 frames/s, 100,000 are wanted"),
+        candidate(Architecture(8, 1), 1000, 1100),
+        candidate(Architecture(4, 2), 900, 1050, "BRAM: about 60 are needed, ecp5-25-6 has 56"),
+        candidate(Architecture(8, 2), 800, 1200),
+        candidate(Architecture(4, 4), 1600, 0, "too slow: 62,500.0 frames/s, 100,000 are wanted"),
+        candidate(Architecture(8, 4), 1001, 0, "too slow: 99,900.1 frames/s, 100,000 are wanted"),
+    ),
+)
+
+
+def test_lines() -> None:
+    fitted = "fitted to syntheses of parallel cores for ECP5, off by up to 2.5 % (LUT), 5.1 % (FF)"
+    found = list(lines(SIZING))
+    assert tomllib.loads("\n".join(found)) == config(SIZING)
+    assert found == [
+        "[architecture]",
+        'kind = "parallel"',
+        "mac_lanes = 8",
+        "vector_words = 1",
+        "[target]",
+        'name = "portable"',
+        "# ecp5-25-6 at 100 MHz: 100,000 frames/s, 15.000 us from last taxel to last word",
+        "# estimated: 1,100 of 24,288 LUT (5%), 90 of 24,288 FF (0%), 7 of 28 DSP (25%), 3 of 56 BRAM (5%)",
+        f"# a LUT is a LUT4 of ECP5; {fitted}",
+        "# not chosen:",
+        "#   serial: architecture.kind: too large",
+        "#   parallel, 8 lanes, 2 words: larger: 1,200 LUT, 9.1% more",
+        "#   parallel, 8 lanes, 4 words: too slow: 99,900.1 frames/s, 100,000 are wanted",
+    ]
+
+
+def test_facts_say_the_same() -> None:
+    found = facts(SIZING)
+    assert (found["kind"], found["mac_lanes"], found["estimated"]["LUT"]) == ("parallel", 8, 1100)
+    assert (found["frames_per_second"], found["latency_us"], found["interval"]) == (1e5, 15.0, 1000)
+    assert found["available"] == find("ecp5-25").available
+    assert (found["fitted_to"], found["relative_error"]) == ("ecp5", prices().error)
+    assert [each["why"] for each in found["others"]] == [why for _, why in SIZING.others]
+    assert found["others"][0]["frames_per_second"] is None
+
+
+def test_nothing_chosen() -> None:
+    slow = replace(SIZING, candidates=SIZING.candidates[:2])
+    for say in (facts, lambda sizing: list(lines(sizing))):
+        with pytest.raises(ValueError, match=r"^frames_per_second: 100000 are wanted, 66666\.7 is the best"):
+            say(slow)
+
+
+def test_a_family_of_any_size() -> None:
+    found = list(lines(replace(SIZING, target=find("xc7"))))
+    assert "# estimated: 1,100 LUT, 90 FF, 7 DSP, 3 BRAM" in found
+    assert "# xc7 stands for a whole family: whether a part is large enough is not checked" in found
+
+
+@pytest.mark.parametrize(
+    ("kind", "family", "said"),
+    [
+        ("parallel", "gowin", "LUT4 of ECP5, for which parallel cores were fitted; GW2A has LUT4s: only a guide"),
+        ("parallel", "ice40", "LUT4 of ECP5, for which parallel cores were fitted; iCE40 has logic cells: only"),
+        ("serial", "xilinx", "logic cell of iCE40, for which serial cores were fitted; 7 series has LUT6s: only"),
+        ("serial", "ice40", "logic cell of iCE40; fitted to syntheses of serial cores for iCE40, off by up to"),
+    ],
+)
+def test_whose_lookup_tables(kind: str, family: str, said: str) -> None:
+    assert basis(kind, FAMILIES[family]).startswith(f"a LUT is a {said}")
