@@ -19,11 +19,11 @@ ERRORS = {
     "paper_mu_percent_of_one": "paper's e(μ), % of μ = 1, Eq. 33",
     "paper_force_percent_of_estimate": "paper's e(F), % of the |F| found, Eq. 35",
 }
-"""Keys of :func:`errors`, with the unit in each, and how a reader sees them."""
+"""Keys of :func:`errors`, with the unit in each, and their headings for readers."""
 
 
 class Contact(Protocol):
-    """What a contact is or is found to be: a ``tfra.model.tfra.Result``, or a reference."""
+    """True or estimated quantities of a contact: a ``tfra.model.tfra.Result``, or a reference."""
 
     @property
     def resultant(self) -> Floats:

@@ -1,4 +1,4 @@
-"""From the numbers of a recording to stress in Pa: which unit, which sign, which place each of them has."""
+"""From the numbers of a recording to stress in Pa, by their unit, sign and order."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Coding = Literal["signed", "offset", "unipolar"]
 Order = Literal["rows", "columns"]
 
 PASCALS: dict[Unit, float] = {"Pa": 1.0, "kPa": 1000.0}
-"""Pa in a unit; those in a code follow from the converter."""
+"""Pa per unit; for codes the converter determines it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """How a recording is to be read; the default is what ``tfra frames`` writes.
+    """Format of the numbers of a recording; the default is that of ``tfra frames``.
 
     ``coding`` is of codes: two's complement; offset binary, at rest at half of its 2^bits codes; or unipolar, from 0
     without stress to 2^bits - 1.  ``tare_frames``, the first of the recording, or the file ``tare`` show the array at
@@ -50,7 +50,7 @@ class Input:
 
 
 PLAIN = Input()
-"""How ``tfra frames`` writes: pascals, compression negative, row by row."""
+"""The format of ``tfra frames``: pascals, compression negative, row by row."""
 
 
 def arranged(values: Floats, given: Input, sensor: SensorArray) -> Floats:
@@ -73,7 +73,7 @@ def codes_of(coding: Coding, bits: int) -> tuple[int, int]:
 
 
 def no_codes(frames: Floats, given: Input, adc: Adc) -> npt.NDArray[np.intp]:
-    """The places ``(k, 3)`` of values in ``frames (n, rows, columns)`` that are no codes of the converter."""
+    """Indices ``(k, 3)`` of values in ``frames (n, rows, columns)`` that are no codes of the converter."""
     first, last = codes_of(given.coding, adc.bits)
     return np.argwhere((frames < first) | (frames > last) | (frames % 1 != 0))
 
@@ -99,7 +99,7 @@ def stress(frames: Floats, given: Input, adc: Adc, rest: Floats | None = None) -
 
 
 def _pascals(given: Input, adc: Adc) -> float:
-    """Pa in one unit; unipolar codes have all their bits for one sign, so that each is half as large."""
+    """Pa per unit; unipolar codes use all their bits for one sign, so each is half as large."""
     if given.unit != "codes":
         return PASCALS[given.unit]
     return adc.lsb / 2 if given.coding == "unipolar" else adc.lsb

@@ -19,7 +19,7 @@ from tfra.model.boussinesq import gram_inverse, operators
 from tfra.model.sensor import SensorArray
 
 MOST = 40
-"""Terms that are looked for."""
+"""Number of terms to compute."""
 
 NAMES = ("c33_inv", "c31", "c32", "c33", "normal", "gram")
 KERNELS = ("c31", "c32", "c33")

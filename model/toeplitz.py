@@ -18,7 +18,7 @@ from tfra.model.sensor import SensorArray
 Map = Callable[[Floats], Floats]
 
 EXACT_STEPS = 2000
-"""Steps after which conjugate gradients must have converged where nothing limits them."""
+"""Steps within which conjugate gradients must converge if no number of steps is given."""
 
 
 def kernels(sensor: SensorArray) -> Floats:
@@ -49,7 +49,7 @@ class Convolution:
 
 
 def conjugate_gradients(matrix: Map, b: Floats, steps: int, tolerance: float = 0.0) -> Floats:
-    """x of ``matrix`` x = ``b (n, ...)`` for symmetric, positive definite maps, each of the n on its own.
+    """Solve ``matrix`` x = ``b (n, ...)`` for symmetric, positive definite maps, each of the n separately.
 
     Takes ``steps`` steps, fewer once every residual is below ``tolerance`` times its ``b``.
     """

@@ -1,4 +1,4 @@
-"""A design: its choices, and what follows from them, made once and handed down."""
+"""A design: its choices and all that follows from them, made once and passed on."""
 
 from __future__ import annotations
 

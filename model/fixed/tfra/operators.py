@@ -35,7 +35,7 @@ PRODUCTS = ("contact", "residual", "normal", "normal", "force")
 
 
 def exact_operators(choices: Choices) -> Operators:
-    """What ``choices`` quantise: the sensor's operators, filtered where they are sparse; SI."""
+    """The operators to quantise: the sensor's, filtered where ``choices`` are sparse; SI."""
     ops = operators(choices.sensor)
     return filtered(ops, choices.sparse) if choices.sparse else ops
 
