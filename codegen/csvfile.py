@@ -40,7 +40,7 @@ class _Table:
         return self.skip + self.sensor.taxels
 
     def cells(self, line: str) -> list[str]:
-        """The cells of ``line``, with points in their numbers; a separator at its end has none behind it."""
+        """The cells of ``line``, with points in their numbers; a separator at its end has none after it."""
         if self.separator == ",":
             cells = line.split(",")
         else:
@@ -50,7 +50,7 @@ class _Table:
         return cells
 
     def fits(self, line: str) -> bool:
-        """Whether ``line`` is as many numbers as there are taxels, behind the cells that are skipped."""
+        """Whether ``line`` is as many numbers as there are taxels, after the cells that are skipped."""
         cells = self.cells(line)
         return len(cells) == self.width and all(map(_is_number, cells[self.skip :]))
 
@@ -143,7 +143,7 @@ def _require_one_point(table: _Table, texts: list[tuple[int, str]]) -> None:
 
 
 def _taxels(table: _Table, line: str) -> str:
-    """The text of ``line`` behind the cells that are skipped."""
+    """The text of ``line`` after the cells that are skipped."""
     return " ".join(line.split(None if table.separator == " " else table.separator)[table.skip :])
 
 

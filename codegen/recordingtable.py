@@ -30,7 +30,7 @@ _CONVERTED = "import sys, polars; polars.read_parquet(sys.argv[1], glob=False).w
 
 
 def read_parquet(file: Path, sensor: SensorArray, given: Input) -> tuple[Array, Floats | None]:
-    """Return the rows of ``file`` behind the columns that are skipped, ``(n, taxels)`` or ``(n, ...)``, and the first
+    """Return the rows of ``file`` after the columns that are skipped, ``(n, taxels)`` or ``(n, ...)``, and the first
     of these, ``(n,)``, if it is of finite numbers, else None.
 
     Raises ``InputError`` for a file that is damaged, columns that are no real numbers, and empty cells.

@@ -22,7 +22,7 @@ FRAMES = "frames"
 
 
 def split(array: Array, sensor: SensorArray, given: Input) -> tuple[Array, Floats | None]:
-    """Return the frames of ``array``, ``(n, taxels)`` or ``(n, ...)``, and the times in front of them, if any.
+    """Return the frames of ``array``, ``(n, taxels)`` or ``(n, ...)``, and the times before them, if any.
 
     Its shape is one that ``wrong_shape`` has no objection to.
     """

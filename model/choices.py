@@ -170,7 +170,7 @@ VECTOR_WORDS = (1, 2, 4)
 class Architecture:
     """One of ``KINDS``, and the parallelism of the parallel core.
 
-    ``mac_lanes`` multiply-accumulate lanes; ``vector_words`` words of a vector a cycle behind them.  A serial core's
+    ``mac_lanes`` multiply-accumulate lanes; ``vector_words`` words of a vector a cycle after them.  A serial core's
     follow from its word lengths: both are 0, as in ``SERIAL``.
     """
 

@@ -30,7 +30,7 @@ DIRECTIONS = tuple(range(0, 360, 15))
 """phi of Fig. 5, in degrees."""
 
 TABLE_DIRECTIONS = (0, 15, 30, 45, 60, 65, 75, 90)
-"""phi of Tables 1 and 2, in degrees; the paper has 65 behind 90."""
+"""phi of Tables 1 and 2, in degrees; the paper has 65 after 90."""
 
 Engine = Callable[[Floats], Result]
 """Forces of frames ``(n, rows, columns)`` in Pa."""

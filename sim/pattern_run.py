@@ -89,7 +89,7 @@ class PatternRun:
         )
 
     def alone(self) -> int:
-        """Latency of the first frame in an idle core: frames behind it would delay it."""
+        """Latency of the first frame in an idle core: frames after it would delay it."""
         run = self._again(self._codes[:1], self._model(self._codes[:1]).words)
         return int(run.latency[0])
 
@@ -127,7 +127,7 @@ class PatternRun:
             return True
 
     def _stage(self, frame: int) -> tuple[str | None, int | None]:
-        """The first wrong stage and transfer: of the frame alone or, if it is right then, behind the ones before it."""
+        """The first wrong stage and transfer: of the frame alone or, if it is right then, after the ones before it."""
         simulator = self._probing()
         if simulator is None:
             return None, None

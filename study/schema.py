@@ -28,7 +28,7 @@ class UniformSection(Section):
 
 
 class ConverterSection(Section):
-    """``[converter]``: every converter behind every noise."""
+    """``[converter]``: every converter after every noise."""
 
     bits: Lengths = Field(default_factory=lambda: list(BITS))
     noise_share_of_peak: Annotated[list[Share], Field(min_length=1, max_length=64)] = Field(

@@ -1,7 +1,7 @@
 """How right TFRA's friction is, where everybody reads it: from the study of errors into the README and the package.
 
 ``python -m bench.contacts.truth`` writes ``model/truth.json`` and two pieces of README.md from
-``bench/results/errors.json``; ``bench.contacts.errors`` does the same behind its measurement.
+``bench/results/errors.json``; ``bench.contacts.errors`` does the same after its measurement.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 CORES = ((4, 1), (8, 1), (12, 1), (12, 4), (16, 4), (32, 4), (52, 4), (100, 4))
-"""MAC lanes, and words of a vector a cycle behind them."""
+"""MAC lanes, and words of a vector a cycle after them."""
 
 
 def design(mac_lanes: int, vector_words: int = 4) -> Design:

@@ -77,7 +77,7 @@ class Copy:
                 code = None
             finally:
                 with suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)  # what it may have left behind, too
+                    os.killpg(process.pid, signal.SIGKILL)  # what it may have left after, too
                 process.wait()
             output.seek(0)
             return code, output.read()

@@ -69,7 +69,7 @@ class Finish(wiring.Component):
 
     Members:
         total, amount: the exact sum and its right shift.
-        coarse, fine: a cycle later, the lowest bits behind the shift's first step, and how far the second goes.
+        coarse, fine: a cycle later, the lowest bits after the shift's first step, and how far the second goes.
         shifted: a cycle later, the word with one bit below the point.
         result: a cycle later, the rounded word.
     """

@@ -176,6 +176,6 @@ def _padded(sensor: SensorArray) -> int:
 
 
 def _pad(values: Floats) -> Floats:
-    """Zeros behind the last axis, up to a multiple of ``MULTIPLE``."""
+    """Zeros after the last axis, up to a multiple of ``MULTIPLE``."""
     short = -values.shape[-1] % MULTIPLE
     return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, short)])

@@ -28,7 +28,7 @@ class Divider(wiring.Component):
         d_k = 1 if difference_k >= 0, else 0
         q_k = 2 q_(k-1) + d_k                                            q_0 = 0
 
-    Invariant behind step k, which each step keeps:
+    Invariant after step k, which each step keeps:
 
         remainder_k = 2^k numerator - 2 D (2 q_(k-1) + 1)     within -2 D ... 2 D
         q_k = floor(2^(k-1) numerator / D)
@@ -89,7 +89,7 @@ class Divider(wiring.Component):
         negative = Signal(reset_less=True)
         quotient = Signal.like(self.o.payload, name="quotient", reset_less=True)
         further = Signal.like(self.o.payload, name="further", reset_less=True)
-        left = Signal(counter_shape(self._digits - 1), reset_less=True)  # steps behind this one
+        left = Signal(counter_shape(self._digits - 1), reset_less=True)  # steps after this one
         positive = Signal(reset_less=True)  # TIMING: difference -> quotient, further
         digit = positive | register(m, divisor == 0, "vanishing")
         busy = Signal()

@@ -77,7 +77,7 @@ def occupancy_flags(m: Module, places: int, enter: Value, leave: Value) -> tuple
         m.d.sync += taken.eq(taken + 1)
     with m.Elif(leave & ~enter):
         m.d.sync += taken.eq(taken - 1)
-    # Without conditions, which would become an enable: one level of logic behind what comes late.
+    # Without conditions, which would become an enable: one level of logic after what comes late.
     m.d.sync += [
         some.eq(enter | (some & ~(leave & (taken == 1)))),
         full.eq(~leave & (full | (enter & (taken == places - 1)))),
@@ -97,7 +97,7 @@ def zeros_later(m: Module, value: Value) -> Value:
 
 
 def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:
-    """``word`` ``ALIGN`` cycles later, moved left by the zeros that all ``words`` have behind their signs; these zeros.
+    """``word`` ``ALIGN`` cycles later, moved left by the zeros that all ``words`` have after their signs; these zeros.
 
     ``measure`` is high two cycles after ``words`` stand, when the OR of their magnitudes and a part of its zeros do;
     the zeros then stay, so that the words may go past ``word`` one by one.  ``round_top`` finishes the normalisation.
@@ -136,7 +136,7 @@ def product_latency(factor: int) -> int:
 
 
 def registered_product(m: Module, value: Value, factor: int) -> Value:
-    """``value * factor`` from a tree of shifted copies with a register behind every addition."""
+    """``value * factor`` from a tree of shifted copies with a register after every addition."""
     most = len(value) + factor.bit_length()
     terms: list[tuple[Value, int]] = [(value << place, sign) for place, sign in signed_digits(factor)]
     while len(terms) > 1:

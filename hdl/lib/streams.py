@@ -242,7 +242,7 @@ class Spare(wiring.Component):
 def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last: int) -> tuple[Signal, Signal]:
     """Cycle of a block that works on one transfer at a time, and whether it has one.
 
-    ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; behind
+    ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; after
     cycle ``last`` stream ``leave`` is valid until it is taken.
     """
     busy = Signal()

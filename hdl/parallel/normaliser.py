@@ -154,7 +154,7 @@ class Normaliser(wiring.Component):
         final = Signal()
         coarse, fine = two_steps(exponent, _FINE)
         read = Signal(quad, reset_less=True)
-        valid = Signal(2)  # behind the memory, and behind the register ``read``
+        valid = Signal(2)  # after the memory, and after the register ``read``
         end = Signal(2)
         m.d.comb += [
             advance.eq(spare.i.ready),
@@ -265,5 +265,5 @@ class _Pages(Elaboratable):
 
 
 def _towards_middle(position: Value, length: int, stride: int) -> Value:
-    """``stride`` before the middle of ``length``, its negative behind; zero across the middle of an even length."""
+    """``stride`` before the middle of ``length``, its negative after; zero across the middle of an even length."""
     return Mux(position < (length + 1) // 2 - 1, stride, Mux(position >= length // 2, -stride, 0))

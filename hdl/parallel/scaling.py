@@ -70,7 +70,7 @@ class Scaling(wiring.Component):
     signed word, to keep to its width; the weight of its top bit follows with the second sum.
 
     A frame starts when all its facts are there, forces follow as they come, one word per cycle without gaps; the
-    facts are taken a cycle behind the entry of the status.  Resources: one multiplier of a word by a scalar.
+    facts are taken a cycle after the entry of the status.  Resources: one multiplier of a word by a scalar.
 
     Members:
         taxel: stream in, unscaled forces plane by plane, ``3 * taxels`` a frame.

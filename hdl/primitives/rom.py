@@ -22,7 +22,7 @@ class Rom(wiring.Component):
     ======== ================================================================================================
     target   made of
     ======== ================================================================================================
-    portable a memory for each image, with a register behind it
+    portable a memory for each image, with a register after it
     ice40    the same: SB_RAM40_4K has one read port and no output register
     ecp5     DP16KD with output registers.  Two images share a memory wherever each needs half of it or less:
              of a pair, one is read by port A, the other by port B.

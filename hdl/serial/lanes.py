@@ -18,7 +18,7 @@ from tfra.hdl.serial.sizes import Sizes
 from tfra.hdl.serial.store import Store
 
 _ARRIVAL = 2 + product.DELAY
-"""Cycles from an address to its product: memory, a register behind it, and the product."""
+"""Cycles from an address to its product: memory, a register after it, and the product."""
 
 assert MAC_DELAY == 2 + _ARRIVAL
 

@@ -19,7 +19,7 @@ INSTRUCTION = data.StructLayout(FIELDS)
 class Sequencer(wiring.Component):
     """Program, program counter, stack of loops and pointers.
 
-    An instruction decides where the program goes on while the one behind it is read: that one, in the delay slot, is
+    An instruction decides where the program goes on while the one after it is read: that one, in the delay slot, is
     executed in any case.
 
     Members:

@@ -20,7 +20,7 @@ class TracedStep:
 
     step: Step
     stage: str
-    """Stage of the frame; a subroutine's name stands behind its caller's: ``gain.mu, routines.quotient``."""
+    """Stage of the frame; a subroutine's name stands after its caller's: ``gain.mu, routines.quotient``."""
     text: str
     """The instruction, with the memory's words by name."""
     destination: str

@@ -185,7 +185,7 @@ def _percent(part: Floats, whole: Floats) -> Floats:
 
 
 def _decided(found: Result) -> dict[str, Ints | Bools]:
-    """Decisions behind a direction in degrees, which float arithmetic keeps well within ``TIE``."""
+    """Decisions after a direction in degrees, which float arithmetic keeps well within ``TIE``."""
     cos, sin = np.cos(np.radians(found.phi_deg)), np.sin(np.radians(found.phi_deg))
     sweep_y = np.abs(sin) > np.abs(cos) * (1 + TIE)
     quadrant = (found.phi_deg // 90.0).astype(np.int64)
@@ -193,6 +193,6 @@ def _decided(found: Result) -> dict[str, Ints | Bools]:
 
 
 def _decided_in_words(cos: Ints, sin: Ints, sweep_y: Bools) -> dict[str, Ints | Bools]:
-    """The same behind the words of a direction; phi as a result word would be rounded."""
+    """The same after the words of a direction; phi as a result word would be rounded."""
     quadrant = np.select([(cos > 0) & (sin >= 0), (cos <= 0) & (sin > 0), (cos < 0) & (sin <= 0)], [0, 1, 2], 3)
     return {"quadrant": quadrant, "sweep_y": sweep_y, "negative": np.where(sweep_y, sin, cos) < 0}

@@ -1,4 +1,4 @@
-"""How many bits the converter needs, beside the noise in front of it."""
+"""How many bits the converter needs, beside the noise before it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ NOISE = (0.0, 0.0005, 0.001, 0.002, 0.005)
 
 
 def converters(base: TfraDesign, bits: Sequence[int] = BITS, noise: Sequence[float] = NOISE) -> tuple[Variation, ...]:
-    """``base`` behind every converter and every noise; facts are ``noise_share_of_peak`` and ``bits``.
+    """``base`` after every converter and every noise; facts are ``noise_share_of_peak`` and ``bits``.
 
     All see the same exact stress, with offsets as drawn and the same noise, scaled.  Full scale stays, and so do a
     given contact threshold and the plateau tolerance, as stress; without a threshold, each converter has its default.
@@ -39,7 +39,7 @@ def converters(base: TfraDesign, bits: Sequence[int] = BITS, noise: Sequence[flo
 
 
 def behind(base: TfraDesign, bits: int) -> TfraDesign:
-    """``base`` behind a converter of ``bits``; raises ``ValueError`` where an operand is shorter than its codes."""
+    """``base`` after a converter of ``bits``; raises ``ValueError`` where an operand is shorter than its codes."""
     more, threshold = bits - base.adc.bits, base.adc.contact_threshold
     if threshold is not None:
         threshold = round(math.ldexp(threshold, more))

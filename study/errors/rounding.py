@@ -1,7 +1,7 @@
 """Ways to round a product's exact sum to the vector grid, tried in the model alone.
 
 The format of the project is half up everywhere (:mod:`tfra.model.fixed.numbers`).  Results of the lanes are the one
-place where the hardware could choose: each is rounded once, by an adder behind the shift.
+place where the hardware could choose: each is rounded once, by an adder after the shift.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Frames of a declared mixture of contacts on an elastic cover.
 
 Frame i of a part depends on the definition, the part and i alone: each block has generators of its own, and draws its
-frames one behind the other.  Noise has another generator than contacts, so that both can be varied alone.
+frames one after the other.  Noise has another generator than contacts, so that both can be varied alone.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ FLIPS = {
 
 
 def cascade(tables: Tables, quantity: str, part: str) -> go.Figure:
-    """Median and 95th percentile of each step's own share and of the total behind it."""
+    """Median and 95th percentile of each step's own share and of the total after it."""
     rows = tables["errors"].filter(pl.col("quantity") == quantity, pl.col("part") == part)
     order = {str(step): place for place, step in enumerate(Step)}
     labels = tuple(STEPS[step] for step in Step)
@@ -284,7 +284,7 @@ def _cost_text(row: dict[str, Any]) -> str:
 
 
 def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Figure:
-    """Heat map of the error behind the converter, over its bits and the noise in front of it."""
+    """Heat map of the error after the converter, over its bits and the noise before it."""
     table = tables["converter"].filter(
         pl.col("quantity") == quantity, pl.col("step") == Step.CONVERTER, pl.col("view") == view
     )

@@ -10,7 +10,7 @@ from tfra.study.search.evaluate import CHANGE, COSTS
 from tfra.study.search.trials import COMPLETE
 
 HELD_OUT, PLACED = "_held_out", "placed_"
-"""What stands behind the name of a quantity, and before that of a cost, in the table of designs."""
+"""What stands after the name of a quantity, and before that of a cost, in the table of designs."""
 
 
 def errors_of(table: pl.DataFrame) -> list[str]:

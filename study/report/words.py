@@ -87,7 +87,7 @@ COST_UNITS = {
     "interval_cycles": "cycles from frame to frame",
     "dsp": "DSP",
 }
-"""What stands behind the number of a cost; other costs are their own units."""
+"""What stands after the number of a cost; other costs are their own units."""
 
 
 def number(value: float, digits: int = 3) -> str:

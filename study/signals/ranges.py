@@ -83,7 +83,7 @@ class Ranges:
         ``stage``, ``signal``; ``word``, the field of ``Widths`` or the format that its length comes from, ``bits``,
         ``signed``; ``bound``, the largest magnitude by proof, or the format's where not ``proven``; ``minimum`` and
         ``maximum`` seen, ``share`` of the bound, ``bits_needed``, ``headroom_bits``; ``words``, ``rounded`` (null
-        behind a CORDIC) and ``saturated`` of them.
+        after a CORDIC) and ``saturated`` of them.
         """
         words = catalogue(design)
         order = sorted(words, key=lambda signal: list(type(words[signal].stage)).index(words[signal].stage))

@@ -63,14 +63,14 @@ class Drain(wiring.Component):
         sums -> DrainRegister -> sum -> coarse -> shifted -> round, flip -> assembled -> result
                     Placement -> shift ---'---------'           '- marks: flip, kind, slots
 
-    Nothing behind the sums waits, since products begin only when there is a place for their results.
+    Nothing after the sums waits, since products begin only when there is a place for their results.
 
     Members:
         sums: L running sums.
         completing: high a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
             register takes to drain.
         headroom: that of the operand of the pass in the drain register.
-        complete: a cycle behind ``completing``: sums are captured.
+        complete: a cycle after ``completing``: sums are captured.
         new: beside ``completing``, the pass is the first of its product.
         stack: beside ``completing``, that of its product.
         drained: the last words of a pass leave the drain register.

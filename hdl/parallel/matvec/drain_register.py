@@ -43,7 +43,7 @@ class DrainRegister(wiring.Component):
         sums: L running sums.
         completing: high a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
             register takes to drain.
-        complete: a cycle behind ``completing``: sums are captured.
+        complete: a cycle after ``completing``: sums are captured.
         draining: words leave.
         primed: they are those of a pass.
         words: the words that leave.

@@ -31,7 +31,7 @@ def order(design: Design) -> list[str]:
 
 
 def bases(design: Design) -> dict[str, int]:
-    """Address of every stack's first coefficient; stacks lie one behind the other in their :func:`order`."""
+    """Address of every stack's first coefficient; stacks lie one after the other in their :func:`order`."""
     stacks = order(design)
     ends = np.cumsum([0, *(passes(design, name) * design.quads for name in stacks)])
     return {name: int(start) for name, start in zip(stacks, ends, strict=False)}

@@ -18,7 +18,7 @@ SOURCES = ("vector", "n", "b")
 
 
 def spacing(design: Design) -> int:
-    """Cycles from the launch of a pass to that of the next: those of its reads, or those of its words behind.
+    """Cycles from the launch of a pass to that of the next: those of its reads, or those of its words after.
 
     At least two: the drain looks up the words of the pass before in the cycle before it needs them.
     """

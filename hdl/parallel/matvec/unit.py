@@ -19,12 +19,12 @@ word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing
 
 A *pass* reads the Q quads of a bank once and adds L exact sums to what the lanes have; rows ``t L ... t L + L - 1``
 are pass ``t``.
-Lanes never freeze.  A pass is launched as many cycles behind the one before as it takes to read the operand, or to
+Lanes never freeze.  A pass is launched as many cycles after the one before as it takes to read the operand, or to
 empty the drain register, and only when the pass before the last has left that.
 
 Products of several frames interleave, as :class:`tfra.hdl.parallel.matvec.schedule.Schedule` chooses them, so that
 lanes work on one frame while another one's operand is being made.  The results of a product always have a place to go
-before it begins, so that nothing behind the lanes waits: contact and force products take a token each, of a frame's
+before it begins, so that nothing after the lanes waits: contact and force products take a token each, of a frame's
 place in all that follows and of planes of forces, and contact one of a bank that its n will need.
 """
 

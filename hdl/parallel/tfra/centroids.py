@@ -128,7 +128,7 @@ class Centroids(wiring.Component):
             m.d.comb += getattr(solver, name).eq(zone.sums)
         m.d.comb += [
             solver.claim.eq(register(m, raster.transfer & raster.last, "claim", control=True)),
-            solver.load_u.eq(flags[_STAGES.index("v")].last),  # behind the stage of s and u
+            solver.load_u.eq(flags[_STAGES.index("v")].last),  # after the stage of s and u
             solver.load_v.eq(flags[_STAGES.index("whole")].last),
         ]
         return m
@@ -209,7 +209,7 @@ class _Solver(Elaboratable):
     look       can both values move by the distance of this step?
     move       they do, or not; look again until all steps have been taken
     pitch      the normalised values are rounded and become the words that the pitches multiply
-    compare    behind the second product: |y| with |x|, words rounded
+    compare    after the second product: |y| with |x|, words rounded
     test       sign of the difference; a cycle later ``decide`` writes the rest of ``result``
     ========== ===================================================================================
 

@@ -64,7 +64,7 @@ _GATHER = (
 _BACK = ALIGN + 1  # barrel, in steps, and rounding
 _OR_OF_THIRDS, _OR, _HALF_ZEROS, _ZEROS = range(4)
 _RING = range(_ZEROS + 1, _ZEROS + 1 + len(_ORDER) + _BACK)  # all words to the barrel, until the last one is back
-_MULTIPLY = later(range(len(_PRODUCTS)), _RING.start + _BACK + 1)  # a register behind the rounding
+_MULTIPLY = later(range(len(_PRODUCTS)), _RING.start + _BACK + 1)  # a register after the rounding
 _ADD = later(_MULTIPLY, 1)
 _OR_U, _HALF_ZEROS_U, _ZEROS_U = later(range(3), _ADD.stop)
 _SWAP = _HALF_ZEROS_U  # after the OR, which is that of the sums in any order
@@ -98,11 +98,11 @@ class Dependent(wiring.Component):
     made.  The sums are den, num0, num1 where the sweep goes along y.  Else the outer two are swapped.  In all:
 
     =============== ======================================================================
-    ``_ZEROS``      zeros that all words have behind their signs
+    ``_ZEROS``      zeros that all words have after their signs
     ``_RING``       the ring moves: a word a cycle to the barrel, a rounded one a cycle back
     ``_MULTIPLY``   operand times factor
     ``_ADD``        ... to its sum, or from it
-    ``_ZEROS_U``    zeros that all sums have behind their signs; ``_SWAP`` is beside it
+    ``_ZEROS_U``    zeros that all sums have after their signs; ``_SWAP`` is beside it
     ``_ALIGN_U``    a sum a cycle to the barrel: den, num0, num1
     ``_ROUND_U``    its magnitude
     ``_LIMIT_U``    ... limited

@@ -64,7 +64,7 @@ class Resultant(wiring.Component):
     ``_LOAD``      operand and factor; with a force's second ones the ``start`` of its sum
     ``_MULTIPLY``  operand times factor
     ``_ADD``       ... to its force
-    ``_ZEROS``     zeros that all forces have behind their signs
+    ``_ZEROS``     zeros that all forces have after their signs
     ``_ALIGN``     a force a cycle to the barrel: F_x, F_y, F_z
     ``_ROUND``     rounded, into ``total``
     ============== ====================================================================

@@ -34,7 +34,7 @@ class Assembler:
         self.program: list[Instruction] = []
         self.stage = ""
         self._cycles = [0]  # of the program, and of one turn of each open loop
-        self._movable_from = 0  # first instruction behind the last loop's end or call
+        self._movable_from = 0  # first instruction after the last loop's end or call
         self._subroutines: dict[str, tuple[list[Instruction], int]] = {}
         self._calls: list[tuple[int, str]] = []
         self._deferred: list[Instruction] | None = None
@@ -52,7 +52,7 @@ class Assembler:
     # Instructions
 
     def emit(self, instruction: Instruction) -> None:
-        """Append ``instruction``, behind the pauses it needs; pauses at a loop's start stand before the loop."""
+        """Append ``instruction``, after the pauses it needs; pauses at a loop's start stand before the loop."""
         if self._deferred is not None:
             self._deferred.append(instruction)
             return
@@ -150,7 +150,7 @@ class Assembler:
         self._cycles[-1] += times * body
 
     def unrolled(self, times: int, copies: int = 4) -> Iterator[None]:
-        """``for _ in unrolled(n)``: run the body n times, ``copies`` of it in each turn of a loop, the rest behind."""
+        """``for _ in unrolled(n)``: run the body n times, ``copies`` of it in each turn of a loop, the rest after."""
         if times >= copies:
             with self.loop(times // copies):
                 yield from [None] * copies
@@ -162,7 +162,7 @@ class Assembler:
         self.nop()
 
     def call(self, name: str, body: Callable[[], None]) -> None:
-        """Run ``body``, which is written once, behind the program, as the subroutine ``name``; none calls another."""
+        """Run ``body``, which is written once, after the program, as the subroutine ``name``; none calls another."""
         if name not in self._subroutines:
             self._subroutines[name] = self._subroutine(name, body)
         code, cycles = self._subroutines[name]
@@ -195,7 +195,7 @@ class Assembler:
         return Instruction()
 
     def link(self) -> int:
-        """Put the subroutines behind the program; returns the address of the first one."""
+        """Put the subroutines after the program; returns the address of the first one."""
         starts, end = {}, len(self.program)
         for name, (body, _) in self._subroutines.items():
             starts[name] = len(self.program)

@@ -108,7 +108,7 @@ class Interpreter:
         target: int | None = None
         while True:
             instruction, pc = self.program[self.pc], self.pc
-            following = pc + 1 if target is None else target  # behind the delay slot
+            following = pc + 1 if target is None else target  # after the delay slot
             target = self._sequence(instruction)
             try:
                 address, value = self._execute(instruction, taxels)
@@ -118,7 +118,7 @@ class Interpreter:
             self.pc, self.cycle = following, self.cycle + 1
 
     def _sequence(self, i: Instruction) -> int | None:
-        """Where the program goes on behind the next instruction, if elsewhere."""
+        """Where the program goes on after the next instruction, if elsewhere."""
         if i.op == Op.DO:
             self.loops.append([self.pc + 1, i.immediate])
             return None

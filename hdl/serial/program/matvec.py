@@ -93,7 +93,7 @@ def normalise_parities(w: Writer) -> None:
 
 
 def product(w: Writer, name: str, words: int, significant: Operand) -> None:
-    """Results of operator ``name`` for the operand ``words``, to where pointer 2 points, and the words behind.
+    """Results of operator ``name`` for the operand ``words``, to where pointer 2 points, and the words after.
 
     Changes R0, R1, T, SH, SP and pointers 0, 1, 2 and 5.
     """
@@ -120,7 +120,7 @@ def parities(w: Writer, quads: int) -> None:
     ``turn`` - 1         waits for the end of the group
     ===================  ===============================================================================
 
-    The sums of a group are there ``late`` cycles after its start; those of a parity's last group are stored behind
+    The sums of a group are there ``late`` cycles after its start; those of a parity's last group are stored after
     the turns, and the next parity's pointers are set while that group runs.
     """
     a, lanes = w.assembler, w.sizes.lanes

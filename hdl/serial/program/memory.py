@@ -81,7 +81,7 @@ class MemoryMap:
 
     @property
     def names(self) -> dict[int, str]:
-        """Names of single words, by address; a constant's is its value behind ``#``."""
+        """Names of single words, by address; a constant's is its value after ``#``."""
         scalars = sorted((address, name) for name, address in self._scalars.items())
         return dict(scalars) | {address: f"#{value}" for address, value in self.contents.items()}
 

@@ -40,9 +40,9 @@ class Arbiter(wiring.Component):
         product_valid: a beat of products enters.
         product_place: place of its frame.
         product_number: its number in its product.
-        direction: one transfer a frame, taken a cycle behind the entry of the last beat of e1.
+        direction: one transfer a frame, taken a cycle after the entry of the last beat of e1.
         affine: one transfer a frame, taken with ``direction``.
-        chosen: one transfer a frame, taken a cycle behind the entry of the last beat of d.
+        chosen: one transfer a frame, taken a cycle after the entry of the last beat of d.
         bank_token: tokens, one taken for each vector.
         valid: a beat enters.
         tag: that of the beat; without the scalar, if it is one of products.

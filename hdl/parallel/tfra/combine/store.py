@@ -91,7 +91,7 @@ class Store(wiring.Component):
         return Cat(port.place, port.vector) if self._vectors > 1 else port.place
 
     def _masks(self, m: Module) -> Value:
-        """OR of the magnitudes of each parity while a vector is written, two cycles behind its words.
+        """OR of the magnitudes of each parity while a vector is written, two cycles after its words.
 
         Masks go round with the beats of a quad, so that those of the beat at hand are always at the bottom, and those
         of the beat before at the top.

@@ -45,12 +45,12 @@ class Combine(wiring.Component):
     Members:
         b: Q quads a frame, folded stress in converter codes; of one frame more than those that hold a token.
         n: Q quads a frame, folded weights.
-        residual: 3 Q quads a frame, behind its b: g, d1, d2.
-        direction: one transfer a frame, taken a cycle behind the entry of the last beat of e1.
+        residual: 3 Q quads a frame, after its b: g, d1, d2.
+        direction: one transfer a frame, taken a cycle after the entry of the last beat of e1.
         affine: one transfer a frame, taken with ``direction``.
-        chosen: one transfer a frame, taken a cycle behind the entry of the last beat of d.
+        chosen: one transfer a frame, taken a cycle after the entry of the last beat of d.
         forced: the same, taken when the forces of the frame before are on their way.
-        products: 3 Q quads a frame, behind its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
+        products: 3 Q quads a frame, after its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
         bank_token: tokens, one taken for each vector.
         frame_token: tokens out, one for each frame that has a place in the stores; its forces return it.
         vector: 3 Q quads a frame: e0, e1, and later d.
@@ -90,7 +90,7 @@ class Combine(wiring.Component):
     def update_latency(self) -> int:
         """Cycles from the first clock edge that finds ``chosen`` valid to the first transfer of d.
 
-        When the last e1 leaves later than that, cycles count from the second one behind its transfer.
+        When the last e1 leaves later than that, cycles count from the second one after its transfer.
         """
         return Arbiter.begin_latency + self._design.cycles_per_quad - 1 + self.force_latency
 

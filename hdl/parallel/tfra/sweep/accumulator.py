@@ -65,9 +65,9 @@ class Accumulator(wiring.Component):
         address: where to add, 0 ... ``entries - 1``.
         value: what to add.
         valid: there is an addition in this cycle.
-        drain: a pulse, behind the last addition; the next one may come two cycles behind the last row's read.
-        draining: rows are read, from ``DRAIN`` cycles behind ``drain`` on.
-        rows: the sums of a row, ``READ`` cycles behind its read; the lower address first.
+        drain: a pulse, after the last addition; the next one may come two cycles after the last row's read.
+        draining: rows are read, from ``DRAIN`` cycles after ``drain`` on.
+        rows: the sums of a row, ``READ`` cycles after its read; the lower address first.
 
     Resources: a memory of ``entries`` sums, an adder for each field, four comparators of addresses.
     """

@@ -31,7 +31,7 @@ class Crossing(wiring.Component):
         before = floor(t / size),    excess = |first + (before + 1) step| = size - t mod size  or one less,
 
     by division without restoring, a quotient bit a stage: ``before`` is the last candidate with the sign of ``first``.
-    Invariant behind the stage of bit b, with the bits q of ``before`` above it:
+    Invariant after the stage of bit b, with the bits q of ``before`` above it:
 
         remainder = t - 2^b size (2 q + 1)     within -2^b size ... 2^b size;     bit b = (remainder >= 0)
 

@@ -33,7 +33,7 @@ def _reads(design: Design) -> int:
 
 
 def _first_sum(design: Design) -> int:
-    """Cycles from the end mark, which comes a cycle behind the last term, to the sum of candidate 0 in its register."""
+    """Cycles from the end mark, which comes a cycle after the last term, to the sum of candidate 0 in its register."""
     return crossing_latency(design) + DRAIN + READ + _PAIR * (at_once(design) - 1) + 1
 
 
@@ -88,7 +88,7 @@ class Sums(wiring.Component):
         slope(k+2) = slope(k) + (size(k+1) + size(k+2))
         sum(k+2)   = sum(k) + 2 slope(k) + (excess(k+1) + size(k+1) + excess(k+2))
 
-    Cycles behind the read of entry 1; in brackets behind that of the pair of entries 1 and 2.  The entries after it
+    Cycles after the read of entry 1; in brackets after that of the pair of entries 1 and 2.  The entries after it
     follow in the cycles after it:
 
     ======= ================ ===========================================================
@@ -107,9 +107,9 @@ class Sums(wiring.Component):
         step: what it grows by from one candidate to the next.
         size: ``|step|``.
         i_valid: there is a term in this cycle.
-        ended: pulse, a cycle behind a frame's last term.
+        ended: pulse, a cycle after a frame's last term.
         sums: the sums of the next ``at_once`` candidates, those of a frame without a gap.
-        valid: which of them are there; behind the last candidate there is none.
+        valid: which of them are there; after the last candidate there is none.
         begins: pulse, a cycle ahead of candidate 0, or two where they come in pairs.
 
     Resources: a :class:`Crossing`, an :class:`Accumulator` of K entries of about 80 bits, five adders; for two
@@ -164,7 +164,7 @@ class Sums(wiring.Component):
         return Accumulator(value, total, self._design.search.steps, at_once(self._design))
 
     def _phases(self, m: Module, draining: Value) -> _Phases:
-        """What happens to slope and sum, behind the reads of entries."""
+        """What happens to slope and sum, after the reads of entries."""
         next_adds = delayed(m, draining, READ - 1 + _PAIR * self._pairs, "next_adds", control=True)
         slope_adds = register(m, next_adds, "slope_adds", control=True)
         sum_adds = register(m, slope_adds, "sum_adds", control=True)
@@ -199,7 +199,7 @@ class Sums(wiring.Component):
     def _send(self, m: Module, when: _Phases, total: Signal, slope: Signal, odd_excess: Value) -> None:
         """Sums of a row; where they come in pairs, the odd candidate's is made from that of the even one before it."""
         clearing = self._clearing(m)
-        alone = rows(self._design) > _reads(self._design)  # the last candidate, behind all entries
+        alone = rows(self._design) > _reads(self._design)  # the last candidate, after all entries
         there = Cat(when.sum_adds | when.sum_added if alone else when.sum_adds, when.sum_adds)[: len(self.valid)]
         valid = there & (~clearing).replicate(len(there))
         m.d.comb += self.begins.eq(when.slope_adds & ~when.sum_adds & ~clearing)
@@ -214,7 +214,7 @@ class Sums(wiring.Component):
             m.d.comb += [self.sums[0].eq(total), self.valid.eq(valid)]
 
     def _clearing(self, m: Module) -> Signal:
-        """What is read now are the entries of no frame, behind a reset."""
+        """What is read now are the entries of no frame, after a reset."""
         clearing = Signal(init=1)
         with m.If(self.ended):
             m.d.sync += clearing.eq(0)

@@ -73,7 +73,7 @@ class Winner(wiring.Component):
         valid: which of them are there.
         measured: K times the sum of positive stress, from the first row until the last one is compared.
         exponent: exponent of the frame, which the tolerance depends on; as long.
-        found: a pulse, ``winner_latency`` cycles behind the last row.
+        found: a pulse, ``winner_latency`` cycles after the last row.
         index: the winner, while ``found``.
 
     Resources: two comparators, two adders; with a tolerance a memory of all candidates, a comparator and an adder more;
@@ -208,7 +208,7 @@ class Winner(wiring.Component):
     def _replay(self, m: Module, number: Value, row: Value, complete: Value) -> tuple[Value, Value, Value]:
         """Store every row; when all have come, hand them out again: number, words, and whether there is one.
 
-        The first is read in the cycle behind ``complete`` and comes ``_REPLAY - 1`` later.
+        The first is read in the cycle after ``complete`` and comes ``_REPLAY - 1`` later.
         """
         last, wait = rows(self._design) - 1, _REPLAY - 1
         m.submodules.rows = memory = Memory(shape=unsigned(len(row)), depth=max(2, last + 1), init=[])

@@ -1,4 +1,4 @@
-"""Share of the blocks behind the products: everything there follows frame by frame from its inputs."""
+"""Share of the blocks after the products: everything there follows frame by frame from its inputs."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Back:
         events.spans.append(Span("dependent", "alpha, beta", product.frame, taken, frame.affine))
 
     def _normal(self, product: Product) -> None:
-        """p or q; behind both the sweep."""
+        """p or q; after both the sweep."""
         frame, design = self._events.frames[product.frame], self._events.design
         frame.normal += [cycle + design.cycles_per_quad - 1 for cycle in product.results]
         if len(frame.normal) == 2 * design.quads:
@@ -85,7 +85,7 @@ class Back:
         events.spans.append(Span("gain", "gain", number, begin, frame.gain))
 
     def _words(self, number: int) -> None:
-        """Result words: the header behind the gain, forces as their planes come, never two in a cycle."""
+        """Result words: the header after the gain, forces as their planes come, never two in a cycle."""
         events, design, wait = self._events, self._events.design, self._events.blocks
         frame, before = events.frames[number], events.before(number)
         cycle = frame.gain + PerFrameQueue.latency + wait.scaling - 1

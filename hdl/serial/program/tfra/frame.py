@@ -58,7 +58,7 @@ class Program:
 
     instructions: tuple[Instruction, ...]
     subroutines: int
-    """Instructions before the first subroutine; behind it there are only subroutines."""
+    """Instructions before the first subroutine; after it there are only subroutines."""
     memory: tuple[int, ...]
     """First contents of the data memory."""
     operands: int
@@ -91,7 +91,7 @@ def program(design: Design) -> Program:
     a.jump(start)
     interval = a.cycles - before
     subroutines = a.link()
-    w.map.reserve(2)  # a product looks for a fifth parity behind its table
+    w.map.reserve(2)  # a product looks for a fifth parity after its table
     memory = tuple(w.map.words)
     return Program(
         tuple(a.program), subroutines, memory, w.map.operands, w.map.names, first, last, interval, taxel

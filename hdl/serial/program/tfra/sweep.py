@@ -199,7 +199,7 @@ def _entry_of_z(w: Writer) -> None:
 
 
 def _divide(w: Writer, word: Operand, pauses: list[Instruction]) -> None:
-    """K = word / R2, word = the remainder; one of ``pauses`` behind every step, and the rest of them at the end."""
+    """K = word / R2, word = the remainder; one of ``pauses`` after every step, and the rest of them at the end."""
     a, steps = w.assembler, sweep_bits(w.design)
     a.act(Op.SHIFT, R2)
     for number in range(steps):
