@@ -47,7 +47,7 @@ def round_top(aligned: Value, bits: int) -> Value:
 
 
 def magnitude_bits(value: Value) -> Value:
-    """``value ^ sign``: unsigned, its bit length is what the signed value needs beside the sign."""
+    """``value ^ sign``: unsigned; its bit length is that of the signed value without the sign."""
     return (value ^ value[-1].replicate(len(value)))[: len(value) - 1]
 
 
@@ -73,7 +73,7 @@ def leading_zeros(value: Value, between: Callable[[Value], Value] = lambda word:
 
 
 def _zeros(nodes: list[tuple[Value, Value]]) -> tuple[Value, Value]:
-    """Of words in turn, the highest last: whether any bit is set, and the zeros above it."""
+    """For consecutive words, the highest last: whether any bit is set, and the zeros above it."""
     while len(nodes) > 1:
         pairs = zip(nodes[::2], nodes[1::2], strict=True)
         nodes = [
@@ -100,7 +100,7 @@ def add_carry(a: Value, b: Value, carry: Value) -> Value:
 
 
 def less(a: Value, b: Value) -> Value:
-    """Unsigned ``a < b`` from carry chains side by side, half as long as the words.
+    """Unsigned ``a < b`` from parallel carry chains, half as long as the words.
 
     Signs of differences, since yosys makes comparisons for both orders from one chain and a test for equal words.
     """
@@ -115,6 +115,6 @@ def during(counter: Value, window: range) -> Value:
 
 
 def nth_slice(word: Value, number: Value, slices: int) -> Value:
-    """One of ``slices`` equal slices of ``word``: a multiplexer, where ``word_select`` would take a multiplier."""
+    """One of ``slices`` equal slices of ``word``, by a multiplexer; ``word_select`` would infer a multiplier."""
     size = len(word) // slices
     return Array(word.word_select(k, size) for k in range(slices))[number] if slices > 1 else word

@@ -13,7 +13,7 @@ from tfra.hdl.lib.pipeline import register
 
 
 class Divider(wiring.Component):
-    """Division without restoring: ``quotient = +-round(numerator / denominator * 2^fraction)``, half up, sign last.
+    """Non-restoring division: ``quotient = +-round(numerator / denominator * 2^fraction)``, half up, sign last.
 
     ::
 
@@ -79,7 +79,7 @@ class Divider(wiring.Component):
 
     @property
     def interval(self) -> int:
-        """Cycles from one division to the next: the quotient leaves in one of its own."""
+        """Cycles from one division to the next; the output of the quotient takes one of them."""
         return self.latency + 1
 
     def elaborate(self, platform: Any) -> Module:

@@ -1,9 +1,7 @@
-"""Plumbing between blocks: streams of ``amaranth.lib.stream`` are split and routed here.
+"""x
 
-Behind the products nothing waits: see :func:`always_ready_stream`.
-
-Per-frame facts travel as streams with one transfer a frame.  A block may look at such a transfer for as long as
-it needs it and takes it (``ready``) in the last cycle of use, so the sender holds it and no block keeps a copy.
+Per-frame facts travel as streams with one transfer a frame.  A block reads such a transfer while it needs it and
+accepts it (``ready``) in the last cycle of use, so the sender holds the payload and no block keeps a copy.
 """
 
 from __future__ import annotations
@@ -20,11 +18,11 @@ from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
 from tfra.hdl.lib.pipeline import occupancy, occupancy_flags, register, wrapping_counter
 
 TOKEN = unsigned(1)
-"""Payload of a token, which means nothing; words without bits would not be portable Verilog."""
+"""Payload of a token, without meaning; words without bits would not be portable Verilog."""
 
 
 def always_ready_stream(shape: Any) -> stream.Signature:
-    """A stream that never waits: whoever sends it holds a token for its place, and asks before it begins.
+    """A stream without backpressure: its sender takes a token for the place of each result before it starts.
 
     No pipeline on its way needs an enable, which would have all its registers to drive.  Where a quad is handled in
     beats, transfers are as many cycles apart, and payloads stand until then: see
@@ -34,7 +32,7 @@ def always_ready_stream(shape: Any) -> stream.Signature:
 
 
 class Fork(wiring.Component):
-    """Hand every transfer to all of ``ways`` sinks, each at its own time.
+    """Copy every transfer to all of ``ways`` sinks, each at its own time.
 
     Members: ``i``: stream in; ``o``: ``ways`` streams out.  Combinational from valid to valid; a transfer ends
     when the last sink has taken it.
@@ -59,7 +57,7 @@ class Fork(wiring.Component):
 
 
 class Router(wiring.Component):
-    """Hand the ``words`` of every transfer to the sinks that its ``kind`` has in a static table; nobody waits.
+    """Route the ``words`` of every transfer to the sinks of its ``kind`` in a static table, without backpressure.
 
     ``latency`` is one cycle: each sink has a register of its own for ``valid``, since they are far from each other.
 
@@ -88,7 +86,7 @@ class Router(wiring.Component):
 
 
 class Buffer(wiring.Component):
-    """Hold one transfer, so that its sender is free while the sink still needs it.
+    """Hold one transfer, so that its sender can continue while the sink still needs it.
 
     Members: ``i``: stream in; ``o``: stream out, registered.  A new transfer enters when the last one has left:
     meant for per-frame facts, not for full throughput.  ``latency`` is one cycle.
@@ -173,12 +171,12 @@ class Queue(wiring.Component):
         return wrapping_counter(m, step, self._beats, name) if self._beats > 1 else (Const(0, 0), Const(1))
 
     def _kept(self, payload: Any) -> Value:
-        """What is stored of a payload."""
+        """The part of a payload that is stored."""
         return Value.cast(payload)
 
 
 class PerFrameQueue(Queue):
-    """Per-frame facts on their way to one block: a queue for as many frames as the core holds, in LUTs.
+    """Queue of per-frame facts for one block, in LUTs, for as many frames as the core holds.
 
     Only ``fields`` of the payload are kept, the ones the block looks at; the others are zero.  Without any, all is.
     """
@@ -192,7 +190,7 @@ class PerFrameQueue(Queue):
 
 
 class Tokens(wiring.Component):
-    """Permissions: a place downstream that is free now, or was given back.
+    """Tokens: each stands for a free place downstream.
 
     Arguments:
         number: tokens there are at first, and at most.
@@ -214,7 +212,7 @@ class Tokens(wiring.Component):
 
 
 class Spare(wiring.Component):
-    """Stream register with a spare place: neither ``i.ready`` nor ``o.valid`` depends on an input.
+    """Skid buffer: neither ``i.ready`` nor ``o.valid`` depends combinationally on an input.
 
     Members: ``i``: stream in; ``o``: stream out, a cycle later; ``used``: ``i.ready`` is low, in a register of its own
     for decisions, since what enables the registers of a pipeline has many to drive.
@@ -240,7 +238,7 @@ class Spare(wiring.Component):
 
 
 def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last: int) -> tuple[Signal, Signal]:
-    """Cycle of a block that works on one transfer at a time, and whether it has one.
+    """Cycle counter of a block that works on one transfer at a time, and whether it has one.
 
     ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; after
     cycle ``last`` stream ``leave`` is valid until it is taken.

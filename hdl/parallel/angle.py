@@ -18,7 +18,7 @@ from tfra.model.fixed.design import Design
 
 
 class Angle(wiring.Component):
-    """phi = atan2(sin, cos) of every frame, in a place that nobody else takes in the CORDIC.
+    """phi = atan2(sin, cos) of every frame, in a free slot of the CORDIC.
 
     ::
 

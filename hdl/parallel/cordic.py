@@ -32,7 +32,7 @@ def cordic_modulus(design: Design) -> Shape:
 
 
 def cordic_vector(design: Design) -> data.StructLayout:
-    """What is turned."""
+    """The vector to be rotated."""
     return data.StructLayout({"x": cordic_word(design), "y": cordic_word(design)})
 
 
@@ -42,7 +42,7 @@ def cordic_latency(design: Design) -> int:
 
 
 class Cordic(wiring.Component):
-    """Turn vectors onto the x axis: modulus times the CORDIC gain, and the senses of the rotations.
+    """Rotate vectors onto the x axis: modulus times the CORDIC gain, and the signs of the rotations.
 
     ::
 
@@ -103,7 +103,7 @@ class Cordic(wiring.Component):
 
     @staticmethod
     def _word(m: Module, value: Value, bits: int, name: str) -> Signal:
-        """``value``, which fits, in a register of ``bits``."""
+        """``value`` in a register of ``bits``, which it fits."""
         word = Signal(signed(bits), name=name, reset_less=True)
         m.d.sync += word.eq(value)
         return word

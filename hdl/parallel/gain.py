@@ -27,7 +27,7 @@ _TOP = 4
 
 
 class _States(NamedTuple):
-    """The state as the words of a frame see it: a register, and pulses in the order in which they come."""
+    """The state during the words of a frame: a register, and pulses in the order of time."""
 
     second_run: Value
     start: Value
@@ -45,7 +45,7 @@ class _Tops(NamedTuple):
     numerator: Value
     modulus: Value
     growth: Value
-    """By how much the modulus is longer than the numerator."""
+    """Bits by which the modulus is longer than the numerator."""
     modulus_is_zero: Value
 
 
@@ -193,7 +193,7 @@ class Gain(wiring.Component):
         ]
 
     def _send(self, m: Module, state: _States, tops: _Tops, regular: Value, unbounded: Value) -> None:
-        """Quotients, shifts and flags into ``gain``, as they come."""
+        """Write quotients, shifts and flags to ``gain`` as they arrive."""
         gain = Signal(payloads.gain(self._design), name="found", reset_less=True)
         force_shift, resultant_shift, below = self._shifts(m, tops.growth, regular)
         m.d.comb += self.gain.payload.eq(gain)
@@ -208,7 +208,7 @@ class Gain(wiring.Component):
             ]
 
     def _mantissa(self, regular: Value, numerator: Value) -> Value:
-        """The quotient, below 2^bits; the Divider answers a modulus of zero with just that limit."""
+        """The quotient, below 2^bits; for a modulus of zero the Divider gives exactly that limit."""
         bits, quotient = self._design.formats.bits("scalar"), self._divider.o.payload
         limited = Mux(quotient[bits], numerator[-1].replicate(bits), quotient[:bits])
         return Mux(regular, limited, Const(normal_gain(self._design)[0], bits))

@@ -1,4 +1,4 @@
-"""Block-floating input of a frame, and its mirror taxels side by side."""
+"""Block-floating input of a frame, as quads of mirror taxels."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Raster(Elaboratable):
 
 
 class Normaliser(wiring.Component):
-    """Shift a frame so that its largest code fills the word, and hand it on as quads of mirror taxels.
+    """Shift a frame so that its largest code fills the word, and send it as quads of mirror taxels.
 
     b = code << exponent, where the exponent counts the leading zeros of the OR of ``code ^ sign``; equal to
     :func:`tfra.model.fixed.normaliser.normaliser`::

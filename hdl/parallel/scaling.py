@@ -171,7 +171,7 @@ class Scaling(wiring.Component):
         return [entry for field in self._design.layout for entry in fields[field.name]]
 
     def _status(self) -> Value:
-        """Status of a frame, as far as it is known without its words."""
+        """Status of a frame, except the bits that depend on its words."""
         frame = self.frame.p
         regular = frame.contact & frame.traction
         flags = {
@@ -253,7 +253,7 @@ class Scaling(wiring.Component):
         return rounded, flags[0], flags[1]
 
     def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:
-        """Limit the word, remember that it was limited, and tell so in the status."""
+        """Limit the word, and set the status bit if it was limited."""
         output, place = self._design.widths.output, Status.OUTPUT_SATURATED.bit_length() - 1
         limited = Signal()
         above = rounded[output - 1 :]
@@ -268,7 +268,7 @@ class Scaling(wiring.Component):
 
 
 def _chosen(following: list[tuple[Value, _Entry]], name: str) -> Value:
-    """``name`` of the entry whose bit is set: what is zero everywhere else."""
+    """``name`` of the entry whose bit is set: OR of all entries, each zero unless its bit is set."""
     return reduce(or_, (Mux(bit, getattr(entry, name), 0) for bit, entry in following))
 
 

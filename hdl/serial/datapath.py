@@ -14,11 +14,11 @@ from tfra.hdl.serial.sequencer import INSTRUCTION
 from tfra.hdl.serial.sizes import Sizes
 
 STAGE = data.StructLayout({"instruction": INSTRUCTION, "address": ADDRESS_BITS, "valid": 1})
-"""A stage of the pipeline: an instruction, the address that it means, and whether there is one."""
+"""A stage of the pipeline: an instruction, its effective address, and valid."""
 
 
 class Datapath(wiring.Component):
-    """Registers R0 to R5, T, K, Y, SH and the flags, and the ways between them.
+    """Registers R0 to R5, T, K, Y, SH and the flags, and the paths between them.
 
     ::
 
@@ -116,7 +116,7 @@ class Datapath(wiring.Component):
         return m
 
     def _condition(self, m: Module) -> Value:
-        """Whether flags let ``executing`` act: known when it enters, but for the sign of a flag that was just set."""
+        """Whether the condition of ``executing`` holds: known when it enters, except for a flag that was just set."""
         f, e = self.fetching.instruction, self.executing.instruction
         flags = Signal(2)
         last_sets = Signal(2)  # the flags that take the sign of last
@@ -193,7 +193,7 @@ class Datapath(wiring.Component):
     def _execute(
         self, m: Module, alu: Alu, left: Value, source: Value, writes: Value, shifts: Value, half: Value
     ) -> None:
-        """Operands to the ALU, but the last result where ``executing`` writes what ``fetching`` reads."""
+        """Operands to the ALU, with the last result forwarded where ``executing`` writes what ``fetching`` reads."""
         f, word = self.fetching.instruction, self._sizes.word
         left_operand = Signal.like(left)
         addend = Signal.like(left)

@@ -8,7 +8,7 @@ instruction.  The state that instructions read and write:
 m       data memory, words of ``Sizes.word`` bits; its lowest words are also the operands of the lanes
 R0-R5   data registers
 P0-P6   address pointers
-T       what SHIFT and LENGTH leave, with one bit below the binary point; the divisor of DIV, doubled
+T       result of SHIFT and LENGTH, with one bit below the binary point; the divisor of DIV, doubled
 K       quotient of DIV, bit by bit
 Y       multiplier of MUL
 SH      amount of SHIFT to the right; to the left if it is negative
@@ -16,12 +16,12 @@ SP      address of the next coefficients in the store
 F0, F1  flags: the sign of an earlier result
 ======  ====================================================================================================
 
-What a program has to know of the pipeline (the assembler inserts pauses where instructions follow each other):
+Rules of the pipeline for a program (the assembler inserts pauses between consecutive instructions):
 
 * P and K are read ``SETTLE`` instructions after they were written at the earliest, a memory word ``STORED``;
 * R and T are read by the next instruction, unless that is one of ``LATE`` or the writer is DIV;
 * SH is read by SHIFT, two instructions after it was written at the earliest;
-* a product is there ``MUL_DELAY`` instructions after MUL, sums of products ``MAC_DELAY`` + Q after MAC;
+* a product is available ``MUL_DELAY`` instructions after MUL, sums of products ``MAC_DELAY`` + Q after MAC;
 * the instruction after the one that ends a loop, jumps, calls or returns is still executed: a delay slot.
 """
 

@@ -1,4 +1,4 @@
-"""The multiplier lanes: sums of Q products, one group of rows at a time, beside the program."""
+"""The multiplier lanes: sums of Q products, one group of rows at a time, in parallel with the program."""
 
 from __future__ import annotations
 
@@ -114,7 +114,7 @@ class Lanes(wiring.Component):
         return running, marks[-2], marks[-1]
 
     def _multiply(self, m: Module, operand: Value, coefficients: Value, first: Value, last: Value) -> None:
-        """Products and running totals of all lanes, and the register of sums that hands them out."""
+        """Products and accumulators of all lanes, and the register of sums that shifts them out."""
         bits, sizes = self._sizes.coefficient, self._sizes
         sums = [Signal(signed(sizes.accumulator), name=f"sum{lane}") for lane in range(sizes.lanes)]
         m.d.comb += self.sum.eq(sums[0])

@@ -1,4 +1,4 @@
-"""The sequencer: which instruction comes next, and the address it means."""
+"""The sequencer: the next instruction, and its effective address."""
 
 from __future__ import annotations
 
@@ -61,7 +61,8 @@ class Sequencer(wiring.Component):
         return m
 
     def _jump(self, m: Module, program_counter: Signal) -> None:
-        """Calls, returns, jumps, and loops: stacks of first instructions and of turns left, the innermost first."""
+        """Calls, returns, jumps, and loops: stacks of first instructions and of remaining iterations, the innermost
+        first."""
         i = self.instruction
         link = Signal.like(program_counter)
         starts = [Signal.like(program_counter, name=f"start{depth}") for depth in range(LOOPS)]
@@ -82,7 +83,7 @@ class Sequencer(wiring.Component):
                     m.d.sync += [inner.eq(outer) for inner, outer in pairwise(stack)]
 
     def _move_pointers(self, m: Module) -> None:
-        """The address, and what becomes of its pointer."""
+        """The address, and the update of its pointer."""
         i = self.instruction
         pointers = [Signal(ADDRESS_BITS, name=f"pointer{number}") for number in range(POINTERS)]
         choices = Array([*pointers, Const(0, ADDRESS_BITS)])

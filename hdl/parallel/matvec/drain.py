@@ -127,7 +127,7 @@ class Drain(wiring.Component):
         return m
 
     def _group_counter(self, m: Module, leave: Value) -> tuple[Value, Value]:
-        """Which group of W slots of their quad those that leave are, and whether they complete it."""
+        """Number of the group of W slots within its quad that leaves, and whether it completes the quad."""
         groups = 4 // self._words
         group = Signal(counter_shape(groups - 1))
         if groups > 1:

@@ -1,4 +1,4 @@
-"""The drain register: all sums of a pass are captured at once and leave some words at a time."""
+"""The drain register: it captures all sums of a pass at once and sends W words a cycle."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def drain_steps(design: Design) -> int:
 
 
 class DrainRegister(wiring.Component):
-    """L sums in, W words a cycle out, each less what its lane had a pass ago.
+    """L sums in, W words a cycle out, each minus its lane's sum of the pass before.
 
     Lanes run on from pass to pass, modulo their word.  The difference is exact, since the sum of a pass fits the word.
 
@@ -89,7 +89,7 @@ class DrainRegister(wiring.Component):
         return m
 
     def _shift(self, m: Module, capturing: Value) -> list[Value]:
-        """The register; the words that leave it."""
+        """The register, and the words that leave it."""
         held = [Signal.like(total, name=f"held{lane}", reset_less=True) for lane, total in enumerate(self.sums)]
         with m.If(capturing):
             m.d.sync += (word.eq(total) for word, total in zip(held, self.sums, strict=True))
@@ -98,7 +98,7 @@ class DrainRegister(wiring.Component):
         return held[: self._words]
 
     def _before(self, m: Module, leaving: list[Value], next_step: Value) -> Value:
-        """What the same words were a pass ago, from a memory that is read a cycle before it is written."""
+        """The same words of the pass before, from a memory that is read a cycle before it is written."""
         bits = len(leaving[0]) * len(leaving)
         m.submodules.before = memory = Memory(shape=unsigned(bits), depth=1 << len(next_step), init=[])
         write, read = memory.write_port(), memory.read_port(domain="comb")

@@ -1,4 +1,4 @@
-"""Coefficients from a stream, after a reset, into the memories of the lanes."""
+"""Loads coefficients from a stream into the memories of the lanes after a reset."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tfra.model.fixed.design import Design
 
 
 class Loader(wiring.Component):
-    """Where each coefficient goes: all of a lane, in the order in which it reads them, lane by lane.
+    """Writes coefficients lane by lane, each lane's in the order in which it reads them.
 
     Members:
         load: stream in, L times ``depth`` coefficients after a reset, and never more.

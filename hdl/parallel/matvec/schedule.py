@@ -1,4 +1,4 @@
-"""Passes of the matrix-vector unit: which product is next, when a pass begins, and what it reads."""
+"""Scheduler of the matrix-vector unit: chooses the next product, launches passes and addresses their words."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SOURCES = ("vector", "n", "b")
 
 
 def spacing(design: Design) -> int:
-    """Cycles from the launch of a pass to that of the next: those of its reads, or those of its words after.
+    """Cycles from the launch of a pass to that of the next: those of its reads, or those of draining its words.
 
     At least two: the drain looks up the words of the pass before in the cycle before it needs them.
     """
@@ -26,7 +26,7 @@ def spacing(design: Design) -> int:
 
 
 class Schedule(wiring.Component):
-    """Chooses products, launches their passes and walks through buffer and coefficients.
+    """Chooses products, launches their passes and counts through buffer and coefficients.
 
     A product is chosen when the one before has launched its last pass, among the operands that are there and whose
     results have a place: frames interleave, and the older one goes first.
@@ -123,7 +123,7 @@ class Schedule(wiring.Component):
         return [passes(self._design, name) for name in self._design.stacks]
 
     def _launch(self, m: Module, chosen: Value) -> None:
-        """A pass is launched when it is due, and when one of two places between launch and drain is free for it."""
+        """A pass is launched when it is due and one of two places between launch and drain is free."""
         busy = Signal(2)
         wait = spacing(self._design) - 1
         left = Signal(

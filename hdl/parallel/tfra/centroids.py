@@ -39,12 +39,12 @@ class _Sizes:
 
     @property
     def shifts(self) -> list[int]:
-        """Places by which a product moves, or not, one after the other to be normalised."""
+        """Distances of the optional shifts that normalise a product, one after the other."""
         return shift_distances(self.product - 1)
 
 
 def shift_distances(most: int) -> list[int]:
-    """Distances that make any shift up to ``most`` places, each taken where it is not too far; none of them is idle.
+    """Distances that add up to any shift of at most ``most`` places, each used where it is not too far; all are needed.
 
     Powers of four, each but the largest three times: three distances take half the multiplexers of the six powers of
     two.
@@ -338,7 +338,7 @@ class _Solver(Elaboratable):
             m.d.sync += [factor.eq(factor >> 1) for factor in self._factor]
 
     def _look(self) -> Value:
-        """The distance of the present step, if both values survive it: all bits that it drops equal the sign."""
+        """The distance of the present step if neither value overflows: all bits that it drops equal the sign."""
         found = []
         for distance in self._distances:
             flat = ~Cat(magnitude_bits(value[-1 - distance :]) for value in self._value).any()
@@ -347,7 +347,7 @@ class _Solver(Elaboratable):
         return Cat(found)
 
     def _shifted(self, value: Value) -> Value:
-        """``value`` moved by the only distance that is on."""
+        """``value`` shifted by the one enabled distance."""
         moved = zip(self._shift, self._distances, strict=True)
         return reduce(or_, ((value << places)[: len(value)] & on.replicate(len(value)) for on, places in moved))
 

@@ -21,7 +21,7 @@ from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 _WHOLE = int(COEFFICIENT_LIMIT).bit_length() - 1
-"""Bits before the point of alpha and beta; their limit is a power of two, so that a shift compares with it."""
+"""Bits before the point of alpha and beta; their limit is a power of two, so a shift compares with it."""
 assert 1 << _WHOLE == COEFFICIENT_LIMIT
 
 
@@ -36,7 +36,7 @@ class _Product(NamedTuple):
     sweep_y_inverts: bool
     """The sign is the opposite one where the sweep goes along y."""
     total: str
-    """Sum that it belongs to."""
+    """Sum to which it is added."""
 
 
 _PRODUCTS = (
@@ -47,7 +47,7 @@ _PRODUCTS = (
     _Product((0, 2), "sin", -1, False, "-u_2"),
     _Product((1, 2), "cos", +1, False, "-u_2"),
 )
-"""One a cycle: row n is added in cycle ``_ADD[n]``."""
+"""Rows of the schedule, one a cycle: row n is added in cycle ``_ADD[n]``."""
 
 _ORDER = (*(product.operand for product in _PRODUCTS), (2, 0), (2, 1), (2, 2))
 """p, q of the A_pq in the ring, head first: the operands of the products, then the rest."""

@@ -113,7 +113,7 @@ class Forces(wiring.Component):
         return ends
 
     def _read(self, m: Module, port: Any, full: Value) -> Value:
-        """Walk over a plane that is ``full`` and queue its taxels; high with the last read.
+        """Read a ``full`` plane and queue its taxels; high with the last read.
 
         The queue has as many places as it takes cycles until one is free again while nothing stalls.
         """
@@ -139,7 +139,7 @@ class Forces(wiring.Component):
         return ends
 
     def _locate(self, raster: Raster) -> tuple[Value, Value]:
-        """Where the raster's taxel lies in its plane: the number of a beat, and the word in that beat."""
+        """Address of the raster's taxel in its plane: the number of a beat, and the word in that beat."""
         mirror = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
         word_bits = (self._design.architecture.vector_words - 1).bit_length()
         number = Cat(mirror[word_bits:], raster.quad)[: beat_number(self._design).width]

@@ -1,4 +1,4 @@
-"""n = -w_z (Eq. 9): unfold C33^-1 b, keep what presses, fold again."""
+"""n = -w_z (Eq. 9): unfold C33^-1 b, keep the compressive part, fold again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Mirror folding of quads, and the ways of pointers through vectors and maps of taxels."""
+"""Mirror folding of quads, and the movement of pointers through vectors and maps of taxels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""|F*|, mu and the gain F_sens / |F*| (Eqs. 15, 29-31).  F1 says, from the factors on, that the frame is regular."""
+"""|F*|, mu and the gain F_sens / |F*| (Eqs. 15, 29-31).  From the factors on, F1 means that the frame is regular."""
 
 from __future__ import annotations
 

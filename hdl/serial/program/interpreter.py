@@ -1,4 +1,4 @@
-"""The serial core as integers: executes a program instruction by instruction, bit-exact to the gateware, and objects to
+"""The serial core as integers: executes a program instruction by instruction, bit-exact to the gateware, and raises
 hazards."""
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from tfra.hdl.serial.sizes import Sizes
 
 
 class Hazard(Exception):
-    """A program that reads what is not there yet, or leaves a word's range."""
+    """A program reads a value that is not available yet, or leaves a word's range."""
 
 
 class _NoTaxel(Exception):
-    """The program asks for a taxel, and there is none left."""
+    """The program reads a taxel when none is left."""
 
 
 def wrap(value: int, bits: int) -> int:
@@ -118,7 +118,7 @@ class Interpreter:
             self.pc, self.cycle = following, self.cycle + 1
 
     def _sequence(self, i: Instruction) -> int | None:
-        """Where the program goes on after the next instruction, if elsewhere."""
+        """Target of a jump after the next instruction, or None."""
         if i.op == Op.DO:
             self.loops.append([self.pc + 1, i.immediate])
             return None

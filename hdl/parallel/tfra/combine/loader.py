@@ -1,4 +1,4 @@
-"""What comes from the products into the stores of the vector updates: n, and b + g, d1 and d2."""
+"""Loads the results of products into the stores of the vector updates: n, and b + g, d1 and d2."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tfra.model.fixed.design import Design
 
 
 class WeightLoader(wiring.Component):
-    """n into its store, each beat a cycle after its own.
+    """Writes n into its store, each beat a cycle after its arrival.
 
     Members:
         n: Q quads a frame, folded weights.

@@ -18,7 +18,7 @@ from tfra.model.fixed.scalars import scalar_fraction
 
 
 class ProductBeats(wiring.Component):
-    """What enters the pipeline of the products, in the cycles in which it comes.
+    """Products enter the pipeline in the cycles in which they arrive.
 
     Members:
         products: 3 Q quads a frame, after its ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.

@@ -26,19 +26,19 @@ place = counter_shape(FRAMES - 1)
 
 
 def beat_headroom(design: Design) -> data.ArrayLayout:
-    """For each word of a beat, the bits that its parity leaves free in all of the vector."""
+    """For each word of a beat, the headroom of its parity over the whole vector."""
     return data.ArrayLayout(counter_shape(design.widths.vector - 1), design.architecture.vector_words)
 
 
 def store_address(design: Design, vectors: int = 1) -> wiring.Signature:
-    """Where a beat lies: the place of its frame, its vector of that frame, its number in that vector."""
+    """Address of a beat: the place of its frame, its vector of that frame, its number in that vector."""
     return wiring.Signature(
         {"place": Out(place), "vector": Out(counter_shape(vectors - 1)), "number": Out(beat_number(design))}
     )
 
 
 def store_write(design: Design, vectors: int = 1) -> wiring.Signature:
-    """A beat's words and where they are written, while ``valid``."""
+    """A beat's words and their write address, while ``valid``."""
     words = {"valid": Out(1), "words": Out(vector_beat(design))}
     return wiring.Signature({**store_address(design, vectors).members, **words})
 
@@ -87,7 +87,7 @@ class Store(wiring.Component):
         return m
 
     def _vector_address(self, port: Any) -> Value:
-        """Where a vector begins; the only one of a place has no number."""
+        """Start address of a vector; a single vector of a place has no number."""
         return Cat(port.place, port.vector) if self._vectors > 1 else port.place
 
     def _masks(self, m: Module) -> Value:

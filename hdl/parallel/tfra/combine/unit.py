@@ -137,7 +137,7 @@ class Combine(wiring.Component):
         return m
 
     def _load(self, m: Module, multiplicand: Multiplicand, addend: Addend, arbiter: Arbiter) -> None:
-        """What comes from the products, into the stores."""
+        """Results of products into the stores."""
         m.submodules.weights = weights = WeightLoader(self._design)
         m.submodules.residuals = residuals = ResidualLoader(self._design)
         wiring.connect(m, wiring.flipped(self.n), weights.n)
@@ -149,7 +149,7 @@ class Combine(wiring.Component):
         m.d.comb += arbiter.residual_stored.eq(residuals.stored)
 
     def _enter(self, m: Module, products: ProductBeats, arbiter: Arbiter) -> None:
-        """What the arbiter chooses from, and the tokens of the frames whose products have entered."""
+        """The arbiter's candidates, and the tokens of the frames whose products have entered."""
         for name in ("direction", "affine", "chosen", "bank_token"):
             wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(arbiter, name))
         wiring.connect(m, wiring.flipped(self.products), products.products)

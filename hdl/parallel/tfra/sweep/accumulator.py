@@ -1,4 +1,4 @@
-"""A memory of sums: a value is added at an address in every cycle; later all sums are read in order, and cleared."""
+"""A memory of sums: adds a value at an address in every cycle; later reads all sums in order and clears them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
 
 _STAGES = ("port", "read", "found", "stored", "sum")
-"""Where an addition is, cycle by cycle: the register that holds its word."""
+"""Stages of an addition, one a cycle: the register that holds its word."""
 
 DRAIN = len(_STAGES) - 1
 """Cycles from ``drain`` to the first read: the sum of an addition in the cycle before has been written then."""

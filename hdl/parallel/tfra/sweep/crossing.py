@@ -1,4 +1,4 @@
-"""Where a term of the sweep changes its sign: a divider that takes one term a cycle."""
+"""The candidate at which a term of the sweep changes its sign: a pipelined divider, one term a cycle."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def crossing_latency(design: Design) -> int:
 
 
 class Crossing(wiring.Component):
-    """The first candidate k at which ``first + k step`` has another sign than ``first``, zero being positive.
+    """The first candidate k at which the sign of ``first + k step`` differs from that of ``first``; zero is positive.
 
     With ``t = first`` or, where that is negative, ``-first - 1``, and ``size = |step|``,
 

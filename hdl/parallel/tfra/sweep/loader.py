@@ -1,4 +1,4 @@
-"""The sweep's way in: quads of a frame become taxels (p, q, stress)."""
+"""The sweep's input: quads of a frame become taxels (p, q, stress)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _READ_P = FOLDED - READ
 
 
 def folded_taxel(design: Design) -> data.StructLayout:
-    """One taxel after the butterfly with what its frame's facts say of it."""
+    """One taxel after the butterfly, with its values from the frame's facts."""
     w = design.widths
     words = {"p": signed(w.vector), "q": signed(w.vector), "stress": signed(w.stress)}
     facts = {"negative": 1, "exponent": payloads.frame_facts(design)["exponent"].shape}
@@ -39,7 +39,7 @@ def folded_taxel(design: Design) -> data.StructLayout:
 
 
 class _Taken:
-    """When quads of a vector were taken."""
+    """Times since quads of a vector were accepted."""
 
     def __init__(self, m: Module, pulse: Value, name: str) -> None:
         earlier = Signal(FOLDED + WORDS - 1, name=f"{name}_taken")
@@ -56,7 +56,7 @@ class _Taken:
 
 
 class Loader(wiring.Component):
-    """Hand out a frame's taxels, four cycles for each quad of e1.
+    """Send a frame's taxels, four cycles for each quad of e1.
 
     Quads of e0 are taken with g, one a cycle; those of e1 with stress, one in ``WORDS`` cycles, the first ``TURN``
     cycles after e0 at the earliest and a cycle after ``free`` and facts; e0 of the next frame ``WORDS`` cycles after
@@ -243,7 +243,7 @@ class Loader(wiring.Component):
         ]
 
     def _distinct(self, m: Module, number: Value, load: Value) -> Signal:
-        """Which words of a quad are taxels of their own: a bit each, from the static shape of the array."""
+        """The distinct taxels among the words of a quad, a bit each, from the static shape of the array."""
         found = Signal(WORDS, name="distinct_words", reset_less=True)
         with m.If(load), m.Switch(number):
             for at, row in enumerate(distinct(self._design)):
@@ -253,7 +253,7 @@ class Loader(wiring.Component):
 
     @staticmethod
     def _held(m: Module, value: Value, load: Value, name: str) -> Value:
-        """``value`` of the cycle ``load``, and after it."""
+        """``value`` in the cycle ``load``, and held afterwards."""
         held = Signal.like(value, name=name, reset_less=True)
         with m.If(load):
             m.d.sync += held.eq(value)
@@ -261,5 +261,5 @@ class Loader(wiring.Component):
 
     @staticmethod
     def _pick(words: Sequence[Value] | data.View, number: Value) -> Value:
-        """One of four words: a multiplexer, where indexing a view would take a multiplier for the bit's place."""
+        """One of four words, by a multiplexer; indexing a view would infer a multiplier for the bit offset."""
         return Array(words[k] for k in range(WORDS))[number]

@@ -14,11 +14,11 @@ from tfra.hdl.parallel.tfra.sweep.crossing import Crossing, crossing_latency
 from tfra.model.fixed.design import Design
 
 _PAIR = 2
-"""Cycles more where entries are taken in pairs: to add up what both of a pair do to the slope, and to the sum."""
+"""Extra cycles where entries are taken in pairs, to add the effects of both on the slope and on the sum."""
 
 
 def at_once(design: Design) -> int:
-    """Candidates whose sums come in a cycle: two in a core that handles all words of a quad in one."""
+    """Candidates whose sums are ready in a cycle: two in a core that processes a whole quad in one cycle."""
     return 2 if design.cycles_per_quad == 1 else 1
 
 
@@ -53,7 +53,7 @@ def slope_bits(design: Design) -> int:
 
 
 class _Phases(NamedTuple):
-    """What happens in a cycle to slope and sum."""
+    """Operations on slope and sum in a cycle."""
 
     slope_adds: Value
     """The size of an entry is added to the slope."""
@@ -164,7 +164,7 @@ class Sums(wiring.Component):
         return Accumulator(value, total, self._design.search.steps, at_once(self._design))
 
     def _phases(self, m: Module, draining: Value) -> _Phases:
-        """What happens to slope and sum, after the reads of entries."""
+        """Operations on slope and sum, after the reads of entries."""
         next_adds = delayed(m, draining, READ - 1 + _PAIR * self._pairs, "next_adds", control=True)
         slope_adds = register(m, next_adds, "slope_adds", control=True)
         sum_adds = register(m, slope_adds, "sum_adds", control=True)
@@ -214,7 +214,7 @@ class Sums(wiring.Component):
             m.d.comb += [self.sums[0].eq(total), self.valid.eq(valid)]
 
     def _clearing(self, m: Module) -> Signal:
-        """What is read now are the entries of no frame, after a reset."""
+        """The entries being read belong to no frame, after a reset."""
         clearing = Signal(init=1)
         with m.If(self.ended):
             m.d.sync += clearing.eq(0)
@@ -222,7 +222,8 @@ class Sums(wiring.Component):
 
     @staticmethod
     def _pair(m: Module, odd: Any, even: Any) -> tuple[Value, Value]:
-        """What two entries in turn do to slope and sum, beside what the slope before them does; ``_PAIR`` later."""
+        """The effect of two consecutive entries on slope and sum, without that of the slope before them; ``_PAIR``
+        later."""
         both = register(m, odd.size + even.size, "both_sizes")
         odd_part, even_part = register(m, odd.size + odd.excess, "odd_part"), register(m, even.excess, "even_part")
         return register(m, both, "size"), register(m, odd_part + even_part, "excess")

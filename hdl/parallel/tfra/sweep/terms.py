@@ -1,4 +1,4 @@
-"""The sweep's terms: what a taxel adds to B^z and to B^xy, as functions of the candidate."""
+"""The sweep's terms: the contribution of a taxel to B^z and to B^xy, as functions of the candidate."""
 
 from __future__ import annotations
 

@@ -42,8 +42,8 @@ _FRAMES = 4
 """Frames between the first quad of q and an index that is taken: in terms, sums and winner, and one that waits."""
 
 _WAITING = {"stress": FRAMES + 1, "g": FRAMES, "normal": 2 * FRAMES}
-"""Vectors that may wait.  The products never wait for a queue: each holds the vectors of all frames in flight.  That of
-stress holds one more, which is the next operand of the products."""
+"""Capacity of the queues in vectors.  The products never wait for a queue: each holds the vectors of all frames in
+flight.  That of stress holds one more, the next operand of the products."""
 _FOLDED = 3
 """Quads that follow this operand: two are in the fold, one is what the fork offers to the fold and has sent here.  So
 the normaliser never waits for the sweep."""
@@ -94,22 +94,22 @@ class Sweep(wiring.Component):
 
     @property
     def turn(self) -> int:
-        """Cycles from the last quad of e0 to the first of e1 at the shortest."""
+        """Least number of cycles from the last quad of e0 to the first of e1."""
         return max(TURN, self.e0_interval)
 
     @property
     def e0_interval(self) -> int:
-        """Cycles between two quads of e0 at the shortest."""
+        """Least number of cycles between two quads of e0."""
         return self._design.cycles_per_quad
 
     @property
     def quad_interval(self) -> int:
-        """Cycles between two quads of e1 at the shortest."""
+        """Least number of cycles between two quads of e1."""
         return WORDS
 
     @property
     def frame_interval(self) -> int:
-        """Cycles from a frame's last quad of e1 to the first of the next frame at the shortest."""
+        """Least number of cycles from a frame's last quad of e1 to the first of the next frame."""
         return WORDS - 1 + sums_wait(self._design)
 
     @property
@@ -161,7 +161,7 @@ class Sweep(wiring.Component):
         return m
 
     def _wait(self, m: Module, loader: Loader) -> None:
-        """Queues and buffers for what comes before the loader needs it."""
+        """Queues and buffers for inputs that arrive before the loader needs them."""
         for name, vectors in _WAITING.items():
             port = getattr(self, name)
             beats = 1 if name == "stress" else self._design.cycles_per_quad

@@ -39,7 +39,7 @@ def winner_latency(design: Design) -> int:
 
 
 class _Lowest(NamedTuple):
-    """The smallest B^z so far, beside the row that is compared with it."""
+    """The smallest B^z so far, aligned with the row that is compared with it."""
 
     z: Value
     """B^z of the row, the smaller one of a pair."""
@@ -206,7 +206,7 @@ class Winner(wiring.Component):
         self._keep_best(m, distance, candidate, some, some & ~begun)
 
     def _replay(self, m: Module, number: Value, row: Value, complete: Value) -> tuple[Value, Value, Value]:
-        """Store every row; when all have come, hand them out again: number, words, and whether there is one.
+        """Store every row; when all have arrived, replay them: number, words and valid.
 
         The first is read in the cycle after ``complete`` and comes ``_REPLAY - 1`` later.
         """

@@ -1,4 +1,4 @@
-"""Share of the blocks after the products: everything there follows frame by frame from its inputs."""
+"""Timeline of the blocks after the products: their events follow frame by frame from their inputs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NEXT_GAIN, _NEXT_FRAME = 2, 2
 
 
 class Back:
-    """What the results of each product set off."""
+    """Events that the results of each product cause."""
 
     def __init__(self, events: Events) -> None:
         self._events = events
@@ -51,7 +51,7 @@ class Back:
             self._scalars(product.frame)
 
     def _force(self, product: Product) -> None:
-        """Products enter the vector updates beat by beat, which then have no other use for the frame."""
+        """Products enter the vector updates beat by beat; then the updates are done with the frame."""
         events, beats = self._events, self._events.design.cycles_per_quad
         frame = events.frames[product.frame]
         frame.force = [cycle + beats - 1 for cycle in product.results]
@@ -74,7 +74,7 @@ class Back:
         self._events.spans.append(Span("sweep", "candidates", number, start + wait.quad, frame.index))
 
     def _scalars(self, number: int) -> None:
-        """What follows from the index: friction, resultant, gain."""
+        """Events after the index: friction, resultant, gain."""
         events, wait = self._events, self._events.blocks
         frame, before = events.frames[number], events.before(number)
         frame.chosen = frame.index + wait.friction

@@ -1,4 +1,4 @@
-"""Cycles that blocks take, whatever the data."""
+"""Cycles that blocks take, independent of the data."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tfra.model.fixed.design import Design
 
 @dataclass(frozen=True)
 class BlockCycles:
-    """Cycles of the blocks, as they state them themselves: latencies, if nothing else is said."""
+    """Cycles as the blocks state them: latencies unless noted."""
 
     normaliser: int
     centroids: int
@@ -54,7 +54,7 @@ class BlockCycles:
 
     @classmethod
     def of(cls, design: Design) -> BlockCycles:
-        """Ask every block of ``design``."""
+        """Read them from every block of ``design``."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UnusedElaboratable)
             found = cls._ask(design)

@@ -1,4 +1,4 @@
-"""Share of the matrix-vector unit: it chooses a product among the operands that are there, and runs its passes."""
+"""Timeline of the matrix-vector unit: it chooses a product among the available operands, and runs its passes."""
 
 from __future__ import annotations
 

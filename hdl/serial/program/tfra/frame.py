@@ -1,7 +1,7 @@
 """The serial core's program: one frame of TFRA, in the order of :mod:`tfra.model.fixed.tfra.pipeline`.
 
-Stages stand in files named after the model's blocks, and hand their results on in words of the memory map and in
-registers, as their docstrings say.
+Stages are in files named after the model's blocks; they pass results in words of the memory map and in registers, as
+their docstrings state.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Program:
     subroutines: int
     """Instructions before the first subroutine; after it there are only subroutines."""
     memory: tuple[int, ...]
-    """First contents of the data memory."""
+    """Initial contents of the data memory."""
     operands: int
     """The lowest words of the memory, of which the lanes have a copy."""
     names: dict[int, str]

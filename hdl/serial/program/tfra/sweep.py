@@ -1,5 +1,5 @@
-"""The exact sweep: B^z and B^xy of all candidates from where taxels' terms change their sign, and the choice
-(Eqs. 23-27).
+"""The exact sweep: B^z and B^xy of all candidates from the sign changes of the taxels' terms, and the choice (Eqs.
+23-27).
 
 There are two tables for each sum, with a word a candidate:
 
