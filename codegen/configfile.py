@@ -1,4 +1,4 @@
-"""From a design to the CONFIG file that makes it."""
+"""From a design to a CONFIG file of that design."""
 
 from __future__ import annotations
 
@@ -55,5 +55,5 @@ def _lines(keys: Mapping[str, Value]) -> Iterator[str]:
 
 
 def _mm(metres: float) -> float:
-    """The decimal number of millimetres that gives just these metres."""
+    """The decimal number of millimetres that equals exactly these metres."""
     return float(Fraction(repr(metres)) * 1000)

@@ -20,7 +20,7 @@ _WORD = re.compile(r"\[(\d+)\] = (\d+)'(?:h([0-9a-f]+)|d(\d+));")
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """What the memory ``memory`` of the module ``module`` starts with: unsigned ``words`` of ``bits``, in order."""
+    """Initial contents of the memory ``memory`` of the module ``module``: unsigned ``words`` of ``bits``, in order."""
 
     module: str
     memory: str

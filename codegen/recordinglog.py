@@ -1,4 +1,4 @@
-"""Reading a recording from the log of a robot: MCAP files, and rosbag2 folders of SQLite or MCAP.
+"""Reading a recording from a robot's log: MCAP files, and rosbag2 folders of SQLite or MCAP.
 
 A frame is a message of ROS 2: ``std_msgs/Float32MultiArray`` with a number for each taxel, or ``sensor_msgs/Image`` of
 encoding 32FC1.  Its time is that of the log.
@@ -85,7 +85,7 @@ def _only(path: Path, given: Input, found: list[str], refused: dict[str, str]) -
 
 
 def _frame(path: Path, store: Any, message: _Message) -> Floats | str:
-    """The numbers of a message, or why it has none; those of an image as its rows."""
+    """The numbers of a message, or why it has none; an image gives its rows."""
     if message.kind not in (_ARRAY, _IMAGE):
         return f"{_NEEDED} is needed, got {quoted(message.kind)}"
     try:

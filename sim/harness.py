@@ -18,11 +18,12 @@ from tfra.sim.protocol import Pattern, bursts, flowing, random_stalls
 PATTERNS = (flowing, random_stalls, bursts)
 
 Leave = Callable[[int, "Recording", int], bool]
-"""Whether transfer number ... may be offered, from what was recorded until cycle ...: of ports that may never wait."""
+"""For ports that must never wait: whether a transfer of a given number may be offered, from the record up to a given
+cycle."""
 
 
 def apart(pattern: Pattern, cycles: int) -> Pattern:
-    """``pattern``, with at least so many cycles from a transfer to the next: beats of a quad."""
+    """``pattern`` with a least number of cycles between transfers: beats of a quad."""
 
     def spaced(rng: random.Random) -> Iterator[bool]:
         for stall in pattern(rng):
@@ -52,7 +53,7 @@ def plain(value: Any) -> Any:
 
 
 def port(dut: Any, path: str) -> Any:
-    """What lies at a dotted path of attributes, with numbers for arrays."""
+    """The object at a dotted path of attributes, with numbers for arrays."""
     node = dut
     for part in path.split("."):
         node = node[int(part)] if part.isdigit() else getattr(node, part)
@@ -124,7 +125,7 @@ Process = Callable[[Any], Any]
 
 @dataclass
 class _Bench:
-    """The processes that drive a block, and what they see."""
+    """The processes that drive a block, and their record."""
 
     dut: Any
     record: Recording

@@ -209,7 +209,7 @@ def _job(
 
 
 def _patience(core: hdl.Microarchitecture) -> int:
-    """Cycles that no core needs for a frame, however few its lanes."""
+    """Upper bound on the cycles of a frame for any core."""
     m, design = core.design.sensor.taxels, core.design
     products = 8 * (4 * design.quads) ** 2 // core.lanes
     return 10_000 + 4 * (products + 32 * m + 8 * design.candidates)
@@ -272,7 +272,7 @@ def _run_cocotb(
 
 
 class _Told:
-    """Passes on what the testbench tells of its progress."""
+    """Reports the progress of the testbench."""
 
     def __init__(self, file: Path, progress: Progress) -> None:
         self._file, self._progress, self._done = file, progress, 0
@@ -285,7 +285,7 @@ class _Told:
             return
 
     def finish(self, frames: int) -> None:
-        """Tell of ``frames`` in all."""
+        """Report ``frames`` in total."""
         if frames > self._done:
             self._progress(frames - self._done)
             self._done = frames
@@ -311,7 +311,7 @@ def _launch(
 
 
 def digest(*parts: str) -> str:
-    """Return a short hash of texts, for the name of what they make."""
+    """Return a short hash of texts, for the name of a result made from them."""
     hashed = hashlib.sha256()
     for part in parts:
         hashed.update(f"{len(part)} {part}".encode())
@@ -319,7 +319,7 @@ def digest(*parts: str) -> str:
 
 
 def sources(*packages: ModuleType) -> list[Path]:
-    """Return every file of ``packages`` that what they make depends on, Verilog and tables included.
+    """Return every file of ``packages`` that determines their output, Verilog and tables included.
 
     An editor's own files may lie beside them, and need not be text.
     """
@@ -328,5 +328,5 @@ def sources(*packages: ModuleType) -> list[Path]:
 
 
 def texts(files: Iterable[Path]) -> list[str]:
-    """Return what ``files`` hold."""
+    """Return the contents of ``files``."""
     return [file.read_text() for file in files]

@@ -24,7 +24,7 @@ from tfra.sim.run import Netlist
 from tfra.sim.stimuli import Stimuli, mixture
 
 SPECIAL = (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.OUTPUT_SATURATED)
-"""Frames with one of these are not compared with float TFRA: nothing was looked for, or words were limited."""
+"""Frames with one of these are not compared with float TFRA: there was no sweep, or words were limited."""
 
 
 def verify(
@@ -103,7 +103,7 @@ def _stimuli(
 
 
 def _timing(design: Design, run: PatternRun, core: Any) -> Timing:
-    """Latency of a frame that is alone, and the interval over the frames that the design's statement is about."""
+    """Latency of a single frame, and the interval over the frames that the stated interval covers."""
     latency = interval = None
     stated = microarchitecture(design)
     if run.run is not None:
