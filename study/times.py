@@ -1,4 +1,4 @@
-"""How long a study took, on a page of its own: all else in a report is the same whenever it is made."""
+"""Duration of a study, on a separate page, because the rest of a report is the same in every run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tfra.codegen.html import document, grid, row
 
 @dataclass(frozen=True)
 class Timed:
-    """A task of ``jobs``, of which ``kept`` were there already; the others took ``seconds``."""
+    """A task of ``jobs``, of which ``kept`` came from an earlier run; the others took ``seconds``."""
 
     name: str
     unit: str

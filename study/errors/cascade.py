@@ -1,4 +1,4 @@
-"""The error taken apart: identical frames through one more influence at a time.
+"""The error by source: identical frames with one more influence at a time.
 
 ==========  =========================================================  =================================
 Step        What is estimated, and from what                           Its own share of the error
@@ -35,7 +35,7 @@ from tfra.study.frames.block import Block
 
 
 class Step(StrEnum):
-    """Influences in the order in which they come."""
+    """Influences in their order."""
 
     METHOD = "method"
     NOISE = "noise"
@@ -44,7 +44,7 @@ class Step(StrEnum):
 
 
 class View(StrEnum):
-    """What an error is measured from: the truth, or the step before."""
+    """Reference of an error: the ground truth, or the step before."""
 
     TOTAL = "total"
     OWN = "own"
@@ -93,7 +93,7 @@ class Cascade:
         return scores(self.design, block, codes, self.results(block, codes))
 
     def results(self, block: Block, codes: Ints) -> dict[Step, Result]:
-        """What each step finds in ``block``, whose converter codes are ``codes``."""
+        """Estimates of each step for ``block``, whose converter codes are ``codes``."""
         return {
             Step.METHOD: self._tfra(block.stress),
             Step.NOISE: self._tfra(block.noisy),
@@ -103,7 +103,8 @@ class Cascade:
 
 
 def from_codes(design: Design, tfra: Tfra, codes: Ints) -> Result:
-    """What float arithmetic finds in ``codes``; clipping is told, which it does not see itself."""
+    """Estimate of float arithmetic from ``codes``, flagged where the converter clipped, which it cannot detect
+    itself."""
     found = tfra(codes * design.adc.lsb)
     clipped = np.where(saturated(design, codes), Status.INPUT_SATURATED, 0)
     return replace(found, status=found.status | clipped)
@@ -112,7 +113,7 @@ def from_codes(design: Design, tfra: Tfra, codes: Ints) -> Result:
 def scores(
     design: Design, block: Block, codes: Ints, results: Mapping[Step, Result], compared: Sequence[Step] = tuple(Step)
 ) -> pl.DataFrame:
-    """A row each frame, as a cascade gives it, with the errors of the steps ``compared`` alone.
+    """One row a frame, as a cascade returns it, with the errors of the steps ``compared`` only.
 
     ``codes`` are those that the fixed-point result of ``results`` is from.
     """
@@ -131,7 +132,7 @@ def scores(
 
 
 def differences(truth: Estimate, start: Estimate, end: Estimate) -> dict[str, Floats]:
-    """Return what leads from one estimate to another, by the keys of ``SIGNED``, ``(n,)`` each.
+    """Return the differences between two estimates, by the keys of ``SIGNED``, ``(n,)`` each.
 
     Percentages are of the ``truth``; what is undefined or unknown is nan.
     """
@@ -166,7 +167,7 @@ DECISIONS = {
     "negative": pl.Boolean,
     "sweep_index": pl.Int16,
 }
-"""What a step decides, and how it is kept: status bits, quadrant of the tangential force (0 to 3), whether mu_y is
+"""The decisions of a step, and their coding: status bits, quadrant of the tangential force (0 to 3), whether mu_y is
 swept, whether over [-1, 0], and the winner's index."""
 
 _TYPES = {

@@ -1,4 +1,4 @@
-"""How many bits the converter needs, beside the noise before it."""
+"""Necessary bits of the converter, by the noise before it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tfra.study.errors.cascade import Step
 from tfra.study.errors.variation import Variation
 
 BITS = tuple(range(8, 17))
-"""Converters that are compared."""
+"""Bits of the converters that are compared."""
 
 NOISE = (0.0, 0.0005, 0.001, 0.002, 0.005)
 """Deviations of every taxel's noise, as shares of the frame's peak."""

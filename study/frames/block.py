@@ -1,4 +1,4 @@
-"""A block of frames: what is drawn, stored, and worked on as one, by one process."""
+"""A block of frames: the unit of drawing, storage and work, by one process."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _ARRAYS = {"stress": "stress_pa", "noisy": "noisy_stress_pa", "shares": "share_o
 
 
 class Part(StrEnum):
-    """Frames to choose by, and frames that no choice has seen."""
+    """Training frames, for choices, and held-out frames, which no choice uses."""
 
     TRAIN = "train"
     HELD_OUT = "held_out"
 
 
 class Stream(IntEnum):
-    """What is drawn of a block, each from a generator of its own, so that one can be varied alone."""
+    """Random parts of a block, each with its own generator, so that one can be varied alone."""
 
     CONTACTS = 0
     NOISE = 1

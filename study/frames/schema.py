@@ -1,4 +1,4 @@
-"""What the ``[frames]`` section of a STUDY file may say: form only, as in :mod:`tfra.codegen.schema`.
+"""Schema of the ``[frames]`` section of a STUDY file: form only, as in :mod:`tfra.codegen.schema`.
 
     [frames]
     train = 20000
@@ -90,7 +90,7 @@ Count = Annotated[int, Field(ge=0, le=MOST_FRAMES)]
 
 
 class FramesSection(Section):
-    """``[frames]``: how many frames each part has, and where they come from."""
+    """``[frames]``: number of frames of each part, and their source."""
 
     train: Count
     held_out: Count

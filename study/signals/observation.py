@@ -1,4 +1,4 @@
-"""Every word that the bit-accurate model makes of some frames, what its rounding lost, and the word it has to fit."""
+"""Every word of the bit-accurate model for some frames, its rounding, and the format that it has to fit."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ _STAGES = {
 
 
 def _stage(signal: str) -> Stage:
-    """The stage of ``signal``; what is left are products and their operands."""
+    """The stage of ``signal``; all others are products and their operands."""
     quantity = signal.partition(".")[0]
     if signal == "force.operand":
         return Stage.MATVEC
