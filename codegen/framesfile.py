@@ -40,7 +40,7 @@ FORMATS = ".npz, .npy, .csv, .txt, .tsv, .parquet or .mcap"
 class Recording:
     """Frames ``(n, rows, columns)`` in Pa, compression negative, and their times ``(n,)``, if the file has them.
 
-    ``seconds``: the times are in s since the first frame; else nobody knows their unit.
+    ``seconds``: the times are in s since the first frame; otherwise their unit is unknown.
     """
 
     frames: Floats

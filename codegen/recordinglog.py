@@ -97,7 +97,7 @@ def _frame(path: Path, store: Any, message: _Message) -> Floats | str:
         lines = np.asarray(content.data, dtype=np.uint8).reshape(content.height, content.step)
         pixels = np.ascontiguousarray(lines[:, : 4 * content.width])
         return pixels.view(">f4" if content.is_bigendian else "<f4").astype(np.float64)
-    except Exception as error:  # a decoder that believes what it reads may raise anything
+    except Exception as error:  # a decoder that trusts its input may raise anything
         reason = shortened(str(error), 100)
         raise InputError(path, FRAMES, f"a message of {quoted(message.topic)} is damaged: {reason}") from None
 

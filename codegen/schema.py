@@ -160,7 +160,7 @@ def form(value: object) -> str:
 
 
 FORMS = ("one", "list", "table")
-"""Tags of :func:`form`; they stand in pydantic's locations but not in the file."""
+"""Tags of :func:`form`; they are in pydantic's locations but not in the file."""
 
 
 class ContactSection(Section):

@@ -2,7 +2,7 @@
 
 A staging directory ``.tfra-TOKEN-CHECK`` holds, at most,
 
-    new      what is being written; nobody else's, whatever is in it
+    new      the output being written; all of it is this process's
     ready    what is complete, then what was exchanged for it: only what the program wrote is removed
     old      the same on file systems without an exchange, where two renames have to do
     target   a link that names the output, for a run that has to put ``old`` back
@@ -61,7 +61,7 @@ def _place(ready: Path, target: Path, check: Check) -> None:
             check(target)
             _rename(ready, target, _EXCHANGE)
             break
-        except (FileExistsError, FileNotFoundError):  # somebody made or removed it just now
+        except (FileExistsError, FileNotFoundError):  # another process made or removed it just now
             if not os.path.lexists(ready):
                 raise
         except OSError as error:
@@ -99,7 +99,7 @@ def _locked_staging(target: Path, check: Check) -> Iterator[Path]:
         target.lstat()  # raises what a name that can't be one raises
     staging = target.parent / _name(secrets.token_hex(4))
     with ExitStack() as stack:
-        with _locked(target.parent):  # nobody takes a new directory for a leftover before it is locked
+        with _locked(target.parent):  # no process takes a new directory for a leftover before it is locked
             _sweep(target.parent)
             if os.path.lexists(target):
                 check(target)
@@ -147,7 +147,7 @@ def _recover(staging: Path) -> None:
 def _locked(directory: Path, wait: bool = True) -> Iterator[None]:
     """Hold the lock of ``directory``, which vanishes with the process; go without on file systems that have none.
 
-    Without ``wait``, raise ``OSError`` where another holds it, or nobody can.
+    Without ``wait``, raise ``OSError`` where another process holds it, or locks do not exist.
     """
     handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
     try:

@@ -1,6 +1,6 @@
 """Runs the command in its arguments, as the head of a process group that ends with the process that started it.
 
-Its standard input is a pipe that nobody writes to.  The pipe closes when the starter ends for any reason, and then
+Its standard input is a pipe without data.  The pipe closes when the starter ends for any reason, and then
 every process of the group is killed.  Exit code: the command's, or 128 and the signal that ended it.
 """
 

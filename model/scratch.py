@@ -59,7 +59,7 @@ def writing(folder: Path) -> Iterator[None]:
 
 
 def sweep(parent: Path) -> None:
-    """Remove the parts in ``parent`` whose owners are certainly dead: nobody holds their locks."""
+    """Remove the parts in ``parent`` whose owners are certainly dead: their locks are free."""
     for name in {found[1] for file in os.listdir(parent) if (found := _OWN.fullmatch(file))}:
         with suppress(OSError), locked(parent, name, wait=False) as held:
             if held:
@@ -75,7 +75,7 @@ def part(parent: Path, name: str) -> Path:
 def locked(parent: Path, name: str, wait: bool = True) -> Iterator[bool]:
     """Hold the lock ``name`` in ``parent``; without ``wait``, yields whether it was acquired.
 
-    Where a file system has no locks nobody waits, and nobody is taken for dead.
+    On a file system without locks, no process waits, and no owner counts as dead.
     """
     path = parent / f".tfra-{name}.lock"
     descriptor = _acquire(path, wait)
@@ -84,7 +84,7 @@ def locked(parent: Path, name: str, wait: bool = True) -> Iterator[bool]:
     finally:
         if descriptor is not None:
             with suppress(OSError):
-                path.unlink()  # before it is given up: who waits for it sees that it is gone, and makes another
+                path.unlink()  # before the release: a waiting process sees that it is gone, and makes another
             os.close(descriptor)
 
 

@@ -77,7 +77,7 @@ class IterativeProducts:
     """:class:`tfra.model.tfra.Products` by convolutions and ``steps`` of conjugate gradients a solve.
 
     ``radius`` cuts the kernels to ``|di|, |dj| <= radius``; without it they reach over the array.
-    Without ``steps``, solves go on to a residual of ``1e-12``.
+    Without ``steps``, solves continue to a residual of ``1e-12``.
     """
 
     def __init__(self, sensor: SensorArray, radius: int | None = None, steps: int | None = None) -> None:

@@ -38,7 +38,7 @@ _PRESSURE = {
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text, as they stand in the CSV files and on the page."""
+    """Rows of text, as in the CSV files and on the page."""
 
     name: str
     title: str

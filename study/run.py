@@ -41,7 +41,8 @@ SHOW_EVERY = 15.0
 """Seconds between two partial pages: one takes a few."""
 
 Reporter = Callable[[str, str, int, int], AbstractContextManager[Callable[[], None]]]
-"""From a task's name and unit, its jobs, and how many of them are there already: what to call for each that is done."""
+"""Function of a task's name and unit, the number of its jobs, and of those finished; returns the callback for each
+finished job."""
 
 
 def run(

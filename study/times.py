@@ -22,7 +22,7 @@ class Timed:
 
 
 def times(tasks: Sequence[Timed], who: str) -> str:
-    """The page of ``tasks``, done by ``who``."""
+    """The page of ``tasks``; ``who`` describes the workers."""
     header = ["task", "jobs", "there already", "time / s", "jobs a second"]
     rows = (row(_cells(task), {0}) for task in tasks)
     total = sum(task.seconds for task in tasks)

@@ -59,7 +59,7 @@ class Work:
 def opened_work(folder: Path) -> Iterator[Work]:
     """Hold ``folder``, which is made if it is missing.
 
-    Raises ``InputError`` where it is somebody else's, of other sources, or held by another run.
+    Raises ``InputError`` where it has other contents, is of other sources, or is held by another run.
     """
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)

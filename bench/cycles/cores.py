@@ -1,4 +1,4 @@
-"""What parallelism buys: cycles of 10x10 cores, from the timing that tests compare with the gateware.
+"""Cycles of 10x10 cores by parallelism, from the timing that tests compare with the gateware.
 
 ``python -m bench.cycles.cores`` writes ``bench/results/cores.json`` and the table in README.md.
 """

@@ -1,6 +1,6 @@
-"""What another rounding of the lanes' results would cost in cells, and what it would be worth in exactness.
+"""Cells and precision of other roundings of the lanes' results.
 
-``python -m bench.parts.rounding`` gives a word's way through the drain each rounding of
+``python -m bench.parts.rounding`` measures a word's path through the drain with each rounding of
 :mod:`tfra.study.errors.rounding`.  It writes ``bench/results/rounding.json`` and the table in docs/numerics.md.
 """
 

@@ -1,7 +1,7 @@
 """Fit the prices of serial cores to syntheses for the iCE40UP5K: ``python -m bench.parts.serial`` writes them.
 
 A lookup table of the estimate is a logic cell here, as nextpnr packs them: there are a quarter more of them than lookup
-tables, since flip-flops after block memories, multipliers and carries take cells of their own.
+tables, since flip-flops behind block memories, multipliers and carries take cells of their own.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""TFRA as a C program: ``bench/c/*.c`` with the constants of a sensor, compiled to a library and called from here."""
+"""TFRA as a C program: ``bench/c/*.c`` with the constants of a sensor, compiled to a library and called from Python."""
 
 from __future__ import annotations
 

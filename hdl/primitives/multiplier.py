@@ -30,7 +30,7 @@ class Multiplier(wiring.Component):
 
     Members:
         a, b: signed factors, up to 35 bits each.
-        enable: in, default 1; the registers stand still while it is low.
+        enable: in, default 1; the registers hold while it is low.
         product: out, ``a_bits + b_bits``.
     """
 

@@ -30,7 +30,7 @@ class Rom(wiring.Component):
 
     Members:
         address: in.
-        enable: in, default 1; the registers stand still while it is low.
+        enable: in, default 1; the registers hold while it is low.
         words: out, one for each image, signed words of ``bits``.
         write, data: in, if it is ``loaded``: ``data`` is written at ``address`` of image ``n`` while ``write[n]`` is
             high.  Of such a memory the images say the size alone.

@@ -29,7 +29,7 @@ class Datapath(wiring.Component):
     ``last`` is read in the register's place, and the one that the ALU computes replaces the operand a cycle later.
 
     Members:
-        advance: in, all stages go on.
+        advance: in, all stages advance.
         decoded: ``STAGE``, in, what enters ``fetching``.
         fetching: ``STAGE``, out, the instruction that fetches operands.
         executing: ``STAGE``, out, the instruction that is executed.

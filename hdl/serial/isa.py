@@ -77,7 +77,7 @@ class Op(IntEnum):
     DO = 14
     """the loop that starts after this instruction runs immediate + 1 times"""
     JUMP = 15
-    """go on at the immediate; a call if the left operand is R0; to after the last call if it is T"""
+    """jump to the immediate; a call if the left operand is R0; a return to after the last call if it is T"""
 
 
 LATE = (Op.PLUS, Op.LESS, Op.ABS, Op.OR, Op.AND, Op.LIMIT, Op.SHIFT, Op.LENGTH, Op.MUL)

@@ -40,7 +40,7 @@ class Lanes(wiring.Component):
         sum: ``signed(accumulator)``, out, of the lanes in their order.
         set_pointer: in, ``pointer`` is the address of the next coefficients.
         pointer: ``range(depth)``, in.
-        load: in, write ``word`` to the store, at the coefficients' address, which goes on.
+        load: in, write ``word`` to the store, at the coefficients' address, which increments.
         word: a coefficient of every lane, in.
         write: in, write an operand.
         write_address: in, of that operand.

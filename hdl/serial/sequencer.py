@@ -19,11 +19,11 @@ INSTRUCTION = data.StructLayout(FIELDS)
 class Sequencer(wiring.Component):
     """Program, program counter, stack of loops and pointers.
 
-    An instruction decides where the program goes on while the one after it is read: that one, in the delay slot, is
+    An instruction decides the next address while the one after it is read: that one, in the delay slot, is
     executed in any case.
 
     Members:
-        advance: in, ``instruction`` goes on to be executed, and the next one comes.
+        advance: in, ``instruction`` enters execution, and the next one is fetched.
         instruction: ``INSTRUCTION``, out.
         address: ``ADDRESS_BITS``, out, the one that the instruction means.
         valid: out, low for the first instruction after reset, which is none.

@@ -50,7 +50,7 @@ def figure(height: int, x: dict[str, Any], y: dict[str, Any], **layout: Any) -> 
 
 @dataclass(frozen=True)
 class Scale:
-    """An axis for values that are not negative: from 0 on, or logarithmic; then zeros stand at its ``low`` end."""
+    """An axis for values that are not negative: from 0 on, or logarithmic, with zeros at its ``low`` end."""
 
     log: bool
     low: float

@@ -87,7 +87,7 @@ class _Plane:
         self.add(name, rows.select(self.cost, CHANGE).rows(), _texts(rows, "trial"), **looks)
 
     def add_steps(self, name: str, rows: pl.DataFrame, end: float, who: str = "trial", **looks: Any) -> None:
-        """Add a line from trial to trial, each of a smaller error; the last one's goes on to the cost ``end``."""
+        """Add a line from trial to trial, each of a smaller error; the last step continues to the cost ``end``."""
         if len(rows):
             places, texts = rows.select(self.cost, CHANGE).rows(), _texts(rows, who)
             places.append((end, places[-1][1]))

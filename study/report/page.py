@@ -279,7 +279,7 @@ def _scripts(sections: Sequence[Section], tables: Tables, choices: Mapping[str, 
 
 
 def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> str:
-    """JSON of all figures by chart and choice; no text in it can end the script that it stands in."""
+    """JSON of all figures by chart and choice; no text in it can end the script around it."""
     drawn = {
         f"chart-{chart.name}": {
             "filters": chart.filters,

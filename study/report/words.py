@@ -91,7 +91,7 @@ COST_UNITS = {
 
 
 def number(value: float, digits: int = 3) -> str:
-    """``value`` with so many significant digits and thousands apart; tiny ones with a power of ten."""
+    """``value`` with a number of significant digits and a thousands separator; tiny ones with a power of ten."""
     mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
     rounded, magnitude = float(f"{mantissa}e{exponent}") + 0.0, int(exponent)
     if rounded and magnitude < -4:

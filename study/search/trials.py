@@ -51,7 +51,7 @@ class StoreError(ValueError):
 class Trial:
     """Trial ``number`` of the search: its choices and its result.
 
-    ``indices``: place of each choice among its options; ``values``: objectives by name, as far as they were measured;
+    ``indices``: place of each choice among its options; ``values``: measured objectives by name;
     ``attributes``: what the sampler has to find again; ``reason``: why the choices do not fit.
     """
 

@@ -68,7 +68,7 @@ def mirrors() -> list[Operand]:
 def each_quad(w: Writer, taxels: int) -> Iterator[None]:
     """Run the block for every quad: pointers 0 to 3 at the mirror taxels of a map, pointer 4 at the quad.
 
-    The pointers start at the corners of the row-major map; after a row of quads they go on to the next one.
+    The pointers start at the corners of the row-major map; after a row of quads they move to the next one.
     """
     rows, columns, half = w.design.sensor.rows, w.design.sensor.columns, w.design.quad_columns
     corners = 0, columns - 1, (rows - 1) * columns, rows * columns - 1

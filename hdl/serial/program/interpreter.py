@@ -44,7 +44,7 @@ def wrap(value: int, bits: int) -> int:
 class Step:
     """An instruction that was executed in ``cycle``, from place ``pc`` of the program.
 
-    ``value`` is what it wrote, as it stands in the destination; ``None`` if it wrote nothing.  ``address`` is the
+    ``value`` is the written value, as stored in the destination; ``None`` if it wrote nothing.  ``address`` is the
     one that it meant, whether it used it or not.
     """
 
@@ -264,7 +264,7 @@ class Interpreter:
         self.sp += self.quads
 
     def _deliver(self, i: Instruction, address: int, result: int) -> int:
-        """Write ``result``; returns it as it stands in the destination."""
+        """Write ``result``; returns it as stored in the destination."""
         if i.flag:
             self.flags[i.flag - 1] = result < 0
         if i.dest == Dest.M:

@@ -40,7 +40,7 @@ class Combine(wiring.Component):
     operand bits.
 
     Nothing in the pipeline waits: a vector is begun when ``bank_token`` says that its receiver can take it.
-    ``FRAMES`` frames have a place each in the stores: whoever sends something of a frame holds its token.
+    ``FRAMES`` frames have a place each in the stores; the sender of a frame's data holds its token.
 
     Members:
         b: Q quads a frame, folded stress in converter codes; of one frame more than those that hold a token.

@@ -54,7 +54,7 @@ class Sweep(wiring.Component):
 
     Takes frames back to back: stress, g and normal wait in queues, direction and frame in a buffer each.  A quad of
     e0 enters the loader with its g; quads of e1 enter it with stress, when the facts are there.  They enter
-    ``Queue.latency`` cycles after their transfers at the earliest.  At least so many cycles lie
+    ``Queue.latency`` cycles after their transfers at the earliest.  At least that many cycles lie
 
         between quads of e0                                  ``e0_interval``
         from the last of e0 to the first of e1               ``turn``
