@@ -37,7 +37,7 @@ FRAMES = {"model.fixed": 2000, "apytypes": 200, "fxpmath": 4}
 REPEATS = 5
 
 Round = Callable[[Operator, int, Ints, int], Ints]
-"""Words ``(quads,)`` of a parity of an operator from operand words ``(Q,)``: the sums of products, moved right."""
+"""Words ``(quads,)`` of a parity of an operator from operand words ``(Q,)``: the sums of products, shifted right."""
 
 
 def vectors(frames: int) -> dict[str, list[Ints]]:

@@ -30,7 +30,7 @@ class Microarchitecture(Protocol):
     """Builds the core of a design, and states its properties without building it.
 
     Every core has the streams ``taxel`` and ``result``; one that is loaded has ``load``, too.  Properties are computed
-    when they are first asked for and stay with the object.
+    on first access and stay with the object.
     """
 
     @property

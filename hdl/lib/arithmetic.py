@@ -28,7 +28,7 @@ def saturate(value: Value, bits: int) -> Value:
 def shift_right(value: Value, amount: Value) -> Value:
     """Signed ``value >> amount`` with one bit kept below the point; :func:`round_half` finishes the rounding.
 
-    The pair equals ``round_shift`` and leaves room for a register between barrel and adder.
+    The pair equals ``round_shift``, with a register possible between barrel shifter and adder.
     """
     return (Cat(Const(0, 1), value).as_signed() >> amount)[: len(value) + 1].as_signed()
 
@@ -59,8 +59,8 @@ def counter_shape(top: int) -> Shape:
 def leading_zeros(value: Value, between: Callable[[Value], Value] = lambda word: word) -> Value:
     """Zeros above the highest set bit of an unsigned value, its length for zero.
 
-    A tree of multiplexers without an adder, so that it leaves time in a cycle.  What is known of each eight bits goes
-    through ``between``, a register where the whole tree would be a long path.
+    A tree of multiplexers without an adder, for a short path.  The results of each eight bits pass ``between``, a
+    register where the whole tree would be too long a path.
     """
     size = max(8, 1 << len(value).bit_length())
     mark = size - len(value) - 1  # below the value; what it makes constant is the same now and later
@@ -102,7 +102,8 @@ def add_carry(a: Value, b: Value, carry: Value) -> Value:
 def less(a: Value, b: Value) -> Value:
     """Unsigned ``a < b`` from parallel carry chains, half as long as the words.
 
-    Signs of differences, since yosys makes comparisons for both orders from one chain and a test for equal words.
+    It takes the signs of differences, since yosys builds comparisons for both orders from one chain and a test for
+    equality.
     """
     half = len(a) // 2
     low, high, higher = a[:half] - b[:half], a[half:] - b[half:], b[half:] - a[half:]

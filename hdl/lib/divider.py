@@ -33,9 +33,9 @@ class Divider(wiring.Component):
         remainder_k = 2^k numerator - 2 D (2 q_(k-1) + 1)     within -2 D ... 2 D
         q_k = floor(2^(k-1) numerator / D)
 
-    The registers follow a step behind: ``quotient`` = s q_(k-1) and ``further`` = s (q_(k-1) + 1), its neighbour one
-    unit further from zero, with the sign s.  The last digit, half a unit, picks one of the two: rounding takes no adder
-    and no cycle.  With negative digits the sign takes none either.
+    The registers lag by one step: ``quotient`` = s q_(k-1) and ``further`` = s (q_(k-1) + 1), its neighbour one
+    unit further from zero, with the sign s.  The last digit, half a unit, selects one of the two, so rounding takes no
+    adder and no cycle.  With negative digits the sign takes none either.
 
     A quotient must be below ``2^whole``, that is ``numerator < 2^whole * denominator``; otherwise it is meaningless,
     but takes the same time.  A denominator of zero gives ``+-2^(whole + fraction)``: all its digits are one.

@@ -101,8 +101,9 @@ def zeros_later(m: Module, value: Value) -> Value:
 def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:
     """``word`` ``ALIGN`` cycles later, shifted left by the headroom that all ``words`` share; that headroom.
 
-    ``measure`` is high two cycles after ``words`` stand, when the OR of their magnitudes and a part of its zeros do;
-    the zeros then stay, so that the words may go past ``word`` one by one.  ``round_top`` finishes the normalisation.
+    ``measure`` is high two cycles after ``words`` are valid, when the OR of their magnitudes and a part of its zeros
+    are known.  The zeros then stay, so the words may pass ``word`` one by one.  ``round_top`` finishes the
+    normalisation.
     """
     width = len(word)
     seen = Signal(width - 1, reset_less=True)

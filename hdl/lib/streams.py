@@ -24,9 +24,8 @@ TOKEN = unsigned(1)
 def always_ready_stream(shape: Any) -> stream.Signature:
     """A stream without backpressure: its sender takes a token for the place of each result before it starts.
 
-    No pipeline on its way needs an enable, which would have all its registers to drive.  Where a quad is handled in
-    beats, transfers are as many cycles apart, and payloads stand until then: see
-    :mod:`tfra.hdl.parallel.beats`.
+    No pipeline on its path needs an enable, which would have to drive all its registers.  Where a quad is processed in
+    beats, transfers are that many cycles apart, and payloads are held until then: see :mod:`tfra.hdl.parallel.beats`.
     """
     return stream.Signature(shape, always_ready=True)
 
@@ -59,10 +58,10 @@ class Fork(wiring.Component):
 class Router(wiring.Component):
     """Route the ``words`` of every transfer to the sinks of its ``kind`` in a static table, without backpressure.
 
-    ``latency`` is one cycle: each sink has a register of its own for ``valid``, since they are far from each other.
+    ``latency`` is one cycle: each sink has its own register for ``valid``, since sinks are far apart.
 
     Arguments:
-        shape: a structure of ``words`` and ``kind``, which has one bit set, since much waits for its decoding.
+        shape: a structure of ``words`` and ``kind``, which is one-hot, since its decoding is on a critical path.
         table: by that bit's number, the numbers of its sinks.
         ways: number of sinks.
 
@@ -88,8 +87,8 @@ class Router(wiring.Component):
 class Buffer(wiring.Component):
     """Hold one transfer, so that its sender can continue while the sink still needs it.
 
-    Members: ``i``: stream in; ``o``: stream out, registered.  A new transfer enters when the last one has left:
-    meant for per-frame facts, not for full throughput.  ``latency`` is one cycle.
+    Members: ``i``: stream in; ``o``: stream out, registered.  A new transfer enters when the last one has left: for
+    per-frame facts, not for full throughput.  ``latency`` is one cycle.
     """
 
     latency = 1
@@ -112,7 +111,7 @@ class Buffer(wiring.Component):
 class Queue(wiring.Component):
     """First in, first out, ``depth`` transfers long, in block memory.
 
-    A transfer may pass in ``beats`` cycles, through a memory of that much less width.
+    A transfer may pass in ``beats`` cycles, through a memory that is narrower by that factor.
 
     Members: ``i``: stream in; ``o``: stream out, registered.  ``latency``: cycles through an empty queue, from the
     transfer, which is the end of the last beat; a transfer in ``beats`` cycles.  Neither ``i.ready`` nor ``o.valid``
@@ -178,7 +177,8 @@ class Queue(wiring.Component):
 class PerFrameQueue(Queue):
     """Queue of per-frame facts for one block, in LUTs, for as many frames as the core holds.
 
-    Only ``fields`` of the payload are kept, the ones the block looks at; the others are zero.  Without any, all is.
+    Only ``fields`` of the payload are stored, those that the block uses; the others are zero.  Without fields, all are
+    stored.
     """
 
     def __init__(self, shape: Any, fields: Sequence[str], depth: int) -> None:
@@ -196,7 +196,7 @@ class Tokens(wiring.Component):
         number: tokens there are at first, and at most.
         every: pulses of ``give`` that make a token.
 
-    Members: ``give``: a place, or a part of it, is free again; ``o``: stream of tokens, registered.
+    Members: ``give``: a place, or a part of it, is returned; ``o``: stream of tokens, registered.
     """
 
     def __init__(self, number: int, every: int = 1) -> None:
@@ -214,8 +214,8 @@ class Tokens(wiring.Component):
 class Spare(wiring.Component):
     """Skid buffer: neither ``i.ready`` nor ``o.valid`` depends combinationally on an input.
 
-    Members: ``i``: stream in; ``o``: stream out, a cycle later; ``used``: ``i.ready`` is low, in a register of its own
-    for decisions, since what enables the registers of a pipeline has many to drive.
+    Members: ``i``: stream in; ``o``: stream out, a cycle later; ``used``: ``i.ready`` is low, in a separate register
+    for decisions, since the enable of a pipeline has a high fan-out.
     """
 
     latency = 1

@@ -49,7 +49,7 @@ class Cordic(wiring.Component):
         left half plane: (x, y) <- (-x, -y)
         i = 0, 1, ...:   (x, y) <- (x + s (y >> i), y - s (x >> i)),  s = sign of y
 
-    A pipeline with a register after the entry and after each rotation: a vector a cycle, nothing waits.
+    A pipeline with a register after the entry and after each rotation: one vector a cycle, without backpressure.
 
     y gets a bit shorter with each rotation.  Rotation 0 makes |y| <= x, and x never falls.  If |y| <= x 2^(1-i) + e
     before rotation i, then |y| <= x 2^-i + e + 1 after it, since the shift of x rounds by less than a unit.  So |y| is

@@ -58,10 +58,10 @@ class Gain(wiring.Component):
         |F_z| * gain ---------------> normal -+-> Divider -> mu                   |
         magnitude * gain^2 ------------------------> top bits --------------------+
 
-    One Cordic, the one of :mod:`tfra.hdl.parallel.angle`, and one Divider serve twice each, mu is divided while the
-    second run turns, and the constant products are serial and done within the first run.  Every frame takes the same
-    time, whether its values are used or not.  Shifts are limited to what their payload holds: a longer one leaves
-    nothing of a word anyway.
+    One Cordic, the one of :mod:`tfra.hdl.parallel.angle`, and one Divider are used twice each.  mu is divided during
+    the second run; the constant products are serial and finish within the first run.  Every frame takes the same time,
+    whether its values are used or not.  Shifts are limited to what their payload holds: a longer one leaves nothing of
+    a word anyway.
 
     The states, in registers of their own:
 
@@ -254,7 +254,7 @@ class Gain(wiring.Component):
 def _serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value, name: str) -> Value:
     """``word * constant``, a digit of the constant for each ``busy`` cycle after ``start``.
 
-    The product enters the register from above while the constant leaves it below; the word must stay.
+    The product enters the register at the top while the constant leaves it at the bottom; the word must be stable.
     """
     shifter = Signal(len(word) + digits, name=name, reset_less=True)
     with m.If(start):

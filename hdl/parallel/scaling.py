@@ -65,11 +65,11 @@ class Scaling(wiring.Component):
         gain --> factor --> partial products -> sum -> >> shift -> round -> saturate -> result
                                                                            overflow? --> status
 
-    Every word goes the same way: header and status have factor one, what a frame does not keep has factor zero,
-    and the status, which is last, picks up the overflows before it.  The mantissa enters the multiplier as a
+    Every word takes the same path: header and status have factor one, fields that a frame does not have get factor
+    zero, and the status, which is last, collects the overflows before it.  The mantissa enters the multiplier as a
     signed word, to keep to its width; the weight of its top bit follows with the second sum.
 
-    A frame starts when all its facts are there, forces follow as they come, one word per cycle without gaps; the
+    A frame starts when all its facts are valid; forces follow as they arrive, one word per cycle without gaps; the
     facts are taken a cycle after the entry of the status.  Resources: one multiplier of a word by a scalar.
 
     Members:
@@ -97,7 +97,7 @@ class Scaling(wiring.Component):
     def latency(self) -> int:
         """Cycles from the one in which ``gain`` is valid, the other facts before it, to the transfer of the first word.
 
-        Between two frames whose facts are all there, two cycles stay empty.
+        Between two frames whose facts are all valid, two cycles stay empty.
         """
         return STAGES + Spare.latency
 
@@ -146,7 +146,7 @@ class Scaling(wiring.Component):
     def _entries(self, m: Module, counter: Value) -> list[_Entry]:
         """The steps of a frame in the order of :func:`tfra.model.fixed.words.layout`.
 
-        Facts stand long before their words; what is made of them is in registers by then.
+        Facts are valid long before their words; values derived from them are in registers by then.
         """
         gain, chosen, contact = self.gain.p, self.chosen.p, self.frame.p.contact
         regular = contact & self.frame.p.traction
@@ -188,7 +188,7 @@ class Scaling(wiring.Component):
     def _enter(self, m: Module, advance: Value, into: data.View) -> Value:
         """Load the next word with its factor and shift; true when there is one.
 
-        The facts of a step are chosen while the step before it enters, since they stand: this takes no time later.
+        The facts of a step are stable, so they are selected while the step before enters, which takes no time later.
         """
         counter = Signal(COUNTER_BITS)
         entries = self._entries(m, counter)

@@ -22,7 +22,7 @@ FINE = 4
 class Alu(wiring.Component):
     """The result of ``op``: a sum if the operation ``adds``, otherwise a function of ``left`` and ``source``.
 
-    The sum takes the longest, so one table of four inputs stands after it for ``result``, and none for ``total``.
+    The sum is the critical path, so only one 4-input table follows it for ``result``, and none for ``total``.
 
     Members:
         op: ``Op``, in, the operation.

@@ -25,8 +25,8 @@ class Datapath(wiring.Component):
         decoded ─▶ fetching ─▶ executing ─▶ last
                    operands    ALU          the result, on its way to a register, a flag or the memory
 
-    An instruction in ``fetching`` reads registers; the one in ``executing`` has not written its own yet.  The result in
-    ``last`` is read in the register's place, and the one that the ALU computes replaces the operand a cycle later.
+    An instruction in ``fetching`` reads registers; the one in ``executing`` has not written its result yet.  The result
+    in ``last`` is forwarded, and the one that the ALU computes replaces the operand a cycle later.
 
     Members:
         advance: in, all stages advance.

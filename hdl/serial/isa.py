@@ -228,7 +228,7 @@ class Instruction:
         """Whether ``other``'s result is on its way, past the operands that the next instruction has fetched."""
         if self.op == Op.SHIFT and other.written == Dest.SH:
             return True
-        # Src and Dest number the registers alike.  Behind them other pairs, as SUM and P, share a number, too: such a
+        # Src and Dest number the registers alike.  After them other pairs, as SUM and P, share a number, too: such a
         # pause is not needed, but harmless.
         same = self.source == other.written >= Dest.R0
         if other.op == Op.DIV and (same or self.left == other.written):

@@ -31,12 +31,12 @@ class Lanes(wiring.Component):
         operands ──┐
         store ─────┴─▶ products ─▶ totals ─▶ sums (shifted out by ``next``)
 
-    The sums of a group are there ``MAC_DELAY`` cycles after its last product has begun, until those of the next one.
+    The sums of a group are valid ``MAC_DELAY`` cycles after its last product has begun, until those of the next group.
 
     Members:
         start: in, begin a group.
         address: in, of the group's first operand.
-        next: in, hand out the next lane's sum.
+        next: in, shift out the next lane's sum.
         sum: ``signed(accumulator)``, out, of the lanes in their order.
         set_pointer: in, ``pointer`` is the address of the next coefficients.
         pointer: ``range(depth)``, in.

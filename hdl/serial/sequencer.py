@@ -25,9 +25,10 @@ class Sequencer(wiring.Component):
     Members:
         advance: in, ``instruction`` enters execution, and the next one is fetched.
         instruction: ``INSTRUCTION``, out.
-        address: ``ADDRESS_BITS``, out, the one that the instruction means.
-        valid: out, low for the first instruction after reset, which is none.
-        set_pointer: in, write ``pointer_value`` to pointer ``pointer_number``; goes before a step of that pointer.
+        address: ``ADDRESS_BITS``, out, the effective address of the instruction.
+        valid: out, low in the first cycle after reset, which has no instruction.
+        set_pointer: in, write ``pointer_value`` to pointer ``pointer_number``; has priority over a step of that
+            pointer.
         pointer_number: in, below ``POINTERS``.
         pointer_value: ``ADDRESS_BITS``, in.
     """

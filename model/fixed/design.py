@@ -21,7 +21,7 @@ from tfra.model.fixed.widths import Widths
 class Design(Choices, ABC):
     """Choices with what follows from them; each subclass is an estimator, an algorithm with its operators and bounds.
 
-    Everything is computed when it is first asked for and stays with the object; a pickled design carries its choices
+    Everything is computed on first access and stays with the object; a pickled design carries its choices
     alone.
     """
 

@@ -107,7 +107,7 @@ _BEHIND = {"frames": pl.Int64, "left_out": pl.Int64, "sweep_index_equal": pl.Flo
 def rows(variation: Variation, blocks: Sequence[pl.DataFrame]) -> Iterator[dict[str, Any]]:
     """Rows of a variation's table: its facts, then the columns of :func:`tfra.study.statistics.errors`.
 
-    Behind them are ``frames``, how many of them are ``left_out``, ``sweep_index_equal`` as the share of those swept
+    After them are ``frames``, how many of them are ``left_out``, ``sweep_index_equal`` as the share of those swept
     alike whose index float finds, too, and the ``reason`` why all of it is null.
     """
     if not blocks:

@@ -22,7 +22,8 @@ def drain_steps(design: Design) -> int:
 class DrainRegister(wiring.Component):
     """L sums in, W words a cycle out, each minus its lane's sum of the pass before.
 
-    Lanes run on from pass to pass, modulo their word.  The difference is exact, since the sum of a pass fits the word.
+    Lanes accumulate from pass to pass, modulo their word.  The difference is exact, since the sum of a pass fits the
+    word.
 
     ==================  =============  ============  =============  ===============================================
     state               ``capturing``  ``draining``  ``last_step``  in this cycle
@@ -36,8 +37,8 @@ class DrainRegister(wiring.Component):
     last, and capture   1              1             1              the last W words leave, and sums are captured
     ==================  =============  ============  =============  ===============================================
 
-    Behind a reset (``after_reset``) the sums, which may be anything, are captured once, as those of a pass before the
-    first.  They are the base of its differences and no results: ``primed`` is high when they have left.
+    After a reset (``after_reset``) the sums, which may be anything, are captured once, as those of a pass before the
+    first.  They are the base of its differences, not results: ``primed`` is high when they have left.
 
     Members:
         sums: L running sums.

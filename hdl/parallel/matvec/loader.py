@@ -19,10 +19,10 @@ class Loader(wiring.Component):
 
     Members:
         load: stream in, L times ``depth`` coefficients after a reset, and never more.
-        loading: high until they are all there; a register.
+        loading: high until all have arrived; a register.
         writing: high until the last of them has been written; a register.
         write: a bit for each lane, high when a coefficient is to be written; a register.
-        address: where; a register.
+        address: its address; a register.
         data: the coefficient; a register.
     """
 

@@ -23,7 +23,7 @@ def headroom_quad(design: Design) -> data.ArrayLayout:
 def codes_fit(design: Design) -> bool:
     """Whether a folded converter code is no longer than a multiplier operand.
 
-    Then no bit of b is rounded off, however far its words are shifted, and a product by b need not know its largest.
+    Then no shift rounds off a bit of b, so a product of b does not need the largest word of b.
     """
     return design.adc.bits + 2 <= design.formats.bits("operand.contact")
 

@@ -19,8 +19,8 @@ from tfra.model.fixed.design import Design
 class Row:
     """A run of consecutive quads from the drain register with the same treatment: its length, and the treatment.
 
-    An operand that was moved left by its headroom has its result moved right by ``offset + headroom``.  ``kind`` is the
-    number of the operator in ``design.kinds``; None stands for lanes that had no row left, whose quads are not sent.
+    The result of an operand shifted left by its headroom is shifted right by ``offset + headroom``.  ``kind`` is the
+    number of the operator in ``design.kinds``; None marks lanes without a row, whose quads are not sent.
     """
 
     quads: int
@@ -55,8 +55,8 @@ class Placement(wiring.Component):
 
     Members:
         completing: the sums of a pass will be captured in the next cycle.
-        new: beside ``completing``, it is the first pass of its product.
-        stack: beside ``completing``, that of the product in design.stacks.
+        new: in the same cycle as ``completing``, it is the first pass of its product.
+        stack: in the same cycle as ``completing``, that of the product in design.stacks.
         leave: the last words of a quad leave the drain register.
         quad: placement of that quad.
     """

@@ -28,18 +28,18 @@ def spacing(design: Design) -> int:
 class Schedule(wiring.Component):
     """Chooses products, launches their passes and counts through buffer and coefficients.
 
-    A product is chosen when the one before has launched its last pass, among the operands that are there and whose
-    results have a place: frames interleave, and the older one goes first.
+    A product is chosen when the previous one has launched its last pass, among the available operands whose results
+    have a place: frames interleave, and the older one goes first.
 
     Members:
-        wanted: by source of :data:`SOURCES`, an operand that may be multiplied is there.
+        wanted: by source of :data:`SOURCES`, an operand that may be multiplied is available.
         force: the vector is d.
         drained: the last words of a pass leave the drain register.
         launch: a pass begins with the next cycle.
         new: it is its product's first.
         stack: its product's in self._design.stacks.
         parity: its number, modulo two.
-        source: where its operand is, in :data:`SOURCES`.
+        source: index of its operand in :data:`SOURCES`.
         oldest: number of the pass whose words leave the drain register next, modulo two.
         free: by source, the last pass of its operand has begun.
         reading: a quad is read in this cycle.

@@ -91,7 +91,7 @@ class MatVec(wiring.Component):
         plane_token: tokens, one taken at the launch of each force product.
         bank_token: tokens out, one for each bank of ``vector`` that is free.
         load: stream in, the coefficients after a reset, if ``design.images`` is "load".
-        loading: high until they are all there; no frame may come before.
+        loading: high until all have arrived; no frame may come before.
     """
 
     def __init__(self, design: Design) -> None:
@@ -305,12 +305,12 @@ class _Lane(Elaboratable):
 
         coefficient, word -> multiply -> product -> + -> sum
 
-    The sum runs on from pass to pass, modulo its word, which saves a multiplexer a bit and a reset: the drain takes the
-    sum of the pass before away.
+    The sum accumulates from pass to pass, modulo its word, which saves a multiplexer a bit and a reset: the drain
+    subtracts the sum of the previous pass.
 
     Members:
         coefficient: in.
-        word: in, beside ``coefficient``.
+        word: in, in the same cycle as ``coefficient``.
         valid: in, two cycles after the factors: their product counts.
         sum: out, a cycle after ``valid``.
     """

@@ -24,8 +24,8 @@ from tfra.model.fixed.tfra.centroids import pitch_ratio
 class _Sizes:
     """Word lengths of the serial part, in bits.
 
-    A product of ``word`` and ``multiplier`` bits leaves its register to the right, lowest bit first; the sum that is
-    left is no longer than the word, so that ``product`` holds both without an exception.
+    A product of ``word`` and ``multiplier`` bits leaves its register to the right, lowest bit first; the remaining sum
+    is no longer than the word, so ``product`` always holds both.
     """
 
     word: int
@@ -72,7 +72,7 @@ class Centroids(wiring.Component):
     Prefix sums weigh the taxels, so the moments take no multiplier: U adds the running sum of the row at every
     taxel, V the running sum of the frame at every end of a row.  The second line is serial: x and y each have one
     adder that multiplies a bit of S (or of the pitch ratio) a cycle, and one register that normalises in steps of
-    ..., 16, 4, 1 places.  It works on copies while the next frame adds up, whose last taxel waits until the
+    ..., 16, 4, 1 places.  It works on copies while the next frame accumulates; that frame's last taxel waits until the
     direction has been taken.
 
     A taxel a cycle, a frame every ``interval`` cycles.  Resources: about 20 registers of a
@@ -319,7 +319,7 @@ class _Solver(Elaboratable):
     def _work(self, m: Module, clear: Value) -> None:
         """Terms and values: zero before a product, then a bit of the factors a cycle, then steps of normalisation.
 
-        What happens is known from registers of its own: the state drives too much to be looked at here.
+        The operations are decoded into separate registers, because the fan-out of the state is too high here.
         """
         low = self._sizes.multiplier
         bit0, bit1 = (factor[0] for factor in self._factor)

@@ -73,7 +73,7 @@ class Core(wiring.Component):
     def _wire_input(self, m: Module, blocks: Blocks) -> None:
         """Taxels to the normaliser and to the centroids; the normalised frame to the fold and to the sweep.
 
-        Behind a frame's first quad the others follow in every cycle, as the products of b want them: the bank of b is
+        After a frame's first quad the others follow in every cycle, as the products of b require: the bank of b is
         free by then, and the sweep has a place for the stress of every frame that may be in the core.
         """
         shape = payloads.stress_quad(self.design)

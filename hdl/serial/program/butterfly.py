@@ -14,7 +14,7 @@ def butterfly(w: Writer, sources: Sequence[Operand], targets: Sequence[Operand])
     """Four words to their sums and differences; changes R0, R2, R4 and R5.
 
     Two words are summed and subtracted as they are read, so that the registers suffice.  The targets may be
-    (R1, R3, R4, R0): each of these has been read when it is written.
+    (R1, R3, R4, R0): each of these has been read before it is written.
     """
     a = w.assembler
     for word, total, (first, second) in ((R0, R4, sources[:2]), (R2, R5, sources[2:])):

@@ -86,7 +86,7 @@ def factors(w: Writer) -> None:
 def shifts(w: Writer) -> None:
     """Shifts of forces and resultant to the grid of results, from the exponent in R4; negative ones are limited.
 
-    R5 collects the facts that no limit was in the way: the modulus is not zero, mu is bounded, no shift is negative.
+    R5 collects the facts that no limit applied: the modulus is not zero, mu is bounded, no shift is negative.
     """
     a, grid = w.assembler, w.design.formats.force_fraction
     a.move(Dest.SH, imm(-(MU_LIMIT.bit_length() - 1)))

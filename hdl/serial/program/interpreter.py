@@ -44,8 +44,8 @@ def wrap(value: int, bits: int) -> int:
 class Step:
     """An instruction that was executed in ``cycle``, from place ``pc`` of the program.
 
-    ``value`` is the written value, as stored in the destination; ``None`` if it wrote nothing.  ``address`` is the
-    one that it meant, whether it used it or not.
+    ``value`` is the written value, as stored in the destination; ``None`` if it wrote nothing.  ``address`` is its
+    effective address, used or not.
     """
 
     cycle: int

@@ -109,7 +109,7 @@ def product(w: Writer, name: str, words: int, significant: Operand) -> None:
 def parities(w: Writer, quads: int) -> None:
     """Body of :func:`product`: ``quads`` results of each parity, in groups of as many as there are lanes.
 
-    The program and the lanes work side by side, and each group has a turn of ``turn`` cycles:
+    The program and the lanes work in parallel, and each group takes ``turn`` cycles:
 
     ===================  ===============================================================================
     cycle of the turn    program
@@ -120,7 +120,7 @@ def parities(w: Writer, quads: int) -> None:
     ``turn`` - 1         waits for the end of the group
     ===================  ===============================================================================
 
-    The sums of a group are there ``late`` cycles after its start; those of a parity's last group are stored after
+    The sums of a group are ready ``late`` cycles after its start; those of a parity's last group are stored after
     the turns, and the next parity's pointers are set while that group runs.
     """
     a, lanes = w.assembler, w.sizes.lanes

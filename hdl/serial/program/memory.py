@@ -16,8 +16,8 @@ class MemoryMap:
     """Addresses of the data memory, allocated in order; constants are in its initial contents.
 
     Vectors are stored parity by parity, Q words each; maps of taxels row-major.  The operand vectors come first: the
-    multiplier lanes read them from a copy of the memory's lowest ``operands`` words.  Words that are used no more
-    hold something else:
+    multiplier lanes read them from a copy of the memory's lowest ``operands`` words.  Words that are no longer used are
+    reused:
 
     ===============  =======================================  =========================================
     words            hold first                               hold then

@@ -21,7 +21,7 @@ from tfra.model.fixed.design import Design
 class Arbiter(wiring.Component):
     """A beat of products enters in the cycle in which it arrives; in other cycles a beat of the current vector enters.
 
-    A vector is begun when all that it needs is there and a bank is free for it.  d goes before e0, so that the older of
+    A vector begins when all its inputs are available and a bank is free for it.  d goes before e0, so that the older of
     two frames goes first; e1 follows e0.
 
     ============  ========  =========  ==================================================

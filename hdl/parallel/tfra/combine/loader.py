@@ -45,8 +45,8 @@ class WeightLoader(wiring.Component):
 class ResidualLoader(wiring.Component):
     """d0 = b + g, d1 and d2 into the stores: d1 and d2 into both, since each is an x or a z.
 
-    b waits for its g in a memory with one place more than there are frames with a token: of the frame whose b is
-    still an operand.
+    b waits for its g in a memory with one place more than frames with a token, for the frame whose b is still an
+    operand.
 
     Members:
         b: Q quads a frame, folded stress in converter codes.

@@ -32,7 +32,7 @@ class Stage(IntEnum):
                 OPERAND     PRODUCT   CUT      COARSE_BACK   SHIFTED                 SUM   OUTPUT
         z:      Z_ADDRESS   Z_CELL    Z_READ   Z_CHOSEN      Z                       SUM   OUTPUT
 
-    z is read so late that it comes to the adder with its product.
+    z is read as late as its product allows, to reach the adder in the same cycle.
     """
 
     ENTRY = 0

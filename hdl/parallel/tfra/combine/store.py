@@ -50,12 +50,12 @@ class Store(wiring.Component):
 
     Arguments:
         vectors: vectors of a place.
-        headroom: whether the headroom of the vectors is found as they are written, for use as multiplier operands.
+        headroom: whether the headroom of the vectors is determined as they are written, for use as multiplier operands.
 
     Members:
         write: a beat to be written.
-        read: where the beat is that is read, in every cycle.
-        beat: what is read, ``READ`` cycles later.
+        read: address of the beat that is read, in every cycle.
+        beat: the beat that was read, ``READ`` cycles later.
         headroom: that of the words of ``beat``, beside it; zero where it is not asked for.
     """
 
@@ -93,8 +93,8 @@ class Store(wiring.Component):
     def _masks(self, m: Module) -> Value:
         """OR of the magnitudes of each parity while a vector is written, two cycles after its words.
 
-        Masks go round with the beats of a quad, so that those of the beat at hand are always at the bottom, and those
-        of the beat before at the top.
+        Masks rotate with the beats of a quad, so those of the current beat are always at the bottom, and those of the
+        beat before at the top.
         """
         size, length = self._design.architecture.vector_words, self._design.widths.vector - 1
         masks = Signal(4 * length, reset_less=True)

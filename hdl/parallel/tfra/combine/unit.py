@@ -35,11 +35,11 @@ class Combine(wiring.Component):
                                      stores of Addend: z -------+-> ScaleAdd -> Assembler -> vector, forces
         products -> ProductBeats --> Arbiter: which beat enters '      '-> e0, e1 back to the stores
 
-    x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
-    is written.  A quad takes ``design.cycles_per_quad`` cycles; there are W = ``vector_words`` multipliers of operand x
+    x enters as a multiplier operand, shifted left by the headroom of its parity, which is determined while x is
+    written.  A quad takes ``design.cycles_per_quad`` cycles; there are W = ``vector_words`` multipliers of operand x
     operand bits.
 
-    Nothing in the pipeline waits: a vector is begun when ``bank_token`` says that its receiver can take it.
+    Nothing in the pipeline waits: a vector begins when a ``bank_token`` reserves a bank of its receiver.
     ``FRAMES`` frames have a place each in the stores; the sender of a frame's data holds its token.
 
     Members:
@@ -49,7 +49,7 @@ class Combine(wiring.Component):
         direction: one transfer a frame, taken a cycle after the entry of the last beat of e1.
         affine: one transfer a frame, taken with ``direction``.
         chosen: one transfer a frame, taken a cycle after the entry of the last beat of d.
-        forced: the same, taken when the forces of the frame before are on their way.
+        forced: the same, taken when the forces of the previous frame have entered.
         products: 3 Q quads a frame, after its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
         bank_token: tokens, one taken for each vector.
         frame_token: tokens out, one for each frame that has a place in the stores; its forces return it.

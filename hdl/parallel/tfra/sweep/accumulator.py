@@ -36,8 +36,8 @@ class Accumulator(wiring.Component):
                                ▲         ▲      ▲     │
                                └─ kept ──┴──────┴─────┘
 
-    A sum is in the memory for additions that come five cycles later.  An earlier one to the same address takes it from
-    a register (forwarding); of several sums it takes the latest:
+    A sum is in the memory for additions five cycles later.  An earlier addition to the same address takes it from a
+    register (forwarding), the latest of several sums:
 
     ====== ==================== =====================================================
     cycle  an addition          takes the sum of another one, to the same address
@@ -52,18 +52,18 @@ class Accumulator(wiring.Component):
     5      is in ``written``
     ====== ==================== =====================================================
 
-    ``drain`` reads all sums, a row of ``banks`` sums a cycle, and clears each row in the cycle after its read.  So does
-    a reset, since a memory has none.
+    ``drain`` reads all sums, a row of ``banks`` sums a cycle, and clears each row in the cycle after its read.  A reset
+    does the same, since a memory has no reset.
 
     Arguments:
-        value: layout of what is added: unsigned fields, each of which has a sum of its own.
+        value: layout of the addends: unsigned fields, each with its own sum.
         total: layout of the sums: the same fields, long enough for every sum.
         entries: number of addresses.
         banks: 1, or 2 for even and odd addresses, which are read together.
 
     Members:
-        address: where to add, 0 ... ``entries - 1``.
-        value: what to add.
+        address: of the addition, 0 ... ``entries - 1``.
+        value: the addend.
         valid: there is an addition in this cycle.
         drain: a pulse, after the last addition; the next one may come two cycles after the last row's read.
         draining: rows are read, from ``DRAIN`` cycles after ``drain`` on.

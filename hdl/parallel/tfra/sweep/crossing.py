@@ -30,12 +30,12 @@ class Crossing(wiring.Component):
 
         before = floor(t / size),    excess = |first + (before + 1) step| = size - t mod size  or one less,
 
-    by division without restoring, a quotient bit a stage: ``before`` is the last candidate with the sign of ``first``.
+    by non-restoring division, one quotient bit a stage: ``before`` is the last candidate with the sign of ``first``.
     Invariant after the stage of bit b, with the bits q of ``before`` above it:
 
         remainder = t - 2^b size (2 q + 1)     within -2^b size ... 2^b size;     bit b = (remainder >= 0)
 
-    A crossing from 1 to K is ``valid``; the others are those of terms which keep their sign.
+    A crossing from 1 to K is ``valid``; the others belong to terms that keep their sign.
 
     Members:
         first: the term of candidate 0.
@@ -43,8 +43,8 @@ class Crossing(wiring.Component):
         i_size: magnitude of its step.
         i_valid: there is a term in this cycle.
         before: the candidate before its crossing, ``crossing_latency`` cycles later.
-        size: magnitude of its step, beside ``before``.
-        excess: magnitude of the term at its crossing, beside ``before``.
+        size: magnitude of its step, valid with ``before``.
+        excess: magnitude of the term at its crossing, valid with ``before``.
         valid: there is a crossing.
 
     Resources: per quotient bit an adder of ``step``'s bits, and three more.

@@ -60,9 +60,9 @@ class Loader(wiring.Component):
 
     Quads of e0 are taken with g, one a cycle; those of e1 with stress, one in ``WORDS`` cycles, the first ``TURN``
     cycles after e0 at the earliest and a cycle after ``free`` and facts; e0 of the next frame ``WORDS`` cycles after
-    e1.  Nothing waits for g and stress: what they lead to comes later.
+    e1.  Nothing waits for g and stress: they arrive before the quads that follow from them.
 
-    The states, in registers of their own, since the way from here to the queues' reads is long:
+    The states, in separate registers, since the path from here to the queues' reads is long:
 
     ======= ============== ========= ================================== ==================================
     state   ``takes_e1``   ``word``  takes                              ends

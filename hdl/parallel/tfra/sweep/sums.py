@@ -70,8 +70,8 @@ class _Phases(NamedTuple):
 class Sums(wiring.Component):
     """``sum(k) = sum over terms of max(0, first + k step)`` for k = 0 ... K; exact.
 
-    A term counts while it is positive, from k = 0 up to its crossing or from there on, so that the sum is convex,
-    straight between crossings:
+    A term counts while it is positive, from k = 0 up to its crossing or from there on, so the sum is convex and linear
+    between crossings:
 
         sum(0)   = sum of first >= 0                       sum(k)   = sum(k-1) + slope(k-1) + excess of crossings at k
         slope(0) = sum of their steps                      slope(k) = slope(k-1) + size of crossings at k
@@ -82,7 +82,7 @@ class Sums(wiring.Component):
                      '-> Crossing -> Accumulator of K entries ------^
                                      size, excess
 
-    Terms cost a cycle each and candidates another, or half of it: no sum is made of terms times candidates.  For two
+    Each term takes a cycle, and each candidate one or half a cycle, instead of terms times candidates.  For two
     candidates a cycle, odd and even entries have a bank each, and a pair of entries moves slope and sum at once:
 
         slope(k+2) = slope(k) + (size(k+1) + size(k+2))
@@ -99,12 +99,12 @@ class Sums(wiring.Component):
     4 (6)   ``sum_added``    ``total`` is sum(1), or sum(2) of a pair
     ======= ================ ===========================================================
 
-    No term comes from ``ended`` until the sums have come: see :func:`sums_wait`.  Behind a reset entries, slope and
+    No term comes from ``ended`` until the sums have come: see :func:`sums_wait`.  After a reset entries, slope and
     total are cleared in the same way, without any sum that is ``valid``.
 
     Members:
         first: the term of candidate 0.
-        step: what it grows by from one candidate to the next.
+        step: its increment from one candidate to the next.
         size: ``|step|``.
         i_valid: there is a term in this cycle.
         ended: pulse, a cycle after a frame's last term.

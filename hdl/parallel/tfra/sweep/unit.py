@@ -53,7 +53,7 @@ class Sweep(wiring.Component):
     """``index`` of the candidate with the smallest B^xy on the plateau of B^z; equal to the model's ``sweep``.
 
     Takes frames back to back: stress, g and normal wait in queues, direction and frame in a buffer each.  A quad of
-    e0 enters the loader with its g; quads of e1 enter it with stress, when the facts are there.  They enter
+    e0 enters the loader with its g; quads of e1 enter it with stress, when the facts are valid.  They enter
     ``Queue.latency`` cycles after their transfers at the earliest.  At least that many cycles lie
 
         between quads of e0                                  ``e0_interval``
@@ -62,7 +62,7 @@ class Sweep(wiring.Component):
         from the last of e1 to e0 of the next frame          ``quad_interval``
         from the last of e1 to e1 of the next frame          ``frame_interval``
 
-    Behind a reset, the first quad of e1 waits for ``frame_interval`` cycles, in which the memories are cleared.
+    After a reset, the first quad of e1 waits for ``frame_interval`` cycles, in which the memories are cleared.
 
     Resources: no multiplier; two dividers without feedback; memories of 5 Q vector quads, 2 Q stress quads and
     2 K entries of the sums; with a tolerance the sums of all candidates.
@@ -73,8 +73,8 @@ class Sweep(wiring.Component):
         g: Q parity-domain quads of C33 n, before those of e0, which follow from it.  There is a place for those of
             ``FRAMES`` frames whose index has not been taken.
         normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1; places as of g.
-        direction: fact of the frame; ``negative`` is looked at.
-        frame: fact of the frame; ``exponent`` is looked at.
+        direction: fact of the frame; ``negative`` is used.
+        frame: fact of the frame; ``exponent`` is used.
         index: the winner, one transfer a frame.
     """
 

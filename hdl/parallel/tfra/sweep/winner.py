@@ -64,9 +64,9 @@ class Winner(wiring.Component):
         xy -- minus measured sum -- |.| -- B^xy ---+--> best, index
 
     Without a tolerance a smaller B^z begins a new plateau, and an equal one belongs to it: candidates are compared as
-    they come.  With a tolerance the plateau is known when all have come: they wait in a memory and are compared as they
-    leave it, while those of the next frame take their places.  Where candidates come in pairs, the better one of a
-    pair is found first, and stands for both.
+    they come.  With a tolerance the plateau is known only after all candidates: they wait in a memory and are compared
+    as they leave it, while those of the next frame replace them.  Where candidates come in pairs, the better one of a
+    pair is selected first, and represents both.
 
     Members:
         rows: the sums of the candidates of a cycle.

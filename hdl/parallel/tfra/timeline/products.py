@@ -23,7 +23,7 @@ _BANK_FREE = 2
 class Product:
     """The product of a frame by ``stack``, whose last pass is launched in ``last_launch``.
 
-    ``results`` are the cycles in which its result quads reach whom they are routed to.
+    ``results`` are the cycles in which its result quads reach their sinks.
     """
 
     stack: str
