@@ -32,7 +32,7 @@ Objection = Callable[[Path, str], str | None]
 def check_archive(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
     """Raise ``InputError`` now if ``write_npz`` would, if the name does not end in .npz, or if it is one of ``inputs``.
 
-    Worth knowing before a long computation.
+    Call it before a long computation.
     """
     _check_file(path, ".npz", command, inputs)
 

@@ -23,7 +23,7 @@ _KINDS = (
 def opened(file: Path) -> Iterator[BinaryIO]:
     """Open the regular ``file``; raises ``InputError`` when it is none, or when an ``OSError`` ends the block.
 
-    A pipe could keep us waiting for ever, and a device notice that it was opened, so neither is opened at all.
+    A pipe could block for ever, and opening a device may have an effect, so neither is opened.
     """
     try:
         _require_regular(file, os.stat(file).st_mode)

@@ -42,8 +42,8 @@ def is_bag(path: Path) -> bool:
 def read_log(path: Path, sensor: SensorArray, given: Input) -> tuple[Floats, Floats]:
     """Return the frames of one topic, ``(n, taxels)`` or ``(n, ...)``, and ``(n,)`` times in s since the first of them.
 
-    The topic is ``given.topic``, or the only one whose first message is a frame.  Raises ``InputError`` when there is
-    no such topic or another message of it is none, and for logs that are damaged.
+    The topic is ``given.topic``, or the only one whose first message is a frame.  Raises ``InputError`` if there is no
+    such topic or another of its messages is no frame, and for damaged logs.
     """
     try:
         from rosbags.typesys import Stores, get_typestore

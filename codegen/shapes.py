@@ -23,7 +23,7 @@ FRAMES = "frames"
 def split(array: Array, sensor: SensorArray, given: Input) -> tuple[Array, Floats | None]:
     """Return the frames of ``array``, ``(n, taxels)`` or ``(n, ...)``, and the times before them, if any.
 
-    Its shape is one that ``wrong_shape`` has no objection to.
+    Its shape must be one that ``wrong_shape`` accepts.
     """
     if array.shape in (given.shape(sensor), (sensor.taxels,)):
         return array[None], None

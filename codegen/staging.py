@@ -41,8 +41,8 @@ Check = Callable[[Path], None]
 def staged(target: Path, check: Check) -> Iterator[Path]:
     """Yield a free path; the file or folder that the block makes there becomes ``target``.
 
-    ``check`` is asked about what is at ``target`` now, again before it is moved, and about what was moved: if it
-    objects then, all is as before.  An exception in the block leaves ``target`` alone.  Raises ``OSError``.
+    ``check`` is called for the present ``target`` now and before it is moved, and for what was moved; if it raises
+    then, the move is undone.  An exception in the block leaves ``target`` alone.  Raises ``OSError``.
     """
     with _locked_staging(target, check) as staging:
         yield staging / "new"

@@ -74,8 +74,8 @@ def _forward(port: Any) -> dict[str, Value]:
 def to_rtlil(top: wiring.Component, name: str) -> str:
     """RTLIL of ``top`` as the module ``name``, without source locations.
 
-    Amaranth names the places of an array ``NAME[0]``, as yosys' abc9 names the bits of its word: one of them has to
-    give way, or abc9 fails on the core.  Slices have a space before the bracket.
+    Amaranth names the elements of an array ``NAME[0]``, as yosys' abc9 names the bits of a word; the elements are
+    renamed, or abc9 fails on the core.  Slices have a space before the bracket.
     """
     text = str(rtlil.convert(top, name=name, emit_src=False))
     return _PLACE.sub(r".\1", text)
@@ -85,8 +85,8 @@ def with_free_collisions(text: str) -> str:
     """RTLIL ``text`` for synthesis, with undefined data for a memory read of an address that is written in the same
     cycle.
 
-    Amaranth asks for the word from before, which block memories have to be helped with registers and comparators.  No
-    block looks at such a word; simulations where it is unknown show that.
+    Amaranth specifies the old word, for which block memories need extra registers and comparators.  No block uses such
+    a word; simulations where it is unknown show that.
     """
     return _COLLISION.sub(r"\1 1'1", text)
 

@@ -37,8 +37,8 @@ def cache_directory(chosen: str | Path | None = None) -> Path:
     """Return ``chosen``, else the directory in the variable ``TFRA_CACHE``, else ``~/.cache/tfra``; it exists
     afterwards.
 
-    Where the last can't be used, a warning says so and a private one takes its place until this process ends.  Raises
-    ``InputError`` where one that was named can't be used.
+    If the default can't be used, a warning states so and a private directory replaces it until this process ends.
+    Raises ``InputError`` if a named one can't be used.
     """
     named = chosen or os.environ.get("TFRA_CACHE")
     try:
@@ -74,8 +74,8 @@ def _private(warning: str) -> Path:
 def kept(place: Path, make: Callable[[], Files]) -> dict[str, bytes]:
     """Return the files of the entry ``place`` of a cache, from ``make`` if it is missing or damaged in any way.
 
-    Of several processes that want the same entry at once, one makes it and the others wait.  Nobody works inside an
-    entry, so that replacing it takes nothing away from anyone.
+    If several processes need the same entry at once, one makes it and the others wait.  No process works inside an
+    entry, so replacing it is safe.
     """
     limit = _limit()
     if (found := _read(place)) is not None:

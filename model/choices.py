@@ -111,10 +111,10 @@ _LIMITS = {
 class Formats:
     """Word lengths of the arithmetic; integer bits of every vector follow by proof from the coefficients.
 
-    ``coefficient`` x ``operand`` is the multiplier of a lane, and every other signal follows one of the two.
-    ``vector_fraction`` are the bits that vectors keep below one converter code of the normalised frame;
-    ``force_fraction`` those of the forces below one code times the taxel's area.  ``signals`` gives signals of
-    an estimator a word length of their own, sorted by their names.
+    ``coefficient`` x ``operand`` is the multiplier of a lane, and the length of every other signal follows one of the
+    two. ``vector_fraction`` are the bits that vectors keep below one converter code of the normalised frame;
+    ``force_fraction`` those of the forces below one code times the taxel's area.  ``signals`` gives signals of an
+    estimator a word length of their own, sorted by their names.
     """
 
     name: str
@@ -187,7 +187,7 @@ SERIAL = Architecture(mac_lanes=0, vector_words=0, kind="serial")
 class Choices:
     """One core: sensor, converter, search, formats and architecture; ``sparse`` drops small coefficients.
 
-    ``images`` says where the Verilog has what memories start with, or that coefficients are loaded after a reset.
+    ``images`` is the source of the memories' initial contents, or states that coefficients are loaded after a reset.
     ``target``, one of ``TARGETS``, chooses cells, never a result or a cycle.
 
     Raises ``ValueError`` that starts with ``section.key:`` when the parts do not fit together.

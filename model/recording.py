@@ -28,9 +28,9 @@ class Input:
 
     ``coding`` is of codes: two's complement; offset binary, at rest at half of its 2^bits codes; or unipolar, from 0
     without stress to 2^bits - 1.  ``tare_frames``, the first of the recording, or the file ``tare`` show the array at
-    rest; 0 and None: it has been tared.  ``order``: whether a frame runs along rows, (rows, columns), or along columns,
-    (columns, rows).  ``flip_x`` and ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line
-    are no taxels.  ``topic`` is that of the messages in a log; None: the only one that fits.
+    rest; 0 and None: no tare.  ``order``: whether a frame runs along rows, (rows, columns), or along columns, (columns,
+    rows).  ``flip_x`` and ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line are no
+    taxels.  ``topic`` is that of the messages in a log; None: the only one that fits.
     """
 
     unit: Unit = "Pa"
@@ -81,12 +81,12 @@ def no_codes(frames: Floats, given: Input, adc: Adc) -> npt.NDArray[np.intp]:
 def stress(frames: Floats, given: Input, adc: Adc, rest: Floats | None = None) -> Floats:
     """Return the stress of ``frames (n, rows, columns)`` in the recording's unit: Pa, compression negative.
 
-    ``rest (k, rows, columns)``, in the same unit, shows the array at rest: its mean is taken off.
+    ``rest (k, rows, columns)``, in the same unit, shows the array at rest: its mean is subtracted.
 
-    The mean of codes is the nearest double, that of other numbers is a sum of doubles over their count; taking it off
-    rounds once.  The unit's factor is exact, and its product the nearest double: exact for codes wherever a code in
-    Pa, which is full scale over a power of two, has 33 significant bits at most, as all whole numbers below 8.5 GPa.
-    Nothing is rounded where nothing is to be done.
+    The mean of codes is the nearest double, that of other numbers is a sum of doubles over their count; the subtraction
+    rounds once.  The unit's factor is exact, and its product the nearest double: exact for codes wherever a code in Pa,
+    which is full scale over a power of two, has 33 significant bits at most, as all whole numbers below 8.5 GPa.
+    Nothing is rounded if there is neither a tare nor a factor.
     """
     level = frames
     if given.unit == "codes" and given.coding == "offset" and rest is None:

@@ -85,7 +85,7 @@ def kept(ops: Operators) -> dict[str, int]:
 def multiplications(ops: Operators) -> int:
     """Real multiplications of a frame's matrix products in the float form, without mirror folding.
 
-    Each matrix is applied once, C33 A3-dagger twice.  What costs a few vectors' length is left out.
+    Each matrix is applied once, C33 A3-dagger twice.  Operations of a few vectors' length are not counted.
     """
     counts = kept(ops)
     return sum(counts.values()) + counts["normal"]

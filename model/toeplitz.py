@@ -32,7 +32,7 @@ def kernels(sensor: SensorArray) -> Floats:
 class Convolution:
     """One kernel applied to frames: out[i, j] = sum of kernel[i' - i, j' - j] frame[i', j'], zero outside.
 
-    By a Fourier transform, which is exact but for rounding; hardware would add up the products.
+    By a Fourier transform, which is exact except for rounding; hardware would add the products.
     """
 
     def __init__(self, kernel: Floats) -> None:

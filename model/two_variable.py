@@ -88,7 +88,7 @@ class Conditions:
     def best(self) -> Floats:
         """(mu_x, mu_y) of the largest Pi, ``(2,)``: the best peaks of a grid, each climbed by L-BFGS-B.
 
-        Deterministic; of equal optima the one that was climbed first.
+        Deterministic; of equal optima the first one found.
         """
         climbed = [optimize.minimize(self.loss, start, **_CLIMB) for start in self._peaks()]
         return np.asarray(min(climbed, key=lambda end: end.fun).x, dtype=np.float64)

@@ -65,7 +65,7 @@ def play(
 ) -> list[dict[str, Any]]:
     """Set inputs cycle by cycle and return what the ``watched`` ports show in each; those not set are zero.
 
-    ``cycles`` may be a generator that looks at the ``record`` of the cycles before.
+    ``cycles`` may be a generator that reads the ``record`` of the cycles before.
     """
     record = [] if record is None else record
     simulator = Simulator(dut)
@@ -103,8 +103,9 @@ def run(
     """Send ``inputs`` (port -> payloads), take ``outputs`` (port -> number of transfers), record them all.
 
     Ports are dotted attribute paths, with numbers for arrays (``o.0``); ``steady`` ones never stall, those in ``leave``
-    ask it.  ``vcd`` is a file to write with every signal.  A stream that is always ready is taken as it comes.  Raises
-    ``AssertionError`` when the block hangs, drops valid before ready, or changes a payload that was not taken.
+    call its function first.  ``vcd`` is a file to write with every signal.  A stream without ready is recorded as it
+    comes.  Raises ``AssertionError`` when the block hangs, drops valid before ready, or changes a payload that was not
+    taken.
     """
     bench = _Bench(dut, Recording(), leave or {}, seed)
     simulator = Simulator(dut)

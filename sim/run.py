@@ -58,7 +58,7 @@ class Netlist:
     """A core in Verilog: the text ``verilog`` with the module ``top``.
 
     ``images`` are texts by file name, for it to read; ``models`` texts to compile with it: behaviour of the cells that
-    it has instances of.
+    it instantiates.
     """
 
     top: str
@@ -112,7 +112,7 @@ def simulate(
         simulator: ``"verilator"``, ``"icarus"`` or ``"amaranth"``; by default the fastest that is usable here.
         seed: Of the stall patterns.
         stall_in, stall_out: ``"none"``, ``"random"`` or ``"bursts"`` on the taxel and the result port.
-        build_dir: Where builds are kept for the next run, see ``cache_directory``.
+        build_dir: Directory that keeps builds for the next run, see ``cache_directory``.
         progress: Called with numbers of finished frames.
         expected: Result words ``(n, frame_words)`` to compare with in the testbench.
         core: Another core with the same ports: a ``Netlist``, or a component for ``"amaranth"``.
@@ -321,7 +321,7 @@ def digest(*parts: str) -> str:
 def sources(*packages: ModuleType) -> list[Path]:
     """Return every file of ``packages`` that determines their output, Verilog and tables included.
 
-    An editor's own files may lie beside them, and need not be text.
+    Temporary files of an editor may be in the folder, and need not be text.
     """
     files = (file for package in packages for file in Path(package.__path__[0]).rglob("*"))
     return sorted(file for file in files if file.suffix in _SOURCES)

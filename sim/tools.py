@@ -66,8 +66,8 @@ def environment(simulator: str, folder: Path, waves: bool = False) -> dict[str, 
 def public_signals(top: str, signals: Iterable[str]) -> str:
     """Return a control file that lets a testbench see the ports of ``top`` and ``signals``, paths joined by dots.
 
-    cocotb's runner would have every signal visible, which makes the model of a core three times as slow to compile
-    and to run; the wrapper takes that option away.
+    cocotb's runner makes every signal visible, so a core's model compiles and runs three times as slowly; the wrapper
+    removes that option.
     """
     lines = ["`verilator_config", f'public_flat_rw -module "{top}" -var "*"']
     names = dict.fromkeys(path.rpartition(".")[2] for path in signals)

@@ -47,14 +47,14 @@ def verify(
         simulator: As for :func:`tfra.sim.run.simulate`.
         seed: Of made-up frames and of stalls.
         random: Random frames to add.
-        references: What is known of ``frames``, by the keys of a frames file (``REFERENCES``).
+        references: Ground truth of ``frames``, by the keys of a frames file (``REFERENCES``).
         progress: Called with numbers of frames that have finished, and of all.
         core: Another core to verify, as for ``simulate``.
         waves: A VCD file to write: the signals of the first frame that differs, with the ones before it where it is
             right alone; of the run that broke a stream's rules; else of the first frame.
 
     Raises ``InputError`` for an unusable simulator, ``ValueError`` for frames of a wrong shape or over full scale, and
-    ``SimulationError`` when the simulation can't be carried out.  What the core does wrong is in the report.
+    ``SimulationError`` when the simulation can't be carried out.  Faults of the core are in the report.
     """
     chosen = tools.choose(simulator)
     stimuli = _stimuli(design, frames, seed, random, references)

@@ -35,7 +35,7 @@ _PDEATHSIG = 1
 class Workers(Protocol):
     """Runs jobs in any order: yields the index of each with its result as it arrives.
 
-    What is done, the jobs and their results travel between processes.
+    The function, the jobs and their results must be picklable.
     """
 
     def __call__(self, do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterable[tuple[int, Done]]:
@@ -99,8 +99,9 @@ def _serve(parent: int) -> None:
 def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
     """Workers of the Dask scheduler at ``address``, which have this very package and one thread each.
 
-    Results leave the cluster as they come, so that a worker that dies takes none with it.  Raises ``SchedulerError``
-    if no scheduler answers within ``patience`` seconds, if it has no workers, or if one of them computes otherwise.
+    Results leave the cluster as they arrive, so a worker that dies loses none.  Raises ``SchedulerError``
+    if no scheduler answers within ``patience`` seconds, if it has no workers, or if one of them has other sources or
+    settings.
     """
     from distributed import CancelledError, Client, KilledWorker
     from distributed import as_completed as arrived

@@ -79,7 +79,7 @@ def occupancy_flags(m: Module, places: int, enter: Value, leave: Value) -> tuple
         m.d.sync += taken.eq(taken + 1)
     with m.Elif(leave & ~enter):
         m.d.sync += taken.eq(taken - 1)
-    # Without conditions, which would become an enable: one level of logic after what comes late.
+    # Without conditions, which would become an enable: one level of logic after the late inputs.
     m.d.sync += [
         some.eq(enter | (some & ~(leave & (taken == 1)))),
         full.eq(~leave & (full | (enter & (taken == places - 1)))),

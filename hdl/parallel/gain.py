@@ -127,7 +127,7 @@ class Gain(wiring.Component):
 
     def _states(self, m: Module) -> _States:
         """The registers of the state, and the pulses that end it."""
-        # From the start of mu's division to that of the mantissa's: no state has to ask the divider for ready.
+        # From the start of mu's division to that of the mantissa's: no state has to check the divider's ready.
         assert self._divider.interval <= self._turn + 3
         idle = Signal(init=1)
         second_run = Signal()
@@ -225,7 +225,7 @@ class Gain(wiring.Component):
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
         assert digits < self._turn
-        left = Signal(counter_shape(digits))  # digits that are left
+        left = Signal(counter_shape(digits))  # remaining digits
         busy = Signal()  # TIMING: left -> normal, numerator: some are left
         m.d.sync += busy.eq(start | (busy & (left != 1)))
         with m.If(start):

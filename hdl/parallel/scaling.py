@@ -192,7 +192,7 @@ class Scaling(wiring.Component):
         """
         counter = Signal(COUNTER_BITS)
         entries = self._entries(m, counter)
-        step = Signal(len(entries), init=1)  # a bit each, since much is chosen by it
+        step = Signal(len(entries), init=1)  # one-hot, since it selects many signals
         taxels = Signal()
         closing = Signal()
         held = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
@@ -200,9 +200,9 @@ class Scaling(wiring.Component):
         go = Signal()
         move = Signal()
         facts = [getattr(self, name) for name in FACTS]
-        # Facts stay until they are taken, so only the first word has to look for them.  The gain comes last: the
-        # others, from a register, which tells nothing of the next frame while those of this one are taken: a cycle
-        # late, since the way to their queues is long.
+        # Facts stay valid until they are accepted, so only the first word checks for them.  The gain comes last.  The
+        # others are checked through a register, a cycle late, since the path to their queues is long; it is low for the
+        # next frame while those of this one are accepted.
         closed = advance & closing
         taken = register(m, closed, "taken", control=True)
         known = Cat(fact.valid for fact in facts[1:]).all() & ~closed & ~taken

@@ -124,7 +124,7 @@ class Datapath(wiring.Component):
         asks = Cat(f.when >> 1 == 1, f.when >> 1 == 2)  # for F0, for F1
         asks_executing = Signal()  # for a flag that executing sets
         known = Signal()  # the condition, with zero for a flag that is on its way
-        asked_last = Signal()  # such a flag was asked for
+        asked_last = Signal()  # such a flag was needed
         m.d.comb += [
             flags_now.eq(Cat(Mux(new, self.last[-1], flag) for new, flag in zip(last_sets, flags, strict=True))),
             asks_executing.eq(self.delivers & (asks & e.flag).any()),

@@ -109,9 +109,9 @@ class Folding:
 def quantise_rows(choices: Choices, rows: Floats, bits: int) -> tuple[Ints, int]:
     """Coefficients ``(..., Q)`` as integers of ``bits``, and their fraction bits.
 
-    Not each coefficient but the running sum along a row is rounded to nearest: an error is made up for by the next
-    neighbour, so errors cancel for operands that are smooth over the array, as stress is.  A coefficient differs from
-    its exact value by one at most, which leaves it a place in its word.
+    The running sum along a row is rounded to nearest instead of each coefficient: the next neighbour compensates an
+    error, so errors cancel for operands that are smooth over the array, as stress is.  A coefficient differs from its
+    exact value by at most one, so it fits its word.
     """
     largest = np.abs(rows).max()
     fraction = int(np.floor(np.log2(((1 << (bits - 1)) - 2) / largest)))

@@ -85,9 +85,9 @@ class Cascade:
     def __call__(self, block: Block) -> pl.DataFrame:
         """Return a row each frame: errors by :func:`error_column`, decisions by :func:`decision_column`, ``frame``.
 
-        Nothing of it depends on other blocks, so that tables of blocks, made anywhere, make up that of a part in the
-        order of the blocks: bit for bit, as long as all processes give BLAS as many threads, which share its sums.
-        Errors are in single precision; a frame takes some 290 bytes.
+        A table does not depend on other blocks, so the tables of blocks, concatenated in order, are that of a part, bit
+        for bit, if BLAS has the same number of threads in all processes. Errors are in single precision; a frame takes
+        some 290 bytes.
         """
         codes = convert(self.design, block.noisy)
         return scores(self.design, block, codes, self.results(block, codes))
@@ -115,7 +115,7 @@ def scores(
 ) -> pl.DataFrame:
     """One row a frame, as a cascade returns it, with the errors of the steps ``compared`` only.
 
-    ``codes`` are those that the fixed-point result of ``results`` is from.
+    ``codes`` are the input of the fixed-point result of ``results``.
     """
     columns: dict[str, Floats | Ints | Bools] = {"frame": block.start + np.arange(len(block))}
     before: Estimate = block
@@ -134,7 +134,7 @@ def scores(
 def differences(truth: Estimate, start: Estimate, end: Estimate) -> dict[str, Floats]:
     """Return the differences between two estimates, by the keys of ``SIGNED``, ``(n,)`` each.
 
-    Percentages are of the ``truth``; what is undefined or unknown is nan.
+    Percentages are of the ``truth``; undefined and unknown values are nan.
     """
     force, field = end.resultant - start.resultant, _field(end) - _field(start)
     modulus, length = (np.linalg.norm(vectors, axis=1) for vectors in (truth.resultant, _field(truth)))

@@ -22,7 +22,7 @@ NOISE = (0.0, 0.0005, 0.001, 0.002, 0.005)
 def converters(base: TfraDesign, bits: Sequence[int] = BITS, noise: Sequence[float] = NOISE) -> tuple[Variation, ...]:
     """``base`` after every converter and every noise; facts are ``noise_share_of_peak`` and ``bits``.
 
-    All see the same exact stress, with offsets as drawn and the same noise, scaled.  Full scale stays, and so do a
+    All have the same exact stress, the drawn offsets and the same noise, scaled.  Full scale stays, and so do a
     given contact threshold and the plateau tolerance, as stress; without a threshold, each converter has its default.
     """
     compared = Step.NOISE, Step.CONVERTER, Step.ARITHMETIC

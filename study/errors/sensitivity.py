@@ -41,8 +41,8 @@ def _uniform(base: TfraDesign, bits: int, family: Family) -> Variation:
 def sensitivity(base: TfraDesign, family: Family = ECP5, shorter: Sequence[int] = SHORTER) -> tuple[Variation, ...]:
     """``base`` with one signal at a time ``shorter`` by a number of bits: every signal, and vector and force fraction.
 
-    Facts are ``signal``, ``bits`` that it is left, ``shorter``, and the costs as for :func:`uniform`.  What does not
-    fit together is there with its reason.
+    Facts are ``signal``, ``bits`` that it is left, ``shorter``, and the costs as for :func:`uniform`.  Choices that do
+    not fit together are listed with the reason.
     """
     signals = (*base.signals, *FRACTIONS)
     return tuple(_priced(_shortened(base, signal, less), family) for signal in signals for less in shorter)

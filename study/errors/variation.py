@@ -69,7 +69,7 @@ class Job(NamedTuple):
 class Comparison:
     """Variations on all frames of a part.  It travels between processes, as jobs and their scores do.
 
-    All processes have to give BLAS as many threads: then tables are the same for any number of processes.
+    BLAS must have the same number of threads in all processes; then tables are the same for any number of processes.
     """
 
     frames: FrameSet

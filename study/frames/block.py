@@ -58,11 +58,11 @@ class Block:
 
     Attributes:
         start: Number of the first frame in its part.
-        stress: What an ideal array reports, ``(n, rows, columns)``, Pa.  In single precision from the beginning, so
-            that it is the same whether just made or loaded: its rounding is 1/32 of a code of the longest converter at
-            most, and everything that is computed begins with it.
+        stress: Output of an ideal array, ``(n, rows, columns)``, Pa.  It is rounded to single precision before any use,
+            so that it is the same whether just made or loaded: the rounding is at most 1/32 of a code of the longest
+            converter.
         noisy: The same with noise and offset.
-        shares: What each taxel's cell takes of the force, ``(n, rows, columns)``, nan where unknown.
+        shares: Share of the force on each taxel's cell, ``(n, rows, columns)``, nan where unknown.
         truth: A row each frame: ``force_x_n``, ``force_y_n``, ``force_z_n``, ``mu`` and ``phi_deg``, nan where unknown
             or, without friction, undefined; of simulated frames also what was drawn.
     """

@@ -143,7 +143,7 @@ class FrameSet:
     def create(cls, folder: Path, definition: Definition) -> FrameSet:
         """Return the set in ``folder``, which is made if it is missing; frames may be missing in it.
 
-        Raises ``InputError`` where it holds anything of another definition, or can't be written.
+        Raises ``InputError`` if it has files of another definition, or can't be written.
         """
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)

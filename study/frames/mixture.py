@@ -45,7 +45,7 @@ _OF_THE_CONTACT = tuple(LIMITS)[:8]
 class Mixture:
     """Contacts of several kinds on the cover of a sensor.
 
-    Raises ``ValueError`` that starts with the key within ``[frames]`` for a component that can't be.
+    Raises ``ValueError`` that starts with the key within ``[frames]`` for an impossible component.
     """
 
     sensor: SensorArray

@@ -23,7 +23,7 @@ class Recording:
     """``frames (n, rows, columns)`` in Pa, and the known references of their contacts.
 
     Training frames are taken from the beginning, held-out ones from the end backwards: neighbours in time are nearly
-    the same, so that a random split would have every held-out contact among the training ones, too.
+    the same, so a random split would put every held-out contact among the training ones, too.
     """
 
     frames: Floats

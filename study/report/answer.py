@@ -111,7 +111,7 @@ def enough_products(tables: Tables) -> int | None:
 def _enough_bits(found: pl.DataFrame, reference: pl.DataFrame, keys: list[str]) -> int | None:
     """The fewest bits such that from there on every statistic of the headline's quantities is close.
 
-    Lengths that do not fit are none.
+    Lengths that do not fit do not count.
     """
     fit = found.filter(pl.col("reason").is_null(), pl.col("quantity").is_in(list(HEADLINE)))
     pairs = fit.join(reference, on=keys, suffix="_reference")

@@ -61,7 +61,7 @@ BLOCKS_IN_MEMORY = 64
 class Sample:
     """A block's codes, its truth, and which frames count: those that float TFRA flags at no step.
 
-    It is one and the same for all designs that differ in formats and lanes alone.  ``exact`` are magnitudes of the
+    It is the same for all designs that differ only in formats and lanes.  ``exact`` are magnitudes of the
     total errors of float arithmetic on the codes, by quantity, of the frames that count.
     """
 
@@ -92,8 +92,8 @@ def _magnitudes(block: Block, found: Result, kept: Bools) -> dict[str, Floats]:
 class Evaluation:
     """Measures points of a space around ``base``, on the frames of a part, for cores on ``target``.
 
-    ``costs`` are of ``COSTS``, ``held`` the quantities whose errors count; a design is given up where ``CHANGE`` is
-    over ``limit`` percent.
+    ``costs`` are of ``COSTS``, ``held`` the quantities whose errors count; a design is dropped if ``CHANGE`` exceeds
+    ``limit`` percent.
     """
 
     base: TfraDesign

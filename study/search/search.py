@@ -61,7 +61,8 @@ class Search:
     def run(self, measure: Measure, trials: Trials, workers: Workers) -> Iterator[Trial]:
         """Every trial in order of completion, those of the table first; each is in the table before it is yielded.
 
-        Others may work on the same table: what they have finished when a generation begins is not measured again.
+        Other processes may work on the same table; trials that they have finished before a generation begins are not
+        measured again.
         Raises :class:`EmptySpaceError` if no point of the first generation fits together.
         """
         known: dict[int, Trial] = {}

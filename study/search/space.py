@@ -22,7 +22,7 @@ NAMES = (*_FORMATS, *SIGNALS, *_ARCHITECTURE, "steps")
 class Space:
     """``options``: the values of each name of ``NAMES`` that is searched, ascending.
 
-    Raises ``ValueError`` that starts with the name for an unknown one and for options that are none.
+    Raises ``ValueError`` that starts with the name for an unknown name and for invalid options.
     """
 
     options: Mapping[str, tuple[int, ...]]
@@ -65,8 +65,8 @@ class Space:
     def around(cls, base: TfraDesign, bits: int, free: int) -> Space:
         """Lengths of every coefficient and operand, and of the vectors, if ``bits`` for all of them are sufficient.
 
-        Up to two bits more, as long as a multiplier takes them for free, which it does up to ``free`` bits, and down
-        to seven bits less.
+        Up to two bits more, if a multiplier takes them at no cost, that is up to ``free`` bits, and down to seven bits
+        less.
         """
         lanes = tuple(range(max(6, bits - 7), max(bits, min(bits + 2, free)) + 1))
         fraction = base.formats.vector_fraction

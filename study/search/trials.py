@@ -51,8 +51,8 @@ class StoreError(ValueError):
 class Trial:
     """Trial ``number`` of the search: its choices and its result.
 
-    ``indices``: place of each choice among its options; ``values``: measured objectives by name;
-    ``attributes``: what the sampler has to find again; ``reason``: why the choices do not fit.
+    ``indices``: index of each choice among its options; ``values``: measured objectives by name;
+    ``attributes``: data that the sampler needs later; ``reason``: why the choices do not fit.
     """
 
     number: int

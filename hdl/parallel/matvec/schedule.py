@@ -128,7 +128,7 @@ class Schedule(wiring.Component):
         wait = spacing(self._design) - 1
         left = Signal(
             counter_shape(wait), init=wait
-        )  # before the first pass, too: the drain takes what sums begin with
+        )  # before the first pass, too: the drain captures the sums' start values
         due = Signal()
         with m.If(self.launch):
             m.d.sync += [left.eq(wait), due.eq(0)]

@@ -248,7 +248,7 @@ class _Solver(Elaboratable):
         self._value = _pair("value", signed(sizes.product))
         self._distances = sorted(set(sizes.shifts))
         self._by_pitch = Signal()  # the second product, and what follows
-        self._left = Signal(counter_shape(sizes.multiplier))  # bits of the factors that are left
+        self._left = Signal(counter_shape(sizes.multiplier))  # remaining bits of the factors
         self._step = Signal(len(sizes.shifts))  # of a normalisation, one bit set
         self._adding = Signal()  # TIMING: state -> term, value, factor
         self._shift = Signal(len(self._distances))  # TIMING: step -> value: the distance that is moved by, one bit set

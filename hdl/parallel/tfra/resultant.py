@@ -41,7 +41,7 @@ _PRODUCTS = (
 )
 """One a cycle: the operand of row n is loaded in cycle ``_LOAD[n]``, its product is added in cycle ``_ADD[n]``."""
 
-# Cycles of the schedule; registers are loaded at the end of theirs.
+# Cycles of the schedule; a register is loaded at the end of its cycle.
 _LOAD = range(len(_PRODUCTS))
 _MULTIPLY = later(_LOAD, 1)
 _ADD = later(_MULTIPLY, 1)

@@ -74,7 +74,7 @@ class Interpreter:
     cycle: int = 0
     pc: int = 0
     link: int = 0
-    loops: list[list[int]] = field(default_factory=list)  # first instruction, turns left
+    loops: list[list[int]] = field(default_factory=list)  # first instruction, remaining iterations
     registers: list[int] = field(default_factory=lambda: [0] * REGISTERS)
     pointers: list[int] = field(default_factory=lambda: [0] * (POINTERS + 1))
     flags: list[bool] = field(default_factory=lambda: [False, False])

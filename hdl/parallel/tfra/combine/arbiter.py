@@ -79,7 +79,7 @@ class Arbiter(wiring.Component):
         m.submodules.candidates = candidates = FramesWaiting()
         busy = Signal()
         final = Signal()
-        beat = Signal(tag_layout(self._design), reset_less=True)  # the next one of the vector in hand
+        beat = Signal(tag_layout(self._design), reset_less=True)  # the next one of the current vector
         step = Signal()
         m.d.comb += [
             residuals.enter.eq(self.residual_stored),

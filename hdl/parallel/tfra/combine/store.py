@@ -120,7 +120,7 @@ class Store(wiring.Component):
         depth = FRAMES * self._vectors * design.cycles_per_quad
         m.submodules.headrooms = headrooms = memory.Memory(shape=beat_headroom(design), depth=depth, init=[])
         write = headrooms.write_port()
-        read = headrooms.read_port(transparent_for=[write])  # a vector is used as soon as it is there
+        read = headrooms.read_port(transparent_for=[write])  # a vector is used as soon as it is complete
         write_address, read_address = (
             Cat(beat_in_quad(design, port.number), self._vector_address(port)) for port in (self.write, self.read)
         )

@@ -95,7 +95,7 @@ class Winner(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        wait = _SMALLER * (self._ways - 1)  # until the smaller B^z of a pair is there
+        wait = _SMALLER * (self._ways - 1)  # until the smaller B^z of a pair is known
         second, equal, z = self._smaller_z(m)
         valid = delayed(m, self.valid[0], wait, "row_valid", control=True)
         number, last = wrapping_counter(m, valid, rows(self._design), "row_number")

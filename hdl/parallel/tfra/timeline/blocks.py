@@ -58,7 +58,7 @@ class BlockCycles:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UnusedElaboratable)
             found = cls._ask(design)
-            gc.collect()  # a block that is only asked, not elaborated, complains when it goes: let it go here
+            gc.collect()  # a block that was never elaborated warns when it is deleted: delete it here
         return found
 
     @classmethod
