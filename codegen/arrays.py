@@ -1,8 +1,8 @@
-"""Reading arrays of real numbers from .npy and .npz files, whatever they claim to be.
+"""Reading arrays of real numbers from .npy and .npz files, malformed ones included.
 
-NumPy's own reader believes a header: it allocates what is promised, and what it raises for nonsense is an open list.
-Here the header is checked before anything is allocated or read: type, shape, and that the file holds exactly the
-bytes it promises.
+NumPy's own reader trusts a header: it allocates the stated size, and its exceptions for malformed files are not
+documented.  Here the header is checked before anything is allocated or read: type, shape, and that the file holds
+exactly the stated number of bytes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Array = npt.NDArray[np.generic]
 Shape = tuple[int, ...]
 
 CheckShape = Callable[[Shape], str | None]
-"""Says what is wrong with a shape, or None."""
+"""Function that states what is wrong with a shape, or returns None."""
 
 _DAMAGE = (
     ValueError,
@@ -44,7 +44,7 @@ _DAMAGE = (
     lzma.LZMAError,
     struct.error,
 )
-"""What ``zipfile`` raises for damaged, encrypted and unknown archives."""
+"""Exceptions of ``zipfile`` for damaged, encrypted and unknown archives."""
 
 _MAGIC = b"\x93NUMPY"
 _LENGTH = {1: ("<H", "latin-1"), 2: ("<I", "latin-1"), 3: ("<I", "utf-8")}
@@ -58,7 +58,7 @@ _TYPE = re.compile(r"[<>|=]?[?biufcmMOSUV][0-9]{0,9}(\[[a-zA-Z]{1,2}\])?")
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What a .npy header promises."""
+    """The content of a .npy header."""
 
     dtype: np.dtype[np.generic]
     fortran: bool
@@ -114,7 +114,7 @@ class Archive:
 
 @contextmanager
 def archive(file: Path) -> Iterator[Archive]:
-    """Open the .npz ``file``; raises ``InputError`` when it is none."""
+    """Open the .npz ``file``; raises ``InputError`` for any other file."""
     with opened(file) as stream:
         if stream.read(len(_MAGIC)) == _MAGIC:
             raise InputError(file, "", "is not a .npz file but a single array: call it .npy")
@@ -181,7 +181,7 @@ def _header(file: Path, key: str, stream: IO[bytes]) -> tuple[Header, int]:
 
 
 def _parsed(entries: dict[str, object]) -> Header:
-    """Return the header; raises ``ValueError``, ``TypeError`` or ``LookupError`` for anything but one."""
+    """Return the header; raises ``ValueError``, ``TypeError`` or ``LookupError`` for other bytes."""
     shape, fortran, kind = entries["shape"], entries["fortran_order"], entries["descr"]
     if not isinstance(shape, tuple) or not all(type(count) is int and count >= 0 for count in shape):
         raise ValueError("shape")

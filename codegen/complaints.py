@@ -1,4 +1,4 @@
-"""Pydantic's findings in the words of a CONFIG file."""
+"""Pydantic's errors in the terms of a CONFIG file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _NEEDED = {
 
 
 def complaint(error: ValidationError, document: type[Section] = Document) -> tuple[str, str]:
-    """Return (key, reason) of the finding that helps most: an unknown key often explains a missing one.
+    """Return (key, reason) of the most helpful error: an unknown key often explains a missing one.
 
     ``document`` is the model that the file was read as.
     """
@@ -41,7 +41,7 @@ def complaint(error: ValidationError, document: type[Section] = Document) -> tup
 
 
 def _key(location: tuple[int | str, ...]) -> str:
-    """``("contact", 0, "mu")`` is ``contact#1.mu``: people count from one."""
+    """Turn ``("contact", 0, "mu")`` into ``contact#1.mu``, counting from one."""
     parts = (f"#{part + 1}" if isinstance(part, int) else f".{part}" for part in location)
     return "".join(parts).removeprefix(".")
 

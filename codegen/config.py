@@ -58,7 +58,7 @@ _KEYS = {
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """Everything a CONFIG file says: the core, the simulated cover, the contacts, recordings, and the file itself."""
+    """The content of a CONFIG file: the core, the simulated cover, the contacts, recordings, and the file itself."""
 
     design: Design
     layer: LayerSpec
@@ -176,7 +176,7 @@ def _formats(section: FormatsSection) -> Formats:
 
 
 def _architecture(section: ArchitectureSection, sensor: SensorArray) -> Architecture:
-    """Fill in defaults, limited to what a small sensor can keep busy."""
+    """Fill in defaults, limited to the parallelism that a small sensor can use."""
     most = 4 * -(-sensor.rows // 2) * -(-sensor.columns // 2)
     default = SERIAL if section.kind == SERIAL.kind else Architecture(min(Architecture().mac_lanes, most))
     chosen = {key: value for key in ("mac_lanes", "vector_words") if (value := getattr(section, key)) is not None}

@@ -1,4 +1,4 @@
-"""From a design to the CONFIG file that makes it."""
+"""From a design to a CONFIG file of that design."""
 
 from __future__ import annotations
 
@@ -65,5 +65,5 @@ def _formats(formats: Formats) -> Mapping[str, Value]:
 
 
 def _mm(metres: float) -> float:
-    """The decimal number of millimetres that gives just these metres."""
+    """The decimal number of millimetres that equals exactly these metres."""
     return float(Fraction(repr(metres)) * 1000)

@@ -1,4 +1,4 @@
-"""The elastic cover of a CONFIG file: which solver simulates frames, and what it may cost."""
+"""The elastic cover of a CONFIG file: the solver of simulated frames, and its limits of memory and time."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ class LayerSpec:
 
 
 def require_few_modes(layer: ElasticLayer) -> None:
-    """Raise ``ValueError`` (``thickness_mm: ...``) for a cover so thin that its series does not end soon."""
+    """Raise ``ValueError`` (``thickness_mm: ...``) for a cover so thin that its series has too many terms."""
     if (modes := layer.modes) > MOST_MODES:
         reason = f"a cover this thin takes {modes:,} modes of its series, at most {MOST_MODES:,} are supported"
         raise ValueError(f"thickness_mm: {reason}")
 
 
 def _require_few_elements(sensor: SensorArray, footprint: Contact, element: float) -> None:
-    """Raise ``ValueError`` (``layer.element_mm: ...``) for a mesh too large, with a length that would do."""
+    """Raise ``ValueError`` (``layer.element_mm: ...``) for a mesh that is too large, with a length that works."""
     from tfra.model.cover.fem import Mesh
 
     count = Mesh(element).elements(sensor, footprint)

@@ -1,4 +1,4 @@
-"""Reading a recording from text: one frame a line, numbers between separators that are found out."""
+"""Reading a recording from text: one frame a line, with detection of the separator."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _SEPARATORS = (",", ";", "\t", "|", " ")
 """In the order in which they are tried; a blank stands for any number of blanks and tabs."""
 
 _LIKE_A_TIME = 4
-"""Cells more than taxels that may be columns of something else."""
+"""Most cells beyond the taxels that may be other columns."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """What the lines of ``file`` are read as: ``skip`` cells, then a number for every taxel."""
+    """How the lines of ``file`` are read: ``skip`` cells, then a number for every taxel."""
 
     file: Path
     sensor: SensorArray
@@ -40,7 +40,7 @@ class Table:
         return self.skip + self.sensor.taxels
 
     def cells(self, line: str) -> list[str]:
-        """The cells of ``line``, with points in their numbers; a separator at its end has none behind it."""
+        """The cells of ``line``, with points in their numbers; a separator at its end has none after it."""
         if self.separator == ",":
             cells = line.split(",")
         else:
@@ -50,7 +50,7 @@ class Table:
         return cells
 
     def fits(self, line: str) -> bool:
-        """Whether ``line`` is as many numbers as there are taxels, behind the cells that are skipped."""
+        """Whether ``line`` is as many numbers as there are taxels, after the cells that are skipped."""
         cells = self.cells(line)
         return len(cells) == self.width and all(map(_is_number, cells[self.skip :]))
 
@@ -88,7 +88,7 @@ def require_numbers(table: Table, texts: list[tuple[int, str]]) -> list[Line]:
 
 
 def table_for(file: Path, sensor: SensorArray, skip: int, first: list[str]) -> Table:
-    """Return the table that the first lines of text fit; if they fit none, one that complains best."""
+    """Return the table that the first lines of text fit; if they fit none, the one with the most helpful error."""
     tables = [Table(file, sensor, skip, separator) for separator in _SEPARATORS]
     fitting = [table for table in tables if any(map(table.fits, first))]
     return fitting[0] if fitting else max(tables, key=lambda table: sum(_numbers(table, line) for line in first))
@@ -106,7 +106,7 @@ def _times(cells: list[str]) -> Floats | None:
 
 
 def _text(file: Path) -> list[str]:
-    """Return the lines of ``file``, whatever they end in."""
+    """Return the lines of ``file``, with any line ends."""
     with opened(file) as stream:
         data = stream.read()
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
@@ -149,7 +149,7 @@ def _require_one_point(table: Table, texts: list[tuple[int, str]]) -> None:
 
 
 def _taxels(table: Table, line: str) -> str:
-    """The text of ``line`` behind the cells that are skipped."""
+    """The text of ``line`` after the cells that are skipped."""
     return " ".join(line.split(None if table.separator == " " else table.separator)[table.skip :])
 
 
@@ -167,7 +167,7 @@ def _require_numbers(table: Table, line: Line, lines: list[Line]) -> None:
 
 
 def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
-    """Return what may be the matter with ``cells``, which are not as many as they should be."""
+    """Return the probable cause of a wrong number of ``cells``."""
     taxels, more = table.sensor.taxels, len(cells) - table.width
     if len(cells) == 2 * taxels and table.separator == ",":
         return "are there commas in numbers? then another separator is needed"
@@ -187,7 +187,7 @@ def _may_be_time(column: list[str]) -> bool:
 
 
 def _is_number(cell: str) -> bool:
-    """Tell whether ``cell`` is a plain number; Python's own digits of other scripts and 1_000 are none."""
+    """Whether ``cell`` is a plain number; digits of other scripts and 1_000, which Python accepts, are not."""
     if "_" in cell or not cell.isascii():
         return False
     try:

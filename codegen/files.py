@@ -1,4 +1,4 @@
-"""Output that is there completely or not at all, and never in place of what this program did not write."""
+"""Output that is complete or absent, and never replaces a file that this program did not write."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from tfra.model.errors import InputError
 _ADVICE = "move it away, or choose another place"
 
 Objection = Callable[[Path, str], str | None]
-"""Why what is at a path is not replaced by what a command writes."""
+"""Function that states why a command must not replace the file at a path."""
 
 
 def check_archive(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
     """Raise ``InputError`` now if ``write_npz`` would, if the name does not end in .npz, or if it is one of ``inputs``.
 
-    Worth knowing before a long computation.
+    Call it before a long computation.
     """
     _check_file(path, ".npz", command, inputs)
 
@@ -145,7 +145,7 @@ class _Rehearsal(Exception):
 
 @contextmanager
 def _told(path: str | Path) -> Iterator[None]:
-    """Tell an ``OSError`` as trouble with ``path``."""
+    """Turn an ``OSError`` into an ``InputError`` about ``path``."""
     try:
         yield
     except OSError as error:

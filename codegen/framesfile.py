@@ -1,4 +1,4 @@
-"""Reading recordings, and what simulated frames know of their contacts, from files of any supported format."""
+"""Reading recordings, and the ground truth of simulated frames, from files of any supported format."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ REFERENCES = {"resultant_ref": (3,), "mu_ref": (), "phi_ref_deg": ()}
 """True values of a frame, by key: their shapes; in N, 1 and degrees, nan where unknown."""
 
 MOST = 1e12
-"""No stress, force or angle is beyond this, in its SI unit or degrees: diamond breaks at 1e11 Pa.
+"""Limit of any stress, force or angle in its SI unit or degrees: diamond breaks at 1e11 Pa.
 
 The models square sums over taxels at most, so with 4096 taxels nothing overflows below 1e150.
 """
@@ -43,7 +43,7 @@ FORMATS = ".npz, .npy, .csv, .txt, .tsv, .parquet or .mcap"
 class Recording:
     """Frames ``(n, rows, columns)`` in Pa, compression negative, and their times ``(n,)``, if the file has them.
 
-    ``seconds``: the times are in s since the first frame; else nobody knows their unit.  ``given``: how it was read.
+    ``seconds``: the times are in s since the first frame; otherwise their unit is unknown.  ``given``: how it was read.
     """
 
     frames: Floats
@@ -91,7 +91,7 @@ def read_frames(path: str | Path, sensor: SensorArray) -> Floats:
 
 
 def read_references(path: str | Path, count: int) -> dict[str, Floats]:
-    """Return what a .npz file of ``count`` frames tells of their contacts: those of ``REFERENCES`` that it has.
+    """Return the ground truth in a .npz file of ``count`` frames: those of ``REFERENCES`` that it has.
 
     Unknown values are nan.  Raises ``InputError`` for a key of another shape, without real numbers, or with one that is
     infinite or beyond ``MOST``.  Other formats have no references.
@@ -179,7 +179,7 @@ def _read(file: Path, sensor: SensorArray, given: Input) -> tuple[Array | Floats
 
 
 def _archived_time(found: Archive, count: int) -> Floats | None:
-    """The numbers under ``TIME`` if there is one for each frame; anything else of that name is somebody's own."""
+    """The numbers under ``TIME`` if there is one for each frame; other data of that name are ignored."""
     if TIME not in found.keys:
         return None
     try:
@@ -220,7 +220,7 @@ def _require_codes(file: Path, frames: Floats, adc: Adc, given: Input) -> None:
 
 
 def _require_stress(file: Path, frames: Floats) -> None:
-    """Raise ``InputError`` for the first value that is no stress."""
+    """Raise ``InputError`` for the first value that cannot be a stress."""
     bad = np.argwhere(~(np.abs(frames) <= MOST))
     if not len(bad):
         return

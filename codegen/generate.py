@@ -20,8 +20,8 @@ def generate(design: Design, directory: Path, inputs: Sequence[Path] = ()) -> di
     """Write everything of ``design``, which comes from the files ``inputs``, into ``directory`` and return the sidecar.
 
     ``NAME.v`` is complete in itself, or with ``images = "readmemh"`` reads the memories' contents from the ``.hex``
-    files beside it, which the sidecar lists; tools look for these in the directory they work in.
-    ``coefficients/load.hex`` is what a core that is loaded wants after a reset.  ``testbench`` checks itself in any
+    files beside it, which the sidecar lists; tools search for these in their working directory.
+    ``coefficients/load.hex`` has the words for a core that is loaded after a reset.  ``testbench`` checks itself in any
     Verilog simulator.  The same design gives the same bytes.
 
     Raises ``ValueError`` for formats that can overflow or a serial core that is too large, and ``InputError`` for a

@@ -1,4 +1,4 @@
-"""Opening what a user names: regular files only, every failure told in one line."""
+"""Opening a user's file: regular files only, with one line for every failure."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _KINDS = (
 def opened(file: Path) -> Iterator[BinaryIO]:
     """Open the regular ``file``; raises ``InputError`` when it is none, or when an ``OSError`` ends the block.
 
-    A pipe could keep us waiting for ever, and a device notice that it was opened, so neither is opened at all.
+    A pipe could block for ever, and opening a device may have an effect, so neither is opened.
     """
     try:
         _require_regular(file, os.stat(file).st_mode)
@@ -37,7 +37,7 @@ def opened(file: Path) -> Iterator[BinaryIO]:
 
 
 def no_memory(file: Path, error: MemoryError) -> InputError:
-    """Return the complaint that ``file`` is too large for this machine; NumPy's ``error`` says how much it wanted."""
+    """Return the error that ``file`` is too large for this machine; NumPy's ``error`` states the size."""
     return InputError(file, "", f"there is not enough memory for it{f': {error}' if str(error) else ''}")
 
 
@@ -47,7 +47,7 @@ def memory() -> int:
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    """The file may have become a pipe since it was looked at."""
+    """Check the open file again: it may have become a pipe since the first check."""
     return os.open(path, flags | os.O_NONBLOCK)
 
 

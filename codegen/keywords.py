@@ -26,4 +26,4 @@ KEYWORDS = frozenset(
 """Keywords of SystemVerilog, IEEE 1800-2017 Annex B; those of Verilog, IEEE 1364-2005 Annex B, are among them."""
 
 SIMULATORS = frozenset({"bool", "std", "wone", "wreal"})
-"""What Icarus and Verilator take for theirs beyond the standard."""
+"""Keywords of Icarus and Verilator beyond the standard."""

@@ -20,7 +20,7 @@ _WORD = re.compile(r"\[(\d+)\] = (\d+)'(?:h([0-9a-f]+)|d(\d+));")
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """What the memory ``memory`` of the module ``module`` starts with: unsigned ``words`` of ``bits``, in order."""
+    """Initial contents of the memory ``memory`` of the module ``module``: unsigned ``words`` of ``bits``, in order."""
 
     module: str
     memory: str
@@ -48,8 +48,8 @@ class Image:
 def extract(verilog: str) -> tuple[str, list[Image]]:
     """``verilog``, as yosys writes it, with every initialised memory read from a file; and what the files hold.
 
-    Memories of nothing but zeros stay as they are: they hold no data, only spare simulators unknown values.  Raises
-    ``ValueError`` when two memories would share a file.
+    Memories of nothing but zeros stay as they are: they hold no data and only avoid unknown values in
+    simulators.  Raises ``ValueError`` when two memories would share a file.
     """
     images: list[Image] = []
 

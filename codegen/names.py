@@ -1,4 +1,4 @@
-"""The name of a core: what Verilog accepts, no word of its own, and no name of a port."""
+"""The name of a core: a Verilog identifier that is neither a keyword nor the name of a port."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PORTS = frozenset(
         *("result_data", "result_last", "result_valid", "result_ready"),
     }
 )
-"""Ports of the top module, which Verilator does not tell from a module of the same name."""
+"""Ports of the top module; Verilator confuses them with a module of the same name."""
 
 _LONGEST_STEM = 60
 

@@ -1,4 +1,5 @@
-"""What to expect of a design before it is built: how its sensor is conditioned, how often it finds float's answer."""
+"""Expected accuracy of a design before it is built: condition number of its sensor, agreement with float's sweep
+index."""
 
 from __future__ import annotations
 
@@ -13,10 +14,10 @@ from tfra.model.fixed.words import decode
 from tfra.model.tfra import Tfra
 
 MOST_TAXELS = 1024
-"""Beyond, singular values of a full matrix take too long to wait for."""
+"""Most taxels for which singular values of a full matrix are computed."""
 
 DOUBTFUL = 0.95
-"""Equal indices below which longer words are advised: all format sets and sensors of the README are above."""
+"""Share of equal indices below which longer words are advised; all format sets and sensors of the README are above."""
 
 _WORK = 50_000
 """Taxels of all contacts that are tried, at most 500 contacts."""
@@ -24,7 +25,7 @@ _WORK = 50_000
 
 @dataclass(frozen=True)
 class Outlook:
-    """``condition`` of C33, None for large arrays; of ``contacts`` that are swept the share of ``equal`` indices."""
+    """``condition`` of C33, None for large arrays; share of ``equal`` indices among the ``contacts`` that are swept."""
 
     condition: float | None
     contacts: int
@@ -32,7 +33,7 @@ class Outlook:
 
     @property
     def doubtful(self) -> bool:
-        """Are the words short for such a sensor?"""
+        """Whether the words are too short for such a sensor."""
         return bool(self.contacts) and self.equal < DOUBTFUL
 
     def __str__(self) -> str:

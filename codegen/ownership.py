@@ -1,8 +1,7 @@
-"""What this program wrote, and whether it has stayed as it was written.
+"""Checks whether this program wrote an output and whether it is unchanged.
 
 A directory holds a manifest with the hash of every file; an archive (.npz), waves (.vcd), a page (.html) and a CONFIG
-(.toml) have a seal behind the last byte.  Only what they vouch for is ever replaced or removed; all else belongs to
-somebody.
+(.toml) a seal after the last byte.  Only files that match them are ever replaced or removed; all others are the user's.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ _CHUNK = 1 << 20
 
 
 def seal_directory(directory: Path, command: str) -> None:
-    """Write the manifest of all that ``command`` has put into ``directory``."""
+    """Write the manifest of all files that ``command`` has written to ``directory``."""
     files = {name: _digest(directory / name) for name, folder in _entries(directory) if not folder}
     content = {"generator": f"tfra {version('tfra')}", "command": command, "sha256": files}
     (directory / MANIFEST).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
@@ -69,7 +68,7 @@ def seal_config(path: Path, command: str) -> None:
 
 
 def directory_objection(directory: Path, command: str | None = None) -> str | None:
-    """Say why what is at ``directory`` must stay; None if it is empty, or as ``command`` (None: any) wrote it.
+    """Return why ``directory`` must not be replaced; None if it is empty, or as ``command`` (None: any) wrote it.
 
     Raises ``OSError`` when that can't be read.
     """
@@ -87,7 +86,7 @@ def directory_objection(directory: Path, command: str | None = None) -> str | No
 
 
 def file_objection(file: Path, command: str | None = None) -> str | None:
-    """The same of an archive, of waves, of a page or of a CONFIG."""
+    """The same for an archive, waves, a page or a CONFIG."""
     if not _is_regular(file):
         return "it is not a regular file"
     with open(file, "rb") as stream:
@@ -116,7 +115,7 @@ def is_as_written(file: Path, command: str) -> bool:
 
 
 def discard(place: Path) -> bool:
-    """Remove what this program wrote at ``place`` and what is empty; True if nothing is left."""
+    """Remove this program's files at ``place`` and empty ones; True if nothing is left."""
     if not os.path.lexists(place):
         return True
     if place.is_dir() and not place.is_symlink():
@@ -141,7 +140,7 @@ def _discard_directory(directory: Path) -> None:
 
 
 def _difference(directory: Path, files: dict[str, str]) -> str | None:
-    """Say what in ``directory`` is not as the manifest's ``files`` have it; missing files don't matter."""
+    """Return the first difference of ``directory`` from the manifest's ``files``; missing files do not matter."""
     folders = {str(parent) for name in files for parent in Path(name).parents}
     for name, folder in _entries(directory):
         if name in folders if folder else name == MANIFEST and _is_regular(directory / name):

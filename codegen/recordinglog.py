@@ -1,4 +1,4 @@
-"""Reading a recording from the log of a robot: MCAP files, and rosbag2 folders of SQLite or MCAP.
+"""Reading a recording from a robot's log: MCAP files, and rosbag2 folders of SQLite or MCAP.
 
 A frame is a message of ROS 2: ``std_msgs/Float32MultiArray`` with a number for each taxel, or ``sensor_msgs/Image`` of
 encoding 32FC1.  Its time is that of the log.
@@ -42,8 +42,8 @@ def is_bag(path: Path) -> bool:
 def read_log(path: Path, sensor: SensorArray, given: Input) -> tuple[Floats, Floats]:
     """Return the frames of one topic, ``(n, taxels)`` or ``(n, ...)``, and ``(n,)`` times in s since the first of them.
 
-    The topic is ``given.topic``, or the only one whose first message is a frame.  Raises ``InputError`` when there is
-    no such topic or another message of it is none, and for logs that are damaged.
+    The topic is ``given.topic``, or the only one whose first message is a frame.  Raises ``InputError`` if there is no
+    such topic or another of its messages is no frame, and for damaged logs.
     """
     try:
         from rosbags.typesys import Stores, get_typestore
@@ -85,7 +85,7 @@ def _only(path: Path, given: Input, found: list[str], refused: dict[str, str]) -
 
 
 def _frame(path: Path, store: Any, message: _Message) -> Floats | str:
-    """The numbers of a message, or why it has none; those of an image as its rows."""
+    """The numbers of a message, or why it has none; an image gives its rows."""
     if message.kind not in (_ARRAY, _IMAGE):
         return f"{_NEEDED} is needed, got {quoted(message.kind)}"
     try:
@@ -97,7 +97,7 @@ def _frame(path: Path, store: Any, message: _Message) -> Floats | str:
         lines = np.asarray(content.data, dtype=np.uint8).reshape(content.height, content.step)
         pixels = np.ascontiguousarray(lines[:, : 4 * content.width])
         return pixels.view(">f4" if content.is_bigendian else "<f4").astype(np.float64)
-    except Exception as error:  # a decoder that believes what it reads may raise anything
+    except Exception as error:  # a decoder that trusts its input may raise anything
         reason = shortened(str(error), 100)
         raise InputError(path, FRAMES, f"a message of {quoted(message.topic)} is damaged: {reason}") from None
 

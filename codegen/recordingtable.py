@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 _MAGIC = b"PAR1"
 
 _CONVERTED = "import sys, polars; polars.read_parquet(sys.argv[1], glob=False).write_ipc(sys.argv[2])"
-"""A process of its own: polars takes the one that it runs in with it when it believes a damaged file."""
+"""Polars runs in a separate process, because a damaged file can crash it."""
 
 
 def read_parquet(file: Path, sensor: SensorArray, given: Input) -> tuple[Array, Floats | None]:
-    """Return the rows of ``file`` behind the columns that are skipped, ``(n, taxels)`` or ``(n, ...)``, and the first
+    """Return the rows of ``file`` after the columns that are skipped, ``(n, taxels)`` or ``(n, ...)``, and the first
     of these, ``(n,)``, if it is of finite numbers, else None.
 
     Raises ``InputError`` for a file that is damaged, columns that are no real numbers, and empty cells.

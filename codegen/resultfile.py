@@ -33,7 +33,7 @@ Columns = dict[str, npt.NDArray[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What an engine found in a recording, and the text of a CONFIG that makes the same design."""
+    """Results of an engine for a recording, and the text of a CONFIG that makes the same design."""
 
     recording: Recording
     result: Result
@@ -41,7 +41,7 @@ class Estimate:
     config: str
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
-        """What RESULT.npz holds; ``stress`` is what the engine saw, before any conversion."""
+        """Contents of RESULT.npz; ``stress`` is the input of the engine, before any conversion."""
         found = {key: np.asarray(getattr(self.result, key)) for key in KEYS}
         found["stress"] = np.ascontiguousarray(self.recording.frames)
         times = {} if self.recording.time is None else {"time": self.recording.time}
@@ -69,7 +69,7 @@ class Estimate:
 
 
 def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
-    """Raise ``InputError`` now if ``write_result`` would: worth knowing before a long computation."""
+    """Raise ``InputError`` now if ``write_result`` would, before a long computation."""
     if path.suffix == ".parquet" and find_spec("polars") is None:
         raise InputError(path, "", "polars is missing, please run: pip install 'tfra[tables]'")
     if path.suffix in (".csv", ".parquet"):
@@ -81,7 +81,7 @@ def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
 
 
 def write_result(path: Path, found: Estimate, command: str, inputs: Sequence[Path]) -> None:
-    """Write ``found`` to ``path``, in the form that its name ends in; equal results give equal bytes.
+    """Write ``found`` to ``path``, in the format of its suffix; equal results give equal bytes.
 
     Raises ``InputError`` as ``write_npz`` and ``output_directory``.
     """
@@ -95,7 +95,7 @@ def write_result(path: Path, found: Estimate, command: str, inputs: Sequence[Pat
 
 
 def _write_csv(path: Path, table: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Numbers as short as they can be while they are read as the same double."""
+    """The shortest numbers that are read back as the same double."""
     with open(path, "x", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(table)

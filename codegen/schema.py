@@ -1,7 +1,7 @@
-"""What a CONFIG file may say: one pydantic model per TOML section.
+"""Schema of a CONFIG file: one pydantic model per TOML section.
 
-Only form is checked here (keys, types, finite numbers); whether the values fit together is decided by the
-objects that :mod:`tfra.codegen.config` builds from them.
+It checks only the form (keys, types, finite numbers).  The objects that :mod:`tfra.codegen.config` builds from the
+values check whether they fit together.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ MOST_DIRECTIONS = 100_000
 IDENTIFIER = r"^[A-Za-z][A-Za-z0-9_]{0,62}$"
 
 Length = Annotated[float, Field(ge=1e-3, le=1e3)]
-"""Millimetres; anything beyond is a slip of the unit, and its square would lose digits."""
+"""Millimetres; a larger value is a mistaken unit, and its square would lose digits."""
 
 Stress = Annotated[float, Field(ge=1e-3, le=1e12)]
 """Pascals that a converter may reach."""
@@ -117,14 +117,14 @@ class ArchitectureSection(Section):
 
 
 class TargetSection(Section):
-    """``[target]``: the device family the Verilog is written for, and where it has its memories' contents."""
+    """``[target]``: the device family of the Verilog, and the source of its memories' contents."""
 
     name: str = "portable"
     images: Images = "inline"
 
 
 class LayerSection(Section):
-    """``[layer]``: the elastic cover that simulated frames see."""
+    """``[layer]``: the elastic cover of simulated frames."""
 
     poisson: float = 0.48
     sampling: Sampling = "point"
@@ -160,7 +160,7 @@ def form(value: object) -> str:
 
 
 FORMS = ("one", "list", "table")
-"""Tags of :func:`form`; they stand in pydantic's locations but not in the file."""
+"""Tags of :func:`form`; they are in pydantic's locations but not in the file."""
 
 
 class ContactSection(Section):

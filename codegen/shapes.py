@@ -1,10 +1,9 @@
-"""Which shapes of an array are frames.
+"""Shapes of an array that are read as frames.
 
     (n, rows, columns), (rows, columns)         frames, a frame; columns come first with ``order = "columns"``
     (n, skip_columns + taxels), (taxels,)       a frame in each row, a frame
 
-No shape can be read in two ways: sensors have two rows and two columns at least, so that neither is as many as the
-taxels.
+No shape is ambiguous: a sensor has at least two rows and two columns, so neither number equals that of the taxels.
 """
 
 from __future__ import annotations
@@ -22,9 +21,9 @@ FRAMES = "frames"
 
 
 def split(array: Array, sensor: SensorArray, given: Input) -> tuple[Array, Floats | None]:
-    """Return the frames of ``array``, ``(n, taxels)`` or ``(n, ...)``, and the times in front of them, if any.
+    """Return the frames of ``array``, ``(n, taxels)`` or ``(n, ...)``, and the times before them, if any.
 
-    Its shape is one that ``wrong_shape`` has no objection to.
+    Its shape must be one that ``wrong_shape`` accepts.
     """
     if array.shape in (given.shape(sensor), (sensor.taxels,)):
         return array[None], None
@@ -35,7 +34,7 @@ def split(array: Array, sensor: SensorArray, given: Input) -> tuple[Array, Float
 
 
 def wrong_shape(sensor: SensorArray, given: Input, shape: Shape) -> str | None:
-    """Say what is wrong with a ``shape`` that is none of frames, and what it may be."""
+    """Return what is wrong with a ``shape`` that is not one of frames, and what it may be."""
     frame, width, skip = given.shape(sensor), sensor.taxels + given.skip_columns, given.skip_columns
     if shape in (frame, (sensor.taxels,)):
         return None

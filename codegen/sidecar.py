@@ -1,4 +1,4 @@
-"""The JSON beside the Verilog: everything a driver, a testbench or a report needs to know of a core."""
+"""The JSON sidecar of the Verilog: all data of a core that a driver, a testbench or a report needs."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def ports(design: Design, loaded: bool) -> list[dict[str, Any]]:
 
 
 def load(core: Microarchitecture) -> dict[str, Any]:
-    """What has to go in after every reset, before the first frame is computed."""
+    """The words to load after every reset, before the first frame is computed."""
     return {"file": LOADED, "transfers": core.coefficients.size, "order": core.load_order}
 
 

@@ -1,8 +1,8 @@
-"""Outputs take their place in one step: made in a hidden directory beside it, then exchanged with what is there.
+"""Atomic outputs: made in a hidden directory in the same folder, then exchanged with the old output in one step.
 
 A staging directory ``.tfra-TOKEN-CHECK`` holds, at most,
 
-    new      what is being written; nobody else's, whatever is in it
+    new      the output being written; all of it is this process's
     ready    what is complete, then what was exchanged for it: only what the program wrote is removed
     old      the same on file systems without an exchange, where two renames have to do
     target   a link that names the output, for a run that has to put ``old`` back
@@ -39,10 +39,10 @@ Check = Callable[[Path], None]
 
 @contextmanager
 def staged(target: Path, check: Check) -> Iterator[Path]:
-    """Yield a path where nothing is yet; what the block makes of it becomes ``target``.
+    """Yield a free path; the file or folder that the block makes there becomes ``target``.
 
-    ``check`` is asked about what is at ``target`` now, again before it is moved, and about what was moved: if it
-    objects then, all is as before.  An exception in the block leaves ``target`` alone.  Raises ``OSError``.
+    ``check`` is called for the present ``target`` now and before it is moved, and for what was moved; if it raises
+    then, the move is undone.  An exception in the block leaves ``target`` alone.  Raises ``OSError``.
     """
     with _locked_staging(target, check) as staging:
         yield staging / "new"
@@ -61,7 +61,7 @@ def _place(ready: Path, target: Path, check: Check) -> None:
             check(target)
             _rename(ready, target, _EXCHANGE)
             break
-        except (FileExistsError, FileNotFoundError):  # somebody made or removed it just now
+        except (FileExistsError, FileNotFoundError):  # another process made or removed it just now
             if not os.path.lexists(ready):
                 raise
         except OSError as error:
@@ -77,7 +77,7 @@ def _place(ready: Path, target: Path, check: Check) -> None:
 
 
 def _place_by_renames(ready: Path, target: Path, check: Check) -> None:
-    """The same where the file system knows no exchange: for a moment there is nothing at ``target``."""
+    """The same on a file system without an exchange: for a moment there is nothing at ``target``."""
     old = ready.with_name("old")
     if os.path.lexists(target):
         check(target)
@@ -94,12 +94,12 @@ def _place_by_renames(ready: Path, target: Path, check: Check) -> None:
 
 @contextmanager
 def _locked_staging(target: Path, check: Check) -> Iterator[Path]:
-    """Make a staging directory, after those of the dead are gone, and remove it in the end."""
+    """Make a staging directory after removing those of dead owners, and remove it in the end."""
     with suppress(FileNotFoundError):
         target.lstat()  # raises what a name that can't be one raises
     staging = target.parent / _name(secrets.token_hex(4))
     with ExitStack() as stack:
-        with _locked(target.parent):  # nobody takes a new directory for a leftover before it is locked
+        with _locked(target.parent):  # no process takes a new directory for a leftover before it is locked
             _sweep(target.parent)
             if os.path.lexists(target):
                 check(target)
@@ -111,12 +111,12 @@ def _locked_staging(target: Path, check: Check) -> Iterator[Path]:
 
 
 def _name(token: str) -> str:
-    """A name that nobody gives to a directory by chance: the second half follows from the first."""
+    """A name that no directory has by chance: the second half follows from the first."""
     return f".tfra-{token}-{sha256(f'tfra staging {token}'.encode()).hexdigest()[:8]}"
 
 
 def _sweep(parent: Path) -> None:
-    """Clean up behind owners that have died."""
+    """Remove the staging directories of owners that have died."""
     with suppress(OSError):
         for name in os.listdir(parent):
             token = name.removeprefix(".tfra-")[:8]
@@ -126,7 +126,7 @@ def _sweep(parent: Path) -> None:
 
 
 def _recover(staging: Path) -> None:
-    """Remove ``staging``, and put back what only got half of the way; what is not the program's stays in it."""
+    """Remove ``staging``, and restore an output that was moved only half of the way; files of others stay in it."""
     new, old, link = (staging / name for name in ("new", "old", "target"))
     if new.is_dir() and not new.is_symlink():
         shutil.rmtree(new)
@@ -147,7 +147,7 @@ def _recover(staging: Path) -> None:
 def _locked(directory: Path, wait: bool = True) -> Iterator[None]:
     """Hold the lock of ``directory``, which vanishes with the process; go without on file systems that have none.
 
-    Without ``wait``, raise ``OSError`` where another holds it, or nobody can.
+    Without ``wait``, raise ``OSError`` where another process holds it, or locks do not exist.
     """
     handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
     try:

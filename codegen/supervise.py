@@ -1,7 +1,7 @@
-"""Runs the command of its arguments, as the head of a process group that ends with whoever started it.
+"""Runs the command in its arguments, as the head of a process group that ends with the process that started it.
 
-Its standard input is a pipe that nobody writes to.  The pipe ends when the starter does, however that came about, and
-then every process of the group is killed.  Exit code: the command's, or 128 and the signal that ended it.
+Its standard input is a pipe without data.  The pipe closes when the starter ends for any reason, and then
+every process of the group is killed.  Exit code: the command's, or 128 and the signal that ended it.
 """
 
 from __future__ import annotations

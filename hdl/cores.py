@@ -1,4 +1,4 @@
-"""The microarchitectures: ``design.architecture.kind`` chooses, and nothing else looks at it."""
+"""The microarchitectures.  Only this module reads ``design.architecture.kind``."""
 
 from __future__ import annotations
 
@@ -11,5 +11,5 @@ _KINDS: dict[str, type[Parallel] | type[Serial]] = {"parallel": Parallel, "seria
 
 
 def microarchitecture(design: Design) -> Microarchitecture:
-    """The core of ``design``; computes nothing yet."""
+    """The microarchitecture of ``design``, without building a core."""
     return _KINDS[design.architecture.kind](design)

@@ -1,6 +1,6 @@
-"""Results that take long are kept between runs: each in a file that tells by a hash whether it is as it was written.
+"""Results that take long to compute are kept between runs, each in a file with a hash that reveals damage.
 
-A file's time is that of its last use.  When all are larger than the limit, the longest unused go first.
+The modification time of a file is its last use.  Above the size limit, the least recently used files are removed first.
 """
 
 from __future__ import annotations
@@ -27,17 +27,18 @@ Files = Mapping[str, bytes]
 _HASH = hashlib.sha256().digest_size
 
 _ENTRY = re.compile(r"(?:core|build|gates|fem|yosys|route)-.*[0-9a-f]{16}")
-"""Names of entries.  Nothing else in the folder is ever removed: it may be somebody's."""
+"""Names of entries.  No other file in the folder is ever removed; it may be the user's."""
 
 LIMIT_MB = 500
-"""All entries together, unless the variable ``TFRA_CACHE_MB`` says otherwise."""
+"""Limit for all entries together, unless the variable ``TFRA_CACHE_MB`` sets another."""
 
 
 def cache_directory(chosen: str | Path | None = None) -> Path:
-    """Return ``chosen``, else the directory in the variable ``TFRA_CACHE``, else ``~/.cache/tfra``; it is there.
+    """Return ``chosen``, else the directory in the variable ``TFRA_CACHE``, else ``~/.cache/tfra``; it exists
+    afterwards.
 
-    Where the last can't be used, a warning says so and a private one takes its place until this process ends.  Raises
-    ``InputError`` where one that was named can't be used.
+    If the default can't be used, a warning states so and a private directory replaces it until this process ends.
+    Raises ``InputError`` if a named one can't be used.
     """
     named = chosen or os.environ.get("TFRA_CACHE")
     try:
@@ -73,8 +74,8 @@ def _private(warning: str) -> Path:
 def kept(place: Path, make: Callable[[], Files]) -> dict[str, bytes]:
     """Return the files of the entry ``place`` of a cache, from ``make`` if it is missing or damaged in any way.
 
-    Of several processes that want the same entry at once, one makes it and the others wait.  Nobody works inside an
-    entry, so that replacing it takes nothing away from anyone.
+    If several processes need the same entry at once, one makes it and the others wait.  No process works inside an
+    entry, so replacing it is safe.
     """
     limit = _limit()
     if (found := _read(place)) is not None:
@@ -92,7 +93,7 @@ def kept(place: Path, make: Callable[[], Files]) -> dict[str, bytes]:
 
 
 def _limit() -> int:
-    """Bytes that all entries may have; raises ``InputError`` for a variable that is no number of megabytes."""
+    """Limit of all entries in bytes; raises ``InputError`` for a variable that is no number of megabytes."""
     wanted = os.environ.get("TFRA_CACHE_MB", str(LIMIT_MB))
     if not wanted.isdecimal() or not int(wanted):
         raise InputError("TFRA_CACHE_MB", "", f"a whole number of megabytes above 0 is needed, got {quoted(wanted)}")
@@ -118,7 +119,7 @@ def _prune(folder: Path, limit: int, fresh: Path) -> None:
 
 
 def _write(place: Path, files: Files) -> None:
-    """Make ``files`` the entry ``place``; where that can't be, a warning says why."""
+    """Store ``files`` as the entry ``place``; on failure, a warning states why."""
     manifest = json.dumps({name: len(content) for name, content in files.items()})
     body = b"".join([manifest.encode(), b"\n", *files.values()])
     fresh = part(place.parent, place.name)
@@ -155,7 +156,7 @@ def _read(place: Path) -> dict[str, bytes] | None:
 
 
 def _hash(place: Path, body: bytes | memoryview) -> bytes:
-    """Hash of an entry's name and content: a whole entry under another's name is wrong, too."""
+    """Hash of an entry's name and content, so that an intact entry under another name is rejected, too."""
     hashed = hashlib.sha256(place.name.encode() + b"\n")
     hashed.update(body)
     return hashed.digest()

@@ -1,6 +1,6 @@
-"""Every choice that shapes the model, the gateware and the reports, in one frozen object.
+"""All choices that determine the model, the gateware and the reports, in one frozen object.
 
-What follows from them is in :class:`tfra.model.fixed.design.Design`; nothing is typed twice.
+:class:`tfra.model.fixed.design.Design` derives everything else from them.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter
 
 Images = Literal["inline", "readmemh", "load"]
-"""Where the Verilog has the initial contents of memories: in itself, or in files that it reads by ``$readmemh``; or in
-itself, but for the coefficients, which are loaded after a reset."""
+"""Source of the initial contents of memories: the Verilog itself, or files that it reads by ``$readmemh``; or the
+Verilog itself, except for the coefficients, which are loaded after a reset."""
 
 
 def _require(condition: bool, name: str, reason: str) -> None:
@@ -86,14 +86,14 @@ SCALARS = {
     "cordic": "rotations of the CORDIC, and the angle",
     "division": "operands of quotients, and words of the CORDIC",
 }
-"""Signals of one value a frame, and what they are."""
+"""Signals with one value a frame, and their meaning."""
 
 DIVISION_GUARD = 4
-"""Bits that quotients' operands keep beyond a multiplier operand, unless they are given."""
+"""Bits of a quotient's operands beyond those of a multiplier operand, unless given."""
 
 _ORDERED = (("division", "direction", 0), ("division", "cordic", 1), ("cordic", "scalar", 0))
-"""A signal that has at least so many bits more than another: words enter the CORDIC shifted left, a rotation leaves
-bits of what it turns, and a quotient takes no longer than a run."""
+"""Least number of bits by which one signal is longer than another: words enter the CORDIC shifted left, a rotation
+keeps bits of its operand, and a quotient takes no longer than a run of the CORDIC."""
 
 _LIMITS = {
     "coefficient": (6, 27),
@@ -104,17 +104,17 @@ _LIMITS = {
     **dict.fromkeys(SCALARS, (10, 27)),
     "division": (10, 27 + DIVISION_GUARD),
 }
-"""Fewest and most bits; ``"lane"``: of single operators and products."""
+"""Fewest and most bits; ``"lane"`` holds for single operators and products."""
 
 
 @dataclass(frozen=True, slots=True)
 class Formats:
     """Word lengths of the arithmetic; integer bits of every vector follow by proof from the coefficients.
 
-    ``coefficient`` x ``operand`` is the multiplier of a lane, and every other signal follows one of the two.
-    ``vector_fraction`` are the bits that vectors keep below one converter code of the normalised frame;
-    ``force_fraction`` those of the forces below one code times the taxel's area.  ``signals`` gives signals of
-    an estimator a word length of their own, sorted by their names.
+    ``coefficient`` x ``operand`` is the multiplier of a lane, and the length of every other signal follows one of the
+    two. ``vector_fraction`` are the bits that vectors keep below one converter code of the normalised frame;
+    ``force_fraction`` those of the forces below one code times the taxel's area.  ``signals`` gives signals of an
+    estimator a word length of their own, sorted by their names.
     """
 
     name: str
@@ -140,7 +140,7 @@ class Formats:
         _require(found <= most, "signals.division", reason)
 
     def bits(self, signal: str) -> int:
-        """Word length of ``signal``: its own, or that of what it follows."""
+        """Word length of ``signal``: its own, or that of the length that it follows."""
         own = dict(self.signals)
         if signal in own:
             return own[signal]
@@ -170,7 +170,7 @@ VECTOR_WORDS = (1, 2, 4)
 class Architecture:
     """One of ``KINDS``, and the parallelism of the parallel core.
 
-    ``mac_lanes`` multiply-accumulate lanes; ``vector_words`` words of a vector a cycle behind them.  A serial core's
+    ``mac_lanes`` multiply-accumulate lanes; ``vector_words`` words of a vector a cycle after them.  A serial core's
     follow from its word lengths: both are 0, as in ``SERIAL``.
     """
 
@@ -187,7 +187,7 @@ SERIAL = Architecture(mac_lanes=0, vector_words=0, kind="serial")
 class Choices:
     """One core: sensor, converter, search, formats and architecture; ``sparse`` drops small coefficients.
 
-    ``images`` says where the Verilog has what memories start with, or that coefficients are loaded after a reset.
+    ``images`` is the source of the memories' initial contents, or states that coefficients are loaded after a reset.
     ``target``, one of ``TARGETS``, chooses cells, never a result or a cycle.
 
     Raises ``ValueError`` that starts with ``section.key:`` when the parts do not fit together.
@@ -248,7 +248,7 @@ class Choices:
 
     @property
     def cycles_per_quad(self) -> int:
-        """Cycles that a quad takes behind the lanes."""
+        """Cycles that a quad takes after the lanes."""
         return 4 // self.architecture.vector_words
 
     @property

@@ -28,7 +28,7 @@ def quantise(choices: Choices, frames: npt.ArrayLike) -> Ints:
 
 
 def convert(choices: Choices, frames: npt.ArrayLike) -> Ints:
-    """The same for frames of any stress: what is over full scale is clipped, as a converter does.
+    """The same for frames of any stress: values beyond full scale are clipped, as by a converter.
 
     :func:`saturated` tells which frames.  Raises ``ValueError`` naming the first taxel that is not finite.
     """

@@ -1,7 +1,7 @@
-"""What is probably wrong with a recording: warnings about its frames and their results, a line each.
+"""Warnings about probable faults of a recording, from its frames and their results, one line each.
 
-TFRA answers any numbers.  Positive pascals, kilopascals or a sensor that was not tared give forces, too, so somebody
-has to look at the frames.  Nothing here changes a result; thresholds lie outside of what contacts under a cover show.
+TFRA computes forces from any numbers, including positive pascals, kilopascals or a sensor without tare, so the frames
+are checked here.  No check changes a result; the thresholds lie outside of the range of contacts under a cover.
 """
 
 from __future__ import annotations
@@ -18,34 +18,36 @@ from tfra.model.recording import PASCALS, PLAIN, Input
 from tfra.model.tfra import Result, Status
 
 UNITS = {"kPa": 1e3, "MPa": 1e6, "bar": 1e5, "hPa (mbar)": 1e2, "psi": 6894.76}
-"""What stress is often recorded in, and how many Pa that is."""
+"""Common units of recorded stress, in Pa."""
 
 WRONG_SIGN = 0.6
-"""Share of positive stress over which the sign is doubted: contacts have at most 0.09, zero-mean noise has 0.5."""
+"""Share of positive stress above which the sign is doubtful: contacts have at most 0.09, zero-mean noise has 0.5."""
 
 FAINT = 0.02
-"""Share of full scale under which the largest magnitude of a recording is doubted."""
+"""Share of full scale below which the largest magnitude of a recording is doubtful."""
 
 BEYOND = 20.0
-"""How many times full scale is more than a converter that was chosen too small."""
+"""Multiple of full scale above which the unit is doubtful, not the choice of the converter."""
 
 SATURATED = 0.01
-"""Share of frames with a taxel at an end of the range over which that is told."""
+"""Share of frames with a taxel at an end of the range above which a warning is given."""
 
 ALL_OVER, MOSTLY, SOME_FRAMES = 0.05, 0.5, 0.05
-"""A frame reads an offset if all its taxels have one sign and the smallest magnitude is over the first share of the
-largest, or the median over the second; contacts show 0.03 and 0.22.  Over the third share of such frames is told."""
+"""A frame seems to have an offset if all its taxels have one sign and the smallest magnitude is above the first share
+of the largest, or the median above the second; contacts show 0.03 and 0.22.  A warning is given above the third share
+of such frames."""
 
 TILTED, MOST_FRAMES = 0.01, 0.5
-"""A frame that is compressed more than stretched reads an offset, too, if its median is positive and over the first
-share of the largest magnitude: 0.001 in contacts.  Noise does that by chance: over the second share is told."""
+"""A frame with more compression than traction seems to have an offset, too, if its median is positive and above the
+first share of the largest magnitude: 0.001 in contacts.  Noise does that by chance, so a warning is given above the
+second share of such frames."""
 
 SCRAMBLED = 1.15
-"""How much rougher than its transposed reading a recording may be: 0.7 in contacts."""
+"""Largest ratio of a recording's roughness to that of its transposed reading: 0.7 in contacts."""
 
 STUCK_FRAMES, STUCK_CHANGE, STUCK_SHARE = 8, 0.1, 0.02
-"""A taxel is stuck if it has one value in that many frames or more, while the load changes by that share of the
-largest; its value is over the third share of the recording's largest magnitude."""
+"""A taxel is stuck if it has one value in at least the first number of frames, while the load changes by the second
+share of the largest, and its value is above the third share of the recording's largest magnitude."""
 
 
 QUIET, STEADY, EVEN, NOTICEABLE, AT_REST = 0.1, 3.0, (0.2, 0.8), 0.003, 0.2
@@ -58,7 +60,7 @@ _OFFSET = "--unit codes --coding offset"
 
 
 class _Recording:
-    """What the warnings ask of ``frames (n, rows, columns)``."""
+    """Properties of ``frames (n, rows, columns)`` that the warnings check."""
 
     def __init__(self, frames: Floats) -> None:
         self.frames = frames
@@ -85,7 +87,7 @@ class _Recording:
         return bool((self.flat % 1 == 0).all()) and np.gcd.reduce(self.flat.astype(np.int64), axis=None) == 1
 
     def offset(self, least: float) -> bool:
-        """Whether a constant seems to have been added to frames; those below ``least`` in magnitude tell nothing."""
+        """Frames that seem to have a constant offset; frames below ``least`` in magnitude are not judged."""
         told = self.peak >= least
         flat, size, peak = self.flat[told], self.size[told], self.peak[told]
         if not len(flat):
@@ -118,7 +120,7 @@ class _Recording:
 
 
 def warnings(design: Choices, frames: Floats, found: Result, given: Input = PLAIN) -> list[str]:
-    """Return what is probably wrong with ``frames (n, rows, columns)`` in Pa or their results: a line each.
+    """Return warnings about ``frames (n, rows, columns)`` in Pa and their results, one line each.
 
     ``given`` is what made these frames of the recording; the lines name the options of it that may help.
     """
@@ -143,7 +145,7 @@ def _offsets(recording: _Recording) -> Iterator[str]:
 
 
 def _values(design: Choices, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
-    """Offset before sign before a sensor at rest: each looks like the next ones, too."""
+    """Checks offset, then sign, then a sensor at rest: each also looks like the next ones."""
     n = len(status)
     if recording.offset(min(10 * design.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
         median = float(np.median(recording.flat))
@@ -168,7 +170,7 @@ def _values(design: Choices, recording: _Recording, status: Ints, given: Input) 
 
 
 def _scale(design: Choices, recording: _Recording, given: Input) -> Iterator[str]:
-    """What is wrong with the size of the values: codes, another unit, or too much for the converter."""
+    """Checks the magnitude of the values: codes, another unit, or too large for the converter."""
     if said := _codes(design, recording, given) or _unit(design, recording, given) or _beyond(design, recording, given):
         yield said
     top = (1 << (design.adc.bits - 1)) - 1
@@ -227,7 +229,7 @@ def _beyond(design: Choices, recording: _Recording, given: Input) -> str | None:
 
 
 def over_full_scale(design: Choices, frames: Floats, given: Input = PLAIN) -> str:
-    """Return what may be behind stress far beyond full scale: a hint that begins with ``"; "``, or nothing."""
+    """Return a hint at the cause of stress far beyond full scale, which begins with ``"; "``, or nothing."""
     recording = _Recording(frames)
     said = _codes(design, recording, given) or _beyond(design, recording, given)
     return f"; {said}" if said else ""
@@ -261,7 +263,7 @@ def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
 
 
 def _flags(status: Ints) -> Iterator[str]:
-    """Status bits that most frames with a contact have, but for those that other warnings tell of."""
+    """Status bits of most frames with a contact, except those that other warnings cover."""
     told = (*WITHOUT_FORCE, Status.INPUT_SATURATED)
     for flag in Status:
         if flag not in told and (share := _share(status, flag)) > 0.5:

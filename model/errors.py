@@ -1,4 +1,4 @@
-"""The one exception for everything a user can get wrong, and the one warning."""
+"""The exception for every mistake of a user, and the warning."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import reprlib
 from pathlib import Path
 
 LONGEST_FILE, LONGEST_KEY, LONGEST_REASON = 1000, 60, 230
-"""Characters of the parts of a line; what is longer is cut, and its length told."""
+"""Most characters of the parts of a line; a longer part is cut, and its length stated."""
 
 LONGEST_VALUE = 60
-"""Characters of a value that a reason repeats."""
+"""Most characters of a value that a reason quotes."""
 
 
 class InputError(ValueError):
-    """Bad input, told in one line: ``file: key: reason``, or ``file: reason`` without a key.
+    """Bad input, stated in one line: ``file: key: reason``, or ``file: reason`` without a key.
 
     Characters that would break the line (a file name may hold any) are shown escaped, long parts shortened.
     """
@@ -23,12 +23,12 @@ class InputError(ValueError):
         super().__init__(": ".join(part for part in parts if part))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str]]:
-        """It travels between processes as the line that it is."""
+        """Pickles as its line, to pass between processes."""
         return InputError, (str(self), "", "")
 
 
 class Notice(UserWarning):
-    """Something that the user should know, in one line, while the work goes on."""
+    """A warning to the user in one line; the work continues."""
 
 
 def shortened(text: str, most: int = LONGEST_VALUE) -> str:

@@ -1,4 +1,4 @@
-"""What a recording and its results look like: a few numbers, the same on the terminal and in JSON."""
+"""Summary of a recording and its results: a few numbers, the same on the terminal and in JSON."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ MEANINGS = {
     Status.INPUT_SATURATED: "a taxel is at an end of the converter's range",
     Status.OUTPUT_SATURATED: "a result did not fit its word and was limited",
 }
-"""What each status bit means, for readers."""
+"""Meaning of each status bit, for readers."""
 
 WITHOUT_FORCE = (Status.NO_CONTACT, Status.COMPRESSION_ONLY)
-"""Where there is no tangential force to find."""
+"""Status of frames without a tangential force."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Facts:
 
     frames: int
     contact: int
-    """Frames with a contact whose tangential force was looked for."""
+    """Frames with a contact whose tangential force was estimated."""
     no_contact: int
     compression_only: int
     noted: dict[str, int]
@@ -71,7 +71,7 @@ class Facts:
 
 
 def facts(frames: Floats, found: Result) -> Facts:
-    """Return what ``frames (n, rows, columns)`` in Pa and their results amount to."""
+    """Return the summary of ``frames (n, rows, columns)`` in Pa and their results."""
     flags = {flag: int(has(found.status, flag).sum()) for flag in Status}
     contact = ~has(found.status, *WITHOUT_FORCE)
     directed = contact & ~has(found.status, Status.NO_DIRECTION)
@@ -93,7 +93,7 @@ def facts(frames: Floats, found: Result) -> Facts:
 
 
 def lines(told: Facts) -> list[str]:
-    """``told`` for readers: a status, a range or a share a line."""
+    """``told`` for readers: one status, range or share a line."""
     statuses = {Status.NO_CONTACT: told.no_contact, Status.COMPRESSION_ONLY: told.compression_only}
     noted = {Status[name]: count for name, count in told.noted.items()}
     return [
@@ -127,7 +127,7 @@ def _range(name: str, spread: Spread | None, digits: str, unit: str) -> str:
 
 
 def _around(angles: Spread | None) -> str:
-    """What is said of directions that no arc of five sixths holds, whose median would mean nothing."""
+    """Text for directions that do not fit in an arc of five sixths, whose median would be meaningless."""
     if angles is None or (angles.max - angles.min) % 360.0 < 300.0:
         return ""
     return f"phi: all around ({angles.frames} frames)"

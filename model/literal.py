@@ -1,9 +1,9 @@
-"""The paper's loop taken literally: a baseline for timing only; :class:`tfra.model.tfra.Tfra` gives the same results.
+"""The paper's loop, taken literally: a baseline for timing only.  :class:`tfra.model.tfra.Tfra` gives the same results.
 
 doi:10.1016/j.mechatronics.2023.103070: the vectors a_pq of Eq. 10 once per frame, then for each candidate the three
 planes of forces and the products C33 f_z and [C31 C32] [f_x f_y] of Eqs. 23-25.  That is 3 m^2 multiplications a
-candidate, 3.2 million for a frame of 10 x 10 taxels and 101 candidates.  The cosine and the sine of phi stand for its
-tangent, as everywhere in this project.
+candidate, 3.2 million for a frame of 10 x 10 taxels and 101 candidates.  Cosine and sine of phi replace its tangent, as
+everywhere in this project.
 """
 
 from __future__ import annotations

@@ -19,11 +19,11 @@ ERRORS = {
     "paper_mu_percent_of_one": "paper's e(μ), % of μ = 1, Eq. 33",
     "paper_force_percent_of_estimate": "paper's e(F), % of the |F| found, Eq. 35",
 }
-"""Keys of :func:`errors`, with the unit in each, and how a reader sees them."""
+"""Keys of :func:`errors`, with the unit in each, and their headings for readers."""
 
 
 class Contact(Protocol):
-    """What a contact is or is found to be: a ``tfra.model.tfra.Result``, or a reference."""
+    """True or estimated quantities of a contact: a ``tfra.model.tfra.Result``, or a reference."""
 
     @property
     def resultant(self) -> Floats:
@@ -78,7 +78,7 @@ def error_mu(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:
 def error_phi(reference_deg: npt.ArrayLike, estimate_deg: npt.ArrayLike) -> Floats:
     """Return e(phi) of Eq. 34 in percent of a full turn; degrees, the arguments broadcast.
 
-    The difference is wrapped to [-180, 180] degrees, which Eq. 34 leaves unsaid: 359 degrees for a reference
+    The difference is wrapped to [-180, 180] degrees, which Eq. 34 does not state: 359 degrees for a reference
     of 0 are 1 degree off, and the error never exceeds 50 %.
     """
     return np.asarray(turn_deg(reference_deg, estimate_deg) / 3.6)

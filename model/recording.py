@@ -1,4 +1,4 @@
-"""From the numbers of a recording to stress in Pa: which unit, which sign, which place each of them has."""
+"""From the numbers of a recording to stress in Pa, by their unit, sign and order."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ Coding = Literal["signed", "offset", "unipolar"]
 Order = Literal["rows", "columns"]
 
 PASCALS: dict[Unit, float] = {"Pa": 1.0, "kPa": 1000.0}
-"""Pa in a unit; those in a code follow from the converter."""
+"""Pa per unit; for codes the converter determines it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """How a recording is to be read; the default is what ``tfra frames`` writes.
+    """Format of the numbers of a recording; the default is that of ``tfra frames``.
 
     ``coding`` is of codes: two's complement; offset binary, at rest at half of its 2^bits codes; or unipolar, from 0
     without stress to 2^bits - 1.  ``tare_frames``, the first of the recording, or the file ``tare`` show the array at
-    rest; 0 and None: it has been tared.  ``order``: whether a frame runs along rows, (rows, columns), or along columns,
-    (columns, rows).  ``flip_x`` and ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line
-    are no taxels.  ``topic`` is that of the messages in a log; None: the only one that fits.
+    rest; 0 and None: no tare.  ``order``: whether a frame runs along rows, (rows, columns), or along columns, (columns,
+    rows).  ``flip_x`` and ``flip_y`` mirror the array along x and y.  The first ``skip_columns`` of a line are no
+    taxels.  ``topic`` is that of the messages in a log; None: the only one that fits.
     """
 
     unit: Unit = "Pa"
@@ -51,7 +51,7 @@ class Input:
 
 
 PLAIN = Input()
-"""How ``tfra frames`` writes: pascals, compression negative, row by row."""
+"""The format of ``tfra frames``: pascals, compression negative, row by row."""
 
 
 def overridden(chosen: Input, given: Mapping[str, Any]) -> Input:
@@ -91,7 +91,7 @@ def codes_of(coding: Coding, bits: int) -> tuple[int, int]:
 
 
 def no_codes(frames: Floats, given: Input, adc: Adc) -> npt.NDArray[np.intp]:
-    """The places ``(k, 3)`` of values in ``frames (n, rows, columns)`` that are no codes of the converter."""
+    """Indices ``(k, 3)`` of values in ``frames (n, rows, columns)`` that are no codes of the converter."""
     first, last = codes_of(given.coding, adc.bits)
     return np.argwhere((frames < first) | (frames > last) | (frames % 1 != 0))
 
@@ -99,12 +99,12 @@ def no_codes(frames: Floats, given: Input, adc: Adc) -> npt.NDArray[np.intp]:
 def stress(frames: Floats, given: Input, adc: Adc, rest: Floats | None = None) -> Floats:
     """Return the stress of ``frames (n, rows, columns)`` in the recording's unit: Pa, compression negative.
 
-    ``rest (k, rows, columns)``, in the same unit, shows the array at rest: its mean is taken off.
+    ``rest (k, rows, columns)``, in the same unit, shows the array at rest: its mean is subtracted.
 
-    The mean of codes is the nearest double, that of other numbers is a sum of doubles over their count; taking it off
-    rounds once.  The unit's factor is exact, and its product the nearest double: exact for codes wherever a code in
-    Pa, which is full scale over a power of two, has 33 significant bits at most, as all whole numbers below 8.5 GPa.
-    Nothing is rounded where nothing is to be done.
+    The mean of codes is the nearest double, that of other numbers is a sum of doubles over their count; the subtraction
+    rounds once.  The unit's factor is exact, and its product the nearest double: exact for codes wherever a code in Pa,
+    which is full scale over a power of two, has 33 significant bits at most, as all whole numbers below 8.5 GPa.
+    Nothing is rounded if there is neither a tare nor a factor.
     """
     level = frames
     if given.unit == "codes" and given.coding == "offset" and rest is None:
@@ -117,7 +117,7 @@ def stress(frames: Floats, given: Input, adc: Adc, rest: Floats | None = None) -
 
 
 def _pascals(given: Input, adc: Adc) -> float:
-    """Pa in one unit; unipolar codes have all their bits for one sign, so that each is half as large."""
+    """Pa per unit; unipolar codes use all their bits for one sign, so each is half as large."""
     if given.unit != "codes":
         return PASCALS[given.unit]
     return adc.lsb / 2 if given.coding == "unipolar" else adc.lsb

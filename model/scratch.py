@@ -1,7 +1,7 @@
-"""Temporary folders, and the locks that tell whether the process that made one is still alive.
+"""Temporary folders, and locks that reveal whether the process that made one is still alive.
 
-A folder ``.tfra-NAME.part`` belongs to whoever holds the lock file ``.tfra-NAME.lock`` beside it.  Both go when their
-owner is done.  The system gives up a killed owner's lock, so that a later run may remove what it left.
+A folder ``.tfra-NAME.part`` belongs to the process that holds the lock file ``.tfra-NAME.lock`` in the same place.  Its
+owner removes both at the end.  The system releases the lock of a killed owner, so a later run can remove its folder.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tfra.model.errors import InputError
 
 _OWN = re.compile(r"\.tfra-(.+)\.(?:lock|part)")
 _NOT_A_LOCK = (errno.EISDIR, errno.ELOOP, errno.ENXIO)
-"""What opening a folder, a link or a socket says."""
+"""Errors of opening a folder, a link or a socket."""
 
 
 def temporary() -> Path:
@@ -34,7 +34,7 @@ def temporary() -> Path:
 
 @contextmanager
 def scratch(parent: Path) -> Iterator[Path]:
-    """Make a folder in ``parent`` for the block alone; those that killed processes left there are removed.
+    """Make a folder in ``parent`` for the block; folders that killed processes left there are removed.
 
     Raises ``InputError`` where it can't be made.
     """
@@ -59,7 +59,7 @@ def writing(folder: Path) -> Iterator[None]:
 
 
 def sweep(parent: Path) -> None:
-    """Remove the parts in ``parent`` whose owners are certainly dead: nobody holds their locks."""
+    """Remove the parts in ``parent`` whose owners are certainly dead: their locks are free."""
     for name in {found[1] for file in os.listdir(parent) if (found := _OWN.fullmatch(file))}:
         with suppress(OSError), locked(parent, name, wait=False) as held:
             if held:
@@ -67,15 +67,15 @@ def sweep(parent: Path) -> None:
 
 
 def part(parent: Path, name: str) -> Path:
-    """Return where the owner of the lock ``name`` works."""
+    """Return the folder of the owner of the lock ``name``."""
     return parent / f".tfra-{name}.part"
 
 
 @contextmanager
 def locked(parent: Path, name: str, wait: bool = True) -> Iterator[bool]:
-    """Hold the lock ``name`` in ``parent``; without ``wait`` the block is told whether it does.
+    """Hold the lock ``name`` in ``parent``; without ``wait``, yields whether it was acquired.
 
-    Where a file system has no locks nobody waits, and nobody is taken for dead.
+    On a file system without locks, no process waits, and no owner counts as dead.
     """
     path = parent / f".tfra-{name}.lock"
     descriptor = _acquire(path, wait)
@@ -84,7 +84,7 @@ def locked(parent: Path, name: str, wait: bool = True) -> Iterator[bool]:
     finally:
         if descriptor is not None:
             with suppress(OSError):
-                path.unlink()  # before it is given up: who waits for it sees that it is gone, and makes another
+                path.unlink()  # before the release: a waiting process sees that it is gone, and makes another
             os.close(descriptor)
 
 
@@ -107,7 +107,7 @@ def _acquire(path: Path, wait: bool) -> int | None:
 
 
 def _open(path: Path, wait: bool) -> int:
-    """Open the lock file ``path``; what else is in its place is removed."""
+    """Open the lock file ``path``; anything else in its place is removed."""
     while True:
         try:
             return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
@@ -118,7 +118,7 @@ def _open(path: Path, wait: bool) -> int:
 
 
 def discard(path: Path) -> None:
-    """Remove whatever is at ``path``, but nothing that it is a link to."""
+    """Remove the file, folder or link at ``path``, but never the target of a link."""
     try:
         path.unlink(missing_ok=True)
     except IsADirectoryError:

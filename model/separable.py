@@ -19,7 +19,7 @@ from tfra.model.boussinesq import gram_inverse, operators
 from tfra.model.sensor import SensorArray
 
 MOST = 40
-"""Terms that are looked for."""
+"""Number of terms to compute."""
 
 NAMES = ("c33_inv", "c31", "c32", "c33", "normal", "gram")
 KERNELS = ("c31", "c32", "c33")
@@ -56,7 +56,7 @@ class Separable:
     def up_to(self, tolerance: float) -> Separable:
         """The terms of at least ``tolerance`` times the first.
 
-        Raises ``ValueError`` naming ``tolerance`` where more terms than are there could be needed.
+        Raises ``ValueError`` naming ``tolerance`` if more terms than computed could be needed.
         """
         size = np.linalg.norm(self.left, axis=(1, 2)) * np.linalg.norm(self.right, axis=(1, 2))
         if tolerance < size[-1] / size[0] and self.terms == MOST:
@@ -79,7 +79,7 @@ class Separable:
     def __call__(self, frames: Floats, bits: int | None = None) -> Floats:
         """The operator times ``frames (n, rows, columns)``.
 
-        With ``bits`` both operands, the frames and what the right factors make of them, are first rounded to block
+        With ``bits`` both operands, the frames and their products with the right factors, are first rounded to block
         floating words, one exponent a frame; sums stay exact.
         """
         if bits is not None:
@@ -154,7 +154,7 @@ class SeparableProducts:
     def words(self) -> int:
         """Coefficients to store.
 
-        C31, C32 and C33 serve twice, and their factors are Toeplitz: a word for each distance, two of them added up for
+        C31, C32 and C33 are used twice, and their factors are Toeplitz: a word for each distance, two of them added for
         a folded entry.  On square arrays of one pitch, both factors of a term of the others are the same.
         """
         sensor = self._sensor

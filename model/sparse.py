@@ -5,8 +5,8 @@ of :class:`Operators`, each on its own; C33 A3-dagger, which the sweep applies t
 filtered factors, and so do the column sums of Eq. 12.  ``Tfra(sensor, ops=filtered(...))`` runs the same algorithm.
 
 Filtered operators no longer satisfy A A-dagger = I, so f reproduces the measured stress only nearly and
-b - C33 f_z is no longer C31 f_x + C32 f_y (Eq. 24).  TFRA goes on to use the former: it is the traction that the normal
-forces leave to be explained, needs no further matrix, and is what the hardware computes.
+b - C33 f_z is no longer C31 f_x + C32 f_y (Eq. 24).  TFRA keeps using b - C33 f_z: it is the traction that the normal
+forces do not explain, needs no further matrix, and is what the hardware computes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Filter:
-    """What is kept of each row of a matrix.
+    """The entries of each matrix row that a filter keeps.
 
     ====  ====================================================================================================
     F1    the non-zero entries nearest the diagonal in row-major order: ``strength`` % of the row, at least one
@@ -62,7 +62,7 @@ class Filter:
 
 
 def error(matrix: Floats, mask: Bools) -> float:
-    """Frobenius norm of what ``mask`` drops of ``matrix``, both of one shape; in the matrix' unit."""
+    """Frobenius norm of the entries of ``matrix`` that ``mask`` drops, both of one shape; in the matrix' unit."""
     return float(np.linalg.norm(matrix[~mask]))
 
 
@@ -85,7 +85,7 @@ def kept(ops: Operators) -> dict[str, int]:
 def multiplications(ops: Operators) -> int:
     """Real multiplications of a frame's matrix products in the float form, without mirror folding.
 
-    Each matrix is applied once, C33 A3-dagger twice.  What costs a few vectors' length is left out.
+    Each matrix is applied once, C33 A3-dagger twice.  Operations of a few vectors' length are not counted.
     """
     counts = kept(ops)
     return sum(counts.values()) + counts["normal"]

@@ -33,7 +33,7 @@ _CHUNK_BYTES = 4 << 20
 
 
 class Status(IntFlag):
-    """What was special about a frame; every flagged frame still has a defined result."""
+    """Special cases of a frame; every flagged frame still has a defined result."""
 
     NO_CONTACT = 1
     """No taxel is compressed, or none reaches the contact threshold: every result is zero."""
@@ -53,7 +53,7 @@ class Status(IntFlag):
 
 @dataclass(frozen=True)
 class Direction:
-    """Direction of the tangential force per frame (Eq. 11) and what is swept (Fig. 3); arrays ``(n,)``."""
+    """Direction of the tangential force per frame (Eq. 11) and the swept variable (Fig. 3); arrays ``(n,)``."""
 
     cos: Floats
     sin: Floats
@@ -75,7 +75,7 @@ class Sweep:
 
 @dataclass(frozen=True)
 class Result:
-    """What TFRA finds, per frame: forces in N, angles in degrees.
+    """The estimate of TFRA, per frame: forces in N, angles in degrees.
 
     ``forces (n, 3, rows, columns)``, ``resultant (n, 3)``; ``phi_deg`` in [0, 360), ``mu`` (Eq. 15), ``mu_x``,
     ``mu_y`` (Eqs. 26, 27), ``sweep_index`` and ``status`` of shape ``(n,)``; ``sweep`` when asked for.
@@ -121,7 +121,7 @@ def unit_scaled(vectors: Floats) -> tuple[Floats, Ints]:
 
 
 class Products(Protocol):
-    """The products of a frame with the operators, by whatever means; every vector is ``(n, m)``, SI."""
+    """Interface of the products of a frame with the operators; every vector is ``(n, m)``, SI."""
 
     @property
     def sums(self) -> tuple[Floats, Floats]:
@@ -166,7 +166,7 @@ class Tfra:
 
     ``plateau_tolerance`` and ``contact_threshold`` in Pa; frames within [-threshold, threshold) are no contact.
     ``ops`` replaces the sensor's own operators, for instance by filtered ones (:mod:`tfra.model.sparse`), or the
-    way they are multiplied by (:mod:`tfra.model.separable`, :mod:`tfra.model.toeplitz`).
+    multiplication method (:mod:`tfra.model.separable`, :mod:`tfra.model.toeplitz`).
     """
 
     def __init__(

@@ -18,7 +18,7 @@ from tfra.model.sensor import SensorArray
 Map = Callable[[Floats], Floats]
 
 EXACT_STEPS = 2000
-"""Steps after which conjugate gradients must have converged where nothing limits them."""
+"""Steps within which conjugate gradients must converge if no number of steps is given."""
 
 
 def kernels(sensor: SensorArray) -> Floats:
@@ -32,7 +32,7 @@ def kernels(sensor: SensorArray) -> Floats:
 class Convolution:
     """One kernel applied to frames: out[i, j] = sum of kernel[i' - i, j' - j] frame[i', j'], zero outside.
 
-    By a Fourier transform, which is exact but for rounding; hardware would add up the products.
+    By a Fourier transform, which is exact except for rounding; hardware would add the products.
     """
 
     def __init__(self, kernel: Floats) -> None:
@@ -49,7 +49,7 @@ class Convolution:
 
 
 def conjugate_gradients(matrix: Map, b: Floats, steps: int, tolerance: float = 0.0) -> Floats:
-    """x of ``matrix`` x = ``b (n, ...)`` for symmetric, positive definite maps, each of the n on its own.
+    """Solve ``matrix`` x = ``b (n, ...)`` for symmetric, positive definite maps, each of the n separately.
 
     Takes ``steps`` steps, fewer once every residual is below ``tolerance`` times its ``b``.
     """
@@ -77,7 +77,7 @@ class IterativeProducts:
     """:class:`tfra.model.tfra.Products` by convolutions and ``steps`` of conjugate gradients a solve.
 
     ``radius`` cuts the kernels to ``|di|, |dj| <= radius``; without it they reach over the array.
-    Without ``steps``, solves go on to a residual of ``1e-12``.
+    Without ``steps``, solves continue to a residual of ``1e-12``.
     """
 
     def __init__(self, sensor: SensorArray, radius: int | None = None, steps: int | None = None) -> None:

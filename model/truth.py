@@ -1,4 +1,4 @@
-"""What TFRA's friction coefficient is worth: one sentence for the README, the demo and ``tfra estimate``."""
+"""Accuracy of TFRA's friction coefficient: one sentence for the README, the demo and ``tfra estimate``."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from importlib.resources import files
 
 @cache
 def found() -> dict[str, float]:
-    """Median friction that TFRA finds on random contacts, by the true one; ``bench.contacts.truth`` writes it."""
+    """Median estimated friction on random contacts, by the true one; ``bench.contacts.truth`` writes it."""
     medians: dict[str, float] = json.loads(files("tfra.model").joinpath("truth.json").read_text())["mu_found"]
     return medians
 
 
 def sentence() -> str:
-    """How right the friction coefficient is, in one line."""
+    """Accuracy of the friction coefficient, in one line."""
     low, high = found()["0.3"], found()["0.7"]
     return (
         "Under an elastic cover TFRA's friction coefficient is right near 0.5 only: it finds "

@@ -1,8 +1,8 @@
-"""The two-variable search that the paper compares TFRA with (its reference [7]), in this project's reading.
+"""The two-variable search of the paper's reference [7], in this project's reading.
 
 doi:10.1016/j.mechatronics.2023.103070, Section 2: mu_x and mu_y of Eq. 10 maximise Pi = Pi1 Pi2 Pi3 over [-1, 1]^2.
-The paper tells what each functional demands and depends on, not its formula; docs/studies/two_variable.md gives the
-formulas used here and why.  Each is Pi = 1 / (1 + |r|^2) with a residual r that is affine in u = (1, mu_x, mu_y).
+The paper states the condition and the variables of each functional, not its formula; docs/studies/two_variable.md
+derives the formulas used here.  Each is Pi = 1 / (1 + |r|^2) with a residual r that is affine in u = (1, mu_x, mu_y).
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, check_frames, in_contact, unit_scaled
 
 GRID = 21
-"""Points along each axis of the first look; its best peaks are refined."""
+"""Points along each axis of the first grid; its best peaks are refined."""
 
 PEAKS = 4
 """Peaks of the grid that are refined."""
 
 STILL = 1e-6
-"""A tangential resultant under this share of the normal one is rounding of the search and has no direction."""
+"""A tangential resultant below this share of the normal one is rounding error of the search and has no direction."""
 
 _CLIMB = {
     "method": "L-BFGS-B",
@@ -88,7 +88,7 @@ class Conditions:
     def best(self) -> Floats:
         """(mu_x, mu_y) of the largest Pi, ``(2,)``: the best peaks of a grid, each climbed by L-BFGS-B.
 
-        Deterministic; of equal optima the one that was climbed first.
+        Deterministic; of equal optima the first one found.
         """
         climbed = [optimize.minimize(self.loss, start, **_CLIMB) for start in self._peaks()]
         return np.asarray(min(climbed, key=lambda end: end.fun).x, dtype=np.float64)

@@ -20,7 +20,8 @@ COLUMNS = {"two-variable": "two_variable_ms", "TFRA literal": "literal_ms", "TFR
 
 
 def fig9(setups: Sequence[Setup], repeats: int, advance: Callable[[int], None]) -> Picture:
-    """Median of ``repeats`` calls with one frame, in every direction; ``advance`` hears of each finished contact."""
+    """Median of ``repeats`` calls with one frame, in every direction; ``advance`` is called for each finished
+    contact."""
     parts = {}
     for setup in setups:
         parts[setup.key] = _columns(setup, repeats)
@@ -56,7 +57,7 @@ def _columns(setup: Setup, repeats: int) -> Columns:
 
 
 def _median(model: Engine, frame: Floats, repeats: int) -> float:
-    """Seconds that a call takes, the median of ``repeats``."""
+    """Median of ``repeats`` durations of a call, in seconds."""
     times = []
     for _ in range(repeats):
         start = time.perf_counter()

@@ -1,4 +1,4 @@
-"""What a figure is made of, its looks, and its files, which are the same bytes in every run."""
+"""The data, the style and the files of a figure; the files have the same bytes in every run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ Columns = dict[str, Column]
 
 @dataclass(frozen=True)
 class Text:
-    """What a reader needs to judge a figure or table: each a short paragraph."""
+    """Notes for judging a figure or table, each a short paragraph."""
 
     published: str
     measured: str
@@ -44,7 +44,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure, the numbers in it, and what they say; ``name`` begins the names of its files."""
+    """A figure, its numbers and its notes; ``name`` begins the names of its files."""
 
     name: str
     title: str
@@ -70,7 +70,7 @@ def write(picture: Picture, folder: Path) -> None:
 
 
 def rounded(columns: Columns) -> Columns:
-    """The numbers as they stand in the CSV file, for drawing: the last bits depend on the number of threads."""
+    """The numbers as rounded in the CSV file, for drawing, because the last bits depend on the number of threads."""
     floats = {name: np.array([float(_cell(v)) for v in c]) for name, c in columns.items() if c.dtype.kind == "f"}
     return columns | floats
 

@@ -15,7 +15,7 @@ from tfra.model.arrays import Floats
 DATA = Path(__file__).parent / "data"
 
 METHODS = {"tfra": "published TFRA", "ref7": "published two-variable [7]"}
-"""Column ``method`` of the data, and how a reader sees it."""
+"""Column ``method`` of the data, and its label for readers."""
 
 
 PLAIN = ("phi_deg", "mu_abs", "force_n", "force_percent_of_resultant")

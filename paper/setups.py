@@ -1,6 +1,6 @@
-"""The two sensors and contacts of doi:10.1016/j.mechatronics.2023.103070, Section 4, and who reconstructs forces.
+"""The two sensors and contacts of doi:10.1016/j.mechatronics.2023.103070, Section 4, and the estimators.
 
-What a contact looks like is told once, in ``examples/*.toml``.
+The contacts are defined in ``examples/*.toml``.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from tfra.model.two_variable import TwoVariable
 from tfra.paper.published import Errors
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
-"""Beside this package, in the repository as in an installation."""
+"""Next to this package, in the repository as in an installation."""
 
 DIRECTIONS = tuple(range(0, 360, 15))
 """phi of Fig. 5, in degrees."""
 
 TABLE_DIRECTIONS = (0, 15, 30, 45, 60, 65, 75, 90)
-"""phi of Tables 1 and 2, in degrees; the paper has 65 behind 90."""
+"""phi of Tables 1 and 2, in degrees; the paper lists 65 after 90."""
 
 Engine = Callable[[Floats], Result]
 """Forces of frames ``(n, rows, columns)`` in Pa."""
@@ -56,7 +56,7 @@ class Setup:
         return [replace(first, center_x=x, center_y=y, phi=math.radians(phi)) for phi in directions]
 
     def stress(self, contacts: Sequence[Contact]) -> Floats:
-        """What the taxels measure, ``(n, rows, columns)`` in Pa."""
+        """The measured stress, ``(n, rows, columns)`` in Pa."""
         return self.project.layer.frames(self.project.design.sensor, contacts)
 
     @cached_property

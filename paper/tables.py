@@ -1,4 +1,4 @@
-"""Tables 1 and 2: published numbers beside this project's; errors by Eqs. 33-35 and in plain units, and the largest."""
+"""Tables 1 and 2: published numbers and this project's, errors by Eqs. 33-35 and in plain units, and the largest."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _PRESSURE = {
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text, as they stand in the CSV files and on the page."""
+    """Rows of text, as in the CSV files and on the page."""
 
     name: str
     title: str
@@ -47,7 +47,7 @@ class Table:
     largest: dict[str, Errors]
     """The numbers behind ``maxima``, not rounded, as the paper measures."""
     plain: dict[str, dict[str, float]]
-    """The same in plain units, by the keys of ``PLAIN``, of all that have a table of their own."""
+    """The same in plain units, by the keys of ``PLAIN``, for all estimators with their own table."""
     text: Text
 
 

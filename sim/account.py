@@ -1,4 +1,4 @@
-"""What a verification compared with what, and why frames were left out: the numbers of its report."""
+"""The numbers of a verification's report: which comparisons were made, and why frames were left out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from tfra.sim.stimuli import Stimuli
 
 @dataclass(frozen=True)
 class Returned:
-    """Which frames ``(n,)`` of the stimuli came back whole, which were compared bit by bit; words of the former."""
+    """The frames ``(n,)`` of the stimuli that came back whole, those that were compared bit by bit, and the words of
+    the former."""
 
     whole: Bools
     compared: Bools

@@ -18,11 +18,12 @@ from tfra.sim.protocol import Pattern, bursts, flowing, random_stalls
 PATTERNS = (flowing, random_stalls, bursts)
 
 Leave = Callable[[int, "Recording", int], bool]
-"""Whether transfer number ... may be offered, from what was recorded until cycle ...: of ports that may never wait."""
+"""For ports that must never wait: whether a transfer of a given number may be offered, from the record up to a given
+cycle."""
 
 
 def apart(pattern: Pattern, cycles: int) -> Pattern:
-    """``pattern``, with at least so many cycles from a transfer to the next: beats of a quad."""
+    """``pattern`` with a least number of cycles between transfers: beats of a quad."""
 
     def spaced(rng: random.Random) -> Iterator[bool]:
         for stall in pattern(rng):
@@ -52,7 +53,7 @@ def plain(value: Any) -> Any:
 
 
 def port(dut: Any, path: str) -> Any:
-    """What lies at a dotted path of attributes, with numbers for arrays."""
+    """The object at a dotted path of attributes, with numbers for arrays."""
     node = dut
     for part in path.split("."):
         node = node[int(part)] if part.isdigit() else getattr(node, part)
@@ -64,7 +65,7 @@ def play(
 ) -> list[dict[str, Any]]:
     """Set inputs cycle by cycle and return what the ``watched`` ports show in each; those not set are zero.
 
-    ``cycles`` may be a generator that looks at the ``record`` of the cycles before.
+    ``cycles`` may be a generator that reads the ``record`` of the cycles before.
     """
     record = [] if record is None else record
     simulator = Simulator(dut)
@@ -102,8 +103,9 @@ def run(
     """Send ``inputs`` (port -> payloads), take ``outputs`` (port -> number of transfers), record them all.
 
     Ports are dotted attribute paths, with numbers for arrays (``o.0``); ``steady`` ones never stall, those in ``leave``
-    ask it.  ``vcd`` is a file to write with every signal.  A stream that is always ready is taken as it comes.  Raises
-    ``AssertionError`` when the block hangs, drops valid before ready, or changes a payload that was not taken.
+    call its function first.  ``vcd`` is a file to write with every signal.  A stream without ready is recorded as it
+    comes.  Raises ``AssertionError`` when the block hangs, drops valid before ready, or changes a payload that was not
+    taken.
     """
     bench = _Bench(dut, Recording(), leave or {}, seed)
     simulator = Simulator(dut)
@@ -124,7 +126,7 @@ Process = Callable[[Any], Any]
 
 @dataclass
 class _Bench:
-    """The processes that drive a block, and what they see."""
+    """The processes that drive a block, and their record."""
 
     dut: Any
     record: Recording

@@ -1,9 +1,8 @@
-"""``python -m tfra.sim.launch``: cocotb's runner in a process of its own, with an environment made for it.
+"""``python -m tfra.sim.launch``: cocotb's runner in a separate process with its own environment.
 
-The runner changes ``os.environ``, reads pytest's variables and ends in ``SystemExit``; none of that may happen to
-the program that wants a simulation.  Arguments: ``build|test SIMULATOR TOP``, then the sources to build;
-``build+waves`` and ``test+waves`` for a simulation that writes ``waves.vcd``.  All happens in the directory that it is
-started in.
+The runner changes ``os.environ``, reads pytest's variables and ends in ``SystemExit``; none of that may happen in the
+program that starts a simulation.  Arguments: ``build|test SIMULATOR TOP``, then the sources to build; ``build+waves``
+and ``test+waves`` for a simulation that writes ``waves.vcd``.  All happens in the directory that it is started in.
 """
 
 from __future__ import annotations
@@ -17,13 +16,13 @@ from cocotb_tools.runner import VerilatorControlFile, get_runner
 TIMESCALE = ("1ns", "1ns")
 
 WAVES = "waves.vcd"
-"""What a simulation with waves writes."""
+"""The file that a simulation with waves writes."""
 
 BUILD_ARGUMENTS: dict[str, list[str]] = {"icarus": [], "verilator": ["-Wno-fatal", "-Wno-lint"]}
 
 
 WAVES_ARGUMENTS = {"icarus": ["-s", "tfra_waves"], "verilator": []}
-"""What a build with waves needs, too: cocotb's runner knows how Verilator does it, and writes FST with Icarus."""
+"""Extra arguments of a build with waves: cocotb's runner supports Verilator, but writes FST with Icarus."""
 
 
 def main(arguments: list[str]) -> int:

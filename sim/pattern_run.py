@@ -89,12 +89,12 @@ class PatternRun:
         )
 
     def alone(self) -> int:
-        """Latency of the first frame in an idle core: frames behind it would delay it."""
+        """Latency of the first frame in an idle core: frames after it would delay it."""
         run = self._again(self._codes[:1], self._model(self._codes[:1]).words)
         return int(run.latency[0])
 
     def located(self) -> Mismatch:
-        """Return the first mismatch with everything that a second run with probes can tell."""
+        """Return the first mismatch with the results of a second run with probes."""
         assert self.first is not None
         frame, word = self.first
         expected, observed = int(self._model(self._codes).words[frame, word]), int(self.words[frame, word])
@@ -109,7 +109,7 @@ class PatternRun:
         return Mismatch(original, self.pattern, name, taxel, word, expected, observed, stage, transfer)
 
     def record(self, waves: Path) -> int:
-        """Write the signals of the frame that is wrong, or of the first one; return that frame's number."""
+        """Write the signals of the wrong frame, or of the first one; return that frame's number."""
         if self.first is None:
             codes = self._codes if self.violations else self._codes[:1]
             self._recorded(codes, waves)
@@ -127,7 +127,7 @@ class PatternRun:
             return True
 
     def _stage(self, frame: int) -> tuple[str | None, int | None]:
-        """The first wrong stage and transfer: of the frame alone or, if it is right then, behind the ones before it."""
+        """The first wrong stage and transfer: of the frame alone or, if it is right then, after the ones before it."""
         simulator = self._probing()
         if simulator is None:
             return None, None
@@ -143,7 +143,7 @@ class PatternRun:
         return None, None
 
     def _probing(self) -> str | None:
-        """Return a simulator that can watch probes; Amaranth's own does not know the Verilog's names.
+        """Return a simulator that can watch probes; Amaranth's own does not have the Verilog's names.
 
         Gates have no probes: synthesis keeps no signal between blocks by its name.
         """
@@ -156,7 +156,7 @@ class PatternRun:
 
 
 def first_difference(run: Run, model: FixedResult, frame: int) -> tuple[str | None, int | None]:
-    """Return the first stage, in the order of the data, whose transfers of ``frame`` differ, and the first of them."""
+    """Return the first stage in dataflow order whose transfers of ``frame`` differ, and the first of them."""
     if not run.probes:
         return None, None
     for stage, found in run.probes.items():

@@ -1,6 +1,6 @@
-"""What every testbench shares, whatever the simulator: stalls, stream rules, the scoreboard, the job and its outcome.
+"""Common parts of the testbenches of all simulators: stalls, stream rules, the scoreboard, the job and its outcome.
 
-Nothing here knows a simulator, so all of it can be tested without one.
+Nothing here depends on a simulator, so all of it can be tested without one.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def stalls(name: str, seed: int, port: str) -> Iterator[bool]:
 
 
 class Violations:
-    """Broken rules in words: the first ``MOST_NOTES`` are kept, all are counted."""
+    """Descriptions of broken rules: the first ``MOST_NOTES`` are kept, all are counted."""
 
     def __init__(self) -> None:
         self.notes: list[str] = []
@@ -68,7 +68,7 @@ class Violations:
 
 
 class StreamRules:
-    """Rules of a result stream: valid is held, the payload stands still until taken, ``last`` ends each frame."""
+    """Rules of a result stream: valid and payload are stable until ready, ``last`` ends each frame."""
 
     def __init__(self, frame_words: int, violations: Violations) -> None:
         self._frame_words = frame_words
@@ -77,13 +77,13 @@ class StreamRules:
         self.taken = 0
 
     def idle(self) -> None:
-        """Tell of a clock edge without valid."""
+        """Check a clock edge without valid."""
         if self._held is not None:
             self._violations.add(f"{self._where()}: valid was withdrawn before the word was taken")
             self._held = None
 
     def word(self, data: int, last: int, ready: bool) -> bool:
-        """Tell of a clock edge with valid; True if it is a transfer."""
+        """Check a clock edge with valid; True if it is a transfer."""
         if self._held is not None and self._held != (data, last):
             change = f"from {self._held} to {(data, last)}"
             self._violations.add(f"{self._where()}: payload changed {change} before it was taken")
@@ -96,7 +96,7 @@ class StreamRules:
         return ready
 
     def surplus(self) -> None:
-        """Tell of a word after the last frame."""
+        """Note a word after the last frame."""
         self._violations.add(f"a word follows the last frame, of {self._frame_words} words")
 
     def _where(self) -> str:
@@ -160,7 +160,7 @@ def signed_word(pattern: int, bits: int) -> int:
 
 @dataclass(frozen=True)
 class Job:
-    """What a testbench has to do.  Words and codes are two's complement patterns, that is unsigned."""
+    """The job of a testbench.  Words and codes are two's complement patterns, that is, unsigned."""
 
     codes: Ints
     """Taxel codes of all frames, ``(n * taxels,)``."""
@@ -168,7 +168,7 @@ class Job:
     frame_words: int
     expected: Ints | None = None
     coefficients: Ints | None = None
-    """What goes through the ``load`` port, if the core has one, before the first frame."""
+    """Words for the ``load`` port, if the core has one, before the first frame."""
     seed: int = 0
     stall_in: str = "none"
     stall_out: str = "none"
@@ -207,7 +207,7 @@ _PLAIN = ("taxels", "frame_words", "seed", "stall_in", "stall_out", "patience", 
 
 @dataclass
 class Outcome:
-    """What a testbench saw.  Cycles count clock edges from the end of reset."""
+    """The outcome of a testbench.  Cycles count clock edges from the end of reset."""
 
     words: list[int] = field(default_factory=list)
     violations: list[str] = field(default_factory=list)
@@ -282,7 +282,7 @@ class Record:
         return ends
 
     def hung(self) -> None:
-        """Note that nothing has moved for too long."""
+        """Note that there was no transfer for too long."""
         total = self.job.frames * self.job.frame_words
         self.violations.add(
             f"no transfer in {self.job.patience} cycles after {self.rules.taken} of {total} words "

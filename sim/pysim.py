@@ -1,4 +1,4 @@
-"""The testbench for Amaranth's own simulator: the core before any Verilog exists, with no tools needed."""
+"""The testbench for Amaranth's own simulator: the core without Verilog or other tools."""
 
 from __future__ import annotations
 

@@ -58,7 +58,7 @@ class Netlist:
     """A core in Verilog: the text ``verilog`` with the module ``top``.
 
     ``images`` are texts by file name, for it to read; ``models`` texts to compile with it: behaviour of the cells that
-    it has instances of.
+    it instantiates.
     """
 
     top: str
@@ -112,7 +112,7 @@ def simulate(
         simulator: ``"verilator"``, ``"icarus"`` or ``"amaranth"``; by default the fastest that is usable here.
         seed: Of the stall patterns.
         stall_in, stall_out: ``"none"``, ``"random"`` or ``"bursts"`` on the taxel and the result port.
-        build_dir: Where builds are kept for the next run, see ``cache_directory``.
+        build_dir: Directory that keeps builds for the next run, see ``cache_directory``.
         progress: Called with numbers of finished frames.
         expected: Result words ``(n, frame_words)`` to compare with in the testbench.
         core: Another core with the same ports: a ``Netlist``, or a component for ``"amaranth"``.
@@ -209,7 +209,7 @@ def _job(
 
 
 def _patience(core: hdl.Microarchitecture) -> int:
-    """Cycles that no core needs for a frame, however few its lanes."""
+    """Upper bound on the cycles of a frame for any core."""
     m, design = core.design.sensor.taxels, core.design
     products = 8 * (4 * design.quads) ** 2 // core.lanes
     return 10_000 + 4 * (products + 32 * m + 8 * design.candidates)
@@ -272,7 +272,7 @@ def _run_cocotb(
 
 
 class _Told:
-    """Passes on what the testbench tells of its progress."""
+    """Reports the progress of the testbench."""
 
     def __init__(self, file: Path, progress: Progress) -> None:
         self._file, self._progress, self._done = file, progress, 0
@@ -285,7 +285,7 @@ class _Told:
             return
 
     def finish(self, frames: int) -> None:
-        """Tell of ``frames`` in all."""
+        """Report ``frames`` in total."""
         if frames > self._done:
             self._progress(frames - self._done)
             self._done = frames
@@ -311,7 +311,7 @@ def _launch(
 
 
 def digest(*parts: str) -> str:
-    """Return a short hash of texts, for the name of what they make."""
+    """Return a short hash of texts, for the name of a result made from them."""
     hashed = hashlib.sha256()
     for part in parts:
         hashed.update(f"{len(part)} {part}".encode())
@@ -319,14 +319,14 @@ def digest(*parts: str) -> str:
 
 
 def sources(*packages: ModuleType) -> list[Path]:
-    """Return every file of ``packages`` that what they make depends on, Verilog and tables included.
+    """Return every file of ``packages`` that determines their output, Verilog and tables included.
 
-    An editor's own files may lie beside them, and need not be text.
+    Temporary files of an editor may be in the folder, and need not be text.
     """
     files = (file for package in packages for file in Path(package.__path__[0]).rglob("*"))
     return sorted(file for file in files if file.suffix in _SOURCES)
 
 
 def texts(files: Iterable[Path]) -> list[str]:
-    """Return what ``files`` hold."""
+    """Return the contents of ``files``."""
     return [file.read_text() for file in files]

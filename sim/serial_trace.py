@@ -1,4 +1,4 @@
-"""The serial core's gateware beside its interpreter: the first instruction that writes something else."""
+"""The serial core's gateware against its interpreter: the first instruction that writes a different value."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from tfra.model.fixed.design import Design
 
 _PERIOD = 1e-6
 _PATIENCE = 1000
-"""Cycles without an instruction, beside those of loading, after which the core stands still."""
+"""Cycles without an instruction, loading excluded, after which the core hangs."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class _Executed:
-    """What the datapath shows of the instruction that it executes, in the cycle in which it goes on."""
+    """Observed signals of the instruction that the datapath executes, in the cycle in which it advances."""
 
     word: int
     address: int

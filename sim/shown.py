@@ -1,4 +1,4 @@
-"""What a verification found, for readers: tables in a terminal, or a page."""
+"""Results of a verification for readers: tables in a terminal, or a page."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tfra.model.tfra import Status
 from tfra.sim.report import Report
 
 AGAINST = {"model": "model, every bit", "float": "float TFRA", "contact": "true values"}
-"""What frames are compared with, and how a reader sees it."""
+"""References that frames are compared with, and their labels for readers."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Table:
 
 
 def render(report: Report, console: Console) -> None:
-    """Print the tables and what went wrong."""
+    """Print the tables and the errors."""
     for table in _tables(report):
         console.print(_printed(table))
     for line in _complaints(report):
@@ -92,7 +92,7 @@ def _shown(table: Table, report: Report) -> str:
 
 
 def _status_bars(report: Report) -> str:
-    """How many frames have which status: what the stimuli have reached."""
+    """Number of frames with each status: the coverage of the stimuli."""
     found = [(_reason(name), count) for name, count in report.status.items() if count]
     every = max(report.frames, 1)
     return bars("Frames by status", [(name, count / every, f"{count:,} frames") for name, count in found])
@@ -149,7 +149,7 @@ def _contact(report: Report) -> Table:
 
 
 def _reason(name: str) -> str:
-    """Status bits, their absence and other reasons in words."""
+    """Status bits, their absence and other reasons as text."""
     if name in Status.__members__:
         return words(Status[name])
     return "without status" if name == "none" else name.replace("_", " ")

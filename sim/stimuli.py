@@ -1,4 +1,4 @@
-"""Frames that put a core to the test: simulated contacts, random codes, and the corners of the input space."""
+"""Frames for verification: simulated contacts, random codes, and the corners of the input space."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CONTACTS = 60
 """Simulated contacts when no frames are given."""
 
 REFERENCES = ("resultant_ref", "mu_ref", "phi_ref_deg")
-"""Keys of a frames file that say what the contacts truly are: N, 1, degrees."""
+"""Keys of a frames file with the ground truth of the contacts: N, 1, degrees."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def mixture(design: Design, seed: int, random: int) -> Stimuli:
 
 
 def contacts(design: Design, rng: np.random.Generator, count: int) -> Stimuli:
-    """Return ``count`` random contacts with what they truly are, at 5 to 95 % of full scale."""
+    """Return ``count`` random contacts with their ground truth, at 5 to 95 % of full scale."""
     loads = random_contacts(design.sensor, count, rng)
     stresses = layer_frames(design.sensor, loads)
     peak = np.abs(stresses).max(axis=(1, 2))

@@ -1,8 +1,8 @@
 """The cocotb testbench: runs inside Icarus or Verilator, on a core with the ports of the generated Verilog.
 
-The job comes from the file named by ``TFRA_JOB``; the outcome goes to ``TFRA_OUTCOME`` and the number of frames
-done, now and then, to ``TFRA_PROGRESS``.  One coroutine serves each port and sleeps until valid or ready changes
-wherever it can, because waking Python costs more than simulating a cycle.  The clock itself is cocotb's own in C++.
+``TFRA_JOB`` names the file of the job, ``TFRA_OUTCOME`` that of the outcome, and ``TFRA_PROGRESS`` that of the number
+of finished frames.  One coroutine serves each port and sleeps until valid or ready changes wherever it can, because
+waking Python costs more than simulating a cycle.  The clock itself is cocotb's own in C++.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Time:
 
 
 class Driver:
-    """Source of the stream ``name``, which stalls as the job says."""
+    """Source of the stream ``name``, with the stalls of the job."""
 
     def __init__(self, dut: Any, name: str, job: Job) -> None:
         self._clk, self._data = RisingEdge(dut.clk), dut[f"{name}_data"]

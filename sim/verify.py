@@ -24,7 +24,7 @@ from tfra.sim.run import Netlist
 from tfra.sim.stimuli import Stimuli, mixture
 
 SPECIAL = (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.OUTPUT_SATURATED)
-"""Frames with one of these are not compared with float TFRA: nothing was looked for, or words were limited."""
+"""Frames with one of these are not compared with float TFRA: there was no sweep, or words were limited."""
 
 
 def verify(
@@ -47,14 +47,14 @@ def verify(
         simulator: As for :func:`tfra.sim.run.simulate`.
         seed: Of made-up frames and of stalls.
         random: Random frames to add.
-        references: What is known of ``frames``, by the keys of a frames file (``REFERENCES``).
+        references: Ground truth of ``frames``, by the keys of a frames file (``REFERENCES``).
         progress: Called with numbers of frames that have finished, and of all.
         core: Another core to verify, as for ``simulate``.
         waves: A VCD file to write: the signals of the first frame that differs, with the ones before it where it is
             right alone; of the run that broke a stream's rules; else of the first frame.
 
     Raises ``InputError`` for an unusable simulator, ``ValueError`` for frames of a wrong shape or over full scale, and
-    ``SimulationError`` when the simulation can't be carried out.  What the core does wrong is in the report.
+    ``SimulationError`` when the simulation can't be carried out.  Faults of the core are in the report.
     """
     chosen = tools.choose(simulator)
     stimuli = _stimuli(design, frames, seed, random, references)
@@ -103,7 +103,7 @@ def _stimuli(
 
 
 def _timing(design: Design, run: PatternRun, core: Any) -> Timing:
-    """Latency of a frame that is alone, and the interval over the frames that the design's statement is about."""
+    """Latency of a single frame, and the interval over the frames that the stated interval covers."""
     latency = interval = None
     stated = microarchitecture(design)
     if run.run is not None:

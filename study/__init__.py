@@ -1,1 +1,1 @@
-"""Studies of errors: frame sets, errors taken apart, ranges, and the word lengths that are enough."""
+"""Studies of errors: frame sets, errors by source, ranges, and sufficient word lengths."""

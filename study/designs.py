@@ -1,8 +1,8 @@
-"""The designs that come out of a search: what they are worth on frames that it never saw, in RTL, and placed.
+"""The designs that a search finds: their errors on held-out frames, in RTL, and placed.
 
 Named designs are ``base``, that of CONFIG; ``uniform``, the one with the fewest bits in all coefficients and operands
 whose total error stays close to float's; and for each cost ``least_COST``, the trial that takes least of it and is as
-close.  Close is meant on the training frames; the table says what became of it on those held out.
+close.  Closeness is judged on the training frames; the table also shows the held-out frames.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ from tfra.synth.run import Run
 
 @dataclass(frozen=True)
 class Named:
-    """A design, and the name that it has in the tables, as a file and as a Verilog module."""
+    """A design, and its name in the tables, as a file and as a Verilog module."""
 
     name: str
     design: TfraDesign
 
 
 def close(values: Mapping[str, float]) -> bool:
-    """Does a total error stay within ``CLOSE_PERCENT`` of float's?"""
+    """Whether a total error is within ``CLOSE_PERCENT`` of float's."""
     return values[CHANGE] <= CLOSE_PERCENT
 
 
 def chosen(trials: Iterable[Trial], costs: Sequence[str]) -> dict[str, Trial]:
-    """For each cost the close trial that takes least of it, then of the others; a trial is there once."""
+    """For each cost the close trial that takes least of it, then of the others, without repeated trials."""
     good = [trial for trial in trials if trial.state == COMPLETE and close(trial.values)]
     found: dict[str, Trial] = {}
     for cost in costs if good else ():
@@ -54,12 +54,12 @@ def chosen(trials: Iterable[Trial], costs: Sequence[str]) -> dict[str, Trial]:
 
 
 def named(base: TfraDesign, name: str, design: TfraDesign) -> Named:
-    """``design`` as a module of its own beside ``base``."""
+    """``design`` as a module with its own name, distinct from ``base``."""
     return Named(name, replace(design, name=f"{base.name[:40]}_{name}"))
 
 
 def said(formats: Formats) -> str:
-    """Word lengths in words."""
+    """Word lengths as text."""
     words = f"coefficients {formats.coefficient}, operands {formats.operand}, vectors {formats.vector_fraction} and "
     own = ", ".join(f"{signal} {bits}" for signal, bits in formats.signals)
     return f"{words}forces {formats.force_fraction} below one code" + (f"; {own}" if own else "")
@@ -111,7 +111,7 @@ class Uniform:
         return range(len(self.bits))
 
     def __call__(self, job: int) -> bytes:
-        """What became of a length."""
+        """The result of a length."""
         found = self.evaluation(Space.uniform(_plain(self.evaluation.base), self.bits[job]))
         return json.dumps(
             {"bits": self.bits[job], "state": found.state, **found.values, "reason": found.reason}
@@ -187,7 +187,7 @@ class Verified:
 
 @dataclass(frozen=True)
 class Placed:
-    """Named designs, placed and routed; one that does not fit the part, or defeats the tools, says so."""
+    """Named designs, placed and routed; one that does not fit the part, or on which the tools fail, states so."""
 
     designs: tuple[Named, ...]
     evaluation: Evaluation
@@ -220,7 +220,7 @@ class Placed:
 
 
 def _placed(found: Mapping[str, Any]) -> dict[str, Any]:
-    """What a report of synthesis says: resources, and the median frequency where the part's tools tell one."""
+    """Values from a report of synthesis: resources, and the median frequency where the part's tools give one."""
     used = {f"placed_{name}": facts["used"] for name, facts in found["resources"].items()}
     clock = found["clock"]
     speed = {"fmax_mhz": clock["median_mhz"], "seeds": len(clock["seeds"])} if clock else {}

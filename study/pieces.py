@@ -1,7 +1,7 @@
-"""Pieces of a long computation in a folder: each in a file that is there completely or not at all.
+"""Pieces of a long computation in a folder, each in a file that is written atomically.
 
-A file is called ``NAME-HASH``, where HASH is that of what the piece belongs to, its name and its bytes.  So a file that
-is damaged, of another computation or in another's place is noticed before anything in it is believed.
+A file is called ``NAME-HASH``, where HASH is that of the computation, the piece's name and its bytes.  So a file that
+is damaged, of another computation or in another place is rejected before it is used.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Pieces:
             self.folder.mkdir(parents=True, exist_ok=True)
 
     def names(self) -> set[str]:
-        """Names of the pieces that are there, whole or not."""
+        """Names of the existing pieces, intact or not."""
         return {file.rpartition("-")[0] for file in self._files()}
 
     def put(self, name: str, data: bytes) -> None:
@@ -61,7 +61,7 @@ class Pieces:
 
 
 def put(folder: Path, name: str, data: bytes) -> None:
-    """Write a file that is there completely or not at all; raises ``InputError``."""
+    """Write a file atomically; raises ``InputError``."""
     with scratch(folder) as place, writing(folder):
         (place / name).write_bytes(data)
         os.replace(place / name, folder / name)

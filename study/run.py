@@ -1,4 +1,4 @@
-"""A study from its file to its report: tasks one after the other, each of them in pieces that workers do."""
+"""A study from its file to its report: tasks one after the other, each in pieces that workers compute."""
 
 from __future__ import annotations
 
@@ -41,7 +41,8 @@ SHOW_EVERY = 15.0
 """Seconds between two partial pages: one takes a few."""
 
 Reporter = Callable[[str, str, int, int], AbstractContextManager[Callable[[], None]]]
-"""From a task's name and unit, its jobs, and how many of them are there already: what to call for each that is done."""
+"""Function of a task's name and unit, the number of its jobs, and of those finished; returns the callback for each
+finished job."""
 
 
 def run(
@@ -100,7 +101,7 @@ class Run:
     shown: float = field(default_factory=time.perf_counter)
 
     def everything(self) -> None:
-        """Do all that the file asks for."""
+        """Run all tasks of the file."""
         frames = self._frames()
         self._do(Errors(self.study.design, frames))
         self._require_errors()
@@ -120,7 +121,7 @@ class Run:
         return frames
 
     def _require_errors(self) -> None:
-        """Raise where all frames of a part are left out: nothing could be said of any design."""
+        """Raise if all frames of a part are left out, because no design could be judged."""
         for part, frames, of in (
             self.tables["flagged"].filter(status="left_out").select("part", "frames", "of").iter_rows()
         ):
@@ -198,7 +199,7 @@ class Run:
         return found
 
     def _do(self, task: Task) -> None:
-        """Do the jobs of a task that are not there yet, and add its tables."""
+        """Run the missing jobs of a task, and add its tables."""
         pieces, jobs = self.work.pieces(task), task.jobs
         there = pieces.names()
         missing = [number for number in range(len(jobs)) if _name(number) not in there]
@@ -219,7 +220,7 @@ class Run:
 
     @contextmanager
     def _told(self) -> Iterator[None]:
-        """Tell what is wrong with frames, space or the table of trials as trouble with what the user gave."""
+        """Turn errors of frames, space or the table of trials into ``InputError``."""
         try:
             yield
         except TooFewError as error:

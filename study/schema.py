@@ -1,6 +1,6 @@
-"""What a STUDY file may say: form only, as in :mod:`tfra.codegen.schema`; examples/study_hertz.toml explains every key.
+"""Schema of a STUDY file: form only, as in :mod:`tfra.codegen.schema`; examples/study_hertz.toml explains every key.
 
-Only ``config`` and ``[frames]`` are required.  A section that is there is done, with its defaults where it is empty.
+Only ``config`` and ``[frames]`` are required.  Every section in the file is run; an empty one has its defaults.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class UniformSection(Section):
 
 
 class ConverterSection(Section):
-    """``[converter]``: every converter behind every noise."""
+    """``[converter]``: every converter after every noise."""
 
     bits: Lengths = Field(default_factory=lambda: list(BITS))
     noise_share_of_peak: Annotated[list[Share], Field(min_length=1, max_length=64)] = Field(
@@ -57,7 +57,7 @@ Names = Annotated[list[str], Field(min_length=1, max_length=16)]
 
 
 class SearchSection(Section):
-    """``[search]``: word lengths that are enough, for a part."""
+    """``[search]``: sufficient word lengths, for a part."""
 
     target: str = "ecp5-45"
     costs: Names = Field(default_factory=lambda: ["coefficient_kbit", "DSP"])
@@ -71,7 +71,7 @@ class SearchSection(Section):
 
 
 class VerifySection(Section):
-    """``[verify]``: the designs that were found, in RTL, on frames that the search never saw."""
+    """``[verify]``: the designs that were found, in RTL, on held-out frames."""
 
     frames: Annotated[int, Field(ge=1, le=100_000)] = 200
     simulator: Literal["icarus", "verilator", "amaranth"] | None = None

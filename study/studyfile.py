@@ -1,4 +1,4 @@
-"""From a STUDY file to what is studied: a design, frames, and a search space, each checked."""
+"""From a STUDY file to a design, frames, and a search space, each checked."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ MOST_OPTIONS = 4096
 
 @dataclass(frozen=True)
 class StudyFile:
-    """Everything a STUDY file says; ``space`` is None where the study is to choose it."""
+    """The content of a STUDY file; ``space`` is None if the study chooses it."""
 
     path: Path
     document: StudyDocument
@@ -75,7 +75,7 @@ def load_study(path: Path) -> StudyFile:
 
 
 def _require_frames(path: Path, document: StudyDocument) -> None:
-    """Raise where a part has too few for what is asked of it; how many of them count is known later."""
+    """Raise if a part has too few frames for its tasks; the number of frames that count is known later."""
     if not document.frames.train:
         raise InputError(path, "frames.train", "at least one is needed, got none")
     for key in ("train", "held_out") if document.search else ():

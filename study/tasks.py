@@ -1,6 +1,6 @@
-"""What a study computes in pieces: a task has jobs that any process can do, and makes tables of what they gave.
+"""The tasks of a study: each has jobs that any process can run, and makes tables of their results.
 
-A piece is bytes, and follows from the task and the job alone: whoever makes it, and whenever, it is the same.
+A piece is a string of bytes that depends only on the task and the job, not on the process or the time.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ TOGETHER = 16
 
 
 class Task(Protocol):
-    """``unit`` is what a job counts as for those who wait."""
+    """``unit`` is the name of a job in the progress display."""
 
     @property
     def name(self) -> str:
@@ -39,7 +39,7 @@ class Task(Protocol):
 
     @property
     def unit(self) -> str:
-        """Plural of what a job is."""
+        """Plural name of the jobs."""
 
     @property
     def makes(self) -> tuple[str, ...]:
@@ -58,7 +58,7 @@ class Task(Protocol):
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors and decisions of ``design``, taken apart, on all frames."""
+    """Errors and decisions of ``design`` by step, on all frames."""
 
     design: TfraDesign
     frames: FrameSet
@@ -137,7 +137,7 @@ class Compared:
         return self.comparison.jobs(TOGETHER)
 
     def __call__(self, job: Job) -> bytes:
-        """Scores of some variations on a block, one under the other; nothing of those that do not fit."""
+        """Scores of some variations on a block, concatenated, without those that do not fit."""
         scores = self.comparison(job)
         there = [table.with_columns(variation=pl.lit(n)) for n, table in enumerate(scores) if table is not None]
         return parquet(pl.concat(there, how="diagonal")) if there else b""

@@ -1,4 +1,4 @@
-"""How long a study took, on a page of its own: all else in a report is the same whenever it is made."""
+"""Duration of a study, on a separate page, because the rest of a report is the same in every run."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tfra.codegen.html import document, grid, row
 
 @dataclass(frozen=True)
 class Timed:
-    """A task of ``jobs``, of which ``kept`` were there already; the others took ``seconds``."""
+    """A task of ``jobs``, of which ``kept`` came from an earlier run; the others took ``seconds``."""
 
     name: str
     unit: str
@@ -22,7 +22,7 @@ class Timed:
 
 
 def times(tasks: Sequence[Timed], who: str) -> str:
-    """The page of ``tasks``, done by ``who``."""
+    """The page of ``tasks``; ``who`` describes the workers."""
     header = ["task", "jobs", "there already", "time / s", "jobs a second"]
     rows = (row(_cells(task), {0}) for task in tasks)
     total = sum(task.seconds for task in tasks)

@@ -1,7 +1,7 @@
-"""The folder that a study works in: its frames, finished pieces and trials, and a page of what is there so far.
+"""The working folder of a study: its frames, finished pieces and trials, and a page of the results so far.
 
-Everything in it is stored as soon as it is finished, so that a study goes on where it was when it ended, however that
-came about.  It belongs to one state of the sources: others might compute otherwise.
+Everything in it is stored as soon as it is finished, so a study continues after any interruption.  The folder belongs
+to one state of the sources, since others might compute different results.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Work:
         return sqlite(self.folder / "trials.sqlite")
 
     def show(self, page: str) -> None:
-        """Put up the page of what is there so far."""
+        """Write the page of the results so far."""
         put(self.folder, PARTIAL, page.encode())
 
 
@@ -59,7 +59,7 @@ class Work:
 def opened_work(folder: Path) -> Iterator[Work]:
     """Hold ``folder``, which is made if it is missing.
 
-    Raises ``InputError`` where it is somebody else's, of other sources, or held by another run.
+    Raises ``InputError`` where it has other contents, is of other sources, or is held by another run.
     """
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,7 @@
-"""Who does the jobs of a study: this process, some that it starts, or those of a Dask cluster.
+"""Workers for the jobs of a study: this process, processes that it starts, or those of a Dask cluster.
 
-Sums of BLAS depend on how many threads share them.  So all workers have one thread each, and even a single one is a
-process of its own: then results are the same, bit for bit, whoever makes them.
+Sums of BLAS depend on the number of threads.  So every worker has one thread, and even a single worker is a separate
+process: then results are the same, bit for bit, for all workers.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Job = TypeVar("Job")
 Done = TypeVar("Done")
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS"), "1")
-"""What NumPy and Polars must find in the environment when they are loaded."""
+"""Environment variables that NumPy and Polars need when they are loaded."""
 
 
 _PDEATHSIG = 1
@@ -33,9 +33,9 @@ _PDEATHSIG = 1
 
 
 class Workers(Protocol):
-    """Does jobs in any order: yields the place of each with its result, as they come.
+    """Runs jobs in any order: yields the index of each with its result as it arrives.
 
-    What is done, the jobs and their results travel between processes.
+    The function, the jobs and their results must be picklable.
     """
 
     def __call__(self, do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterable[tuple[int, Done]]:
@@ -53,12 +53,12 @@ class SchedulerError(RuntimeError):
 
 
 class LostWorkerError(RuntimeError):
-    """A worker died before its job was done; the message says so in one line."""
+    """A worker died before its job was finished; the message states so in one line."""
 
 
 @contextmanager
 def processes(count: int) -> Iterator[Workers]:
-    """Workers that are ``count`` processes; they end with the block, and with this process however it ends."""
+    """``count`` processes as workers; they end with the block, and with this process however it ends."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
     context = multiprocessing.get_context("spawn")
@@ -99,8 +99,9 @@ def _serve(parent: int) -> None:
 def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
     """Workers of the Dask scheduler at ``address``, which have this very package and one thread each.
 
-    Results leave the cluster as they come, so that a worker that dies takes none with it.  Raises ``SchedulerError``
-    if no scheduler answers within ``patience`` seconds, if it has no workers, or if one of them computes otherwise.
+    Results leave the cluster as they arrive, so a worker that dies loses none.  Raises ``SchedulerError``
+    if no scheduler answers within ``patience`` seconds, if it has no workers, or if one of them has other sources or
+    settings.
     """
     from distributed import CancelledError, Client, KilledWorker
     from distributed import as_completed as arrived
@@ -131,7 +132,7 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
 
 
 def _identity() -> tuple[str, str | None]:
-    """What has to be the same wherever jobs are done: the sources, and threads of BLAS."""
+    """State that must be equal for all workers: the sources, and threads of BLAS."""
     return fingerprint(), os.environ.get("OMP_NUM_THREADS")
 
 
@@ -147,5 +148,5 @@ def _require_alike(found: Mapping[str, tuple[str, str | None]], address: str) ->
 
 @cache
 def fingerprint() -> str:
-    """Version and sources of everything that results follow from."""
+    """Version and sources of everything that determines the results."""
     return digest(version("tfra"), *texts(sources(codegen, hdl, model, study, synth)))

@@ -1,4 +1,4 @@
-"""Everything that tries to lose a file or to leave one behind, at full scale, and the table of docs/files.md.
+"""All tests for lost or left-over files at full scale, and the table of docs/files.md.
 
 ``python -m bench.abuse.abuse [PART ...]`` runs the parts (all by default) and publishes their row; half an hour to an
 hour.
@@ -59,7 +59,7 @@ PARTS: dict[str, Callable[[], dict[str, Any]]] = {
 
 
 def row_of_trees(found: dict[str, Any]) -> tuple[str, str, str]:
-    """What was tried, how often, and what came of it."""
+    """What was tried, how often, and the result."""
     outcomes = found["outcomes"]
     refused, written = outcomes.get("exit 2", 0), outcomes.get("written", 0)
     what = "random trees of files, links, pipes and tampered outputs under every command's `--out`"

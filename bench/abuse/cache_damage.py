@@ -1,4 +1,4 @@
-"""Every kind of damage to every entry of a cache, and what the next run makes of it.
+"""Every kind of damage to every entry of a cache, and the result of the next run.
 
 A small core is simulated after each damage, and every word compared; ``python -m bench.abuse.abuse damage`` publishes
 it.
@@ -33,7 +33,7 @@ DESIGN = TfraDesign(
 
 
 def right_words(cache: Path, simulator: str) -> int:
-    """Simulate the core and return how many words are the model's."""
+    """Simulate the core and return how many words equal the model's."""
     codes = contact_codes(DESIGN, 2, 1)
     expected = FixedTfra(DESIGN)(codes).words
     run = simulate(DESIGN, codes, simulator, build_dir=cache, expected=expected)

@@ -47,7 +47,7 @@ def _socket(entry: Path) -> None:
 
 
 def _another(entry: Path) -> None:
-    """Another's content, whole in itself."""
+    """The intact content of another entry."""
     others = [path for path in entry.parent.iterdir() if path != entry and path.is_file()]
     entry.write_bytes(others[0].read_bytes() if others else entry.read_bytes()[::-1])
 
@@ -91,4 +91,4 @@ DAMAGES: dict[str, Callable[[Path], None]] = {
     "half an entry of a killed run": _part(lambda fresh: fresh.write_bytes(b"half")),
     "a folder of a killed run": _part(_folder),
 }
-"""What happens to an entry, by name."""
+"""Kinds of damage to an entry, by name."""

@@ -1,4 +1,4 @@
-"""Commands killed at random moments: no process may stay, outputs are whole, and the next run leaves nothing behind.
+"""Commands killed at random moments: no process survives, outputs are complete, and the next run removes all remains.
 
 Slow commands are killed less often.  Linux only; ``python -m bench.abuse.abuse "kills of frames"`` runs it at full
 scale.
@@ -77,7 +77,7 @@ def kill_at_random(
 
 
 def hear_signals() -> None:
-    """Undo what ``nohup`` and shells do to what they start in the background: it would not hear them."""
+    """Restore signals that ``nohup`` and shells make background processes ignore."""
     for number in SIGNALS[1:]:
         signal.signal(number, signal.SIG_DFL)
 
@@ -97,7 +97,7 @@ def marked(mark: str) -> list[str]:
 
 
 def leftovers(cache: Path, temporary: Path) -> list[str]:
-    """Return what is in ``cache`` beside its entries, and all that is in ``temporary``."""
+    """Return the files in ``cache`` that are not entries, and all files in ``temporary``."""
     entries = [path for path in cache.iterdir() if not ENTRY.fullmatch(path.name)] if cache.exists() else []
     return [str(path) for path in [*entries, *temporary.iterdir()]]
 
@@ -119,11 +119,11 @@ class Victim:
         return [*TFRA, *self.arguments.split(), *(["--out", self.out] if self.out else [])]
 
     def times(self, kills: int) -> int:
-        """How often it is killed where others are ``kills`` times."""
+        """Number of kills of this command if others are killed ``kills`` times."""
         return round(self.share * kills)
 
     def objection(self, place: Path) -> str | None:
-        """Say what is wrong with the output, which was whole before."""
+        """Return what is wrong with the output, which was complete before."""
         if not self.out:
             return None
         if not (place / self.out).exists():
@@ -144,7 +144,7 @@ VICTIMS = {
 
 
 def campaign(victim: Victim, kills: int, rng: random.Random, place: Path) -> list[str]:
-    """Kill the command at random moments of its work; return all that survived, was damaged or was left behind."""
+    """Kill the command at random moments; return everything that survived, was damaged or remained."""
     cache, temporary, notes = place / "cache", place / "tmp", place / "notes.txt"
     temporary.mkdir()
     (place / "tiny.toml").write_text(CONFIG)
@@ -154,7 +154,7 @@ def campaign(victim: Victim, kills: int, rng: random.Random, place: Path) -> lis
     whole, found = _timed(victim.words, env, place), list[str]()
     names = {path.name for path in place.iterdir()}
     for turn in range(kills):
-        if turn % 2 == 0:  # else it goes on from what is there
+        if turn % 2 == 0:  # otherwise it continues from the existing files
             for entry in cache.glob("*") if cache.exists() else ():
                 entry.unlink() if entry.is_file() else None
         number, delay = SIGNALS[turn % len(SIGNALS)], rng.uniform(0, whole)
@@ -174,7 +174,7 @@ def _timed(command: Sequence[str], env: Mapping[str, str], place: Path) -> float
 
 
 def kill(name: str, kills: int, seed: int) -> list[str]:
-    """Kill the command ``name`` its share of ``kills`` times, and print and return what was wrong behind it."""
+    """Kill the command ``name`` its share of ``kills`` times, and print and return the faults."""
     with tempfile.TemporaryDirectory() as place:
         found = campaign(VICTIMS[name], VICTIMS[name].times(kills), random.Random(seed), Path(place))
     print("\n  ".join([f"{name}: {VICTIMS[name].times(kills)} kills, {len(found)} wrong", *found]), flush=True)

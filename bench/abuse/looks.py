@@ -1,4 +1,4 @@
-"""Looks at an output while three writers replace it, again and again: it must be there, and whole, every time.
+"""Reads an output while three writers replace it repeatedly: it must exist and be complete every time.
 
 ``python -m bench.abuse.abuse looks`` runs it at full scale.
 """
@@ -42,7 +42,8 @@ KINDS: dict[str, tuple[Callable[[Path, int], None], Callable[[Path], str | None]
 
 
 def look(out: Path, objection: Callable[[Path], str | None]) -> str:
-    """Read all of ``out`` and say how it was: "whole", "exchanged" during the look, "absent" or what is wrong with it.
+    """Read all of ``out`` and return its state: "whole", "exchanged" during the look, "absent" or what is wrong with
+    it.
 
     Files are opened one after the other by their path, so that a directory may be exchanged in between; its number
     and the time of its last change tell.
@@ -69,7 +70,7 @@ def _write(kind: str, out: Path, end: Event) -> None:
 
 
 def looks(kind: str, count: int) -> Counter[str]:
-    """Look ``count`` times; counts by what was met.  Raises ``RuntimeError`` if a writer failed or left something."""
+    """Look ``count`` times; counts by state.  Raises ``RuntimeError`` if a writer failed or left something."""
     write, objection = KINDS[kind]
     with tempfile.TemporaryDirectory() as directory:
         out, end = Path(directory) / "out", multiprocessing.Event()

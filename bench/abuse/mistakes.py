@@ -1,4 +1,4 @@
-"""Files that somebody may have got wrong: each function returns what makes one in the current folder."""
+"""Faulty files of users: each function returns a function that makes one in the current folder."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def put(offset: int, value: int) -> Callable[[bytearray], object]:
 
 
 def lines(separator: str = ",", first: str = "", point: str = ".", before: str = "", n: int = 3) -> Make:
-    """Make ``wrong.csv`` of ``n`` frames; ``before`` stands at the head of each line, {} in it is its number."""
+    """Make ``wrong.csv`` of ``n`` frames; ``before`` is at the start of each line, {} in it is its number."""
     frames = [separator.join(f"{value}{point}5" for value in range(30)) for _ in range(n)]
     text = first + "".join(f"{before.format(number)}{frame}\n" for number, frame in enumerate(frames))
     return raw("wrong.csv", text.encode())

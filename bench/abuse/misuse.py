@@ -1,6 +1,6 @@
-"""Cases of misuse: what a user may do wrong, and what the command answers.
+"""Cases of misuse: mistakes of users, and the answers of the commands.
 
-``CASES`` is a table to be read and tested: add a row to it, and publish it by ``python -m bench.abuse.misuse``.  Every
+To add a case, add a row to ``CASES`` and run ``python -m bench.abuse.misuse``.  Every
 command runs in a folder with ``skin.toml``, a sensor of 5 x 6 taxels with contacts, and its frames, ``frames.npz``.
 A case makes its own files there.
 """

@@ -1,9 +1,9 @@
-"""Random trees of files under every command's ``--out``: nothing that is not the command's own may change.
+"""Random trees of files under every command's ``--out``: only the command's own files may change.
 
 A tree holds files, links, pipes and directories of all kinds, and genuine outputs that were then tampered with.  The
-current directory and the home directory lie anywhere in it.  What counts as the program's own is known here from what
-was planted, not from what the program thinks of it.  What takes long and does not matter for files (Verilog, place
-and route, figures) is replaced by a stand-in.
+current directory and the home directory lie anywhere in it.  The record of planted files determines which ones are the
+program's own, not the program's opinion.  Slow steps that do not matter for files (Verilog, place and route, figures)
+are replaced by stand-ins.
 """
 
 from __future__ import annotations
@@ -178,7 +178,7 @@ def snapshot(root: Path) -> Tree:
 
 
 def verdict(before: Tree, after: Tree, own: dict[str, bytes], target: Path, code: int) -> str:
-    """Say what is wrong, or nothing: a refusal changes nothing, a success nothing but the target."""
+    """Return the fault, if any: a refusal changes nothing, a success changes only the target."""
     if code:
         return "" if before == after else f"changed in spite of exit code {code}"
     below = (str(target), f"{target}/")
@@ -195,7 +195,7 @@ def verdict(before: Tree, after: Tree, own: dict[str, bytes], target: Path, code
 
 @contextlib.contextmanager
 def stand_ins() -> Iterator[None]:
-    """Quick substitutes for what takes long."""
+    """Fast substitutes for slow steps."""
 
     def fill(folder: Path, *rest: Any) -> dict[str, Any]:
         (folder / "index.html").write_text("figures")
@@ -219,7 +219,7 @@ def stand_ins() -> Iterator[None]:
 
 
 def command_line(rng: random.Random, config: Path, frames: Path) -> list[str]:
-    """A random command that writes to what will stand at its end."""
+    """A random command whose last argument, the output, is appended later."""
     return rng.choice(
         [
             ["frames", str(config), "--out", ""],
@@ -232,7 +232,7 @@ def command_line(rng: random.Random, config: Path, frames: Path) -> list[str]:
 
 
 def one_tree(seed: int) -> tuple[str, int, str]:
-    """Try the tree number ``seed``: what command ran, its exit code, and what was wrong, if anything."""
+    """Try the tree number ``seed``: the command, its exit code, and the fault, if any."""
     rng = random.Random(seed)
     with tempfile.TemporaryDirectory() as directory, stand_ins():
         root = Path(directory).resolve() / "tree"

@@ -1,4 +1,4 @@
-"""Which contacts did the paper press with?  It hides their sizes; its published estimates tell them.
+"""Sizes of the paper's contacts, which it does not state, fitted to its published estimates.
 
 ``python -m bench.contacts.calibrate`` fits the half sizes of both contacts of doi:10.1016/j.mechatronics.2023.103070 to
 its Tables 1 and 2, and writes ``bench/results/calibration.json``, the figure beside it and the tables in
@@ -54,7 +54,7 @@ def residual_table(case: Case, fits: list[dict[str, Any]]) -> str:
 
 
 def record(case: Case, result: dict[str, Any]) -> dict[str, Any]:
-    """What the JSON keeps of a case."""
+    """The part of a case that the JSON stores."""
     fits, (phi_ref, published) = result["fits"], case.published
     centred = best(fits, "centred")
     chosen = {name: columns(case, best(fits, name)) for name in ("centred", "free")}

@@ -1,7 +1,7 @@
-"""Where TFRA's error comes from: one influence at a time, on random contacts and on the paper's two.
+"""Sources of TFRA's error: one influence at a time, on random contacts and on the paper's two.
 
 ``python -m bench.contacts.errors [--contacts N]`` writes ``bench/results/errors.json``, the figure beside it and the
-tables of docs/studies/errors.md; :mod:`bench.contacts.truth` tells the README.  Errors are those of Eqs. 33-35 of
+tables of docs/studies/errors.md; :mod:`bench.contacts.truth` updates the README.  Errors are those of Eqs. 33-35 of
 doi:10.1016/j.mechatronics.2023.103070.
 """
 
@@ -101,7 +101,7 @@ def scene(group: Group, steps: int = 100) -> Scene:
 
 
 def kernels(group: Group) -> Scenes:
-    """From what TFRA assumes to what a sensor sees."""
+    """Scenes from TFRA's assumptions to a sensor's conditions."""
     sensor, contacts, forces = group.sensor, group.contacts, group.forces
     ideal = taxel_forces(sensor, contacts).reshape(len(contacts), -1) @ operators(sensor).a.T  # Eq. 3
     yield "forces at taxels", Scene(sensor, ideal.reshape(-1, sensor.rows, sensor.columns), forces)

@@ -1,4 +1,5 @@
-"""The picture of docs/view.md: a page of a contact that comes, turns and goes, by the float and the bit-accurate model.
+"""The picture of docs/view.md: a page of a contact that appears, turns and vanishes, by the float and the bit-accurate
+model.
 
 ``python -m bench.contacts.page`` draws ``bench/results/page.png`` in Chromium.
 """

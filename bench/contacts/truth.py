@@ -1,7 +1,7 @@
-"""How right TFRA's friction is, where everybody reads it: from the study of errors into the README and the package.
+"""Accuracy of TFRA's friction coefficient, from the study of errors into the README and the package.
 
 ``python -m bench.contacts.truth`` writes ``model/truth.json`` and two pieces of README.md from
-``bench/results/errors.json``; ``bench.contacts.errors`` does the same behind its measurement.
+``bench/results/errors.json``; ``bench.contacts.errors`` also does this after its measurement.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from bench.publish import ROOT, insert
 from tfra.model import truth
 
 TOLD = ("0.3", "0.5", "0.7")
-"""True friction coefficients that the package knows the found ones of."""
+"""True friction coefficients for which the package has the estimated ones."""
 
 
 def rows() -> dict[str, Any]:
-    """What the random contacts gave, by their true friction coefficient."""
+    """Results of the random contacts, by their true friction coefficient."""
     study = json.loads((ROOT / "bench" / "results" / "errors.json").read_text())
     friction: dict[str, Any] = study["results"]["friction"]["random"]
     return friction
@@ -30,7 +30,7 @@ def medians(friction: dict[str, Any]) -> dict[str, Any]:
 
 
 def table(friction: dict[str, Any]) -> str:
-    """Markdown with a column for each true friction: what is found, how far it is off, and frames without any."""
+    """Markdown with a column for each true friction: the estimate, its error, and frames without one."""
     flagged = (f"{row['flagged'] / row['frames']:.0%}" for row in friction.values())
     lines = {
         "true μ": friction,

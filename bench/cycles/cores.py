@@ -1,4 +1,4 @@
-"""What parallelism buys: cycles of 10x10 cores, from the timing that tests compare with the gateware.
+"""Cycles of 10x10 cores by parallelism, from the timing that tests compare with the gateware.
 
 ``python -m bench.cycles.cores`` writes ``bench/results/cores.json`` and the table in README.md.
 """
@@ -16,7 +16,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
 CORES = ((4, 1), (8, 1), (12, 1), (12, 4), (16, 4), (32, 4), (52, 4), (100, 4))
-"""MAC lanes, and words of a vector a cycle behind them."""
+"""MAC lanes, and words of a vector a cycle after them."""
 
 
 def design(mac_lanes: int, vector_words: int = 4) -> Design:

@@ -1,4 +1,4 @@
-"""Who works when: the schedule of the ``fast`` core as a Gantt chart, from the timeline that tests compare with RTL.
+"""The schedule of the ``fast`` core as a Gantt chart, from the timeline that tests compare with RTL.
 
 ``python -m bench.cycles.schedule`` writes ``bench/results/schedule.png`` and ``.svg`` and the table of
 docs/studies/schedule.md.

@@ -1,4 +1,4 @@
-"""Whole cores in Amaranth's simulator: any small design, frames through it, and what comes when."""
+"""Whole cores in Amaranth's simulator: any small design, with the result words of frames and their cycles."""
 
 from __future__ import annotations
 

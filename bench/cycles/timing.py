@@ -1,7 +1,7 @@
 """Stated cycles against the gateware's: random arrays, lanes, words a cycle and steps of the sweep.
 
-``python -m bench.cycles.timing [NUMBER]`` streams six frames back to back through so many cores in Amaranth's
-simulator, and compares the cycle of every taxel and of every result word with
+``python -m bench.cycles.timing [NUMBER]`` streams six frames back to back through NUMBER cores in Amaranth's simulator,
+and compares the cycle of every taxel and of every result word with
 :class:`tfra.hdl.parallel.tfra.timeline.timeline.Timeline`, the words with the model.  It writes
 ``bench/results/timing.json`` and the table in docs/studies/schedule.md, and exits with 1 if one differs.
 """

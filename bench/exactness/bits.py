@@ -1,4 +1,4 @@
-"""The default studies, run: what they find, how long they take, and that workers and kills change no byte.
+"""Runs the default studies: their results, their duration, and the proof that workers and kills change no byte.
 
 python -m bench.exactness.bits           # an hour on two idle cores; fills docs/how_many_bits.md
 """
@@ -69,7 +69,7 @@ def example(name: str) -> str:
 
 
 def placed(name: str) -> None:
-    """Place and route what a study has found, with all else there already: its report in ``placed``."""
+    """Place and route the designs of a finished study, with the report in ``placed``."""
     text = (ROOT / example(name)).read_text().replace('config = "', f'config = "{ROOT}/examples/')
     (PLACE / "placed.toml").write_text(f"{text}\n[place]\n")
     study(str(PLACE / "placed.toml"), "placed", 2, work=name)
@@ -101,7 +101,7 @@ def _session(process: Path) -> int:
 
 
 def _resident(process: Path) -> float:
-    """What a process has for itself, and its share of what it has with others."""
+    """A process' private memory, and its share of the memory that it shares."""
     try:
         lines = (process / "smaps_rollup").read_text().splitlines()
     except OSError:
@@ -110,7 +110,7 @@ def _resident(process: Path) -> float:
 
 
 def content(out: str) -> dict[str, str]:
-    """Hashes of a report's files, but for the times."""
+    """Hashes of a report's files, except the times."""
     folder = PLACE / out
     files = (file for file in folder.rglob("*") if file.name not in ("times.html", "tfra-manifest.json"))
     return {str(f.relative_to(folder)): hashlib.sha256(f.read_bytes()).hexdigest() for f in files if f.is_file()}
@@ -146,7 +146,7 @@ def _is(**wanted: Any) -> pl.Expr:
 
 
 def uniform(out: str) -> str:
-    """By how much the total grows with uniform products of so many bits."""
+    """Growth of the total error with uniform products, by their bits."""
     rows = table(out, "uniform_trials").filter(state="complete").sort("bits").iter_rows(named=True)
     head = ["| bits | growth of the total, worst quantity, % | coefficients, kbit | DSP |", "|---:|---:|---:|---:|"]
     lines = [
@@ -196,7 +196,7 @@ def lengths(out: str) -> str:
 
 
 def chance(out: str) -> str:
-    """What NSGA-II found beside random choice."""
+    """Results of NSGA-II and of random choice."""
     lines = [
         "| | designs measured to the end | close to float | least coefficients of those, kbit |",
         "|---|---:|---:|---:|",
@@ -217,7 +217,7 @@ def sentence(out: str) -> str:
 
 
 def layouts() -> str:
-    """What was placed and routed, estimates beside it."""
+    """Placed and routed designs with their estimates."""
     rows = [row for row in designs_of("placed") if row.get("placed_LUT") is not None]
     lines = ["| design | LUT: estimate, placed | FF | DSP | BRAM | MHz, one seed |", "|---|---:|---:|---:|---:|---:|"]
     for row in rows:
@@ -227,7 +227,7 @@ def layouts() -> str:
 
 
 def shortened() -> str:
-    """A shorter search of the tutorial's study, for what takes several runs."""
+    """A shorter search of the tutorial's study, for comparisons that take several runs."""
     text = (ROOT / example(TUTORIAL)).read_text().replace('config = "', f'config = "{ROOT}/examples/')
     text = text.replace("[search]\n", "[search]\ngenerations = 4\nbaseline = false\n").replace(
         "[verify]\nframes = 200\n", ""
@@ -254,7 +254,7 @@ def runs() -> tuple[dict[str, Any], str]:
 
 
 def times() -> tuple[dict[str, Any], str]:
-    """What the studies say of their own times."""
+    """Times that the studies report."""
     pattern = r"Done by 2 processes: ([\d,.]+) s in all. Memory of the largest process: ([\d,]+) MB"
     lines, facts = ["| study | minutes on two cores | largest process, MB |", "|---|---:|---:|"], {}
     for name in STUDIES:

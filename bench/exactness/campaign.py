@@ -41,7 +41,7 @@ DESIGNS = (
     (design(4, 6, (5, 3), 2, 4, search=Search(10), adc=Adc(16)), 200),
     (design(16, 16, (1, 1), 1.5, 64), 20),
 )
-"""Designs and how many random frames each gets, beside 60 contacts and the directed frames."""
+"""Designs, and the number of random frames of each, in addition to 60 contacts and the directed frames."""
 
 
 def main() -> int:

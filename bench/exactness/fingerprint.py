@@ -1,7 +1,7 @@
-"""What some designs come to, as a line each: netlist, stated cycles, program and words of the model.
+"""Fingerprints of some designs, one line each: netlist, stated cycles, program and words of the model.
 
-``python -m bench.exactness.fingerprint`` prints them.  A change of the source that leaves every line as it was has
-made none of these cores another.
+``python -m bench.exactness.fingerprint`` prints them.  A change of the source that changes no line has changed none of
+these cores.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ DESIGNS = (
 
 
 TIMED = 60
-"""Random designs whose cycles alone are looked at."""
+"""Random designs of which only the cycles are compared."""
 
 
 def fingerprint(design: Design) -> str:

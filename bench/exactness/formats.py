@@ -1,4 +1,4 @@
-"""How exact the format sets are: bit-accurate model against the float model on the same converter codes.
+"""Precision of the format sets: bit-accurate model against the float model on the same converter codes.
 
 ``python -m bench.exactness.formats [--contacts N]`` measures random contacts on the sensors below, writes
 ``bench/results/formats.json`` and the table in README.md.  The contacts are random in shape, place, size, friction,

@@ -1,7 +1,7 @@
-"""Cores whose signals have word lengths of their own, drawn at random: generated Verilog against the model.
+"""Cores with random word lengths of their signals: generated Verilog against the model.
 
 ``python -m bench.exactness.mixed [--cores N] [--frames N]`` verifies them in Verilator, without stalls and with random
-and bursty ones, every third with coefficients that are loaded.  It writes ``bench/results/mixed.json`` and the table in
+and bursty ones, every third with loaded coefficients.  It writes ``bench/results/mixed.json`` and the table in
 docs/numerics.md, and exits with 1 if a bit differs.
 """
 

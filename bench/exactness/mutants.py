@@ -1,10 +1,10 @@
-"""How many small wrong changes of gateware and model the tests notice: those of ``make test``, and all of them.
+"""Mutation test of gateware and model: how many mutants ``make test`` detects, and how many all tests detect.
 
 ``python -m bench.exactness.mutants [--count N] [--seed S] [--workers W] [--keep]`` changes one place at a time in a
 copy of the tree, spread evenly over the files, and runs tests until one fails that passes without the change.  The
 tests nearest to the file come first, then those of whole cores, then all others that can reach it; the long ones come
-last.  A mutant that the nearest don't notice and that leaves the fingerprint of all designs as it was is equivalent.
-``bench/results/mutants.json`` grows with every mutant, and ``--keep`` goes on from there; the table of
+last.  A mutant that the nearest tests do not detect and that does not change the fingerprint of any design is
+equivalent. ``bench/results/mutants.json`` grows with every mutant, and ``--keep`` continues from there; the table of
 docs/development.md comes at the end.
 """
 
@@ -29,7 +29,7 @@ from bench.publish import ROOT, insert, store
 
 PAGE = "docs/development.md"
 AIM = 0.9
-"""Share of what all tests notice that the short ones have to."""
+"""Least share of the detected mutants that the short tests must detect."""
 
 ROUNDS: tuple[tuple[tuple[str, str], ...], ...] = (
     (("short", "near"),),
@@ -41,7 +41,7 @@ ROUNDS: tuple[tuple[tuple[str, str], ...], ...] = (
 """Tiers and parts of the tests.  All mutants go through a round before those that are left go through the next."""
 
 FATE = ("status", "tier", "test", "round", "seconds")
-"""Keys of a line of the record that say what became of the mutant; the others say what it is."""
+"""Keys of a record line with the mutant's result; the others describe the mutant."""
 
 MUTATED = ("hdl/", "model/fixed/")
 _FINGERPRINT = 900
@@ -65,7 +65,7 @@ class Judge:
         return output if code == 0 else None
 
     def __call__(self, file: str, mutation: Mutation, number: int) -> dict[str, Any]:
-        """What became of the mutant in this one of the rounds, and the test that noticed it."""
+        """The result of the mutant in this round, and the test that detected it."""
         text, start = self._sources[file], time.perf_counter()
         self._copy.write(file, mutation.apply(text))
         try:

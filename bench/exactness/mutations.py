@@ -1,4 +1,4 @@
-"""Small wrong changes of a source file: each replaces one place of its text and leaves the rest as it stands."""
+"""Mutations of a source file: each replaces one place of its text."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 Span = tuple[int, int]
-"""Bytes of a file from the first to behind the last."""
+"""Bytes of a file from the first to after the last."""
 
 OPERATORS: dict[type[ast.AST], tuple[str, str]] = {
     ast.Add: ("+", "-"),
@@ -26,7 +26,7 @@ OPERATORS: dict[type[ast.AST], tuple[str, str]] = {
     ast.And: ("and", "or"),
     ast.Or: ("or", "and"),
 }
-"""How an operator is written, and what takes its place."""
+"""Operators, and their replacements."""
 
 NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum"}
 HANDSHAKE = {"valid": "ready", "ready": "valid"}
@@ -71,7 +71,7 @@ def _lines(text: str, span: Span) -> str:
 
 
 class _Places(ast.NodeVisitor):
-    """Collects all mutations of a file; what only people or type checkers read is left out."""
+    """Collects all mutations of a file, except in parts that only people or type checkers read."""
 
     def __init__(self, text: str) -> None:
         self.found: list[Mutation] = []

@@ -1,4 +1,4 @@
-"""A sensor at rest, and contacts too faint: what the default contact threshold keeps and what it does not.
+"""A sensor at rest, and faint contacts: frames that the default contact threshold keeps or rejects.
 
 ``python -m bench.exactness.rest`` gives the bit-accurate model Gaussian noise, and contacts in noise, with and without
 the threshold; it writes ``bench/results/rest.json`` and the two tables in docs/numerics.md.
@@ -34,7 +34,7 @@ FAINT = ((0.2, 0.0), (0.5, 0.0), (1.0, 0.0), (2.0, 0.0), (5.0, 0.0), (0.5, 0.05)
 
 
 def results(stress: Floats, threshold: int | None) -> Result:
-    """What the model finds in ``stress (n, rows, columns)``, in codes that are not yet whole."""
+    """Results of the model for ``stress (n, rows, columns)``, in codes that are not yet rounded."""
     design = replace(DESIGN, adc=Adc(DESIGN.adc.bits, contact_threshold=threshold))
     return decode(design, FixedTfra(design)(np.rint(stress).astype(np.int64)).words)
 

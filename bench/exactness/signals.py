@@ -1,4 +1,4 @@
-"""Every signal of the default design: how much of its word is used, and how exact it is.
+"""Every signal of the default design: use of its word, and precision.
 
 ``python -m bench.exactness.signals`` writes ``bench/results/signals.json`` and two tables in docs/numerics.md.  The
 contacts are random in shape, place, size, friction, direction and strength.
@@ -25,7 +25,7 @@ SEED = 2025
 
 
 def main() -> None:
-    """Measure and publish; ends with 1 if a signal left its word."""
+    """Measure and publish; exits with 1 if a signal exceeded its word."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--contacts", type=int, default=4000)
     count = parser.parse_args().contacts

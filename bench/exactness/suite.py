@@ -1,4 +1,4 @@
-"""The tests of a copy of this tree: which can notice a change of a file, in what order, and whether they do."""
+"""The tests of a copy of this tree: those that can detect a change of a file, their order, and their results."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ CORES = ("tests/hdl/parallel/tfra/test_core.py", "tests/sim/test_verify.py", "te
 """Tests that run whole cores."""
 
 ORDER = ("tests/hdl", "tests/model/fixed", "tests/sim", "tests/codegen", "tests/")
-"""Folders in the order in which their tests are asked, when those near to a change have not noticed it."""
+"""Folders in the order in which their tests run when those nearest to a change have not detected it."""
 
 SLOW = ("tests/synth", "tests/paper", "tests/bench", "tests/cli", "tests/model/cover")
-"""Folders whose long tests look at no word of a core: gates and sizes, figures, studies."""
+"""Folders whose long tests check no word of a core: gates and sizes, figures, studies."""
 
 TIERS = {"short": "not long", "long": "long"}
 """The tiers of tests, and how pytest chooses theirs."""
@@ -37,7 +37,7 @@ _RUN = 5400
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run of tests came to: ``failed`` is the first test that failed, ``FILE::NAME``, or "".
+    """The result of a run of tests: ``failed`` is the first test that failed, ``FILE::NAME``, or "".
 
     ``loaded`` is false where it failed because the tests could not be loaded.
     """
@@ -77,7 +77,7 @@ class Copy:
                 code = None
             finally:
                 with suppress(ProcessLookupError):
-                    os.killpg(process.pid, signal.SIGKILL)  # what it may have left behind, too
+                    os.killpg(process.pid, signal.SIGKILL)  # what it may have left after, too
                 process.wait()
             output.seek(0)
             return code, output.read()

@@ -1,4 +1,4 @@
-"""How a core grows with the array: cycles, products, coefficients and block memories from 4x4 to 32x32.
+"""Growth of a core with the array: cycles, products, coefficients and block memories from 4x4 to 32x32.
 
 ``python -m bench.large.growth`` writes ``bench/results/growth.json``, ``bench/results/growth.png`` and the tables of
 docs/studies/growth.md.  Cycles are those of :class:`tfra.hdl.parallel.tfra.parallel.Parallel`, which tests compare with

@@ -49,7 +49,7 @@ MULTIPLIERS, CLOCK, WORDS = 128, 100e6, 1024
 VECTORS, VECTOR_BLOCK = 11, 512
 """b twice, n, g, d0, d1, d2 (then e0, e1, y), p, q and two for forces on their way out; 36-bit words of a block."""
 GROUP = 8
-"""Columns of an operator that are worked on at once."""
+"""Columns of an operator that are computed together."""
 BUDGETS = (
     ("32×32, 4 mm", 1e-5, 64, 100e6),
     ("32×32, 2 mm", 1e-5, 64, 100e6),
@@ -108,7 +108,7 @@ def transforms(sensor: SensorArray, steps: int) -> int:
 
 
 def candidates(sensor: SensorArray, parts: dict[str, Separable]) -> Iterator[Candidate]:
-    """Every way that is worth its time on ``sensor``."""
+    """All methods that are feasible on ``sensor``."""
     m, longest = sensor.taxels, max(sensor.rows, sensor.columns)
     for tolerance in TOLERANCES:
         cut = {name: part.up_to(tolerance) for name, part in parts.items()}
@@ -171,7 +171,7 @@ def study(sensor: SensorArray, contacts: int) -> dict[str, Any]:
 
 
 def frames_per_second(products: int, multipliers: int = MULTIPLIERS, clock: float = CLOCK) -> float:
-    """What the multipliers allow, 5 % of the time lost."""
+    """Frames per second by the multipliers, with 5 % of the time lost."""
     return 0.95 * multipliers * clock / products
 
 

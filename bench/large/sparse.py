@@ -1,4 +1,4 @@
-"""What sparse operators cost in exactness: the filters of SpTFRA on the paper's contacts and on random ones.
+"""Errors of sparse operators: the filters of SpTFRA on the paper's contacts and on random ones.
 
 ``python -m bench.large.sparse [--contacts N]`` filters the operators of both example sensors at many strengths, writes
 ``bench/results/sparse.json``, ``bench/results/sparse.png`` and the table in docs/studies/sparse.md.
@@ -79,7 +79,7 @@ def spread(values: Floats) -> dict[str, float]:
 
 
 def percent(value: float | np.floating[Any]) -> float:
-    """Four decimals are more than a filter's error is worth."""
+    """Round to four decimals, more than the precision of a filter's error."""
     return round(float(value), 4)
 
 

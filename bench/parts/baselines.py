@@ -1,6 +1,6 @@
 """Baselines of resources and frequency: ``python -m bench.parts.baselines [NAME ...]`` measures and writes them.
 
-A baseline is a file in ``bench/baselines``; versions of tools it does not know are added to it.
+A baseline is a file in ``bench/baselines``; new versions of tools are added to it.
 """
 
 from __future__ import annotations

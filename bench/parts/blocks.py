@@ -1,8 +1,7 @@
-"""How fast each block of the core is with a part to itself: what the whole core can't exceed.
+"""Clock of each block of the core alone on a part, an upper limit of the whole core's.
 
 ``python -m bench.parts.blocks [BLOCK ...]`` places and routes the blocks of ``examples/fast.toml``, or those that are
-named, one by one.  It writes ``bench/results/blocks.json``, beside what was there of others, and the table of
-docs/synth.md.
+named, one by one.  It updates their entries in ``bench/results/blocks.json``, and the table of docs/synth.md.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ from tfra.synth.tools import versions
 
 TARGET = "ecp5-45-6"
 AIM = 125.0
-"""MHz, what was asked of the preset."""
+"""MHz, the target clock of the preset."""
 
 
 def measure(name: str, block: wiring.Component) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What the primitives of a target are worth: lanes of memory, multiplier and accumulator, placed and routed.
+"""Clock and cells of a target's primitives: lanes of memory, multiplier and accumulator, placed and routed.
 
 ``make primitives`` writes ``bench/results/primitives.json``; docs/primitives.md quotes it.  Each variant is
 synthesised by yosys once and placed by nextpnr-ecp5 (LFE5U-45F, speed grade 6) with several seeds.

@@ -1,6 +1,6 @@
-"""What another rounding of the lanes' results would cost in cells, and what it would be worth in exactness.
+"""Cells and precision of other roundings of the lanes' results.
 
-``python -m bench.parts.rounding`` gives a word's way through the drain each rounding of
+``python -m bench.parts.rounding`` measures a word's path through the drain with each rounding of
 :mod:`tfra.study.errors.rounding`.  It writes ``bench/results/rounding.json`` and the table in docs/numerics.md.
 """
 
@@ -69,7 +69,7 @@ class Finish(wiring.Component):
 
     Members:
         total, amount: the exact sum and its right shift.
-        coarse, fine: a cycle later, the lowest bits behind the shift's first step, and how far the second goes.
+        coarse, fine: a cycle later, the lowest bits after the shift's first step, and how far the second goes.
         shifted: a cycle later, the word with one bit below the point.
         result: a cycle later, the rounded word.
     """

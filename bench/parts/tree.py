@@ -1,7 +1,7 @@
-"""What a comparator tree over all candidates would cost beside the running minimum of the sweep.
+"""Cost of a comparator tree over all candidates, compared with the running minimum of the sweep.
 
 ``python -m bench.parts.tree`` synthesises the sweep of ``examples/fast.toml``, its winner, and the textbook's way for
-the same words: a sum for each candidate and a tree of comparators behind them, a register at every level.  It writes
+the same words: a sum for each candidate and a tree of comparators after them, a register at every level.  It writes
 ``bench/results/tree.json`` and the table of docs/architecture.md.
 """
 

@@ -1,4 +1,4 @@
-"""TFRA as a C program: ``bench/c/*.c`` with the constants of a sensor, compiled to a library and called from here."""
+"""TFRA as a C program: ``bench/c/*.c`` with the constants of a sensor, compiled to a library and called from Python."""
 
 from __future__ import annotations
 
@@ -176,6 +176,6 @@ def _padded(sensor: SensorArray) -> int:
 
 
 def _pad(values: Floats) -> Floats:
-    """Zeros behind the last axis, up to a multiple of ``MULTIPLE``."""
+    """Zeros after the last axis, up to a multiple of ``MULTIPLE``."""
     short = -values.shape[-1] % MULTIPLE
     return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, short)])

@@ -42,7 +42,7 @@ PROGRAMS = {
     "C, literal, `double`, plain `-O3`": Program("literal", "double", PLAIN),
 }
 LITERAL_SHARE = 10
-"""The literal loop, far slower, sees every tenth frame."""
+"""The literal loop, far slower, runs every tenth frame."""
 
 PUBLISHED = {
     "published, SpTFRA hardware": (58.68e3, "10.3390/s24237829"),
@@ -55,7 +55,8 @@ SCALARS = ("phi_deg", "mu", "mu_x", "mu_y")
 
 @dataclass
 class Tally:
-    """What one program did: times in us, one row a pass; frames compared, how many differ, and how far the rest."""
+    """Results of one program: times in us, one row a pass; frames compared, how many differ, and the largest difference
+    of the rest."""
 
     times: list[Floats] = field(default_factory=list)
     compared: int = 0

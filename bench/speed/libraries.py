@@ -1,4 +1,4 @@
-"""The products of a frame in fixed-point libraries and in our integers: the same words, at what speed?
+"""Speed of the products of a frame in fixed-point libraries and in our integers, with the same words.
 
 ``python -m bench.speed.libraries`` lets :mod:`tfra.model.fixed.matvec`, apytypes and fxpmath do all products of the
 same 10x10 frames in turn, on one core.  It compares every word, and writes ``bench/results/libraries.json`` and the
@@ -31,13 +31,13 @@ from tfra.model.sensor import SensorArray
 PAGE = "docs/numerics.md"
 DESIGN = TfraDesign(SensorArray(10, 10, 4e-3, 2e-3, 3e-3))
 THREADS = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
-"""What NumPy must find in the environment when it is loaded, to stay on one core."""
+"""Environment variables that keep NumPy on one core; they must be set before it is loaded."""
 
 FRAMES = {"model.fixed": 2000, "apytypes": 200, "fxpmath": 4}
 REPEATS = 5
 
 Round = Callable[[Operator, int, Ints, int], Ints]
-"""Words ``(quads,)`` of a parity of an operator from operand words ``(Q,)``: the sums of products, moved right."""
+"""Words ``(quads,)`` of a parity of an operator from operand words ``(Q,)``: the sums of products, shifted right."""
 
 
 def vectors(frames: int) -> dict[str, list[Ints]]:

@@ -1,4 +1,4 @@
-"""What the other packages ask of a core, however it is built."""
+"""The interface of a core for the other packages, whatever its microarchitecture."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ class Probe:
 
 
 class Microarchitecture(Protocol):
-    """A way to build the core of a design, and what is known of that core without building it.
+    """Builds the core of a design, and states its properties without building it.
 
     Every core has the streams ``taxel`` and ``result``; one that is loaded has ``load``, too.  Properties are computed
-    when they are first asked for and stay with the object.
+    on first access and stay with the object.
     """
 
     @property
@@ -58,7 +58,7 @@ class Microarchitecture(Protocol):
 
     @property
     def settled(self) -> slice:
-        """The times between frames, of those of a simulation, that the initiation interval is the mean of."""
+        """The times between frames of a simulation whose mean is the initiation interval."""
 
     @property
     def enough(self) -> int:
@@ -70,7 +70,7 @@ class Microarchitecture(Protocol):
 
     @property
     def lane_choices(self) -> tuple[int, ...]:
-        """Numbers of lanes that the sensor allows, upwards; none if they are not to be chosen."""
+        """Numbers of lanes that the sensor allows, ascending; empty if there is no choice."""
 
     def choices(self) -> Iterator[Microarchitecture]:
         """This core with every number of lanes that the sensor allows, upwards; itself if they are not to be chosen."""
@@ -81,7 +81,7 @@ class Microarchitecture(Protocol):
 
     @property
     def cell_models(self) -> tuple[Path, ...]:
-        """Verilog files with models of the cells that the core has instances of."""
+        """Verilog files with models of the cells that the core instantiates."""
 
     @property
     def coefficients(self) -> Ints:
@@ -89,8 +89,9 @@ class Microarchitecture(Protocol):
 
     @property
     def loaded(self) -> Ints | None:
-        """Coefficients in the order in which the core wants them after a reset, one a transfer; None if it has them."""
+        """Coefficients in the order in which the core loads them after a reset, one a transfer; None if it loads
+        none."""
 
     @property
     def load_order(self) -> str:
-        """That order in words."""
+        """That order, described in text."""

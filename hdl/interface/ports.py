@@ -1,4 +1,4 @@
-"""Payloads of a core's ports, whatever it is made of."""
+"""Payloads of a core's ports, for every microarchitecture."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def saturate(value: Value, bits: int) -> Value:
 def shift_right(value: Value, amount: Value) -> Value:
     """Signed ``value >> amount`` with one bit kept below the point; :func:`round_half` finishes the rounding.
 
-    The pair equals ``round_shift`` and leaves room for a register between barrel and adder.
+    The pair equals ``round_shift``, with a register possible between barrel shifter and adder.
     """
     return (Cat(Const(0, 1), value).as_signed() >> amount)[: len(value) + 1].as_signed()
 
@@ -47,7 +47,7 @@ def round_top(aligned: Value, bits: int) -> Value:
 
 
 def magnitude_bits(value: Value) -> Value:
-    """``value ^ sign``: unsigned, its bit length is what the signed value needs beside the sign."""
+    """``value ^ sign``: unsigned; its bit length is that of the signed value without the sign."""
     return (value ^ value[-1].replicate(len(value)))[: len(value) - 1]
 
 
@@ -59,8 +59,8 @@ def counter_shape(top: int) -> Shape:
 def leading_zeros(value: Value, between: Callable[[Value], Value] = lambda word: word) -> Value:
     """Zeros above the highest set bit of an unsigned value, its length for zero.
 
-    A tree of multiplexers without an adder, so that it leaves time in a cycle.  What is known of each eight bits goes
-    through ``between``, a register where the whole tree would be a long path.
+    A tree of multiplexers without an adder, for a short path.  The results of each eight bits pass ``between``, a
+    register where the whole tree would be too long a path.
     """
     size = max(8, 1 << len(value).bit_length())
     mark = size - len(value) - 1  # below the value; what it makes constant is the same now and later
@@ -73,7 +73,7 @@ def leading_zeros(value: Value, between: Callable[[Value], Value] = lambda word:
 
 
 def _zeros(nodes: list[tuple[Value, Value]]) -> tuple[Value, Value]:
-    """Of words in turn, the highest last: whether any bit is set, and the zeros above it."""
+    """For consecutive words, the highest last: whether any bit is set, and the zeros above it."""
     while len(nodes) > 1:
         pairs = zip(nodes[::2], nodes[1::2], strict=True)
         nodes = [
@@ -100,9 +100,10 @@ def add_carry(a: Value, b: Value, carry: Value) -> Value:
 
 
 def less(a: Value, b: Value) -> Value:
-    """Unsigned ``a < b`` from carry chains side by side, half as long as the words.
+    """Unsigned ``a < b`` from parallel carry chains, half as long as the words.
 
-    Signs of differences, since yosys makes comparisons for both orders from one chain and a test for equal words.
+    It takes the signs of differences, since yosys builds comparisons for both orders from one chain and a test for
+    equality.
     """
     half = len(a) // 2
     low, high, higher = a[:half] - b[:half], a[half:] - b[half:], b[half:] - a[half:]
@@ -115,6 +116,6 @@ def during(counter: Value, window: range) -> Value:
 
 
 def nth_slice(word: Value, number: Value, slices: int) -> Value:
-    """One of ``slices`` equal slices of ``word``: a multiplexer, where ``word_select`` would take a multiplier."""
+    """One of ``slices`` equal slices of ``word``, by a multiplexer; ``word_select`` would infer a multiplier."""
     size = len(word) // slices
     return Array(word.word_select(k, size) for k in range(slices))[number] if slices > 1 else word

@@ -13,7 +13,7 @@ from tfra.hdl.lib.pipeline import register
 
 
 class Divider(wiring.Component):
-    """Division without restoring: ``quotient = +-round(numerator / denominator * 2^fraction)``, half up, sign last.
+    """Non-restoring division: ``quotient = +-round(numerator / denominator * 2^fraction)``, half up, sign last.
 
     ::
 
@@ -28,14 +28,14 @@ class Divider(wiring.Component):
         d_k = 1 if difference_k >= 0, else 0
         q_k = 2 q_(k-1) + d_k                                            q_0 = 0
 
-    Invariant behind step k, which each step keeps:
+    Invariant after step k, which each step keeps:
 
         remainder_k = 2^k numerator - 2 D (2 q_(k-1) + 1)     within -2 D ... 2 D
         q_k = floor(2^(k-1) numerator / D)
 
-    The registers follow a step behind: ``quotient`` = s q_(k-1) and ``further`` = s (q_(k-1) + 1), its neighbour one
-    unit further from zero, with the sign s.  The last digit, half a unit, picks one of the two: rounding takes no adder
-    and no cycle.  With negative digits the sign takes none either.
+    The registers lag by one step: ``quotient`` = s q_(k-1) and ``further`` = s (q_(k-1) + 1), its neighbour one
+    unit further from zero, with the sign s.  The last digit, half a unit, selects one of the two, so rounding takes no
+    adder and no cycle.  With negative digits the sign takes none either.
 
     A quotient must be below ``2^whole``, that is ``numerator < 2^whole * denominator``; otherwise it is meaningless,
     but takes the same time.  A denominator of zero gives ``+-2^(whole + fraction)``: all its digits are one.
@@ -79,7 +79,7 @@ class Divider(wiring.Component):
 
     @property
     def interval(self) -> int:
-        """Cycles from one division to the next: the quotient leaves in one of its own."""
+        """Cycles from one division to the next; the output of the quotient takes one of them."""
         return self.latency + 1
 
     def elaborate(self, platform: Any) -> Module:
@@ -89,7 +89,7 @@ class Divider(wiring.Component):
         negative = Signal(reset_less=True)
         quotient = Signal.like(self.o.payload, name="quotient", reset_less=True)
         further = Signal.like(self.o.payload, name="further", reset_less=True)
-        left = Signal(counter_shape(self._digits - 1), reset_less=True)  # steps behind this one
+        left = Signal(counter_shape(self._digits - 1), reset_less=True)  # steps after this one
         positive = Signal(reset_less=True)  # TIMING: difference -> quotient, further
         digit = positive | register(m, divisor == 0, "vanishing")
         busy = Signal()

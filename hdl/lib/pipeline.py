@@ -1,4 +1,4 @@
-"""Registers in a row: words that come later or are counted, words aligned together, products without a multiplier."""
+"""Registers: delays, counters, common alignment of words, and products without a multiplier."""
 
 from __future__ import annotations
 
@@ -16,21 +16,22 @@ READ = 2
 
 
 def register(m: Module, value: Value, name: str = "register", *, control: bool = False) -> Signal:
-    """``value`` a cycle later, or a step where ``m`` is in a condition; ``control`` bits are cleared by a reset."""
+    """``value`` a cycle later, or only in enabled cycles if ``m`` is in a condition; a reset clears ``control``
+    bits."""
     word = Signal(value.shape(), name=name, reset_less=not control)
     m.d.sync += word.eq(value)
     return word
 
 
 def driver(m: Module, port: Any) -> Any:
-    """A register of data that drives ``port``, an output of a component: ports themselves are cleared by a reset."""
+    """A data register that drives ``port``, an output of a component; a port itself would be cleared by a reset."""
     word = Signal.like(port, name="word", reset_less=True)
     m.d.comb += port.eq(word)
     return word
 
 
 def delayed(m: Module, value: Value, cycles: int, name: str = "word", *, control: bool = False) -> Value:
-    """``value`` so many cycles later."""
+    """``value`` after the given number of cycles."""
     for _ in range(cycles):
         value = register(m, value, name, control=control)
     return value
@@ -42,7 +43,8 @@ def ahead(m: Module, counter: Value, window: range) -> Signal:
 
 
 def wrapping_counter(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:
-    """Number of what ``step`` takes, from 0 to ``length - 1`` and again; whether it is the last, a register too."""
+    """A counter from 0 to ``length - 1`` that ``step`` advances and that wraps; whether it is at its end, also a
+    register."""
     number = Signal(counter_shape(length - 1), name=name)
     last = Signal(init=length == 1, name=f"{name}_last")
     with m.If(step):
@@ -53,7 +55,7 @@ def wrapping_counter(m: Module, step: Value, length: int, name: str = "number") 
 
 
 def occupancy(m: Module, places: int, enter: Value, leave: Value, *, full: bool = False) -> Signal:
-    """How many of ``places`` are taken, a bit each from the first: both ends are registers that others may look at.
+    """Occupancy of ``places``, one bit each from the first; both ends are registers for use elsewhere.
 
     ``enter`` counts only while there is a place.
     """
@@ -66,7 +68,7 @@ def occupancy(m: Module, places: int, enter: Value, leave: Value, *, full: bool 
 
 
 def occupancy_flags(m: Module, places: int, enter: Value, leave: Value) -> tuple[Signal, Signal]:
-    """Whether some of ``places`` are taken, and whether all are: registers, as of :func:`occupancy`, for many places.
+    """Whether some, and whether all, of many ``places`` are taken; registers, as in :func:`occupancy`.
 
     ``enter`` counts only while there is a place, ``leave`` only while one is taken.
     """
@@ -77,7 +79,7 @@ def occupancy_flags(m: Module, places: int, enter: Value, leave: Value) -> tuple
         m.d.sync += taken.eq(taken + 1)
     with m.Elif(leave & ~enter):
         m.d.sync += taken.eq(taken - 1)
-    # Without conditions, which would become an enable: one level of logic behind what comes late.
+    # Without conditions, which would become an enable: one level of logic after the late inputs.
     m.d.sync += [
         some.eq(enter | (some & ~(leave & (taken == 1)))),
         full.eq(~leave & (full | (enter & (taken == places - 1)))),
@@ -97,10 +99,11 @@ def zeros_later(m: Module, value: Value) -> Value:
 
 
 def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tuple[Signal, Signal]:
-    """``word`` ``ALIGN`` cycles later, moved left by the zeros that all ``words`` have behind their signs; these zeros.
+    """``word`` ``ALIGN`` cycles later, shifted left by the headroom that all ``words`` share; that headroom.
 
-    ``measure`` is high two cycles after ``words`` stand, when the OR of their magnitudes and a part of its zeros do;
-    the zeros then stay, so that the words may go past ``word`` one by one.  ``round_top`` finishes the normalisation.
+    ``measure`` is high two cycles after ``words`` are valid, when the OR of their magnitudes and a part of its zeros
+    are known.  The zeros then stay, so the words may pass ``word`` one by one.  ``round_top`` finishes the
+    normalisation.
     """
     width = len(word)
     seen = Signal(width - 1, reset_less=True)
@@ -136,7 +139,7 @@ def product_latency(factor: int) -> int:
 
 
 def registered_product(m: Module, value: Value, factor: int) -> Value:
-    """``value * factor`` from a tree of shifted copies with a register behind every addition."""
+    """``value * factor`` from a tree of shifted copies with a register after every addition."""
     most = len(value) + factor.bit_length()
     terms: list[tuple[Value, int]] = [(value << place, sign) for place, sign in signed_digits(factor)]
     while len(terms) > 1:

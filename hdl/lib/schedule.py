@@ -1,4 +1,4 @@
-"""Cycles of a fixed schedule, which begins at cycle 0; registers are loaded at the end of theirs."""
+"""Cycles of a fixed schedule, which begins at cycle 0; a register is loaded at the end of its cycle."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ def once(cycle: int) -> range:
 
 
 def later(window: range, cycles: int) -> range:
-    """``window`` so many cycles later: the next register of a pipeline."""
+    """``window`` delayed by the given number of cycles: the next register of a pipeline."""
     return range(window.start + cycles, window.stop + cycles)

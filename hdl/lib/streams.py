@@ -1,9 +1,7 @@
-"""Plumbing between blocks: streams of ``amaranth.lib.stream`` are split and routed here.
+"""x
 
-Behind the products nothing waits: see :func:`always_ready_stream`.
-
-Per-frame facts travel as streams with one transfer a frame.  A block may look at such a transfer for as long as
-it needs it and takes it (``ready``) in the last cycle of use, so the sender holds it and no block keeps a copy.
+Per-frame facts travel as streams with one transfer a frame.  A block reads such a transfer while it needs it and
+accepts it (``ready``) in the last cycle of use, so the sender holds the payload and no block keeps a copy.
 """
 
 from __future__ import annotations
@@ -20,21 +18,20 @@ from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
 from tfra.hdl.lib.pipeline import occupancy, occupancy_flags, register, wrapping_counter
 
 TOKEN = unsigned(1)
-"""Payload of a token, which means nothing; words without bits would not be portable Verilog."""
+"""Payload of a token, without meaning; words without bits would not be portable Verilog."""
 
 
 def always_ready_stream(shape: Any) -> stream.Signature:
-    """A stream that never waits: whoever sends it holds a token for its place, and asks before it begins.
+    """A stream without backpressure: its sender takes a token for the place of each result before it starts.
 
-    No pipeline on its way needs an enable, which would have all its registers to drive.  Where a quad is handled in
-    beats, transfers are as many cycles apart, and payloads stand until then: see
-    :mod:`tfra.hdl.parallel.beats`.
+    No pipeline on its path needs an enable, which would have to drive all its registers.  Where a quad is processed in
+    beats, transfers are that many cycles apart, and payloads are held until then: see :mod:`tfra.hdl.parallel.beats`.
     """
     return stream.Signature(shape, always_ready=True)
 
 
 class Fork(wiring.Component):
-    """Hand every transfer to all of ``ways`` sinks, each at its own time.
+    """Copy every transfer to all of ``ways`` sinks, each at its own time.
 
     Members: ``i``: stream in; ``o``: ``ways`` streams out.  Combinational from valid to valid; a transfer ends
     when the last sink has taken it.
@@ -59,12 +56,12 @@ class Fork(wiring.Component):
 
 
 class Router(wiring.Component):
-    """Hand the ``words`` of every transfer to the sinks that its ``kind`` has in a static table; nobody waits.
+    """Route the ``words`` of every transfer to the sinks of its ``kind`` in a static table, without backpressure.
 
-    ``latency`` is one cycle: each sink has a register of its own for ``valid``, since they are far from each other.
+    ``latency`` is one cycle: each sink has its own register for ``valid``, since sinks are far apart.
 
     Arguments:
-        shape: a structure of ``words`` and ``kind``, which has one bit set, since much waits for its decoding.
+        shape: a structure of ``words`` and ``kind``, which is one-hot, since its decoding is on a critical path.
         table: by that bit's number, the numbers of its sinks.
         ways: number of sinks.
 
@@ -88,10 +85,10 @@ class Router(wiring.Component):
 
 
 class Buffer(wiring.Component):
-    """Hold one transfer, so that its sender is free while the sink still needs it.
+    """Hold one transfer, so that its sender can continue while the sink still needs it.
 
-    Members: ``i``: stream in; ``o``: stream out, registered.  A new transfer enters when the last one has left:
-    meant for per-frame facts, not for full throughput.  ``latency`` is one cycle.
+    Members: ``i``: stream in; ``o``: stream out, registered.  A new transfer enters when the last one has left: for
+    per-frame facts, not for full throughput.  ``latency`` is one cycle.
     """
 
     latency = 1
@@ -114,7 +111,7 @@ class Buffer(wiring.Component):
 class Queue(wiring.Component):
     """First in, first out, ``depth`` transfers long, in block memory.
 
-    A transfer may pass in ``beats`` cycles, through a memory of that much less width.
+    A transfer may pass in ``beats`` cycles, through a memory that is narrower by that factor.
 
     Members: ``i``: stream in; ``o``: stream out, registered.  ``latency``: cycles through an empty queue, from the
     transfer, which is the end of the last beat; a transfer in ``beats`` cycles.  Neither ``i.ready`` nor ``o.valid``
@@ -173,14 +170,15 @@ class Queue(wiring.Component):
         return wrapping_counter(m, step, self._beats, name) if self._beats > 1 else (Const(0, 0), Const(1))
 
     def _kept(self, payload: Any) -> Value:
-        """What is stored of a payload."""
+        """The part of a payload that is stored."""
         return Value.cast(payload)
 
 
 class PerFrameQueue(Queue):
-    """Per-frame facts on their way to one block: a queue for as many frames as the core holds, in LUTs.
+    """Queue of per-frame facts for one block, in LUTs, for as many frames as the core holds.
 
-    Only ``fields`` of the payload are kept, the ones the block looks at; the others are zero.  Without any, all is.
+    Only ``fields`` of the payload are stored, those that the block uses; the others are zero.  Without fields, all are
+    stored.
     """
 
     def __init__(self, shape: Any, fields: Sequence[str], depth: int) -> None:
@@ -192,13 +190,13 @@ class PerFrameQueue(Queue):
 
 
 class Tokens(wiring.Component):
-    """Permissions: a place downstream that is free now, or was given back.
+    """Tokens: each stands for a free place downstream.
 
     Arguments:
         number: tokens there are at first, and at most.
         every: pulses of ``give`` that make a token.
 
-    Members: ``give``: a place, or a part of it, is free again; ``o``: stream of tokens, registered.
+    Members: ``give``: a place, or a part of it, is returned; ``o``: stream of tokens, registered.
     """
 
     def __init__(self, number: int, every: int = 1) -> None:
@@ -214,10 +212,10 @@ class Tokens(wiring.Component):
 
 
 class Spare(wiring.Component):
-    """Stream register with a spare place: neither ``i.ready`` nor ``o.valid`` depends on an input.
+    """Skid buffer: neither ``i.ready`` nor ``o.valid`` depends combinationally on an input.
 
-    Members: ``i``: stream in; ``o``: stream out, a cycle later; ``used``: ``i.ready`` is low, in a register of its own
-    for decisions, since what enables the registers of a pipeline has many to drive.
+    Members: ``i``: stream in; ``o``: stream out, a cycle later; ``used``: ``i.ready`` is low, in a separate register
+    for decisions, since the enable of a pipeline has a high fan-out.
     """
 
     latency = 1
@@ -240,9 +238,9 @@ class Spare(wiring.Component):
 
 
 def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last: int) -> tuple[Signal, Signal]:
-    """Cycle of a block that works on one transfer at a time, and whether it has one.
+    """Cycle counter of a block that works on one transfer at a time, and whether it has one.
 
-    ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; behind
+    ``enter`` is taken while the block is not busy; cycle 0 lasts until all streams of ``facts`` are valid; after
     cycle ``last`` stream ``leave`` is valid until it is taken.
     """
     busy = Signal()

@@ -18,16 +18,16 @@ from tfra.model.fixed.design import Design
 
 
 class Angle(wiring.Component):
-    """phi = atan2(sin, cos) of every frame, in a place that nobody else takes in the CORDIC.
+    """phi = atan2(sin, cos) of every frame, in a free slot of the CORDIC.
 
     ::
 
         vector ────────────┬─▶ Cordic ─┬─▶ turned
         direction ─▶ buffer┘           └─▶ negative ─▶ +- atan 2^-i ─▶ angle ─▶ phi
 
-    A mark goes through the CORDIC with a direction, so that the sense of each of its rotations adds to the angle, one a
-    cycle.  The rounding is added before the first.  ``vector`` goes first; a direction enters in the next cycle without
-    one, when the phi before has left.
+    A mark passes through the CORDIC with a direction, so that the sign of each of its rotations adds to the angle, one
+    a cycle.  The rounding is added before the first.  ``vector`` has priority; a direction enters in the next cycle
+    without a vector, when the previous phi has left.
 
     Members:
         vector: stream in, x and y.

@@ -26,7 +26,7 @@ def beat_in_quad(design: Design, number: Value) -> Value:
 
 
 def select_beat(design: Design, quad: Any, number: Value) -> Value:
-    """Words of beat ``number`` of a vector, from its ``quad`` or from anything else with a member for each parity."""
+    """Words of beat ``number`` of a vector, from its ``quad`` or another value with a member for each parity."""
     return nth_slice(Cat(quad[k] for k in range(4)), beat_in_quad(design, number), design.cycles_per_quad)
 
 
@@ -40,7 +40,7 @@ def beat_valid(m: Module, quad_valid: Value, ends_quad: Value) -> Value:
 
 
 def vector_beats(m: Module, design: Design, quad_valid: Value) -> tuple[Value, Value, Value]:
-    """Beats of vectors whose quads come as ``quad_valid`` says: a beat is there, its number, it ends its vector."""
+    """Beats of vectors whose quads arrive with ``quad_valid``: beat valid, its number, end of its vector."""
     valid = Signal(name="valid")
     number, last = wrapping_counter(m, valid, design.quads * design.cycles_per_quad, "beat")
     m.d.comb += valid.eq(beat_valid(m, quad_valid, beat_in_quad(design, number) == design.cycles_per_quad - 1))

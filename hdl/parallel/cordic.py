@@ -32,7 +32,7 @@ def cordic_modulus(design: Design) -> Shape:
 
 
 def cordic_vector(design: Design) -> data.StructLayout:
-    """What is turned."""
+    """The vector to be rotated."""
     return data.StructLayout({"x": cordic_word(design), "y": cordic_word(design)})
 
 
@@ -42,17 +42,17 @@ def cordic_latency(design: Design) -> int:
 
 
 class Cordic(wiring.Component):
-    """Turn vectors onto the x axis: modulus times the CORDIC gain, and the senses of the rotations.
+    """Rotate vectors onto the x axis: modulus times the CORDIC gain, and the signs of the rotations.
 
     ::
 
         left half plane: (x, y) <- (-x, -y)
         i = 0, 1, ...:   (x, y) <- (x + s (y >> i), y - s (x >> i)),  s = sign of y
 
-    A pipeline with a register behind the entry and behind each rotation: a vector a cycle, nothing waits.
+    A pipeline with a register after the entry and after each rotation: one vector a cycle, without backpressure.
 
     y gets a bit shorter with each rotation.  Rotation 0 makes |y| <= x, and x never falls.  If |y| <= x 2^(1-i) + e
-    before rotation i, then |y| <= x 2^-i + e + 1 behind it, since the shift of x rounds by less than a unit.  So |y| is
+    before rotation i, then |y| <= x 2^-i + e + 1 after it, since the shift of x rounds by less than a unit.  So |y| is
     below 2^(bits-i) + i before rotation i, where ``bits`` is the length of x.
     Resources: two adders for each rotation, no multiplier.
 
@@ -103,7 +103,7 @@ class Cordic(wiring.Component):
 
     @staticmethod
     def _word(m: Module, value: Value, bits: int, name: str) -> Signal:
-        """``value``, which fits, in a register of ``bits``."""
+        """``value`` in a register of ``bits``, which it fits."""
         word = Signal(signed(bits), name=name, reset_less=True)
         m.d.sync += word.eq(value)
         return word

@@ -27,7 +27,7 @@ _TOP = 4
 
 
 class _States(NamedTuple):
-    """The state as the words of a frame see it: a register, and pulses in the order in which they come."""
+    """The state during the words of a frame: a register, and pulses in the order of time."""
 
     second_run: Value
     start: Value
@@ -45,7 +45,7 @@ class _Tops(NamedTuple):
     numerator: Value
     modulus: Value
     growth: Value
-    """By how much the modulus is longer than the numerator."""
+    """Bits by which the modulus is longer than the numerator."""
     modulus_is_zero: Value
 
 
@@ -58,10 +58,10 @@ class Gain(wiring.Component):
         |F_z| * gain ---------------> normal -+-> Divider -> mu                   |
         magnitude * gain^2 ------------------------> top bits --------------------+
 
-    One Cordic, the one of :mod:`tfra.hdl.parallel.angle`, and one Divider serve twice each, mu is divided while the
-    second run turns, and the constant products are serial and done within the first run.  Every frame takes the same
-    time, whether its values are used or not.  Shifts are limited to what their payload holds: a longer one leaves
-    nothing of a word anyway.
+    One Cordic, the one of :mod:`tfra.hdl.parallel.angle`, and one Divider are used twice each.  mu is divided during
+    the second run; the constant products are serial and finish within the first run.  Every frame takes the same time,
+    whether its values are used or not.  Shifts are limited to what their payload holds: a longer one leaves nothing of
+    a word anyway.
 
     The states, in registers of their own:
 
@@ -127,7 +127,7 @@ class Gain(wiring.Component):
 
     def _states(self, m: Module) -> _States:
         """The registers of the state, and the pulses that end it."""
-        # From the start of mu's division to that of the mantissa's: no state has to ask the divider for ready.
+        # From the start of mu's division to that of the mantissa's: no state has to check the divider's ready.
         assert self._divider.interval <= self._turn + 3
         idle = Signal(init=1)
         second_run = Signal()
@@ -193,7 +193,7 @@ class Gain(wiring.Component):
         ]
 
     def _send(self, m: Module, state: _States, tops: _Tops, regular: Value, unbounded: Value) -> None:
-        """Quotients, shifts and flags into ``gain``, as they come."""
+        """Write quotients, shifts and flags to ``gain`` as they arrive."""
         gain = Signal(payloads.gain(self._design), name="found", reset_less=True)
         force_shift, resultant_shift, below = self._shifts(m, tops.growth, regular)
         m.d.comb += self.gain.payload.eq(gain)
@@ -208,7 +208,7 @@ class Gain(wiring.Component):
             ]
 
     def _mantissa(self, regular: Value, numerator: Value) -> Value:
-        """The quotient, below 2^bits; the Divider answers a modulus of zero with just that limit."""
+        """The quotient, below 2^bits; for a modulus of zero the Divider gives exactly that limit."""
         bits, quotient = self._design.formats.bits("scalar"), self._divider.o.payload
         limited = Mux(quotient[bits], numerator[-1].replicate(bits), quotient[:bits])
         return Mux(regular, limited, Const(normal_gain(self._design)[0], bits))
@@ -225,7 +225,7 @@ class Gain(wiring.Component):
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
         assert digits < self._turn
-        left = Signal(counter_shape(digits))  # digits that are left
+        left = Signal(counter_shape(digits))  # remaining digits
         busy = Signal()  # TIMING: left -> normal, numerator: some are left
         m.d.sync += busy.eq(start | (busy & (left != 1)))
         with m.If(start):
@@ -254,7 +254,7 @@ class Gain(wiring.Component):
 def _serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value, name: str) -> Value:
     """``word * constant``, a digit of the constant for each ``busy`` cycle after ``start``.
 
-    The product enters the register from above while the constant leaves it below; the word must stay.
+    The product enters the register at the top while the constant leaves it at the bottom; the word must be stable.
     """
     shifter = Signal(len(word) + digits, name=name, reset_less=True)
     with m.If(start):

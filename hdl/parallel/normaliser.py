@@ -1,4 +1,4 @@
-"""Block-floating input of a frame, and its mirror taxels side by side."""
+"""Block-floating input of a frame, as quads of mirror taxels."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Raster(Elaboratable):
 
 
 class Normaliser(wiring.Component):
-    """Shift a frame so that its largest code fills the word, and hand it on as quads of mirror taxels.
+    """Shift a frame so that its largest code fills the word, and send it as quads of mirror taxels.
 
     b = code << exponent, where the exponent counts the leading zeros of the OR of ``code ^ sign``; equal to
     :func:`tfra.model.fixed.normaliser.normaliser`::
@@ -154,7 +154,7 @@ class Normaliser(wiring.Component):
         final = Signal()
         coarse, fine = two_steps(exponent, _FINE)
         read = Signal(quad, reset_less=True)
-        valid = Signal(2)  # behind the memory, and behind the register ``read``
+        valid = Signal(2)  # after the memory, and after the register ``read``
         end = Signal(2)
         m.d.comb += [
             advance.eq(spare.i.ready),
@@ -265,5 +265,5 @@ class _Pages(Elaboratable):
 
 
 def _towards_middle(position: Value, length: int, stride: int) -> Value:
-    """``stride`` before the middle of ``length``, its negative behind; zero across the middle of an even length."""
+    """``stride`` before the middle of ``length``, its negative after; zero across the middle of an even length."""
     return Mux(position < (length + 1) // 2 - 1, stride, Mux(position >= length // 2, -stride, 0))

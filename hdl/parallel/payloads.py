@@ -35,7 +35,7 @@ def product(design: Design) -> data.StructLayout:
 
 
 def frame_facts(design: Design) -> data.StructLayout:
-    """What :class:`tfra.model.fixed.normaliser.Normalised` says of a frame beside its stress."""
+    """The fields of :class:`tfra.model.fixed.normaliser.Normalised` other than the stress."""
     return data.StructLayout(
         {
             "exponent": counter_shape(design.adc.bits - 1),

@@ -65,12 +65,12 @@ class Scaling(wiring.Component):
         gain --> factor --> partial products -> sum -> >> shift -> round -> saturate -> result
                                                                            overflow? --> status
 
-    Every word goes the same way: header and status have factor one, what a frame does not keep has factor zero,
-    and the status, which is last, picks up the overflows before it.  The mantissa enters the multiplier as a
+    Every word takes the same path: header and status have factor one, fields that a frame does not have get factor
+    zero, and the status, which is last, collects the overflows before it.  The mantissa enters the multiplier as a
     signed word, to keep to its width; the weight of its top bit follows with the second sum.
 
-    A frame starts when all its facts are there, forces follow as they come, one word per cycle without gaps; the
-    facts are taken a cycle behind the entry of the status.  Resources: one multiplier of a word by a scalar.
+    A frame starts when all its facts are valid; forces follow as they arrive, one word per cycle without gaps; the
+    facts are taken a cycle after the entry of the status.  Resources: one multiplier of a word by a scalar.
 
     Members:
         taxel: stream in, unscaled forces plane by plane, ``3 * taxels`` a frame.
@@ -97,7 +97,7 @@ class Scaling(wiring.Component):
     def latency(self) -> int:
         """Cycles from the one in which ``gain`` is valid, the other facts before it, to the transfer of the first word.
 
-        Between two frames whose facts are all there, two cycles stay empty.
+        Between two frames whose facts are all valid, two cycles stay empty.
         """
         return STAGES + Spare.latency
 
@@ -146,7 +146,7 @@ class Scaling(wiring.Component):
     def _entries(self, m: Module, counter: Value) -> list[_Entry]:
         """The steps of a frame in the order of :func:`tfra.model.fixed.words.layout`.
 
-        Facts stand long before their words; what is made of them is in registers by then.
+        Facts are valid long before their words; values derived from them are in registers by then.
         """
         gain, chosen, contact = self.gain.p, self.chosen.p, self.frame.p.contact
         regular = contact & self.frame.p.traction
@@ -171,7 +171,7 @@ class Scaling(wiring.Component):
         return [entry for field in self._design.layout for entry in fields[field.name]]
 
     def _status(self) -> Value:
-        """Status of a frame, as far as it is known without its words."""
+        """Status of a frame, except the bits that depend on its words."""
         frame = self.frame.p
         regular = frame.contact & frame.traction
         flags = {
@@ -188,11 +188,11 @@ class Scaling(wiring.Component):
     def _enter(self, m: Module, advance: Value, into: data.View) -> Value:
         """Load the next word with its factor and shift; true when there is one.
 
-        The facts of a step are chosen while the step before it enters, since they stand: this takes no time later.
+        The facts of a step are stable, so they are selected while the step before enters, which takes no time later.
         """
         counter = Signal(COUNTER_BITS)
         entries = self._entries(m, counter)
-        step = Signal(len(entries), init=1)  # a bit each, since much is chosen by it
+        step = Signal(len(entries), init=1)  # one-hot, since it selects many signals
         taxels = Signal()
         closing = Signal()
         held = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
@@ -200,9 +200,9 @@ class Scaling(wiring.Component):
         go = Signal()
         move = Signal()
         facts = [getattr(self, name) for name in FACTS]
-        # Facts stay until they are taken, so only the first word has to look for them.  The gain comes last: the
-        # others, from a register, which tells nothing of the next frame while those of this one are taken: a cycle
-        # late, since the way to their queues is long.
+        # Facts stay valid until they are accepted, so only the first word checks for them.  The gain comes last.  The
+        # others are checked through a register, a cycle late, since the path to their queues is long; it is low for the
+        # next frame while those of this one are accepted.
         closed = advance & closing
         taken = register(m, closed, "taken", control=True)
         known = Cat(fact.valid for fact in facts[1:]).all() & ~closed & ~taken
@@ -253,7 +253,7 @@ class Scaling(wiring.Component):
         return rounded, flags[0], flags[1]
 
     def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:
-        """Limit the word, remember that it was limited, and tell so in the status."""
+        """Limit the word, and set the status bit if it was limited."""
         output, place = self._design.widths.output, Status.OUTPUT_SATURATED.bit_length() - 1
         limited = Signal()
         above = rounded[output - 1 :]
@@ -268,7 +268,7 @@ class Scaling(wiring.Component):
 
 
 def _chosen(following: list[tuple[Value, _Entry]], name: str) -> Value:
-    """``name`` of the entry whose bit is set: what is zero everywhere else."""
+    """``name`` of the entry whose bit is set: OR of all entries, each zero unless its bit is set."""
     return reduce(or_, (Mux(bit, getattr(entry, name), 0) for bit, entry in following))
 
 

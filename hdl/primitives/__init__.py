@@ -1,7 +1,7 @@
-"""Hardware that FPGA families build differently, behind one interface each: multiplier and coefficient memory.
+"""Primitives that depend on the FPGA family, each with one interface: multiplier and coefficient memory.
 
-The design's target chooses the variant.  ``"portable"`` is plain Amaranth; the variants of other targets are made of
-instances of the family's cells, whose behaviour for simulation stands in ``models``.
+The design's target chooses the variant.  ``"portable"`` is plain Amaranth; the variants of other targets instantiate
+the family's cells, whose simulation models are in ``models``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _CELLS = {"portable": (), "ecp5": ("DP16KD", "MULT18X18D"), "ice40": ()}
 
 
 def cell_models(target: str) -> tuple[Path, ...]:
-    """Verilog files with models of the cells that these primitives, for ``target``, are made of."""
+    """Verilog files with models of the cells that these primitives instantiate for ``target``."""
     return models(_CELLS[target])
 
 

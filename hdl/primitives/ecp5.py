@@ -50,7 +50,7 @@ class Product(Elaboratable):
 class Words(Elaboratable):
     """DP16KD as memory of ``bits`` (18 or 9) with output registers: two words a cycle.
 
-    ``words[p]`` is the word that ``addresses[p]`` named two enabled cycles before.  Where it is not only read,
+    ``words[p]`` is the word that ``addresses[p]`` named two enabled cycles before.  If the memory is writable,
     ``writes[p]`` writes ``data`` there.
     """
 

@@ -30,7 +30,7 @@ class Multiplier(wiring.Component):
 
     Members:
         a, b: signed factors, up to 35 bits each.
-        enable: in, default 1; the registers stand still while it is low.
+        enable: in, default 1; the registers hold while it is low.
         product: out, ``a_bits + b_bits``.
     """
 
@@ -76,7 +76,7 @@ class Multiplier(wiring.Component):
 
 
 def _digits(word: Value) -> list[Value]:
-    """A signed word as its low digit, which is never negative, and the signed rest, or as it is if it fits a cell."""
+    """A signed word as an unsigned low digit and the signed rest, or as it is if it fits a cell."""
     if len(word) <= FACTOR_BITS:
         return [word]
     return [Cat(word[:_DIGIT], Const(0, 1)).as_signed(), word[_DIGIT:].as_signed()]

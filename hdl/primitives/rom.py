@@ -22,7 +22,7 @@ class Rom(wiring.Component):
     ======== ================================================================================================
     target   made of
     ======== ================================================================================================
-    portable a memory for each image, with a register behind it
+    portable a memory for each image, with a register after it
     ice40    the same: SB_RAM40_4K has one read port and no output register
     ecp5     DP16KD with output registers.  Two images share a memory wherever each needs half of it or less:
              of a pair, one is read by port A, the other by port B.
@@ -30,10 +30,10 @@ class Rom(wiring.Component):
 
     Members:
         address: in.
-        enable: in, default 1; the registers stand still while it is low.
+        enable: in, default 1; the registers hold while it is low.
         words: out, one for each image, signed words of ``bits``.
         write, data: in, if it is ``loaded``: ``data`` is written at ``address`` of image ``n`` while ``write[n]`` is
-            high.  Of such a memory the images say the size alone.
+            high.  For such a memory, the images only determine the size.
     """
 
     latency = 2
@@ -127,7 +127,7 @@ class Rom(wiring.Component):
 def _slices(bits: int, depth: int) -> Iterator[tuple[int, int]]:
     """Lowest bit and length of the memories' words that make up one of ``bits``.
 
-    Deep memories of short words spare a multiplexer for each bit, so they are taken where they are not more.
+    Deep memories of short words save a multiplexer for each bit, so they are used where they are not more.
     """
     long, short = max(MEMORY_WORDS), min(MEMORY_WORDS)
     deep = long // short * -(-depth // MEMORY_WORDS[short]) <= -(-depth // MEMORY_WORDS[long])

@@ -20,9 +20,9 @@ FINE = 4
 
 
 class Alu(wiring.Component):
-    """The result of ``op``: a sum if the operation ``adds``, else made of ``left`` and ``source``.
+    """The result of ``op``: a sum if the operation ``adds``, otherwise a function of ``left`` and ``source``.
 
-    The sum takes the longest, so one table of four inputs stands behind it for ``result``, and none for ``total``.
+    The sum is the critical path, so only one 4-input table follows it for ``result``, and none for ``total``.
 
     Members:
         op: ``Op``, in, the operation.
@@ -108,7 +108,7 @@ def signs(op: Any, negative: Value) -> tuple[Value, Value]:
 
 
 def _sum(a: Value, b: Value, carry: Value) -> Value:
-    """a + b + carry; the upper half is there for either carry of the lower one, which then chooses: half the wait."""
+    """a + b + carry as a carry-select adder: the upper half is computed for both carries of the lower half."""
     half = len(a) // 2
     low = Cat(Const(1, 1), a[:half]) + Cat(carry, b[:half])
     with_carry, without = (Cat(Const(1, 1), a[half:]) + Cat(Const(c, 1), b[half:]) for c in (1, 0))

@@ -65,7 +65,7 @@ class SerialCore(wiring.Component):
         return m
 
     def _load(self, m: Module, lanes: Lanes) -> Signal:
-        """Collect coefficients to words of the store; high until the last one is there."""
+        """Collect coefficients into words of the store; high until the last one has arrived."""
         depth, count, bits = len(self._store), sizes(self.design).lanes, self.design.formats.coefficient
         loading = Signal(init=1)
         lane = Signal(counter_shape(count - 1))
@@ -83,7 +83,7 @@ class SerialCore(wiring.Component):
         return loading
 
     def _wire_streams(self, m: Module, loading: Signal) -> None:
-        """Taxels and results; the program waits for either, and until the coefficients are loaded."""
+        """Taxels and results; the program waits for both, and until the coefficients are loaded."""
         path = self.datapath
         m.submodules.taxels = taxels = Buffer(self.taxel.payload.shape())
         m.submodules.results = results = Spare(self.result.payload.shape())

@@ -14,22 +14,22 @@ from tfra.hdl.serial.sequencer import INSTRUCTION
 from tfra.hdl.serial.sizes import Sizes
 
 STAGE = data.StructLayout({"instruction": INSTRUCTION, "address": ADDRESS_BITS, "valid": 1})
-"""A stage of the pipeline: an instruction, the address that it means, and whether there is one."""
+"""A stage of the pipeline: an instruction, its effective address, and valid."""
 
 
 class Datapath(wiring.Component):
-    """Registers R0 to R5, T, K, Y, SH and the flags, and the ways between them.
+    """Registers R0 to R5, T, K, Y, SH and the flags, and the paths between them.
 
     ::
 
         decoded ─▶ fetching ─▶ executing ─▶ last
                    operands    ALU          the result, on its way to a register, a flag or the memory
 
-    An instruction in ``fetching`` reads registers; the one in ``executing`` has not written its own yet.  The result in
-    ``last`` is read in the register's place, and the one that the ALU computes replaces the operand a cycle later.
+    An instruction in ``fetching`` reads registers; the one in ``executing`` has not written its result yet.  The result
+    in ``last`` is forwarded, and the one that the ALU computes replaces the operand a cycle later.
 
     Members:
-        advance: in, all stages go on.
+        advance: in, all stages advance.
         decoded: ``STAGE``, in, what enters ``fetching``.
         fetching: ``STAGE``, out, the instruction that fetches operands.
         executing: ``STAGE``, out, the instruction that is executed.
@@ -116,7 +116,7 @@ class Datapath(wiring.Component):
         return m
 
     def _condition(self, m: Module) -> Value:
-        """Whether flags let ``executing`` act: known when it enters, but for the sign of a flag that was just set."""
+        """Whether the condition of ``executing`` holds: known when it enters, except for a flag that was just set."""
         f, e = self.fetching.instruction, self.executing.instruction
         flags = Signal(2)
         last_sets = Signal(2)  # the flags that take the sign of last
@@ -124,7 +124,7 @@ class Datapath(wiring.Component):
         asks = Cat(f.when >> 1 == 1, f.when >> 1 == 2)  # for F0, for F1
         asks_executing = Signal()  # for a flag that executing sets
         known = Signal()  # the condition, with zero for a flag that is on its way
-        asked_last = Signal()  # such a flag was asked for
+        asked_last = Signal()  # such a flag was needed
         m.d.comb += [
             flags_now.eq(Cat(Mux(new, self.last[-1], flag) for new, flag in zip(last_sets, flags, strict=True))),
             asks_executing.eq(self.delivers & (asks & e.flag).any()),
@@ -193,7 +193,7 @@ class Datapath(wiring.Component):
     def _execute(
         self, m: Module, alu: Alu, left: Value, source: Value, writes: Value, shifts: Value, half: Value
     ) -> None:
-        """Operands to the ALU, but the last result where ``executing`` writes what ``fetching`` reads."""
+        """Operands to the ALU, with the last result forwarded where ``executing`` writes what ``fetching`` reads."""
         f, word = self.fetching.instruction, self._sizes.word
         left_operand = Signal.like(left)
         addend = Signal.like(left)

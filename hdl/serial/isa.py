@@ -8,7 +8,7 @@ instruction.  The state that instructions read and write:
 m       data memory, words of ``Sizes.word`` bits; its lowest words are also the operands of the lanes
 R0-R5   data registers
 P0-P6   address pointers
-T       what SHIFT and LENGTH leave, with one bit below the binary point; the divisor of DIV, doubled
+T       result of SHIFT and LENGTH, with one bit below the binary point; the divisor of DIV, doubled
 K       quotient of DIV, bit by bit
 Y       multiplier of MUL
 SH      amount of SHIFT to the right; to the left if it is negative
@@ -16,13 +16,13 @@ SP      address of the next coefficients in the store
 F0, F1  flags: the sign of an earlier result
 ======  ====================================================================================================
 
-What a program has to know of the pipeline (the assembler inserts pauses where instructions follow each other):
+Rules of the pipeline for a program (the assembler inserts pauses between consecutive instructions):
 
 * P and K are read ``SETTLE`` instructions after they were written at the earliest, a memory word ``STORED``;
 * R and T are read by the next instruction, unless that is one of ``LATE`` or the writer is DIV;
 * SH is read by SHIFT, two instructions after it was written at the earliest;
-* a product is there ``MUL_DELAY`` instructions after MUL, sums of products ``MAC_DELAY`` + Q after MAC;
-* the instruction behind the one that ends a loop, jumps, calls or returns is still executed: a delay slot.
+* a product is available ``MUL_DELAY`` instructions after MUL, sums of products ``MAC_DELAY`` + Q after MAC;
+* the instruction after the one that ends a loop, jumps, calls or returns is still executed: a delay slot.
 """
 
 from __future__ import annotations
@@ -75,13 +75,13 @@ class Op(IntEnum):
     MAC = 13
     """start the sums of Q products: operands from the address, coefficients from SP on"""
     DO = 14
-    """the loop that starts behind this instruction runs immediate + 1 times"""
+    """the loop that starts after this instruction runs immediate + 1 times"""
     JUMP = 15
-    """go on at the immediate; a call if the left operand is R0; to behind the last call if it is T"""
+    """jump to the immediate; a call if the left operand is R0; a return to after the last call if it is T"""
 
 
 LATE = (Op.PLUS, Op.LESS, Op.ABS, Op.OR, Op.AND, Op.LIMIT, Op.SHIFT, Op.LENGTH, Op.MUL)
-"""Operations whose source can't be the last result: there is no time behind it, or they need its sign before."""
+"""Operations whose source can't be the last result: there is no time after it, or they need its sign before."""
 
 NO_RESULT = (Op.SHIFT, Op.LENGTH, Op.MUL, Op.MAC, Op.DO, Op.JUMP)
 """Operations without a destination."""
@@ -208,7 +208,7 @@ class Instruction:
         return Dest.NONE if self.op in NO_RESULT else self.dest
 
     def waits_for(self, other: Instruction, distance: int) -> bool:
-        """Whether this one comes too early, ``distance`` instructions behind ``other``."""
+        """Whether this one comes too early, ``distance`` instructions after ``other``."""
         return (
             (distance < STORED and self._reads_word_of(other))
             or (distance < SETTLE and self._reads_pointer_or_quotient_of(other))
@@ -228,7 +228,7 @@ class Instruction:
         """Whether ``other``'s result is on its way, past the operands that the next instruction has fetched."""
         if self.op == Op.SHIFT and other.written == Dest.SH:
             return True
-        # Src and Dest number the registers alike.  Behind them other pairs, as SUM and P, share a number, too: such a
+        # Src and Dest number the registers alike.  After them other pairs, as SUM and P, share a number, too: such a
         # pause is not needed, but harmless.
         same = self.source == other.written >= Dest.R0
         if other.op == Op.DIV and (same or self.left == other.written):

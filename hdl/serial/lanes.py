@@ -1,4 +1,4 @@
-"""The multiplier lanes: sums of Q products, one group of rows at a time, beside the program."""
+"""The multiplier lanes: sums of Q products, one group of rows at a time, in parallel with the program."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tfra.hdl.serial.sizes import Sizes
 from tfra.hdl.serial.store import Store
 
 _ARRIVAL = 2 + product.DELAY
-"""Cycles from an address to its product: memory, a register behind it, and the product."""
+"""Cycles from an address to its product: memory, a register after it, and the product."""
 
 assert MAC_DELAY == 2 + _ARRIVAL
 
@@ -31,16 +31,16 @@ class Lanes(wiring.Component):
         operands ──┐
         store ─────┴─▶ products ─▶ totals ─▶ sums (shifted out by ``next``)
 
-    The sums of a group are there ``MAC_DELAY`` cycles after its last product has begun, until those of the next one.
+    The sums of a group are valid ``MAC_DELAY`` cycles after its last product has begun, until those of the next group.
 
     Members:
         start: in, begin a group.
         address: in, of the group's first operand.
-        next: in, hand out the next lane's sum.
+        next: in, shift out the next lane's sum.
         sum: ``signed(accumulator)``, out, of the lanes in their order.
         set_pointer: in, ``pointer`` is the address of the next coefficients.
         pointer: ``range(depth)``, in.
-        load: in, write ``word`` to the store, at the coefficients' address, which goes on.
+        load: in, write ``word`` to the store, at the coefficients' address, which increments.
         word: a coefficient of every lane, in.
         write: in, write an operand.
         write_address: in, of that operand.
@@ -114,7 +114,7 @@ class Lanes(wiring.Component):
         return running, marks[-2], marks[-1]
 
     def _multiply(self, m: Module, operand: Value, coefficients: Value, first: Value, last: Value) -> None:
-        """Products and running totals of all lanes, and the register of sums that hands them out."""
+        """Products and accumulators of all lanes, and the register of sums that shifts them out."""
         bits, sizes = self._sizes.coefficient, self._sizes
         sums = [Signal(signed(sizes.accumulator), name=f"sum{lane}") for lane in range(sizes.lanes)]
         m.d.comb += self.sum.eq(sums[0])

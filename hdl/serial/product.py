@@ -1,4 +1,4 @@
-"""A signed product in the multiplier blocks a small FPGA has: 16 by 16 bits."""
+"""A signed product in the multiplier blocks of a small FPGA: 16 by 16 bits."""
 
 from __future__ import annotations
 

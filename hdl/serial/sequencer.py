@@ -1,4 +1,4 @@
-"""The sequencer: which instruction comes next, and the address it means."""
+"""The sequencer: the next instruction, and its effective address."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ INSTRUCTION = data.StructLayout(FIELDS)
 class Sequencer(wiring.Component):
     """Program, program counter, stack of loops and pointers.
 
-    An instruction decides where the program goes on while the one behind it is read: that one, in the delay slot, is
+    An instruction decides the next address while the one after it is read: that one, in the delay slot, is
     executed in any case.
 
     Members:
-        advance: in, ``instruction`` goes on to be executed, and the next one comes.
+        advance: in, ``instruction`` enters execution, and the next one is fetched.
         instruction: ``INSTRUCTION``, out.
-        address: ``ADDRESS_BITS``, out, the one that the instruction means.
-        valid: out, low for the first instruction after reset, which is none.
-        set_pointer: in, write ``pointer_value`` to pointer ``pointer_number``; goes before a step of that pointer.
+        address: ``ADDRESS_BITS``, out, the effective address of the instruction.
+        valid: out, low in the first cycle after reset, which has no instruction.
+        set_pointer: in, write ``pointer_value`` to pointer ``pointer_number``; has priority over a step of that
+            pointer.
         pointer_number: in, below ``POINTERS``.
         pointer_value: ``ADDRESS_BITS``, in.
     """
@@ -61,7 +62,8 @@ class Sequencer(wiring.Component):
         return m
 
     def _jump(self, m: Module, program_counter: Signal) -> None:
-        """Calls, returns, jumps, and loops: stacks of first instructions and of turns left, the innermost first."""
+        """Calls, returns, jumps, and loops: stacks of first instructions and of remaining iterations, the innermost
+        first."""
         i = self.instruction
         link = Signal.like(program_counter)
         starts = [Signal.like(program_counter, name=f"start{depth}") for depth in range(LOOPS)]
@@ -82,7 +84,7 @@ class Sequencer(wiring.Component):
                     m.d.sync += [inner.eq(outer) for inner, outer in pairwise(stack)]
 
     def _move_pointers(self, m: Module) -> None:
-        """The address, and what becomes of its pointer."""
+        """The address, and the update of its pointer."""
         i = self.instruction
         pointers = [Signal(ADDRESS_BITS, name=f"pointer{number}") for number in range(POINTERS)]
         choices = Array([*pointers, Const(0, ADDRESS_BITS)])

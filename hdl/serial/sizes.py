@@ -13,7 +13,7 @@ STORE_BITS, STORE_DEPTH = 64, 1 << 14
 
 @dataclass(frozen=True)
 class Sizes:
-    """Bits of signed words, but where it says otherwise."""
+    """Bits of signed words unless noted."""
 
     word: int
     """Data word: holds every exact integer of the model."""
@@ -32,7 +32,7 @@ class Sizes:
     multiplier: int
     """Y."""
     reach: int
-    """Longest shift to the left, in bits; a power of two, so that adding it takes little."""
+    """Longest shift to the left, in bits; a power of two, so that adding it is cheap."""
     shift: int
     """SH."""
     quotient: int
@@ -40,7 +40,7 @@ class Sizes:
 
 
 def sizes(design: Design) -> Sizes:
-    """Sizes of ``design``; a word is as long as the longest of what the stages of a frame keep in one."""
+    """Sizes of ``design``; a word is as long as the longest value that a stage of a frame stores in one."""
     w, fmt = design.widths, design.formats
     word = max(
         w.direction,

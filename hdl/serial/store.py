@@ -18,7 +18,7 @@ def cells(target: str) -> tuple[str, ...]:
 
 
 class Store(wiring.Component):
-    """``depth`` words of ``bits``, which have no first contents.
+    """``depth`` words of ``bits`` without initial contents.
 
     For ``target`` "ice40" it is made of SB_SPRAM256KA, otherwise it is a plain memory.
 

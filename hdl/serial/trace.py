@@ -1,4 +1,4 @@
-"""A frame instruction by instruction: where the program is, what it does, and what it writes."""
+"""A frame, instruction by instruction: place in the program, operation and written value."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class TracedStep:
 
     step: Step
     stage: str
-    """Stage of the frame; a subroutine's name stands behind its caller's: ``gain.mu, routines.quotient``."""
+    """Stage of the frame; a subroutine's name stands after its caller's: ``gain.mu, routines.quotient``."""
     text: str
     """The instruction, with the memory's words by name."""
     destination: str
-    """What it writes if its condition holds; a memory word by its address."""
+    """The value that it writes if its condition holds; a memory word by its address."""
 
     def __str__(self) -> str:
         step = self.step

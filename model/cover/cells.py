@@ -1,4 +1,4 @@
-"""The true forces of taxels: what of a contact's load rests on the cell of each, exactly."""
+"""Ground-truth forces of taxels: the exact part of a contact's load on the cell of each taxel."""
 
 from __future__ import annotations
 

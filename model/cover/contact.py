@@ -16,7 +16,7 @@ from tfra.model.errors import quoted
 
 
 class ContactShape(StrEnum):
-    """How the pressure is spread, in the scaled coordinates u = x / half_x, v = y / half_y.
+    """Distribution of the pressure, in the scaled coordinates u = x / half_x, v = y / half_y.
 
     =========  =========  ==================================  =================================
     Name       Footprint  Pressure ~                          Unit-force transform, s = k half

@@ -88,7 +88,7 @@ class Mesh:
         return x, y, z
 
     def elements(self, sensor: SensorArray, contact: Contact) -> int:
-        """How many elements the mesh has, without making it."""
+        """Number of elements of the mesh, without making it."""
         across = (
             math.ceil(2 * half / self.size * (1 - _SLACK))
             + self._count_beside(center - half + pitch / 2, sensor.thickness / 2)
@@ -115,7 +115,7 @@ class Mesh:
         return np.array(widths) * (gap / sum(widths) if widths else 0.0)
 
     def _count_beside(self, gap: float, coarsest: float) -> int:
-        """How many widths ``_beside`` returns."""
+        """Number of widths that ``_beside`` returns."""
         left, width, count = gap - _SLACK * self.size, self.size * self.growth, 0
         while left > 0 and self.size < width < coarsest:
             left, width, count = left - width, width * self.growth, count + 1

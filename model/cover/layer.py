@@ -1,4 +1,4 @@
-"""Exact normal stress under a loaded elastic cover: the reference that makes frames.
+"""Exact normal stress under a loaded elastic cover: the default source of simulated frames.
 
 The cover is a linear elastic block, bonded to a rigid base at z = 0 (all displacements vanish), loaded by the
 contacts' tractions at z = h and held by rollers at its four sides (no normal displacement, no shear), as in
@@ -33,7 +33,7 @@ from tfra.model.sensor import SensorArray
 Sampling = Literal["point", "area"]
 
 TRUNCATION = 1e-10
-"""Bound on what the modes left out add to b_z, relative to max(1, mu) |F_z| / (size_x size_y).
+"""Bound on the contribution of omitted modes to b_z, relative to max(1, mu) |F_z| / (size_x size_y).
 
 F_z / (size_x size_y) is the mean of b_z over the base: for mu <= 1 the bound also holds relative to the peak.
 """
@@ -87,7 +87,7 @@ class ElasticLayer:
 
     @property
     def modes(self) -> int:
-        """How many modes the series sums: the memory and the time of a frame are proportional to it."""
+        """Number of modes of the series; memory and time of a frame are proportional to it."""
         cutoff = _cutoff(self) / self.thickness
         return _count(self.size_x, cutoff) * _count(self.size_y, cutoff)
 
@@ -220,7 +220,7 @@ def _weights(k: Floats) -> Floats:
 
 
 def _cutoff(layer: ElasticLayer) -> float:
-    """Return k h up to which modes are kept so that the others stay below ``TRUNCATION``."""
+    """Return the largest k h of the modes that are kept, so that the others stay below ``TRUNCATION``."""
     spacing = math.pi * layer.thickness * math.hypot(1 / layer.size_x, 1 / layer.size_y)
     cutoff = max(4.0, math.floor(4 * spacing) / 4)  # below, the bound is infinite
     while _tail(layer, cutoff) > TRUNCATION:

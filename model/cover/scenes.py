@@ -1,4 +1,4 @@
-"""Random scenes for verification and measurements: contacts nobody chose, and frames that are none."""
+"""Random scenes for verification and measurements: random contacts, and frames without contact."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ SENSORS = {
 """Sensors of many sizes, even and odd, well and less well conditioned, for tests and measurements."""
 
 Seed = int | np.random.Generator
-"""What ``numpy.random.default_rng`` takes; a generator goes on from where it is."""
+"""An argument of ``numpy.random.default_rng``; a generator continues from its state."""
 
 
 def random_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -> list[Contact]:
-    """Contacts of any shape, place, friction and direction that the block holds.
+    """Contacts of any shape, place, friction and direction that fit on the block.
 
     Half sizes are 12 to 30 % of the block's sides, F_z = -5 N, mu = 0.05 to 0.9.
     """
@@ -70,7 +70,7 @@ def codes_of(design: Choices, stress: Floats, rng: np.random.Generator) -> Ints:
 
 
 def wild_codes(design: Choices, count: int, seed: Seed) -> Ints:
-    """Noise ``(count, rows, columns)`` of every amplitude and density: no contact at all, but legal input."""
+    """Noise ``(count, rows, columns)`` of every amplitude and density: legal input without contact."""
     rng = np.random.default_rng(seed)
     top = 1 << (design.adc.bits - 1)
     shape, each = (count, design.sensor.rows, design.sensor.columns), (count, 1, 1)

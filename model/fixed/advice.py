@@ -1,4 +1,4 @@
-"""What to change of a design whose words could overflow: the nearest values that do."""
+"""Advice for a design whose words could overflow: the nearest values that avoid it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from dataclasses import replace
 from tfra.model.fixed.design import Design
 
 THINNER = tuple(1 - percent / 50 for percent in range(1, 26))
-"""Shares of the cover's thickness that are tried: in steps of two per cent, down to half."""
+"""Shares of the cover's thickness to try: in steps of two per cent, down to half."""
 
 
 def fits(design: Design) -> bool:
-    """Do all words hold what they may have to?"""
+    """Whether all words hold their proven range."""
     try:
         _ = design.widths
     except ValueError:
@@ -22,12 +22,12 @@ def fits(design: Design) -> bool:
 
 
 def advice(design: Design) -> str:
-    """Keys of CONFIG with the nearest values that fit, each alone, in words; empty where none of them does."""
+    """Keys of CONFIG with the nearest value that fits when changed alone, as text; empty where none fits."""
     return " or ".join(_changes(design))
 
 
 def _changes(design: Design) -> Iterator[str]:
-    """More bits and a thicker cover never make words shorter, so that few designs have to be tried."""
+    """More bits and a thicker cover never make words shorter, so few designs have to be tried."""
     formats, sensor = design.formats, design.sensor
     fewer = [replace(formats, name="custom", vector_fraction=bits) for bits in range(formats.vector_fraction)[::-1]]
     first = bisect_left(fewer, True, key=lambda each: fits(replace(design, formats=each)))

@@ -1,4 +1,4 @@
-"""Folded, quantised operators: what the coefficient memories hold.
+"""Folded, quantised operators: the contents of the coefficient memories.
 
 With x^ = fold(x), every operator that commutes with the mirrors maps parity to parity, so its folded form is four
 ``Q x Q`` blocks.  Matrices are dimensionless (C times h^2, A-dagger over h^2); a coefficient is worth its integer over
@@ -39,7 +39,7 @@ class Operator:
         return len(self.rows)
 
     def longer(self, bits: int) -> Operator:
-        """The same with so many bits more in each coefficient, which are zero."""
+        """The same with ``bits`` more low bits in each coefficient, which are zero."""
         return replace(self, rows=self.rows << bits, fraction=self.fraction + bits)
 
 
@@ -77,7 +77,7 @@ class Folding:
         self.fold, self.unfold = fold.reshape(-1, m), unfold.reshape(m, -1)
 
     def matrix(self, name: str, matrix: Floats, flip: int = EE) -> Operator:
-        """Quantise ``matrix (m, m)``, which maps a parity to the one that ``flip`` tells from it."""
+        """Quantise ``matrix (m, m)``, which maps each parity p to p ^ ``flip``."""
         q, parity = self._choices.quads, np.arange(4)
         folded = (self.fold @ matrix @ self.unfold).reshape(q, 4, q, 4)
         exact = np.moveaxis(folded[:, parity, :, parity ^ flip], 0, 1)  # (i, parity, j)
@@ -99,7 +99,7 @@ class Folding:
         return self._choices.formats.bits(f"coefficient.{name}")
 
     def taxel_matrix(self, op: Operator) -> Floats:
-        """What the quantised ``op`` does to taxels, unfolded: ``(m, m)``, dimensionless."""
+        """The quantised ``op`` in the taxel domain, unfolded: ``(m, m)``, dimensionless."""
         q, parity = self._choices.quads, np.arange(4)
         exact = np.zeros((q, 4, q, 4))
         exact[:, parity, :, parity ^ op.flip] = np.moveaxis(op.rows, 1, 0) / 2.0**op.fraction
@@ -109,9 +109,9 @@ class Folding:
 def quantise_rows(choices: Choices, rows: Floats, bits: int) -> tuple[Ints, int]:
     """Coefficients ``(..., Q)`` as integers of ``bits``, and their fraction bits.
 
-    Not each coefficient but the running sum along a row is rounded to nearest: an error is made up for by the next
-    neighbour, so errors cancel for operands that are smooth over the array, as stress is.  A coefficient differs from
-    its exact value by one at most, which leaves it a place in its word.
+    The running sum along a row is rounded to nearest instead of each coefficient: the next neighbour compensates an
+    error, so errors cancel for operands that are smooth over the array, as stress is.  A coefficient differs from its
+    exact value by at most one, so it fits its word.
     """
     largest = np.abs(rows).max()
     fraction = int(np.floor(np.log2(((1 << (bits - 1)) - 2) / largest)))

@@ -1,4 +1,4 @@
-"""A design: its choices, and what follows from them, made once and handed down."""
+"""A design: its choices and all that follows from them, made once and passed on."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tfra.model.fixed.widths import Widths
 class Design(Choices, ABC):
     """Choices with what follows from them; each subclass is an estimator, an algorithm with its operators and bounds.
 
-    Everything is computed when it is first asked for and stays with the object; a pickled design carries its choices
+    Everything is computed on first access and stays with the object; a pickled design carries its choices
     alone.
     """
 

@@ -1,4 +1,4 @@
-"""Block-floating input: the frame's largest code fills the word, the exponent is remembered."""
+"""Block-floating input: a frame is shifted so that its largest code fills the word, and keeps its exponent."""
 
 from __future__ import annotations
 

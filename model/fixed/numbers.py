@@ -48,8 +48,8 @@ def bit_length(value: npt.ArrayLike) -> Ints:
 def significant_bits(value: npt.ArrayLike, axis: int | tuple[int, ...]) -> Ints:
     """Bits beside the sign that the words along ``axis`` need together.
 
-    It is the bit length of the OR of ``x ^ sign(x)``: what the hardware sees, with no exception for powers of
-    two or for zero.
+    It is the bit length of the OR of ``x ^ sign(x)``: as in the hardware, with no exception for powers of two or for
+    zero.
     """
     x = np.asarray(value, dtype=np.int64)
     return bit_length(np.bitwise_or.reduce(x ^ (x >> 63), axis=axis))

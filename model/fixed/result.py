@@ -1,4 +1,4 @@
-"""What a bit-accurate model returns."""
+"""The result of a bit-accurate model."""
 
 from __future__ import annotations
 

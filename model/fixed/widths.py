@@ -1,7 +1,7 @@
 """Word lengths of a core; :mod:`tfra.model.fixed.tfra.bounds` proves how many bits each quantity needs.
 
-All vectors live on one grid: one LSB is ``2^-vector_fraction`` of a converter code of the normalised frame.  Since
-no vector can leave its word, nothing but the result words and one scalar ever saturates.
+All vectors live on one grid: one LSB is ``2^-vector_fraction`` of a converter code of the normalised frame.  Since no
+vector can overflow its word, only the result words and one scalar can saturate.
 """
 
 from __future__ import annotations

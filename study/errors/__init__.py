@@ -1,1 +1,1 @@
-"""Errors of results: taken apart by step, and how they change when one choice does."""
+"""Errors of results: by step, and their change with one choice."""

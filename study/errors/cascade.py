@@ -1,4 +1,4 @@
-"""The error taken apart: identical frames through one more influence at a time.
+"""The error by source: identical frames with one more influence at a time.
 
 ==========  =========================================================  =================================
 Step        What is estimated, and from what                           Its own share of the error
@@ -35,7 +35,7 @@ from tfra.study.frames.block import Block
 
 
 class Step(StrEnum):
-    """Influences in the order in which they come."""
+    """Influences in their order."""
 
     METHOD = "method"
     NOISE = "noise"
@@ -44,7 +44,7 @@ class Step(StrEnum):
 
 
 class View(StrEnum):
-    """What an error is measured from: the truth, or the step before."""
+    """Reference of an error: the ground truth, or the step before."""
 
     TOTAL = "total"
     OWN = "own"
@@ -85,15 +85,15 @@ class Cascade:
     def __call__(self, block: Block) -> pl.DataFrame:
         """Return a row each frame: errors by :func:`error_column`, decisions by :func:`decision_column`, ``frame``.
 
-        Nothing of it depends on other blocks, so that tables of blocks, made anywhere, make up that of a part in the
-        order of the blocks: bit for bit, as long as all processes give BLAS as many threads, which share its sums.
-        Errors are in single precision; a frame takes some 290 bytes.
+        A table does not depend on other blocks, so the tables of blocks, concatenated in order, are that of a part, bit
+        for bit, if BLAS has the same number of threads in all processes. Errors are in single precision; a frame takes
+        some 290 bytes.
         """
         codes = convert(self.design, block.noisy)
         return scores(self.design, block, codes, self.results(block, codes))
 
     def results(self, block: Block, codes: Ints) -> dict[Step, Result]:
-        """What each step finds in ``block``, whose converter codes are ``codes``."""
+        """Estimates of each step for ``block``, whose converter codes are ``codes``."""
         return {
             Step.METHOD: self._tfra(block.stress),
             Step.NOISE: self._tfra(block.noisy),
@@ -103,7 +103,8 @@ class Cascade:
 
 
 def from_codes(design: Design, tfra: Tfra, codes: Ints) -> Result:
-    """What float arithmetic finds in ``codes``; clipping is told, which it does not see itself."""
+    """Estimate of float arithmetic from ``codes``, flagged where the converter clipped, which it cannot detect
+    itself."""
     found = tfra(codes * design.adc.lsb)
     clipped = np.where(saturated(design, codes), Status.INPUT_SATURATED, 0)
     return replace(found, status=found.status | clipped)
@@ -112,9 +113,9 @@ def from_codes(design: Design, tfra: Tfra, codes: Ints) -> Result:
 def scores(
     design: Design, block: Block, codes: Ints, results: Mapping[Step, Result], compared: Sequence[Step] = tuple(Step)
 ) -> pl.DataFrame:
-    """A row each frame, as a cascade gives it, with the errors of the steps ``compared`` alone.
+    """One row a frame, as a cascade returns it, with the errors of the steps ``compared`` only.
 
-    ``codes`` are those that the fixed-point result of ``results`` is from.
+    ``codes`` are the input of the fixed-point result of ``results``.
     """
     columns: dict[str, Floats | Ints | Bools] = {"frame": block.start + np.arange(len(block))}
     before: Estimate = block
@@ -131,9 +132,9 @@ def scores(
 
 
 def differences(truth: Estimate, start: Estimate, end: Estimate) -> dict[str, Floats]:
-    """Return what leads from one estimate to another, by the keys of ``SIGNED``, ``(n,)`` each.
+    """Return the differences between two estimates, by the keys of ``SIGNED``, ``(n,)`` each.
 
-    Percentages are of the ``truth``; what is undefined or unknown is nan.
+    Percentages are of the ``truth``; undefined and unknown values are nan.
     """
     force, field = end.resultant - start.resultant, _field(end) - _field(start)
     modulus, length = (np.linalg.norm(vectors, axis=1) for vectors in (truth.resultant, _field(truth)))
@@ -166,7 +167,7 @@ DECISIONS = {
     "negative": pl.Boolean,
     "sweep_index": pl.Int16,
 }
-"""What a step decides, and how it is kept: status bits, quadrant of the tangential force (0 to 3), whether mu_y is
+"""The decisions of a step, and their coding: status bits, quadrant of the tangential force (0 to 3), whether mu_y is
 swept, whether over [-1, 0], and the winner's index."""
 
 _TYPES = {
@@ -185,7 +186,7 @@ def _percent(part: Floats, whole: Floats) -> Floats:
 
 
 def _decided(found: Result) -> dict[str, Ints | Bools]:
-    """Decisions behind a direction in degrees, which float arithmetic keeps well within ``TIE``."""
+    """Decisions after a direction in degrees, which float arithmetic keeps well within ``TIE``."""
     cos, sin = np.cos(np.radians(found.phi_deg)), np.sin(np.radians(found.phi_deg))
     sweep_y = np.abs(sin) > np.abs(cos) * (1 + TIE)
     quadrant = (found.phi_deg // 90.0).astype(np.int64)
@@ -193,6 +194,6 @@ def _decided(found: Result) -> dict[str, Ints | Bools]:
 
 
 def _decided_in_words(cos: Ints, sin: Ints, sweep_y: Bools) -> dict[str, Ints | Bools]:
-    """The same behind the words of a direction; phi as a result word would be rounded."""
+    """The same after the words of a direction; phi as a result word would be rounded."""
     quadrant = np.select([(cos > 0) & (sin >= 0), (cos <= 0) & (sin > 0), (cos < 0) & (sin <= 0)], [0, 1, 2], 3)
     return {"quadrant": quadrant, "sweep_y": sweep_y, "negative": np.where(sweep_y, sin, cos) < 0}

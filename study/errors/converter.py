@@ -1,4 +1,4 @@
-"""How many bits the converter needs, beside the noise in front of it."""
+"""Necessary bits of the converter, by the noise before it."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from tfra.study.errors.cascade import Step
 from tfra.study.errors.variation import Variation
 
 BITS = tuple(range(8, 17))
-"""Converters that are compared."""
+"""Bits of the converters that are compared."""
 
 NOISE = (0.0, 0.0005, 0.001, 0.002, 0.005)
 """Deviations of every taxel's noise, as shares of the frame's peak."""
 
 
 def converters(base: TfraDesign, bits: Sequence[int] = BITS, noise: Sequence[float] = NOISE) -> tuple[Variation, ...]:
-    """``base`` behind every converter and every noise; facts are ``noise_share_of_peak`` and ``bits``.
+    """``base`` after every converter and every noise; facts are ``noise_share_of_peak`` and ``bits``.
 
-    All see the same exact stress, with offsets as drawn and the same noise, scaled.  Full scale stays, and so do a
+    All have the same exact stress, the drawn offsets and the same noise, scaled.  Full scale stays, and so do a
     given contact threshold and the plateau tolerance, as stress; without a threshold, each converter has its default.
     """
     compared = Step.NOISE, Step.CONVERTER, Step.ARITHMETIC
@@ -39,7 +39,7 @@ def converters(base: TfraDesign, bits: Sequence[int] = BITS, noise: Sequence[flo
 
 
 def behind(base: TfraDesign, bits: int) -> TfraDesign:
-    """``base`` behind a converter of ``bits``; raises ``ValueError`` where an operand is shorter than its codes."""
+    """``base`` after a converter of ``bits``; raises ``ValueError`` where an operand is shorter than its codes."""
     more, threshold = bits - base.adc.bits, base.adc.contact_threshold
     if threshold is not None:
         threshold = round(math.ldexp(threshold, more))

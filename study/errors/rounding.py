@@ -1,7 +1,7 @@
 """Ways to round a product's exact sum to the vector grid, tried in the model alone.
 
-The format of the project is half up everywhere (:mod:`tfra.model.fixed.numbers`).  Results of the lanes are the one
-place where the hardware could choose: each is rounded once, by an adder behind the shift.
+The format of the project is half up everywhere (:mod:`tfra.model.fixed.numbers`).  Only the results of the lanes leave
+the hardware a choice: each is rounded once, by an adder after the shift.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from tfra.model.fixed.tfra.pipeline import FixedTfra
 
 
 class Rounding(StrEnum):
-    """How what is shifted out counts."""
+    """Treatment of the bits that are shifted out."""
 
     HALF_UP = "half_up"
     HALF_EVEN = "half_even"

@@ -1,4 +1,4 @@
-"""Which word length matters: uniform designs of every length, and one signal alone a few bits shorter."""
+"""Sensitivity to word lengths: uniform designs of every length, and designs with one signal a few bits shorter."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ UNIFORM = tuple(range(8, 21))
 """Bits of coefficients and operands that are compared."""
 
 SHORTER = (1, 2, 4)
-"""Bits by which each signal is shortened alone."""
+"""Bits by which one signal at a time is shortened."""
 
 FRACTIONS = ("vector_fraction", "force_fraction")
-"""Formats that are no word but bits below one code."""
+"""Formats that are not word lengths but numbers of bits below one code."""
 
 
 def uniform(base: TfraDesign, lengths: Sequence[int], family: Family = ECP5) -> tuple[Variation, ...]:
@@ -39,10 +39,10 @@ def _uniform(base: TfraDesign, bits: int, family: Family) -> Variation:
 
 
 def sensitivity(base: TfraDesign, family: Family = ECP5, shorter: Sequence[int] = SHORTER) -> tuple[Variation, ...]:
-    """``base`` with one signal alone ``shorter`` by so many bits: every signal, and vector and force fraction.
+    """``base`` with one signal at a time ``shorter`` by a number of bits: every signal, and vector and force fraction.
 
-    Facts are ``signal``, ``bits`` that it is left, ``shorter``, and the costs as for :func:`uniform`.  What does not
-    fit together is there with its reason.
+    Facts are ``signal``, ``bits`` that it is left, ``shorter``, and the costs as for :func:`uniform`.  Choices that do
+    not fit together are listed with the reason.
     """
     signals = (*base.signals, *FRACTIONS)
     return tuple(_priced(_shortened(base, signal, less), family) for signal in signals for less in shorter)

@@ -1,8 +1,8 @@
 """Tables of errors and of decisions that flip, from the rows of all frames.
 
-Frames that any step flags, but for saturation, are left out of all steps: what a step says of a frame without contact
-or without traction can't be compared.  :func:`flagged` counts them.  Quantiles are those of all values, so nothing
-depends on how frames were spread over blocks; a million frames take some 300 MB.
+Frames that any step flags, except for saturation, are left out of all steps: estimates of a frame without contact or
+without traction cannot be compared.  :func:`flagged` counts them.  Quantiles are those of all values, so the division
+into blocks does not matter; a million frames take some 300 MB.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ PERMILLES = {"median": 500, "p95": 950, "p99_9": 999}
 """Percentiles of a table, by their columns."""
 
 BEYOND = 10
-"""So many values have to lie beyond a percentile: else it hangs on a few frames, and is null."""
+"""Least number of values beyond a percentile; with fewer it depends on single frames, and is null."""
 
 CONFIDENCE = 0.95
 """Of the intervals of rates."""
@@ -52,7 +52,7 @@ _FLIPS = {
 
 
 def kept(scores: pl.DataFrame) -> pl.Series:
-    """Return which rows no step flags, but for saturation."""
+    """Return which rows no step flags, except for saturation."""
     clean = (pl.col(decision_column("status", step)) & ~int(_SATURATION) == 0 for step in Step)
     return scores.select(kept=pl.all_horizontal(*clean)).to_series()
 
@@ -105,9 +105,10 @@ def flagged(scores: pl.DataFrame) -> pl.DataFrame:
 
 
 def flips(scores: pl.DataFrame) -> pl.DataFrame:
-    """Return how often a step decides otherwise than the one before, with Wilson intervals of 95 % confidence.
+    """Return how often a step's decision differs from that of the step before, with Wilson intervals of 95 %
+    confidence.
 
-    ``status`` is compared in all frames, but for saturation; the others in those kept.  Indices are compared where the
+    ``status`` without saturation is compared in all frames; the others in those kept.  Indices are compared where the
     same variable is swept the same way: ``of`` says how many frames these are.  A rate of no frames is null.
     """
     used = scores.filter(kept(scores))

@@ -1,4 +1,4 @@
-"""Choices that are no word length: steps of the sweep, plateau tolerance, rounding of products."""
+"""Choices other than word lengths: steps of the sweep, plateau tolerance, rounding of products."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""One design after the other on identical frames: what changes when one choice does.
+"""Designs that differ in one choice, compared on identical frames.
 
-A variation changes a choice; the errors of its steps are those of a cascade on the same frames.  What variations have
-in common is computed once for a block: the truth, and the float estimates on exact stress, noisy stress and codes.
-A score is the same whatever else is in its job, so that jobs may be of any size and done anywhere.
+A variation changes a choice; the errors of its steps are those of a cascade on the same frames.  Common parts of
+variations are computed once for a block: the ground truth, and the float estimates on exact stress, noisy stress and
+codes.  A score does not depend on the other variations of its job, so jobs may have any size and run anywhere.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from tfra.study.frames.block import Block, Part, with_noise
 from tfra.study.frames.frameset import FrameSet
 
 Facts = Mapping[str, str | int | float | None]
-"""What a variation is, by columns of its table."""
+"""The facts of a variation, by columns of its table."""
 
 
 @dataclass(frozen=True)
 class Variation:
-    """A ``design`` that differs from another in what ``facts`` say, or the ``reason`` why there is none.
+    """A ``design`` that differs from another in its ``facts``, or the ``reason`` why there is none.
 
     ``compared`` are the steps whose errors are wanted; ``noise`` a deviation as a share of the frame's peak instead of
     the frame's own; ``rounding`` that of the products.
@@ -69,7 +69,7 @@ class Job(NamedTuple):
 class Comparison:
     """Variations on all frames of a part.  It travels between processes, as jobs and their scores do.
 
-    All processes have to give BLAS as many threads: then tables are the same for any number of processes.
+    BLAS must have the same number of threads in all processes; then tables are the same for any number of processes.
     """
 
     frames: FrameSet
@@ -107,7 +107,7 @@ _BEHIND = {"frames": pl.Int64, "left_out": pl.Int64, "sweep_index_equal": pl.Flo
 def rows(variation: Variation, blocks: Sequence[pl.DataFrame]) -> Iterator[dict[str, Any]]:
     """Rows of a variation's table: its facts, then the columns of :func:`tfra.study.statistics.errors`.
 
-    Behind them are ``frames``, how many of them are ``left_out``, ``sweep_index_equal`` as the share of those swept
+    After them are ``frames``, how many of them are ``left_out``, ``sweep_index_equal`` as the share of those swept
     alike whose index float finds, too, and the ``reason`` why all of it is null.
     """
     if not blocks:
@@ -128,7 +128,7 @@ def rows(variation: Variation, blocks: Sequence[pl.DataFrame]) -> Iterator[dict[
 
 
 class _Search(NamedTuple):
-    """All that float TFRA takes from a design of the same sensor; stress in Pa."""
+    """All settings that float TFRA takes from a design of the same sensor; stress in Pa."""
 
     steps: int
     tolerance: float
@@ -136,7 +136,7 @@ class _Search(NamedTuple):
 
 
 class Shared:
-    """A block, and what variations have in common on it."""
+    """A block, and the common parts of variations on it."""
 
     def __init__(self, frames: FrameSet, part: Part, number: int) -> None:
         self._set, self._part, self._number = frames.definition, part, number

@@ -1,4 +1,4 @@
-"""A block of frames: what is drawn, stored, and worked on as one, by one process."""
+"""A block of frames: the unit of drawing, storage and work, by one process."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _ARRAYS = {"stress": "stress_pa", "noisy": "noisy_stress_pa", "shares": "share_o
 
 
 class Part(StrEnum):
-    """Frames to choose by, and frames that no choice has seen."""
+    """Training frames, for choices, and held-out frames, which no choice uses."""
 
     TRAIN = "train"
     HELD_OUT = "held_out"
 
 
 class Stream(IntEnum):
-    """What is drawn of a block, each from a generator of its own, so that one can be varied alone."""
+    """Random parts of a block, each with its own generator, so that one can be varied alone."""
 
     CONTACTS = 0
     NOISE = 1
@@ -58,11 +58,11 @@ class Block:
 
     Attributes:
         start: Number of the first frame in its part.
-        stress: What an ideal array reports, ``(n, rows, columns)``, Pa.  In single precision from the beginning, so
-            that it is the same whether just made or loaded: its rounding is 1/32 of a code of the longest converter at
-            most, and everything that is computed begins with it.
+        stress: Output of an ideal array, ``(n, rows, columns)``, Pa.  It is rounded to single precision before any use,
+            so that it is the same whether just made or loaded: the rounding is at most 1/32 of a code of the longest
+            converter.
         noisy: The same with noise and offset.
-        shares: What each taxel's cell takes of the force, ``(n, rows, columns)``, nan where unknown.
+        shares: Share of the force on each taxel's cell, ``(n, rows, columns)``, nan where unknown.
         truth: A row each frame: ``force_x_n``, ``force_y_n``, ``force_z_n``, ``mu`` and ``phi_deg``, nan where unknown
             or, without friction, undefined; of simulated frames also what was drawn.
     """

@@ -1,9 +1,9 @@
 """Frame sets: a definition, and the frames that follow from it, in a folder of Parquet files.
 
 A folder holds ``definition.json`` and a file for each block, ``PART-NUMBER-HASH.parquet``.  HASH is that of the
-definition, the block's place and its bytes, so a file that is damaged, of another set or in another's place is noticed
-before anything in it is believed.  Files take their place in one step; any process may write any block at any time, and
-the set is complete when all of them are there.
+definition, the block's place and its bytes, so a file that is damaged, of another set or in another place is rejected
+before it is used.  Files are written atomically.  Any process may write any block at any time, and the set is complete
+when all blocks exist.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ ADC = Adc()
 
 @dataclass(frozen=True)
 class Definition:
-    """What the frames of a set follow from: the sensor, its cover, and a checked ``[frames]`` section."""
+    """The definition of a frame set: the sensor, its cover, and a checked ``[frames]`` section."""
 
     sensor: SensorArray
     layer: LayerSpec
@@ -72,7 +72,7 @@ class Definition:
 
     @cached_property
     def document(self) -> dict[str, Any]:
-        """The definition in plain values; a recording is known by its content, wherever it is."""
+        """The definition in plain values; a recording is identified by its content, not by its path."""
         section = self.section.model_dump(mode="json", by_alias=True)
         section["recording"] = self.source.digest if isinstance(self.source, Recording) else None
         layer = {"poisson": self.layer.poisson, "sampling": self.layer.sampling}
@@ -84,15 +84,15 @@ class Definition:
         return _hash(self.document)
 
     def frames(self, part: Part) -> int:
-        """How many frames a part has."""
+        """Number of frames of a part."""
         return self.section.train if part is Part.TRAIN else self.section.held_out
 
     def blocks(self, part: Part) -> int:
-        """How many blocks a part has."""
+        """Number of blocks of a part."""
         return -(-self.frames(part) // BLOCK)
 
     def count(self, part: Part, number: int) -> int:
-        """How many frames a block has."""
+        """Number of frames of a block."""
         return min(BLOCK, self.frames(part) - number * BLOCK)
 
     def make(self, part: Part, number: int) -> Block:
@@ -136,14 +136,14 @@ class FrameSet:
     definition: Definition
 
     def __repr__(self) -> str:
-        """Known by its content, wherever it is."""
+        """Identified by its content, not by its path."""
         return f"FrameSet({self.definition.hash})"
 
     @classmethod
     def create(cls, folder: Path, definition: Definition) -> FrameSet:
         """Return the set in ``folder``, which is made if it is missing; frames may be missing in it.
 
-        Raises ``InputError`` where it holds anything of another definition, or can't be written.
+        Raises ``InputError`` if it has files of another definition, or can't be written.
         """
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
@@ -172,7 +172,7 @@ class FrameSet:
         self._pieces.put(_stem(part, number), self.definition.make(part, number).to_parquet())
 
     def complete(self) -> None:
-        """Make and store all that is missing."""
+        """Make and store all missing blocks."""
         for part, number in self.missing():
             self.write(part, number)
 
@@ -200,7 +200,7 @@ def _hash(document: dict[str, Any]) -> str:
 
 
 def _read_definition(file: Path) -> dict[str, Any]:
-    """Return the document in ``file``; raises ``InputError`` where it isn't as it was written."""
+    """Return the document in ``file``; raises ``InputError`` if it was changed."""
     with opened(file) as stream:
         data = stream.read()
     try:
@@ -215,7 +215,7 @@ def _read_definition(file: Path) -> dict[str, Any]:
 
 
 def _first_difference(one: Any, other: Any) -> str:
-    """Return the key at which two documents differ; people count from one."""
+    """Return the key at which two documents differ, counting from one."""
     if isinstance(one, dict) and isinstance(other, dict):
         key = next(key for key in [*one, *other] if key not in one or key not in other or one[key] != other[key])
         rest = _first_difference(one.get(key), other.get(key))

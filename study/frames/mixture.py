@@ -1,7 +1,7 @@
 """Frames of a declared mixture of contacts on an elastic cover.
 
-Frame i of a part depends on the definition, the part and i alone: each block has generators of its own, and draws its
-frames one behind the other.  Noise has another generator than contacts, so that both can be varied alone.
+Frame i of a part depends only on the definition, the part and i: each block has its own generators, and draws its
+frames one after the other.  Noise has another generator than contacts, so that both can be varied alone.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LIMITS = {
     "noise_share_of_peak": (0.0, 1.0),
     "offset_share_of_peak": (-1.0, 1.0),
 }
-"""Every quantity of a component, in the order of the draws, and how far it may go."""
+"""Every quantity of a component, in the order of the draws, and its limits."""
 
 _OF_THE_CONTACT = tuple(LIMITS)[:8]
 
@@ -45,7 +45,7 @@ _OF_THE_CONTACT = tuple(LIMITS)[:8]
 class Mixture:
     """Contacts of several kinds on the cover of a sensor.
 
-    Raises ``ValueError`` that starts with the key within ``[frames]`` for a component that can't be.
+    Raises ``ValueError`` that starts with the key within ``[frames]`` for an impossible component.
     """
 
     sensor: SensorArray
@@ -63,7 +63,7 @@ class Mixture:
                 raise ValueError(f"mixture#{number}.{error}") from None
 
     def require_disjoint(self) -> None:
-        """Raise ``ValueError`` for a component whose contacts come again and again, in whatever part."""
+        """Raise ``ValueError`` for a component whose contacts repeat."""
         for number, component in enumerate(self.components, 1):
             if not any(isinstance(getattr(component, key), Range) for key in _OF_THE_CONTACT):
                 raise ValueError(f"mixture#{number}: without a range the same contacts would be in both parts")
@@ -111,7 +111,7 @@ class Mixture:
 
 
 def _scale(stress: Floats, peak_kpa: Floats) -> Floats:
-    """What makes the largest magnitude of a frame what it is to be; 1 where that is nan."""
+    """Factor that scales a frame to the given largest magnitude; 1 where that is nan."""
     wanted = ~np.isnan(peak_kpa)
     return np.where(wanted, 1e3 * peak_kpa, 1.0) / np.where(wanted, np.abs(stress).max(axis=(1, 2)), 1.0)
 

@@ -1,4 +1,4 @@
-"""Frames of a recording, as they are: nobody knows their stress without noise."""
+"""Frames of a recording, unchanged: their stress without noise is unknown."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from tfra.study.frames.block import BLOCK, Block, Part
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """``frames (n, rows, columns)`` in Pa, and what is known of their contacts.
+    """``frames (n, rows, columns)`` in Pa, and the known references of their contacts.
 
     Training frames are taken from the beginning, held-out ones from the end backwards: neighbours in time are nearly
-    the same, so that a random split would have every held-out contact among the training ones, too.
+    the same, so a random split would put every held-out contact among the training ones, too.
     """
 
     frames: Floats
@@ -31,7 +31,7 @@ class Recording:
 
     @classmethod
     def read(cls, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
-        """Read a file as ``given`` says, but one of ``tfra frames`` as that writes it.
+        """Read a file in the format ``given``, but one of ``tfra frames`` in its own format.
 
         Raises ``InputError`` as ``read_recording``.
         """

@@ -1,4 +1,4 @@
-"""What the ``[frames]`` section of a STUDY file may say: form only, as in :mod:`tfra.codegen.schema`.
+"""Schema of the ``[frames]`` section of a STUDY file: form only, as in :mod:`tfra.codegen.schema`.
 
     [frames]
     train = 20000
@@ -66,10 +66,10 @@ Names = Annotated[
 class ComponentSection(Section):
     """``[[frames.mixture]]``: contacts of one kind; each quantity is drawn on its own.
 
-    Half sizes are in pitches along their axis.  A centre is given as the share of the way that the footprint can go on
-    the block: at 0 and 1 it touches a side, at 0.5 it is in the middle.  The normal force is given, or follows from the
-    largest magnitude of the frame's exact stress.  Noise (the standard deviation of every taxel)
-    and offset (common to all taxels) are shares of the frame's largest stress.
+    Half sizes are in pitches along their axis.  A centre is a share of the footprint's possible movement on the block:
+    at 0 and 1 it touches a side, at 0.5 it is in the middle.  The normal force is given, or follows from the largest
+    magnitude of the frame's exact stress.  Noise (the standard deviation of every taxel) and offset (common to all
+    taxels) are shares of the frame's largest stress.
     """
 
     weight: Annotated[float, Field(le=1e6)] = 1.0
@@ -90,7 +90,7 @@ Count = Annotated[int, Field(ge=0, le=MOST_FRAMES)]
 
 
 class FramesSection(Section):
-    """``[frames]``: how many frames each part has, and where they come from."""
+    """``[frames]``: number of frames of each part, and their source."""
 
     train: Count
     held_out: Count

@@ -1,4 +1,4 @@
-"""What the tables of a study say, in sentences; every number in them follows from a table."""
+"""Conclusions from the tables of a study, in sentences; every number in them follows from a table."""
 
 from __future__ import annotations
 
@@ -29,18 +29,18 @@ from tfra.study.report.words import (
 )
 
 HEADLINE = {"phi_deg": "", "force_difference_percent_of_true_force": " of F"}
-"""What the sentences on top speak of, and what they add to its amount."""
+"""Quantities of the first sentences, and the text after their value."""
 
 _SATURATED = [str(status.name).lower() for status in (Status.INPUT_SATURATED, Status.OUTPUT_SATURATED)]
 
 
 def answer(tables: Tables, design: Design) -> str:
-    """What people come for: each step's share of the error, and which word lengths would do; may be empty."""
+    """The answer: each step's share of the error, and sufficient word lengths; may be empty."""
     return " ".join(sentence for sentence in (_shares(tables, design), _enough(tables), smallest(tables)) if sentence)
 
 
 def explanation(tables: Tables) -> list[str]:
-    """What the numbers of the answer mean, of how many frames they are, and which frames are left out."""
+    """Meaning of the answer's numbers, number of frames, and frames that are left out."""
     compared = {"uniform", "sensitivity", "converter", "variants", "trials"} & set(tables)
     where = "Designs, converters and variants are compared on training frames." if compared else ""
     said = _meaning(tables), _within(tables), _too_few(tables), _left_out(tables), where
@@ -111,7 +111,7 @@ def enough_products(tables: Tables) -> int | None:
 def _enough_bits(found: pl.DataFrame, reference: pl.DataFrame, keys: list[str]) -> int | None:
     """The fewest bits such that from there on every statistic of the headline's quantities is close.
 
-    Lengths that do not fit are none.
+    Lengths that do not fit do not count.
     """
     fit = found.filter(pl.col("reason").is_null(), pl.col("quantity").is_in(list(HEADLINE)))
     pairs = fit.join(reference, on=keys, suffix="_reference")
@@ -162,7 +162,7 @@ def _meaning(tables: Tables) -> str:
 
 
 def _within(tables: Tables) -> str:
-    """Of what a design is judged."""
+    """Quantities that a design is judged by."""
     if not smallest(tables):
         return ""
     of = listed([QUANTITIES[name].label for name in errors_of(tables["designs"])])

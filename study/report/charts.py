@@ -1,6 +1,6 @@
 """A function for each chart of errors and ranges: from tables to a figure, whose numbers are those of the tables.
 
-Arithmetic alone is blue, totals are vermilion; what differs in colour differs in shape or dash, too.
+Arithmetic alone is blue, totals are vermilion; series that differ in colour also differ in shape or dash.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ FLIPS = {
     "sweep_index_off_by_one": "index off by one",
     "sweep_index_off_by_more": "index off by more",
 }
-"""Decisions whose rate is that of a change, and how a reader sees them."""
+"""Decisions whose rate is that of a change, and their labels."""
 
 
 def cascade(tables: Tables, quantity: str, part: str) -> go.Figure:
-    """Median and 95th percentile of each step's own share and of the total behind it."""
+    """Median and 95th percentile of each step's own share and of the total after it."""
     rows = tables["errors"].filter(pl.col("quantity") == quantity, pl.col("part") == part)
     order = {str(step): place for place, step in enumerate(Step)}
     labels = tuple(STEPS[step] for step in Step)
@@ -113,7 +113,7 @@ def _error_text(row: dict[str, Any], *lines: str) -> str:
 
 
 def flips(tables: Tables, part: str) -> go.Figure:
-    """How often each step decides otherwise than the one before, with its interval."""
+    """How often each step's decision differs from that of the step before, with its interval."""
     known = pl.col("part") == part, pl.col("rate").is_not_null(), pl.col("decision").is_in(list(FLIPS))
     rows = tables["flips"].filter(*known)
     scale = Scale.of([100 * rate for name in ("rate", "rate_low", "rate_high") for rate in rows[name]])
@@ -186,7 +186,7 @@ def ranges(tables: Tables) -> go.Figure:
 
 
 def _bits_of_bound(row: dict[str, Any]) -> int:
-    """A signed word reaches one further down than up."""
+    """A signed word has one more negative than positive value."""
     bound = int(row["bound"])
     return (bound - 1).bit_length() + 1 if row["signed"] else bound.bit_length()
 
@@ -270,7 +270,7 @@ def uniform(tables: Tables, quantity: str, statistic: str) -> go.Figure:
 
 
 def _floors(tables: Tables, quantity: str, statistic: str) -> list[tuple[str, str, str, dict[str, Any]]]:
-    """What no word length gets below: name, colour, dash and row of errors of a line each."""
+    """Lower limits of the error for any word length: name, colour, dash and row of errors of each line."""
     if "errors" not in tables:
         return []
     steps = {Step.CONVERTER: ("without arithmetic", BLACK, "dash"), Step.METHOD: ("the method itself", GREEN, "dot")}
@@ -284,7 +284,7 @@ def _cost_text(row: dict[str, Any]) -> str:
 
 
 def converter(tables: Tables, quantity: str, statistic: str, view: str) -> go.Figure:
-    """Heat map of the error behind the converter, over its bits and the noise in front of it."""
+    """Heat map of the error after the converter, over its bits and the noise before it."""
     table = tables["converter"].filter(
         pl.col("quantity") == quantity, pl.col("step") == Step.CONVERTER, pl.col("view") == view
     )
@@ -332,7 +332,7 @@ def _cell_text(row: dict[str, Any], said: str) -> str:
 
 
 def sensitivity(tables: Tables, quantity: str, statistic: str, view: str) -> go.Figure:
-    """By how much one bit less of each signal changes the arithmetic's error, those that matter most on top."""
+    """Change of the arithmetic's error with one bit less of each signal, the largest change on top."""
     rows = with_change(tables).filter(pl.col("quantity") == quantity, pl.col("step") == Step.ARITHMETIC)
     own = rows.filter(pl.col("view") == View.OWN, pl.col("shorter") == 1)
     names = own.sort(f"{statistic}_change", "signal", descending=[True, False], nulls_last=True)["signal"].to_list()

@@ -1,4 +1,4 @@
-"""What all charts share: looks, axes that are logarithmic where it takes that, rows of dots with whiskers."""
+"""Common parts of all charts: style, logarithmic axes where needed, rows of dots with whiskers."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def figure(height: int, x: dict[str, Any], y: dict[str, Any], **layout: Any) -> 
 
 @dataclass(frozen=True)
 class Scale:
-    """An axis for values that are not negative: from 0 on, or logarithmic; then zeros stand at its ``low`` end."""
+    """An axis for values that are not negative: from 0 on, or logarithmic, with zeros at its ``low`` end."""
 
     log: bool
     low: float
@@ -65,7 +65,7 @@ class Scale:
         return cls(True, some[0] / 2, 1.5 * some[-1])
 
     def place(self, value: float) -> float:
-        """Where ``value`` stands."""
+        """Position of ``value`` on the axis."""
         return max(value, self.low)
 
     def axis(self, title: str) -> dict[str, Any]:
@@ -161,7 +161,7 @@ def wrapped(text: str) -> str:
 
 
 def say(shown: go.Figure, text: str) -> go.Figure:
-    """Write over an empty figure why it is empty."""
+    """Write on an empty figure why it is empty."""
     shown.add_annotation(
         text=text, x=0.5, y=0.5, xref="paper", yref="paper", showarrow=False, bgcolor="white",
         font={"size": 13, "color": BLACK},

@@ -1,4 +1,4 @@
-"""What a search found, in words: designs as good as float arithmetic, and what the cheapest takes."""
+"""Results of a search as text: designs as good as float arithmetic, and the cost of the cheapest."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tfra.study.search.evaluate import CHANGE, COSTS
 from tfra.study.search.trials import COMPLETE
 
 HELD_OUT, PLACED = "_held_out", "placed_"
-"""What stands behind the name of a quantity, and before that of a cost, in the table of designs."""
+"""Suffix of a quantity's name, and prefix of a cost's name, in the table of designs."""
 
 
 def errors_of(table: pl.DataFrame) -> list[str]:

@@ -1,4 +1,4 @@
-"""The trials of a search and the designs that came out of it: which error costs how much."""
+"""The trials of a search and the designs that it found: error over cost."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def title(column: str) -> str:
 
 
 def trials(tables: Tables, cost: str) -> go.Figure:
-    """Complete trials over one cost; lines are the least error that each cost buys, named designs stand on them."""
+    """Complete trials over one cost; lines are the least error at each cost, with the named designs."""
     complete = tables["trials"].filter(pl.col("state") == COMPLETE)
     placed, named, random = PLACED + cost, _designs(tables, cost), _random(tables)
     measured: list[Any] = named[placed].to_list() if placed in named.columns else []
@@ -83,11 +83,11 @@ class _Plane:
         self.shown.add_scatter(x=x, y=y, name=name, hovertext=texts, hoverinfo="text", **{"mode": "markers"} | looks)
 
     def add_trials(self, name: str, rows: pl.DataFrame, **looks: Any) -> None:
-        """Add trials, which say what was chosen."""
+        """Add trials, with their choices as hover text."""
         self.add(name, rows.select(self.cost, CHANGE).rows(), _texts(rows, "trial"), **looks)
 
     def add_steps(self, name: str, rows: pl.DataFrame, end: float, who: str = "trial", **looks: Any) -> None:
-        """Add a line from trial to trial, each of a smaller error; the last one's goes on to the cost ``end``."""
+        """Add a line from trial to trial, each of a smaller error; the last step continues to the cost ``end``."""
         if len(rows):
             places, texts = rows.select(self.cost, CHANGE).rows(), _texts(rows, who)
             places.append((end, places[-1][1]))

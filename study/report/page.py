@@ -1,4 +1,4 @@
-"""The report of a study: tables in, one page out that loads nothing and answers when pointed at."""
+"""The report of a study: from tables to one interactive page that loads nothing."""
 
 from __future__ import annotations
 
@@ -44,17 +44,17 @@ HEADINGS = {
     "rtl_words": "words in RTL",
     "rtl_differ": "words that differ",
 }
-"""Columns of tables as a reader likes them; others have their names."""
+"""Headings of the columns of tables; other columns keep their names."""
 
 REFRESH_S = 10
-"""Seconds after which an open page that is partial looks for what has come."""
+"""Seconds after which an open partial page reloads."""
 
 NOTES = {
     "flagged": "how many frames each step flags",
     "decisions": "the arithmetic against float64 on the same codes, each where those before it agree",
     "baseline": "as many trials of random choice",
 }
-"""What a table is that has no chart."""
+"""Titles of tables without a chart."""
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ SECTIONS = (
 
 
 def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = ()) -> str:
-    """The page of a study of ``design``, a function of its arguments alone.
+    """The page of a study of ``design``; it depends only on the arguments.
 
     ``tables`` are those of a study's folder by name, any of which may be missing, and then has no section; ``pending``
     are the names of those that a running study has still to make.
@@ -279,7 +279,7 @@ def _scripts(sections: Sequence[Section], tables: Tables, choices: Mapping[str, 
 
 
 def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> str:
-    """JSON of all figures by chart and choice; no text in it can end the script that it stands in."""
+    """JSON of all figures by chart and choice; no text in it can end the script around it."""
     drawn = {
         f"chart-{chart.name}": {
             "filters": chart.filters,

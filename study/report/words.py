@@ -1,4 +1,4 @@
-"""Words for what tables have: quantities, steps, costs, numbers."""
+"""Words for the contents of tables: quantities, steps, costs, numbers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 @dataclass(frozen=True)
 class Quantity:
-    """How a reader knows a quantity: ``label`` and ``unit``; ``error`` says what its error is."""
+    """Texts of a quantity for readers: ``label`` and ``unit``; ``error`` describes its error."""
 
     label: str
     unit: str
@@ -79,7 +79,7 @@ VARIANTS = {
     "plateau_tolerance": ("plateau_tolerance_lsb", "plateau tolerance / LSB"),
     "rounding": ("rounding", "rounding of products"),
 }
-"""What may be varied beside word lengths: the column of its setting, and how a reader knows it."""
+"""Variations other than word lengths: the column of the setting, and its label."""
 
 COST_UNITS = {
     "coefficient_kbit": "kbit of coefficients",
@@ -87,11 +87,11 @@ COST_UNITS = {
     "interval_cycles": "cycles from frame to frame",
     "dsp": "DSP",
 }
-"""What stands behind the number of a cost; other costs are their own units."""
+"""Unit after the number of a cost; other costs are their own units."""
 
 
 def number(value: float, digits: int = 3) -> str:
-    """``value`` with so many significant digits and thousands apart; tiny ones with a power of ten."""
+    """``value`` with a number of significant digits and a thousands separator; tiny ones with a power of ten."""
     mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
     rounded, magnitude = float(f"{mantissa}e{exponent}") + 0.0, int(exponent)
     if rounded and magnitude < -4:
@@ -123,7 +123,7 @@ def taken(value: float) -> str:
 
 
 def amount(cost: str, value: float) -> str:
-    """What a design takes, with its unit."""
+    """Cost of a design, with its unit."""
     return f"{taken(value)}\N{NO-BREAK SPACE}{COST_UNITS.get(cost, cost)}"
 
 

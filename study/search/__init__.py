@@ -1,1 +1,1 @@
-"""The search for designs: a space of choices, generations, trials that no crash takes away, and costs."""
+"""The search for designs: a space of choices, generations, trials that survive a crash, and costs."""

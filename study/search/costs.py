@@ -1,4 +1,4 @@
-"""What a design costs as far as its choices tell, without elaborating it: for the thousands of designs of a study."""
+"""Costs of a design from its choices, without elaboration, for the thousands of designs of a study."""
 
 from __future__ import annotations
 

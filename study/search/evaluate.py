@@ -1,7 +1,7 @@
-"""What a design of a search is worth: its errors on frames beside those of float arithmetic, and what its core takes.
+"""Evaluation of a design: its errors on frames relative to float arithmetic, and the costs of its core.
 
-Errors come first, since they cost least, and few frames before all: a design that is hopeless there is given up.
-Resources that only an elaborated core tells come last, and only if they are asked for.
+Errors are measured first, since they take least time, and on few frames before all: a design with a hopeless error
+there is dropped.  Resources that need an elaborated core come last, and only on request.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ from tfra.synth.targets import Target
 CYCLES = ("latency_cycles", "interval_cycles")
 ELABORATED = ("LUT", "FF", "BRAM")
 COSTS = ("coefficient_kbit", "DSP", *CYCLES, *ELABORATED)
-"""What a core takes: bits of all coefficients, each counted once; by its choices, its timeline, and the estimate."""
+"""Costs of a core: bits of all coefficients, each counted once; from its choices, its timeline, and the estimate."""
 
 CHANGE = "total_change_percent"
-"""By how much the 95th percentile of the total error is over that of float arithmetic, in the worst quantity."""
+"""Excess of the 95th percentile of the total error over that of float arithmetic, in the worst quantity."""
 
 HELD = (
     "phi_deg",
@@ -48,10 +48,10 @@ HELD = (
 """Quantities whose errors count, unless others are named."""
 
 _LOOKS = ((1, 15.0), (4, 5.0))
-"""Blocks that are looked at before all, and how much a design may be over the limit there, in percent."""
+"""Blocks that are measured before all others, and the allowed excess over the limit there, in percent."""
 
 LEAST = 20 * BEYOND
-"""Frames that a 95th percentile needs: of fewer it would hang on a few of them."""
+"""Least frames for a 95th percentile; with fewer it would depend on single frames."""
 
 BLOCKS_IN_MEMORY = 64
 """Samples that a process keeps for its next design: 65,536 frames, some 200 MB at 10x10."""
@@ -61,7 +61,7 @@ BLOCKS_IN_MEMORY = 64
 class Sample:
     """A block's codes, its truth, and which frames count: those that float TFRA flags at no step.
 
-    It is one and the same for all designs that differ in formats and lanes alone.  ``exact`` are magnitudes of the
+    It is the same for all designs that differ only in formats and lanes.  ``exact`` are magnitudes of the
     total errors of float arithmetic on the codes, by quantity, of the frames that count.
     """
 
@@ -92,8 +92,8 @@ def _magnitudes(block: Block, found: Result, kept: Bools) -> dict[str, Floats]:
 class Evaluation:
     """Measures points of a space around ``base``, on the frames of a part, for cores on ``target``.
 
-    ``costs`` are of ``COSTS``, ``held`` the quantities whose errors count; a design is given up where ``CHANGE`` is
-    over ``limit`` percent.
+    ``costs`` are of ``COSTS``, ``held`` the quantities whose errors count; a design is dropped if ``CHANGE`` exceeds
+    ``limit`` percent.
     """
 
     base: TfraDesign
@@ -175,7 +175,7 @@ def percentile(errors: Floats) -> float:
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a sample comes from; ``frames`` is known by folder and definition."""
+    """Source of a sample; ``frames`` is identified by folder and definition."""
 
     folder: Path
     definition: str

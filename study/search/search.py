@@ -1,8 +1,8 @@
 """Generations of designs: a sampler chooses them, workers measure them, a table keeps them.
 
 All designs of a generation are chosen before any of them is measured, from those of the generations before and from a
-seed of (search, generation).  So the trials are the same, bit for bit, whatever the number of workers, and after any
-interruption: what is in the table is not measured again.
+seed of (search, generation).  So the trials are the same, bit for bit, for any number of workers and after any
+interruption; a trial in the table is not measured again.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ class Measured:
 
 
 Measure = Callable[[Point], Measured]
-"""What a worker does; it and its result travel between processes."""
+"""The job of a worker; it and its result can be pickled."""
 
 
 @dataclass(frozen=True)
 class Search:
-    """What to look for: ``objectives`` are names of values, each to be as small as can be.
+    """Definition of a search: ``objectives`` are names of values to minimise.
 
     ``generations`` of ``size`` points; ``sampler`` is one of SAMPLERS.
     """
@@ -61,7 +61,8 @@ class Search:
     def run(self, measure: Measure, trials: Trials, workers: Workers) -> Iterator[Trial]:
         """Every trial in order of completion, those of the table first; each is in the table before it is yielded.
 
-        Others may work on the same table: what they have finished when a generation begins is not measured again.
+        Other processes may work on the same table; trials that they have finished before a generation begins are not
+        measured again.
         Raises :class:`EmptySpaceError` if no point of the first generation fits together.
         """
         known: dict[int, Trial] = {}
@@ -107,7 +108,7 @@ class Search:
     def _measure(
         self, chosen: Sequence[Trial], known: Mapping[int, Trial], measure: Measure, trials: Trials, workers: Workers
     ) -> Iterator[Trial]:
-        """What is not in the table yet; no point is measured twice."""
+        """The points that are not in the table yet; no point is measured twice."""
         done = {_key(trial): trial for trial in known.values()}
         waiting: dict[tuple[tuple[str, int], ...], list[Trial]] = {}
         for trial in chosen:
@@ -135,11 +136,11 @@ def _store(same: Sequence[Trial], found: Measured, trials: Trials, seconds: floa
 
 
 class EmptySpaceError(ValueError):
-    """No point of a space fits together, as far as was tried."""
+    """No point of a space that was tried fits together."""
 
 
 def _require_one(trials: Sequence[Trial]) -> None:
-    """Raise where nothing fits together: more of the same would not, either."""
+    """Raise if no point fits together, since more points would not, either."""
     if all(trial.state == UNFIT for trial in trials):
         raise EmptySpaceError(f"none of {len(trials)} points fits together; of the last, {trials[-1].reason}")
 

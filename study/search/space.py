@@ -15,14 +15,14 @@ Point = Mapping[str, int]
 _FORMATS = ("coefficient", "operand", "vector_fraction", "force_fraction")
 _ARCHITECTURE = ("mac_lanes", "vector_words")
 NAMES = (*_FORMATS, *SIGNALS, *_ARCHITECTURE, "steps")
-"""What may be searched: formats, single signals, the parallelism of the core, steps of the sweep."""
+"""Choices of a search: formats, single signals, the parallelism of the core, steps of the sweep."""
 
 
 @dataclass(frozen=True)
 class Space:
-    """``options``: for each name of ``NAMES`` that is searched, what it may be, in rising order.
+    """``options``: the values of each name of ``NAMES`` that is searched, ascending.
 
-    Raises ``ValueError`` that starts with the name for an unknown one and for options that are none.
+    Raises ``ValueError`` that starts with the name for an unknown name and for invalid options.
     """
 
     options: Mapping[str, tuple[int, ...]]
@@ -39,14 +39,14 @@ class Space:
 
     @property
     def size(self) -> int:
-        """Points in all."""
+        """Number of points."""
         size = 1
         for options in self.options.values():
             size *= len(options)
         return size
 
     def point(self, indices: Mapping[str, int]) -> dict[str, int]:
-        """The point of these places among the options."""
+        """The point with these indices of the options."""
         return {name: options[indices[name]] for name, options in self.options.items()}
 
     @staticmethod
@@ -63,10 +63,10 @@ class Space:
 
     @classmethod
     def around(cls, base: TfraDesign, bits: int, free: int) -> Space:
-        """Lengths of every coefficient and operand, and of the vectors, where ``bits`` for all of them are enough.
+        """Lengths of every coefficient and operand, and of the vectors, if ``bits`` for all of them are sufficient.
 
-        Up to two bits more, as long as a multiplier takes them for free, which it does up to ``free`` bits, and down
-        to seven bits less.
+        Up to two bits more, if a multiplier takes them at no cost, that is up to ``free`` bits, and down to seven bits
+        less.
         """
         lanes = tuple(range(max(6, bits - 7), max(bits, min(bits + 2, free)) + 1))
         fraction = base.formats.vector_fraction

@@ -1,7 +1,7 @@
-"""Finished trials of a search, in a table that no crash takes one from.
+"""Finished trials of a search, in a table that survives a crash.
 
 One commit a trial: SQLite with a write-ahead log by default, or any database that SQLAlchemy knows the URL of, for a
-team.  A table holds any number of searches, each known by the hash of what defines it.
+team.  A table holds any number of searches, each identified by the hash of its definition.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _TABLE = Table(
 )
 
 COMPLETE, STOPPED, UNFIT = "complete", "stopped", "unfit"
-"""States: measured on all frames; given up on few; choices that do not fit together."""
+"""States: measured on all frames; dropped after few; choices that do not fit together."""
 
 
 class StoreError(ValueError):
@@ -49,10 +49,10 @@ class StoreError(ValueError):
 
 @dataclass(frozen=True)
 class Trial:
-    """``number`` of the search: what was chosen, and what became of it.
+    """Trial ``number`` of the search: its choices and its result.
 
-    ``indices``: place of each choice among its options; ``values``: objectives by name, as far as they were measured;
-    ``attributes``: what the sampler has to find again; ``reason``: why the choices do not fit.
+    ``indices``: index of each choice among its options; ``values``: measured objectives by name;
+    ``attributes``: data that the sampler needs later; ``reason``: why the choices do not fit.
     """
 
     number: int
@@ -102,7 +102,7 @@ class Trials:
 
 
 def public(url: str) -> str:
-    """``url`` as people may see it: without its password."""
+    """``url`` without its password, for display."""
     try:
         return make_url(url).render_as_string(hide_password=True)
     except SQLAlchemyError:
@@ -127,5 +127,5 @@ def _engine(url: str) -> Engine:
 
 
 def _line(error: Exception) -> str:
-    """The reason alone: what the driver says, without the statement."""
+    """The reason of the driver, without the statement."""
     return str(getattr(error, "orig", None) or error).splitlines()[0]

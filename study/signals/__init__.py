@@ -1,1 +1,1 @@
-"""What flows inside the bit-accurate model: SQNR of stages, ranges, and how near bounds can be reached."""
+"""Signals inside the bit-accurate model: SQNR of stages, ranges, and attainable bounds."""

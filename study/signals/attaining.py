@@ -1,4 +1,4 @@
-"""Frames that bring signals as near to their proven bounds as frames can: built from the operators, then searched."""
+"""Frames that bring signals as near to their proven bounds as possible: built from the operators, then searched."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tfra.study.signals.ceilings import ceilings
 from tfra.study.signals.observation import catalogue, observe
 
 ENOUGH = 0.5
-"""The share of its bound that a signal has to reach."""
+"""The share of its bound that a signal should reach."""
 
 
 _CLIPPED = "n is zero where C33^-1 b is positive; the bound adds up what all signs would give"
@@ -61,11 +61,11 @@ class Extremes:
         self.words = {signal: word for signal, word in catalogue(self.design).items() if word.proven}
 
     def share(self, signal: str) -> float:
-        """How much of its bound ``signal`` has reached."""
+        """The share of its bound that ``signal`` has reached."""
         return self.best[signal].magnitude / self.words[signal].bound
 
     def try_all(self, frames: Ints, found: str) -> None:
-        """Look at codes ``(n, m)``, one or more, and keep what is larger than before."""
+        """Evaluate codes ``(n, m)``, one or more, and keep larger values than before."""
         shape = self.design.sensor.rows, self.design.sensor.columns
         for trace in FixedTfra(self.design).traces(frames):
             seen = observe(self.design, trace)
@@ -93,7 +93,7 @@ class Extremes:
         return pl.DataFrame(rows, schema_overrides={"reason": pl.String})
 
     def climb(self, signal: str, rounds: int) -> None:
-        """Move one taxel at a time to an end of its range, or to zero: the one that helps ``signal`` the most."""
+        """Set one taxel at a time to an end of its range, or to zero: the one that raises ``signal`` the most."""
         low, high = ends(self.design)
         taxels = np.arange(self.design.sensor.taxels)
         for _ in range(rounds):

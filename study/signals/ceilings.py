@@ -1,4 +1,4 @@
-"""Largest magnitudes that any frame can have, where the proven bounds add up worst cases that no frame has together.
+"""Largest magnitudes of any frame, where the proven bounds add up worst cases that no single frame combines.
 
 Every vector is linear in b and in n.  In frames that are swept an entry of n is that of -C33^-1 b or, where this is
 negative, zero.  So a word is at most what the coefficients of n of one sign give alone; of the terms
@@ -21,13 +21,13 @@ from tfra.model.fixed.widths import MU_LIMIT, force_drop
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 Linear = tuple[Floats, Floats]
-"""What n and what b is multiplied by, each ``(words, m)``."""
+"""Factors of n and of b, each ``(words, m)``."""
 
 Pair = tuple[float, float]
 
 
 def ceilings(design: Design) -> dict[str, float]:
-    """Ceilings of signals of :func:`tfra.study.observation.catalogue`; those left out are their bounds."""
+    """Ceilings of signals of :func:`tfra.study.observation.catalogue`; a signal without a ceiling has its bound."""
     sensor, code = design.sensor, 2 ** (design.adc.bits - 1)
     most = Forms(design).largest()
     return {
@@ -53,7 +53,7 @@ class Forms:
         self._fold, self._steps = Folding(design).fold, design.search.steps
 
     def largest(self) -> dict[str, Floats]:
-        """The most that each word of a signal can be, ``(words,)``, by the signal's name."""
+        """Largest value of each word of a signal, ``(words,)``, by the signal's name."""
         limit, mu = COEFFICIENT_LIMIT, float(MU_LIMIT)
         swept = self._signals(_ends(limit, 0.0), _ends(limit, 1.0), _ends(mu, 1.0))
         other = self._signals([(0.0, 0.0)], [(1.0, 0.0), (0.0, 1.0)], [(0.0, 0.0)])

@@ -1,4 +1,4 @@
-"""Every word that the bit-accurate model makes of some frames, what its rounding lost, and the word it has to fit."""
+"""Every word of the bit-accurate model for some frames, its rounding, and the format that it has to fit."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ UNSIGNED = ("moment", "b_z", "b_xy", "magnitude")
 class Word:
     """A signal's word: the field of ``Widths``, or the format, that its length comes from.
 
-    ``bound`` is the largest magnitude by proof; where ``proven`` is false, words are moved to fill the format, or
-    limited to it, and this is its end.
+    ``bound`` is the largest magnitude by proof; where ``proven`` is false, words are shifted to fill the format, or
+    limited to it, and the bound is the format's.
     """
 
     stage: Stage
@@ -50,7 +50,7 @@ class Word:
 class Seen:
     """Words ``(n, …)``; how many were ``rounded`` to another value and how many ``saturated``.
 
-    ``rounded`` is ``None`` where a CORDIC is in the way, which rounds in every turn.
+    ``rounded`` is ``None`` after a CORDIC, which rounds in every rotation.
     """
 
     values: Ints
@@ -104,7 +104,7 @@ _STAGES = {
 
 
 def _stage(signal: str) -> Stage:
-    """The stage of ``signal``; what is left are products and their operands."""
+    """The stage of ``signal``; all others are products and their operands."""
     quantity = signal.partition(".")[0]
     if signal == "force.operand":
         return Stage.MATVEC

@@ -1,4 +1,4 @@
-"""How far signals reach into their words: what was seen, what is proven, and what rounding and limits did."""
+"""Use of the words by signals: observed and proven ranges, rounding and saturation."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tfra.study.signals.observation import Seen, Word, catalogue, observe
 
 @dataclass
 class Range:
-    """What was seen of one signal: extremes, ``words``, and of those how many were rounded and limited."""
+    """Observations of one signal: extremes, ``words``, and how many of them were rounded and limited."""
 
     minimum: int
     maximum: int
@@ -57,7 +57,7 @@ class Range:
 
 @dataclass
 class Ranges:
-    """Ranges by signal; parts of a set of frames can be measured apart: ``+=`` adds them up."""
+    """Ranges by signal; parts of a set of frames can be measured separately: ``+=`` adds them up."""
 
     frames: int = 0
     signals: dict[str, Range] = field(default_factory=dict)
@@ -74,7 +74,7 @@ class Ranges:
 
     @classmethod
     def of(cls, document: Mapping[str, Any]) -> Ranges:
-        """What ``document`` tells."""
+        """The object that ``document`` describes."""
         return cls(document["frames"], {signal: Range(**seen) for signal, seen in document["signals"].items()})
 
     def table(self, design: Design) -> pl.DataFrame:
@@ -83,7 +83,7 @@ class Ranges:
         ``stage``, ``signal``; ``word``, the field of ``Widths`` or the format that its length comes from, ``bits``,
         ``signed``; ``bound``, the largest magnitude by proof, or the format's where not ``proven``; ``minimum`` and
         ``maximum`` seen, ``share`` of the bound, ``bits_needed``, ``headroom_bits``; ``words``, ``rounded`` (null
-        behind a CORDIC) and ``saturated`` of them.
+        after a CORDIC) and ``saturated`` of them.
         """
         words = catalogue(design)
         order = sorted(words, key=lambda signal: list(type(words[signal].stage)).index(words[signal].stage))
@@ -132,5 +132,5 @@ def ranges(design: Design, blocks: Iterable[Ints]) -> pl.DataFrame:
 
 
 def broken(table: pl.DataFrame) -> pl.DataFrame:
-    """The rows of :func:`ranges` where a word was left, or a bound that is proven: there should be none."""
+    """The rows of :func:`ranges` that exceed a word or a proven bound; there should be none."""
     return table.filter((pl.col("headroom_bits") < 0) | (pl.col("proven") & (pl.col("share") > 1)))

@@ -1,7 +1,7 @@
-"""TFRA in float64 stage by stage: what the bit-accurate model's stages would give if nothing were rounded.
+"""TFRA in float64 stage by stage: the stages of the bit-accurate model without rounding.
 
-Values have the model's scaling: normalised frames, vectors on the vector grid and folded, ``(n, Q, 4)``.  What the
-model decided is followed, so that a reference differs from its words by arithmetic alone.
+Values have the model's scaling: normalised frames, vectors on the vector grid and folded, ``(n, Q, 4)``.  The reference
+takes over the model's decisions, so it differs from the words by arithmetic alone.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from tfra.model.fixed.tfra.operators import exact_operators
 from tfra.model.fixed.tfra.pipeline import Trace
 
 Values = dict[str, npt.NDArray[Any]]
-"""What flows between stages, by name: the first axis is the frame."""
+"""Signals between stages, by name; the first axis is the frame."""
 
 
 @dataclass(frozen=True)
 class Decisions:
-    """What the model decided of frames ``(n,)``; ``turn`` is its phi in turns, which says what 0 and 1 mean."""
+    """Decisions of the model for frames ``(n,)``; ``turn`` is its phi in turns, which resolves 0 and 1."""
 
     exponent: Ints
     sweep_y: Bools

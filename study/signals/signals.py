@@ -1,4 +1,4 @@
-"""What flows between the stages of the bit-accurate model: integers by name, and what their last bits are worth."""
+"""Signals between the stages of the bit-accurate model: integers by name, and the weights of their LSBs."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def words(design: Design, trace: Trace) -> dict[str, Ints]:
 
 
 def last_bits(design: Design, trace: Trace) -> dict[str, Floats]:
-    """What the last bit of a signal is worth where that is not 1; it has the signal's number of axes.
+    """Weight of a signal's LSB where that is not 1; it has the signal's number of axes.
 
     Stress is in converter codes of the normalised frame, vectors are on the vector grid, p and q on a quarter of it;
     directions are unit vectors, phi is in turns, results are in codes times a taxel's area.
@@ -104,7 +104,7 @@ def last_bits(design: Design, trace: Trace) -> dict[str, Floats]:
 
 
 def only(node: Any, keep: Bools) -> Any:
-    """``node``, a dataclass or a tuple of arrays with the frame first, with the frames ``keep`` alone."""
+    """The frames ``keep`` of ``node``, a dataclass or a tuple of arrays with the frame first."""
     if is_dataclass(node) and not isinstance(node, type):
         return replace(node, **{f.name: only(getattr(node, f.name), keep) for f in fields(node)})
     return tuple(only(part, keep) for part in node) if isinstance(node, tuple) else node[keep]

@@ -1,7 +1,7 @@
-"""How exact every stage of the bit-accurate model is, against the same stage in float64.
+"""Precision of every stage of the bit-accurate model, against the same stage in float64.
 
-A stage's own error is what it adds to the signals that it was given; its whole error is that from the converter codes
-on.  Both follow what the model decided; how many frames float decides otherwise is counted apart.
+A stage's own error is what it adds to its inputs; its whole error is that from the converter codes on.  Both take over
+the model's decisions; frames for which float decides differently are counted separately.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tfra.study.signals.reference import Decisions, Reference, Values
 from tfra.study.signals.signals import SIGNALS, last_bits, only, words
 
 REFERENCES = ("codes", "inputs")
-"""What a reference starts from: the converter codes, or the model's own inputs of the stage."""
+"""Input of a reference: the converter codes, or the model's own inputs of the stage."""
 
 
 @dataclass
@@ -59,7 +59,7 @@ class StageErrors:
 
     @classmethod
     def of(cls, document: Mapping[str, Any]) -> StageErrors:
-        """What ``document`` tells."""
+        """The object that ``document`` describes."""
         sums = {(signal, reference): np.array(values) for signal, reference, *values in document["sums"]}
         flips = {decision: np.array(counts) for decision, counts in document["flips"].items()}
         return cls(document["frames"], document["left_out"], sums, flips)

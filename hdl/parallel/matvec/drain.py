@@ -21,7 +21,7 @@ from tfra.model.fixed.design import Design
 def drain_latency(design: Design) -> int:
     """Cycles from the capture of sums to their first result: drain register, ``sum``, ``coarse``, ``shifted``, quad.
 
-    With several beats a quad, one more for the register that stands while those of the next quad come.
+    With several beats a quad, one more for the register that holds a quad while the beats of the next arrive.
     """
     return 5 + (design.cycles_per_quad > 1)
 
@@ -37,7 +37,7 @@ def pick_word(words: Any, group: Value, word: int, size: int) -> Value:
 
 
 def on_grid(m: Module, design: Design, number: int, word: Value, shift: Value) -> Value:
-    """Word ``number`` of the register, moved right to the grid of vectors, with one bit below the point."""
+    """Word ``number`` of the register, shifted right to the grid of vectors, with one bit below the point."""
     w = design.widths
     top = max(row.offset for row in table(design)) + w.vector - 1
     total = Signal(signed(w.accumulator), name=f"sum{number}", reset_less=True)
@@ -63,16 +63,16 @@ class Drain(wiring.Component):
         sums -> DrainRegister -> sum -> coarse -> shifted -> round, flip -> assembled -> result
                     Placement -> shift ---'---------'           '- marks: flip, kind, slots
 
-    Nothing behind the sums waits, since products begin only when there is a place for their results.
+    Nothing after the sums waits, since products begin only when their results have a place.
 
     Members:
         sums: L running sums.
         completing: high a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
             register takes to drain.
         headroom: that of the operand of the pass in the drain register.
-        complete: a cycle behind ``completing``: sums are captured.
-        new: beside ``completing``, the pass is the first of its product.
-        stack: beside ``completing``, that of its product.
+        complete: a cycle after ``completing``: sums are captured.
+        new: in the same cycle as ``completing``, the pass is the first of its product.
+        stack: in the same cycle as ``completing``, that of its product.
         drained: the last words of a pass leave the drain register.
         result: stream out.
     """
@@ -127,7 +127,7 @@ class Drain(wiring.Component):
         return m
 
     def _group_counter(self, m: Module, leave: Value) -> tuple[Value, Value]:
-        """Which group of W slots of their quad those that leave are, and whether they complete it."""
+        """Number of the group of W slots within its quad that leaves, and whether it completes the quad."""
         groups = 4 // self._words
         group = Signal(counter_shape(groups - 1))
         if groups > 1:

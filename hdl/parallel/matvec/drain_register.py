@@ -1,4 +1,4 @@
-"""The drain register: all sums of a pass are captured at once and leave some words at a time."""
+"""The drain register: it captures all sums of a pass at once and sends W words a cycle."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ def drain_steps(design: Design) -> int:
 
 
 class DrainRegister(wiring.Component):
-    """L sums in, W words a cycle out, each less what its lane had a pass ago.
+    """L sums in, W words a cycle out, each minus its lane's sum of the pass before.
 
-    Lanes run on from pass to pass, modulo their word.  The difference is exact, since the sum of a pass fits the word.
+    Lanes accumulate from pass to pass, modulo their word.  The difference is exact, since the sum of a pass fits the
+    word.
 
     ==================  =============  ============  =============  ===============================================
     state               ``capturing``  ``draining``  ``last_step``  in this cycle
@@ -36,14 +37,14 @@ class DrainRegister(wiring.Component):
     last, and capture   1              1             1              the last W words leave, and sums are captured
     ==================  =============  ============  =============  ===============================================
 
-    Behind a reset (``after_reset``) the sums, which may be anything, are captured once, as those of a pass before the
-    first.  They are the base of its differences and no results: ``primed`` is high when they have left.
+    After a reset (``after_reset``) the sums, which may be anything, are captured once, as those of a pass before the
+    first.  They are the base of its differences, not results: ``primed`` is high when they have left.
 
     Members:
         sums: L running sums.
         completing: high a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
             register takes to drain.
-        complete: a cycle behind ``completing``: sums are captured.
+        complete: a cycle after ``completing``: sums are captured.
         draining: words leave.
         primed: they are those of a pass.
         words: the words that leave.
@@ -89,7 +90,7 @@ class DrainRegister(wiring.Component):
         return m
 
     def _shift(self, m: Module, capturing: Value) -> list[Value]:
-        """The register; the words that leave it."""
+        """The register, and the words that leave it."""
         held = [Signal.like(total, name=f"held{lane}", reset_less=True) for lane, total in enumerate(self.sums)]
         with m.If(capturing):
             m.d.sync += (word.eq(total) for word, total in zip(held, self.sums, strict=True))
@@ -98,7 +99,7 @@ class DrainRegister(wiring.Component):
         return held[: self._words]
 
     def _before(self, m: Module, leaving: list[Value], next_step: Value) -> Value:
-        """What the same words were a pass ago, from a memory that is read a cycle before it is written."""
+        """The same words of the pass before, from a memory that is read a cycle before it is written."""
         bits = len(leaving[0]) * len(leaving)
         m.submodules.before = memory = Memory(shape=unsigned(bits), depth=1 << len(next_step), init=[])
         write, read = memory.write_port(), memory.read_port(domain="comb")

@@ -1,4 +1,4 @@
-"""What the coefficient memories of the matrix-vector unit hold.
+"""Contents of the coefficient memories of the matrix-vector unit.
 
 Slot ``s`` of result quad ``i`` stands for the *operand's* parity ``s``, so that a lane never has to choose among
 parities: it is coefficient row (i, s ^ flip) of the operator.  Row ``4 i + s`` counts over the operators of a stack;
@@ -16,7 +16,7 @@ from tfra.model.fixed.design import Design
 
 
 def passes(design: Design, stack: str) -> int:
-    """Times the operand runs past the lanes for one product of ``stack``."""
+    """Number of passes of one product of ``stack``."""
     return -(-4 * design.stacks[stack].quads // design.architecture.mac_lanes)
 
 
@@ -31,12 +31,12 @@ def longest(design: Design, stack: str) -> int:
 
 
 def order(design: Design) -> list[str]:
-    """Stacks as they lie in the memories: those with the longest coefficients first, else as in the design."""
+    """Order of the stacks in the memories: longest coefficients first, otherwise as in the design."""
     return sorted(design.stacks, key=lambda name: -longest(design, name))
 
 
 def bases(design: Design) -> dict[str, int]:
-    """Address of every stack's first coefficient; stacks lie one behind the other in their :func:`order`."""
+    """Address of every stack's first coefficient; stacks lie one after the other in their :func:`order`."""
     stacks = order(design)
     ends = np.cumsum([0, *(passes(design, name) * design.quads for name in stacks)])
     return {name: int(start) for name, start in zip(stacks, ends, strict=False)}
@@ -44,14 +44,15 @@ def bases(design: Design) -> dict[str, int]:
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """The lowest ``bits`` of a lane's words: zero from the address ``depth`` on, so that nothing is stored there."""
+    """The lowest ``bits`` of a lane's words, stored only below the address ``depth``, because they are zero from there
+    on."""
 
     bits: int
     depth: int
 
 
 def tail(design: Design) -> Tail:
-    """The tail that spares most bits; it has none where no stack is shorter than the lanes' words."""
+    """The tail that saves most bits; empty if no stack is shorter than the lanes' words."""
     word, whole = design.coefficient_word, depth(design)
 
     def cut(length: int) -> Tail:

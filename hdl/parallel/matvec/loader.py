@@ -1,4 +1,4 @@
-"""Coefficients from a stream, after a reset, into the memories of the lanes."""
+"""Loads coefficients from a stream into the memories of the lanes after a reset."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from tfra.model.fixed.design import Design
 
 
 class Loader(wiring.Component):
-    """Where each coefficient goes: all of a lane, in the order in which it reads them, lane by lane.
+    """Writes coefficients lane by lane, each lane's in the order in which it reads them.
 
     Members:
         load: stream in, L times ``depth`` coefficients after a reset, and never more.
-        loading: high until they are all there; a register.
+        loading: high until all have arrived; a register.
         writing: high until the last of them has been written; a register.
         write: a bit for each lane, high when a coefficient is to be written; a register.
-        address: where; a register.
+        address: its address; a register.
         data: the coefficient; a register.
     """
 

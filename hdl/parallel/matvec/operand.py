@@ -1,4 +1,4 @@
-"""Operands of the matrix-vector unit: banks of quads, moved left by their headroom and rounded for the lanes."""
+"""Operands of the matrix-vector unit: banks of quads, shifted left by their headroom and rounded for the lanes."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from tfra.model.fixed.design import Design
 
 
 def headroom_quad(design: Design) -> data.ArrayLayout:
-    """Bits that the four parities of an operand leave free: the left shifts that align them."""
+    """Headroom of the four parities of an operand: the left shifts that align them."""
     return data.ArrayLayout(unsigned((design.widths.vector - 1).bit_length()), 4)
 
 
 def codes_fit(design: Design) -> bool:
     """Whether a folded converter code is no longer than a multiplier operand.
 
-    Then no bit of b is rounded off, however far its words are shifted, and a product by b need not know its largest.
+    Then no shift rounds off a bit of b, so a product of b does not need the largest word of b.
     """
     return design.adc.bits + 2 <= design.formats.bits("operand.contact")
 
@@ -35,7 +35,7 @@ _FINE = 2
 
 
 class OperandBuffer(wiring.Component):
-    """Banks of operand quads, and how far each parity must be shifted to fill its word; banks are used in turn.
+    """Banks of operand quads, and the left shift of each parity that fills its word; banks are used in turn.
 
     Arguments:
         word: shape of a word; it has ``fraction`` bits less than a vector's.
@@ -127,7 +127,7 @@ class OperandBuffer(wiring.Component):
         return self._design.widths.vector - self._fraction - len(self.operand.p[0])
 
     def _track_banks(self, m: Module, transfer: Value, ended: Value, first: Value) -> None:
-        """Which banks are occupied, and which are full: ``MEASURE`` cycles later, when their headroom stands."""
+        """Occupied banks, and full banks: ``MEASURE`` cycles later, when their headroom is known."""
         occupied = Signal(self._banks)
         full = Signal(self._banks)
         done = delayed(m, ended, MEASURE, "done", control=True)
@@ -163,7 +163,7 @@ def operand_lengths(design: Design) -> list[int]:
 
 
 def lengths_differ(design: Design) -> bool:
-    """Whether operands must know whose they are to be rounded."""
+    """Whether rounding an operand depends on its product."""
     return len(set(operand_lengths(design))) > 1
 
 
@@ -219,7 +219,7 @@ class Prepare(wiring.Component):
         return m
 
     def _rounded(self, aligned: Value, stack: Value | None) -> Value:
-        """A word of the length that its product has, at the top of a lane's word."""
+        """A word with the length of its product, aligned to the top of a lane's word."""
         word, lengths = self._design.operand_word, operand_lengths(self._design)
         if stack is None:
             return round_top(aligned, word)

@@ -1,4 +1,4 @@
-"""What becomes of the quads that leave the drain register: their scale, their order of parities, their operator."""
+"""Treatment of the quads that leave the drain register: scale, order of parities, operator."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from tfra.model.fixed.design import Design
 
 @dataclass(frozen=True)
 class Row:
-    """Quads that leave the drain register one after another: how many of them, and what becomes of each.
+    """A run of consecutive quads from the drain register with the same treatment: its length, and the treatment.
 
-    An operand that was moved left by its headroom has its result moved right by ``offset + headroom``.  ``kind`` is the
-    number of the operator in ``design.kinds``; None stands for lanes that had no row left, whose quads are not sent.
+    The result of an operand shifted left by its headroom is shifted right by ``offset + headroom``.  ``kind`` is the
+    number of the operator in ``design.kinds``; None marks lanes without a row, whose quads are not sent.
     """
 
     quads: int
@@ -51,12 +51,12 @@ def placement(design: Design) -> data.StructLayout:
 
 
 class Placement(wiring.Component):
-    """Walks through :func:`table` quad by quad; a product's first pass jumps to its stack.
+    """Steps through :func:`table` quad by quad; a product's first pass jumps to its stack.
 
     Members:
         completing: the sums of a pass will be captured in the next cycle.
-        new: beside ``completing``, it is the first pass of its product.
-        stack: beside ``completing``, that of the product in design.stacks.
+        new: in the same cycle as ``completing``, it is the first pass of its product.
+        stack: in the same cycle as ``completing``, that of the product in design.stacks.
         leave: the last words of a quad leave the drain register.
         quad: placement of that quad.
     """

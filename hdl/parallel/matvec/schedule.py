@@ -1,4 +1,4 @@
-"""Passes of the matrix-vector unit: which product is next, when a pass begins, and what it reads."""
+"""Scheduler of the matrix-vector unit: chooses the next product, launches passes and addresses their words."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SOURCES = ("vector", "n", "b")
 
 
 def spacing(design: Design) -> int:
-    """Cycles from the launch of a pass to that of the next: those of its reads, or those of its words behind.
+    """Cycles from the launch of a pass to that of the next: those of its reads, or those of draining its words.
 
     At least two: the drain looks up the words of the pass before in the cycle before it needs them.
     """
@@ -26,20 +26,20 @@ def spacing(design: Design) -> int:
 
 
 class Schedule(wiring.Component):
-    """Chooses products, launches their passes and walks through buffer and coefficients.
+    """Chooses products, launches their passes and counts through buffer and coefficients.
 
-    A product is chosen when the one before has launched its last pass, among the operands that are there and whose
-    results have a place: frames interleave, and the older one goes first.
+    A product is chosen when the previous one has launched its last pass, among the available operands whose results
+    have a place: frames interleave, and the older one goes first.
 
     Members:
-        wanted: by source of :data:`SOURCES`, an operand that may be multiplied is there.
+        wanted: by source of :data:`SOURCES`, an operand that may be multiplied is available.
         force: the vector is d.
         drained: the last words of a pass leave the drain register.
         launch: a pass begins with the next cycle.
         new: it is its product's first.
         stack: its product's in self._design.stacks.
         parity: its number, modulo two.
-        source: where its operand is, in :data:`SOURCES`.
+        source: index of its operand in :data:`SOURCES`.
         oldest: number of the pass whose words leave the drain register next, modulo two.
         free: by source, the last pass of its operand has begun.
         reading: a quad is read in this cycle.
@@ -123,12 +123,12 @@ class Schedule(wiring.Component):
         return [passes(self._design, name) for name in self._design.stacks]
 
     def _launch(self, m: Module, chosen: Value) -> None:
-        """A pass is launched when it is due, and when one of two places between launch and drain is free for it."""
+        """A pass is launched when it is due and one of two places between launch and drain is free."""
         busy = Signal(2)
         wait = spacing(self._design) - 1
         left = Signal(
             counter_shape(wait), init=wait
-        )  # before the first pass, too: the drain takes what sums begin with
+        )  # before the first pass, too: the drain captures the sums' start values
         due = Signal()
         with m.If(self.launch):
             m.d.sync += [left.eq(wait), due.eq(0)]

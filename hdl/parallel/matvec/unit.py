@@ -19,13 +19,13 @@ word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing
 
 A *pass* reads the Q quads of a bank once and adds L exact sums to what the lanes have; rows ``t L ... t L + L - 1``
 are pass ``t``.
-Lanes never freeze.  A pass is launched as many cycles behind the one before as it takes to read the operand, or to
+Lanes never freeze.  A pass is launched as many cycles after the one before as it takes to read the operand, or to
 empty the drain register, and only when the pass before the last has left that.
 
 Products of several frames interleave, as :class:`tfra.hdl.parallel.matvec.schedule.Schedule` chooses them, so that
-lanes work on one frame while another one's operand is being made.  The results of a product always have a place to go
-before it begins, so that nothing behind the lanes waits: contact and force products take a token each, of a frame's
-place in all that follows and of planes of forces, and contact one of a bank that its n will need.
+lanes work on one frame while another one's operand is being made.  The results of a product have a reserved place
+before it begins, so nothing after the lanes waits: contact and force products take a token each, of a frame's place in
+all that follows and of planes of forces, and contact one of a bank that its n will need.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ class MatVec(wiring.Component):
         plane_token: tokens, one taken at the launch of each force product.
         bank_token: tokens out, one for each bank of ``vector`` that is free.
         load: stream in, the coefficients after a reset, if ``design.images`` is "load".
-        loading: high until they are all there; no frame may come before.
+        loading: high until all have arrived; no frame may come before.
     """
 
     def __init__(self, design: Design) -> None:
@@ -213,7 +213,7 @@ class MatVec(wiring.Component):
         return [Cat(Mux(found, short, 0)[: cut.bits], long).as_signed() for long, short in pairs]
 
     def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
-        """One for each source, so that no operand waits for another one's transfers."""
+        """One buffer for each source, so that no operand waits for another's transfers."""
         design, vector = self._design, signed(self._design.widths.vector)
         code, fraction = signed(design.adc.bits + 2), design.formats.vector_fraction
         buffers = {
@@ -229,7 +229,7 @@ class MatVec(wiring.Component):
         return buffers
 
     def _wire_tokens(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
-        """Operands that may be multiplied: their results have a place."""
+        """Operands that may be multiplied, because their results have a place."""
         m.submodules.bank_tokens = bank_tokens = Tokens(BANKS["vector"])
         m.submodules.weight_tokens = weight_tokens = Tokens(BANKS["n"])
         wiring.connect(m, bank_tokens.o, wiring.flipped(self.bank_token))
@@ -257,7 +257,7 @@ class MatVec(wiring.Component):
         ]
 
     def _is_force(self, m: Module, buffer: OperandBuffer) -> Value:
-        """Whether the vector at the head is d."""
+        """Whether the first vector of the queue is d."""
         force = Signal(BANKS["vector"])  # by bank
         with m.If(self.vector.valid):
             m.d.sync += force.bit_select(buffer.filling, 1).eq(self.vector.payload.force)
@@ -266,7 +266,8 @@ class MatVec(wiring.Component):
     def _wire_passes(
         self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule, prepare: Prepare, drain: Drain
     ) -> None:
-        """What the operands' way and the drain must know of a pass, by its parity, from launch until it has drained."""
+        """State of a pass for the operand path and the drain, by the parity of its number, from launch until it has
+        drained."""
         facts = data.StructLayout({"headroom": headroom_quad(self._design), "new": 1, "stack": 2})
         passes_in_flight = Signal(data.ArrayLayout(facts, 2), reset_less=True)
         sources = [buffers[name] for name in SOURCES]
@@ -304,12 +305,12 @@ class _Lane(Elaboratable):
 
         coefficient, word -> multiply -> product -> + -> sum
 
-    The sum runs on from pass to pass, modulo its word, which saves a multiplexer a bit and a reset: the drain takes the
-    sum of the pass before away.
+    The sum accumulates from pass to pass, modulo its word, which saves a multiplexer a bit and a reset: the drain
+    subtracts the sum of the previous pass.
 
     Members:
         coefficient: in.
-        word: in, beside ``coefficient``.
+        word: in, in the same cycle as ``coefficient``.
         valid: in, two cycles after the factors: their product counts.
         sum: out, a cycle after ``valid``.
     """

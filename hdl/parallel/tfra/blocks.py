@@ -25,7 +25,7 @@ from tfra.model.fixed.design import Design
 
 @dataclass(frozen=True)
 class Blocks:
-    """The blocks in the order in which data reach them; a field's name is that of the instance."""
+    """The blocks in dataflow order; a field's name is that of the instance."""
 
     normaliser: Normaliser
     centroids: Centroids

@@ -24,8 +24,8 @@ from tfra.model.fixed.tfra.centroids import pitch_ratio
 class _Sizes:
     """Word lengths of the serial part, in bits.
 
-    A product of ``word`` and ``multiplier`` bits leaves its register to the right, lowest bit first; the sum that is
-    left is no longer than the word, so that ``product`` holds both without an exception.
+    A product of ``word`` and ``multiplier`` bits leaves its register to the right, lowest bit first; the remaining sum
+    is no longer than the word, so ``product`` always holds both.
     """
 
     word: int
@@ -39,12 +39,12 @@ class _Sizes:
 
     @property
     def shifts(self) -> list[int]:
-        """Places by which a product moves, or not, one after the other to be normalised."""
+        """Distances of the optional shifts that normalise a product, one after the other."""
         return shift_distances(self.product - 1)
 
 
 def shift_distances(most: int) -> list[int]:
-    """Distances that make any shift up to ``most`` places, each taken where it is not too far; none of them is idle.
+    """Distances that add up to any shift of at most ``most`` places, each used where it is not too far; all are needed.
 
     Powers of four, each but the largest three times: three distances take half the multiplexers of the six powers of
     two.
@@ -72,7 +72,7 @@ class Centroids(wiring.Component):
     Prefix sums weigh the taxels, so the moments take no multiplier: U adds the running sum of the row at every
     taxel, V the running sum of the frame at every end of a row.  The second line is serial: x and y each have one
     adder that multiplies a bit of S (or of the pitch ratio) a cycle, and one register that normalises in steps of
-    ..., 16, 4, 1 places.  It works on copies while the next frame adds up, whose last taxel waits until the
+    ..., 16, 4, 1 places.  It works on copies while the next frame accumulates; that frame's last taxel waits until the
     direction has been taken.
 
     A taxel a cycle, a frame every ``interval`` cycles.  Resources: about 20 registers of a
@@ -128,7 +128,7 @@ class Centroids(wiring.Component):
             m.d.comb += getattr(solver, name).eq(zone.sums)
         m.d.comb += [
             solver.claim.eq(register(m, raster.transfer & raster.last, "claim", control=True)),
-            solver.load_u.eq(flags[_STAGES.index("v")].last),  # behind the stage of s and u
+            solver.load_u.eq(flags[_STAGES.index("v")].last),  # after the stage of s and u
             solver.load_v.eq(flags[_STAGES.index("whole")].last),
         ]
         return m
@@ -209,7 +209,7 @@ class _Solver(Elaboratable):
     look       can both values move by the distance of this step?
     move       they do, or not; look again until all steps have been taken
     pitch      the normalised values are rounded and become the words that the pitches multiply
-    compare    behind the second product: |y| with |x|, words rounded
+    compare    after the second product: |y| with |x|, words rounded
     test       sign of the difference; a cycle later ``decide`` writes the rest of ``result``
     ========== ===================================================================================
 
@@ -248,7 +248,7 @@ class _Solver(Elaboratable):
         self._value = _pair("value", signed(sizes.product))
         self._distances = sorted(set(sizes.shifts))
         self._by_pitch = Signal()  # the second product, and what follows
-        self._left = Signal(counter_shape(sizes.multiplier))  # bits of the factors that are left
+        self._left = Signal(counter_shape(sizes.multiplier))  # remaining bits of the factors
         self._step = Signal(len(sizes.shifts))  # of a normalisation, one bit set
         self._adding = Signal()  # TIMING: state -> term, value, factor
         self._shift = Signal(len(self._distances))  # TIMING: step -> value: the distance that is moved by, one bit set
@@ -319,7 +319,7 @@ class _Solver(Elaboratable):
     def _work(self, m: Module, clear: Value) -> None:
         """Terms and values: zero before a product, then a bit of the factors a cycle, then steps of normalisation.
 
-        What happens is known from registers of its own: the state drives too much to be looked at here.
+        The operations are decoded into separate registers, because the fan-out of the state is too high here.
         """
         low = self._sizes.multiplier
         bit0, bit1 = (factor[0] for factor in self._factor)
@@ -338,7 +338,7 @@ class _Solver(Elaboratable):
             m.d.sync += [factor.eq(factor >> 1) for factor in self._factor]
 
     def _look(self) -> Value:
-        """The distance of the present step, if both values survive it: all bits that it drops equal the sign."""
+        """The distance of the present step if neither value overflows: all bits that it drops equal the sign."""
         found = []
         for distance in self._distances:
             flat = ~Cat(magnitude_bits(value[-1 - distance :]) for value in self._value).any()
@@ -347,7 +347,7 @@ class _Solver(Elaboratable):
         return Cat(found)
 
     def _shifted(self, value: Value) -> Value:
-        """``value`` moved by the only distance that is on."""
+        """``value`` shifted by the one enabled distance."""
         moved = zip(self._shift, self._distances, strict=True)
         return reduce(or_, ((value << places)[: len(value)] & on.replicate(len(value)) for on, places in moved))
 

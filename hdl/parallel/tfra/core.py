@@ -1,4 +1,4 @@
-"""The core: every block of the algorithm, wired in the order data flows.
+"""The core: every block of the algorithm, wired in dataflow order.
 
 ::
 
@@ -26,7 +26,7 @@ from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
 from tfra.model.fixed.design import Design
 
 HELD = FRAMES + PLANES // 3 + 2
-"""Frames of which the core may hold facts: those in flight, those whose forces wait, and one at either end."""
+"""Most frames whose facts the core holds: those in flight, those whose forces wait, and one at either end."""
 
 
 class Core(wiring.Component):
@@ -73,7 +73,7 @@ class Core(wiring.Component):
     def _wire_input(self, m: Module, blocks: Blocks) -> None:
         """Taxels to the normaliser and to the centroids; the normalised frame to the fold and to the sweep.
 
-        Behind a frame's first quad the others follow in every cycle, as the products of b want them: the bank of b is
+        After a frame's first quad the others follow in every cycle, as the products of b require: the bank of b is
         free by then, and the sweep has a place for the stress of every frame that may be in the core.
         """
         shape = payloads.stress_quad(self.design)
@@ -95,7 +95,7 @@ class Core(wiring.Component):
         connect(m, stress.o[1], blocks.sweep.stress)
 
     def _wire_products(self, m: Module, blocks: Blocks) -> None:
-        """Operands to the products, and leave to go to those who must ask for it."""
+        """Operands to the products, and tokens to the blocks that need them."""
         matvec, combine, forces = blocks.matvec, blocks.combine, blocks.forces
         connect(m, blocks.fold.o, matvec.b)
         m.d.comb += [
@@ -112,7 +112,7 @@ class Core(wiring.Component):
         connect(m, matvec.bank_token, combine.bank_token)
 
     def _wire_results(self, m: Module, blocks: Blocks) -> None:
-        """Results of the products to those who wait for them."""
+        """Results of the products to their users."""
         m.submodules.sums = sums = SumsQueue(self.design)
         connect(m, sums.o, blocks.dependent.sums)
         routes = product_routes(blocks, sums)
@@ -125,7 +125,7 @@ class Core(wiring.Component):
             connect(m, router.o[way], route.sink)
 
     def _wire_fact(self, m: Module, fact: Fact) -> None:
-        """A fact to all who need it, each with a queue of its own, so that no block waits for another."""
+        """A fact to all its users, each with its own queue, so that no block waits for another."""
         shape, sent = fact.source.payload.shape(), fact.source
         m.submodules[f"{fact.name}_fork"] = fork = Fork(shape, len(fact.routes))
         if fact.registered:
@@ -137,7 +137,7 @@ class Core(wiring.Component):
             self._queue(m, f"{fact.name}_{route.user}_facts", fork.o[way], route)
 
     def _wire_angle(self, m: Module, blocks: Blocks) -> None:
-        """The CORDIC's other user; phi, long before the result needs it."""
+        """The second user of the CORDIC: phi, long before the result needs it."""
         connect(m, blocks.gain.vector, blocks.angle.vector)
         connect(m, blocks.angle.turned, blocks.gain.turned)
         self._queue(m, "phi_facts", blocks.angle.phi, FactRoute("scaling", blocks.scaling.phi))

@@ -21,7 +21,7 @@ from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 _WHOLE = int(COEFFICIENT_LIMIT).bit_length() - 1
-"""Bits before the point of alpha and beta; their limit is a power of two, so that a shift compares with it."""
+"""Bits before the point of alpha and beta; their limit is a power of two, so a shift compares with it."""
 assert 1 << _WHOLE == COEFFICIENT_LIMIT
 
 
@@ -36,7 +36,7 @@ class _Product(NamedTuple):
     sweep_y_inverts: bool
     """The sign is the opposite one where the sweep goes along y."""
     total: str
-    """Sum that it belongs to."""
+    """Sum to which it is added."""
 
 
 _PRODUCTS = (
@@ -47,7 +47,7 @@ _PRODUCTS = (
     _Product((0, 2), "sin", -1, False, "-u_2"),
     _Product((1, 2), "cos", +1, False, "-u_2"),
 )
-"""One a cycle: row n is added in cycle ``_ADD[n]``."""
+"""Rows of the schedule, one a cycle: row n is added in cycle ``_ADD[n]``."""
 
 _ORDER = (*(product.operand for product in _PRODUCTS), (2, 0), (2, 1), (2, 2))
 """p, q of the A_pq in the ring, head first: the operands of the products, then the rest."""
@@ -64,7 +64,7 @@ _GATHER = (
 _BACK = ALIGN + 1  # barrel, in steps, and rounding
 _OR_OF_THIRDS, _OR, _HALF_ZEROS, _ZEROS = range(4)
 _RING = range(_ZEROS + 1, _ZEROS + 1 + len(_ORDER) + _BACK)  # all words to the barrel, until the last one is back
-_MULTIPLY = later(range(len(_PRODUCTS)), _RING.start + _BACK + 1)  # a register behind the rounding
+_MULTIPLY = later(range(len(_PRODUCTS)), _RING.start + _BACK + 1)  # a register after the rounding
 _ADD = later(_MULTIPLY, 1)
 _OR_U, _HALF_ZEROS_U, _ZEROS_U = later(range(3), _ADD.stop)
 _SWAP = _HALF_ZEROS_U  # after the OR, which is that of the sums in any order
@@ -98,11 +98,11 @@ class Dependent(wiring.Component):
     made.  The sums are den, num0, num1 where the sweep goes along y.  Else the outer two are swapped.  In all:
 
     =============== ======================================================================
-    ``_ZEROS``      zeros that all words have behind their signs
+    ``_ZEROS``      zeros that all words have after their signs
     ``_RING``       the ring moves: a word a cycle to the barrel, a rounded one a cycle back
     ``_MULTIPLY``   operand times factor
     ``_ADD``        ... to its sum, or from it
-    ``_ZEROS_U``    zeros that all sums have behind their signs; ``_SWAP`` is beside it
+    ``_ZEROS_U``    zeros that all sums have after their signs; ``_SWAP`` is beside it
     ``_ALIGN_U``    a sum a cycle to the barrel: den, num0, num1
     ``_ROUND_U``    its magnitude
     ``_LIMIT_U``    ... limited

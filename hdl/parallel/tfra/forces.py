@@ -29,11 +29,11 @@ class Forces(wiring.Component):
 
         folded -> Butterfly -> round_shift(., force_drop) -> memory (8 planes x Q quads) -> place -> queue -> taxel
 
-    The four mirror taxels of a quad lie at one address, so a single walk over the quads finds every taxel: forth
-    and back over the quad columns of a row, forth and back over the quad rows of the plane.  The middle line of
-    an odd count is read once, from its first place.  The memory holds more than a frame, so that the products of a
-    frame need not wait for its words to be sent.  A word is read when the queue has a place for it, so that nothing on
-    the way waits.  One quad per cycle in, one taxel per cycle out; no multiplier.
+    The four mirror taxels of a quad are at one address, so one pass over the quads reads every taxel: forth and back
+    over the quad columns of a row, forth and back over the quad rows of the plane.  The middle line of an odd count is
+    read once, from its first place.  The memory holds more than a frame, so that the products of a frame need not wait
+    for its words to be sent.  A word is read when the queue has a place for it, so nothing on its path waits.  One
+    quad per cycle in, one taxel per cycle out; no multiplier.
 
     Members:
         folded: 3 Q quads a frame, for which a token was taken: folded f_x, f_y, f_z.
@@ -113,9 +113,9 @@ class Forces(wiring.Component):
         return ends
 
     def _read(self, m: Module, port: Any, full: Value) -> Value:
-        """Walk over a plane that is ``full`` and queue its taxels; high with the last read.
+        """Read a ``full`` plane and queue its taxels; high with the last read.
 
-        The queue has as many places as it takes cycles until one is free again while nothing stalls.
+        The queue has as many places as the number of cycles until one is free again without stalls.
         """
         plane = Signal(range(PLANES), name="read_plane")
         issue = Signal()
@@ -139,7 +139,7 @@ class Forces(wiring.Component):
         return ends
 
     def _locate(self, raster: Raster) -> tuple[Value, Value]:
-        """Where the raster's taxel lies in its plane: the number of a beat, and the word in that beat."""
+        """Address of the raster's taxel in its plane: the number of a beat, and the word in that beat."""
         mirror = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
         word_bits = (self._design.architecture.vector_words - 1).bit_length()
         number = Cat(mirror[word_bits:], raster.quad)[: beat_number(self._design).width]

@@ -17,7 +17,7 @@ from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
 
-# Cycles of the schedule; registers are loaded at the end of theirs.
+# Cycles of the schedule; a register is loaded at the end of its cycle.
 _ADDRESS, _READ, _MASK, _MULTIPLY, _ADD, _CHOOSE = range(6)
 
 

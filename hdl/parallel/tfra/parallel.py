@@ -22,7 +22,7 @@ SETTLED = 12
 """Frames after which the times between frames have settled; as many again are averaged."""
 
 ENOUGH = 2 * SETTLED + 2 * FRAMES
-"""Frames that show the interval: the last ones meet no others, so that they are not looked at."""
+"""Frames of a simulation that show the interval; the last ones are ignored, because no others follow them."""
 
 
 class Parallel:
@@ -58,7 +58,7 @@ class Parallel:
         return self.timeline(ENOUGH)
 
     def timeline(self, frames: int) -> Timeline:
-        """So many frames back to back."""
+        """``frames`` frames back to back."""
         return Timeline(self.design, self.blocks, frames)
 
     @property
@@ -82,7 +82,7 @@ class Parallel:
 
     @property
     def utilisation(self) -> float:
-        """Part of the cycles in which the lanes multiply, frames back to back."""
+        """Share of the cycles in which the lanes multiply, frames back to back."""
         return self.blocks.busy / self.initiation_interval
 
     @property
@@ -92,7 +92,7 @@ class Parallel:
 
     @property
     def lane_choices(self) -> tuple[int, ...]:
-        """Numbers of lanes that the sensor allows, upwards."""
+        """Numbers of lanes that the sensor allows, ascending."""
         return tuple(range(4, 4 * self.design.quads + 1, 4))
 
     def choices(self) -> Iterator[Parallel]:
@@ -112,7 +112,7 @@ class Parallel:
 
     @property
     def cell_models(self) -> tuple[Path, ...]:
-        """Verilog files with models of the cells that the core has instances of."""
+        """Verilog files with models of the cells that the core instantiates."""
         return cell_models(self.design.target)
 
     @cached_property
@@ -122,10 +122,10 @@ class Parallel:
 
     @property
     def loaded(self) -> Ints | None:
-        """Coefficients in the order in which the core wants them after a reset; None if it has them."""
+        """Coefficients in the order in which the core loads them after a reset; None if it loads none."""
         return self.coefficients.ravel() if self.design.images == "load" else None
 
     @property
     def load_order(self) -> str:
-        """That order in words."""
+        """That order, described in text."""
         return f"for each of {self.lanes} MAC lanes the {depth(self.design)} words that it reads, in that order"

@@ -1,4 +1,4 @@
-"""Streams between blocks that a simulation may watch, in the order in which data reach them."""
+"""Streams between blocks that a simulation may watch, in dataflow order."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ _PLACES = (0, 1, 2, 3)
 
 
 def probes(design: Design) -> tuple[Probe, ...]:
-    """Every probe of the core of ``design``; each :class:`Stage` but the last, whose words the result port shows."""
+    """Every probe of the core of ``design``: one for each :class:`Stage` but the last, whose words leave at the result
+    port."""
     q, m, vector = design.quads, design.sensor.taxels, payloads.vector_quad(design)
     products = sum(design.stacks[name].quads for name in design.products)
     total = data.ArrayLayout(signed(design.widths.division), 3)
@@ -45,7 +46,7 @@ def _probe(stage: Stage, port: str, shape: Any, keys: tuple[int | str, ...], tra
 
 
 def add_probe(m: Module, probe: Probe, block: Any) -> None:
-    """Name the stream of ``block`` that ``probe`` watches; costs nothing, since nothing depends on it."""
+    """Name the stream of ``block`` that ``probe`` watches; nothing depends on it, so it costs no hardware."""
     transfer = Signal(name=f"probe_{probe.stage}")
     words = Signal(sum(bits for bits, _ in probe.words), name=f"probe_{probe.stage}_words")
     name, _, member = probe.port.partition(".")

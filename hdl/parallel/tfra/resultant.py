@@ -41,7 +41,7 @@ _PRODUCTS = (
 )
 """One a cycle: the operand of row n is loaded in cycle ``_LOAD[n]``, its product is added in cycle ``_ADD[n]``."""
 
-# Cycles of the schedule; registers are loaded at the end of theirs.
+# Cycles of the schedule; a register is loaded at the end of its cycle.
 _LOAD = range(len(_PRODUCTS))
 _MULTIPLY = later(_LOAD, 1)
 _ADD = later(_MULTIPLY, 1)
@@ -64,7 +64,7 @@ class Resultant(wiring.Component):
     ``_LOAD``      operand and factor; with a force's second ones the ``start`` of its sum
     ``_MULTIPLY``  operand times factor
     ``_ADD``       ... to its force
-    ``_ZEROS``     zeros that all forces have behind their signs
+    ``_ZEROS``     zeros that all forces have after their signs
     ``_ALIGN``     a force a cycle to the barrel: F_x, F_y, F_z
     ``_ROUND``     rounded, into ``total``
     ============== ====================================================================

@@ -1,4 +1,4 @@
-"""Who gets what: results of the products by their operator, facts of a frame by the fields that a block looks at."""
+"""Routes: results of the products by their operator, facts of a frame by the fields that each block uses."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ProductRoute:
 
 @dataclass(frozen=True)
 class FactRoute:
-    """``user`` looks at ``fields`` of a fact at its port ``sink``; without any it looks at all."""
+    """``user`` reads ``fields`` of a fact at its port ``sink``; without fields it reads all."""
 
     user: str
     sink: Any
@@ -28,7 +28,7 @@ class FactRoute:
 
 @dataclass(frozen=True)
 class Fact:
-    """What one block knows of a frame and others need: one transfer a frame from ``source`` to every route's sink."""
+    """A fact of a frame that one block computes and others use: one transfer a frame from ``source`` to every sink."""
 
     name: str
     source: Any

@@ -21,7 +21,7 @@ ROWS = 1 << _ROW_BITS
 
 
 class SumsQueue(wiring.Component):
-    """Quads of two products, in the order of their frames: one of ``b``, then three of ``n``, over and over.
+    """Merges the quads of two products in the order of their frames: one of ``b``, then three of ``n``, repeatedly.
 
     Frames follow each other in a memory with a row for each quad, which is read from end to end.  No full flag: at most
     ``FRAMES`` frames hold a token, so a row is read before it is written again.
@@ -35,10 +35,10 @@ class SumsQueue(wiring.Component):
     """
 
     latency = 4
-    """Cycles from the transfer of a quad whose turn it is to that at the other end."""
+    """Cycles from the transfer of a quad in, when it is its turn, to its transfer out."""
 
     interval = 4
-    """Cycles between two transfers at the other end at the shortest."""
+    """Least number of cycles between two transfers out."""
 
     def __init__(self, design: Design) -> None:
         shape = vector_quad(design)

@@ -1,4 +1,4 @@
-"""n = -w_z (Eq. 9): unfold C33^-1 b, keep what presses, fold again."""
+"""n = -w_z (Eq. 9): unfold C33^-1 b, keep the compressive part, fold again."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Weights(wiring.Component):
             # TIMING: second butterfly -> combine, matvec
             self.n.valid.eq(register(m, fold.o.valid, "n_valid", control=True)),
             self.n.payload.eq(register(m, fold.o.payload.as_value(), "n_words")),
-            # Facts stand as long as the last quad does.
+            # Facts are held as long as the last quad.
             self.frame.ready.eq(delayed(m, unfold.o.valid & last, beats - 1, "last_quad", control=True)),
         ]
         return m

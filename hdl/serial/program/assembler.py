@@ -21,7 +21,7 @@ from tfra.hdl.serial.isa import (
 )
 
 _SHORTEST_BODY = 2
-"""Instructions of a loop's body at the least: the one that ends it, and its delay slot."""
+"""Least number of instructions in a loop's body: the one that ends it, and its delay slot."""
 
 
 class Assembler:
@@ -34,25 +34,25 @@ class Assembler:
         self.program: list[Instruction] = []
         self.stage = ""
         self._cycles = [0]  # of the program, and of one turn of each open loop
-        self._movable_from = 0  # first instruction behind the last loop's end or call
+        self._movable_from = 0  # first instruction after the last loop's end or call
         self._subroutines: dict[str, tuple[list[Instruction], int]] = {}
         self._calls: list[tuple[int, str]] = []
         self._deferred: list[Instruction] | None = None
 
     @property
     def cycles(self) -> int:
-        """Cycles that what is written so far takes, loops included."""
+        """Cycles of the program written so far, loops included."""
         return self._cycles[0]
 
     @property
     def here(self) -> int:
-        """Cycles since the innermost open loop began a turn."""
+        """Cycles since the innermost open loop began an iteration."""
         return self._cycles[-1]
 
     # Instructions
 
     def emit(self, instruction: Instruction) -> None:
-        """Append ``instruction``, behind the pauses it needs; pauses at a loop's start stand before the loop."""
+        """Append ``instruction``, after the pauses it needs; pauses at a loop's start are placed before the loop."""
         if self._deferred is not None:
             self._deferred.append(instruction)
             return
@@ -124,7 +124,7 @@ class Assembler:
 
     @contextmanager
     def deferred(self) -> Iterator[list[Instruction]]:
-        """Collect the block's instructions instead of writing them; whoever gets the list emits them one by one."""
+        """Collect the block's instructions in a list instead of writing them; the caller emits them one by one."""
         collected: list[Instruction] = []
         self._deferred = collected
         yield collected
@@ -150,19 +150,21 @@ class Assembler:
         self._cycles[-1] += times * body
 
     def unrolled(self, times: int, copies: int = 4) -> Iterator[None]:
-        """``for _ in unrolled(n)``: run the body n times, ``copies`` of it in each turn of a loop, the rest behind."""
+        """``for _ in unrolled(n)``: run the body n times, ``copies`` of it in each iteration of a loop, the rest after
+        it."""
         if times >= copies:
             with self.loop(times // copies):
                 yield from [None] * copies
         yield from [None] * (times % copies)
 
     def jump(self, target: int) -> None:
-        """Go on at instruction ``target``."""
+        """Continue at instruction ``target``."""
         self.emit(Instruction(Op.JUMP, immediate=target))
         self.nop()
 
     def call(self, name: str, body: Callable[[], None]) -> None:
-        """Run ``body``, which is written once, behind the program, as the subroutine ``name``; none calls another."""
+        """Call ``body`` as the subroutine ``name``, which is written once after the program; subroutines do not
+        nest."""
         if name not in self._subroutines:
             self._subroutines[name] = self._subroutine(name, body)
         code, cycles = self._subroutines[name]
@@ -185,7 +187,7 @@ class Assembler:
         return written
 
     def _take_back(self, code: list[Instruction]) -> Instruction:
-        """What stands in the delay slot of a call of ``code``: the last instruction if it may, else a pause."""
+        """Instruction in the delay slot of a call of ``code``: the last instruction if allowed, otherwise a pause."""
         if len(self.program) > self._movable_from:
             last = self.program[-1]
             early = any(following.waits_for(last, n) for n, following in enumerate(code[: STORED - 1], 1))
@@ -195,7 +197,7 @@ class Assembler:
         return Instruction()
 
     def link(self) -> int:
-        """Put the subroutines behind the program; returns the address of the first one."""
+        """Put the subroutines after the program; returns the address of the first one."""
         starts, end = {}, len(self.program)
         for name, (body, _) in self._subroutines.items():
             starts[name] = len(self.program)

@@ -1,4 +1,4 @@
-"""Mirror folding of quads, and the ways of pointers through vectors and maps of taxels."""
+"""Mirror folding of quads, and the movement of pointers through vectors and maps of taxels."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def butterfly(w: Writer, sources: Sequence[Operand], targets: Sequence[Operand])
     """Four words to their sums and differences; changes R0, R2, R4 and R5.
 
     Two words are summed and subtracted as they are read, so that the registers suffice.  The targets may be
-    (R1, R3, R4, R0): each of these has been read when it is written.
+    (R1, R3, R4, R0): each of these has been read before it is written.
     """
     a = w.assembler
     for word, total, (first, second) in ((R0, R4, sources[:2]), (R2, R5, sources[2:])):
@@ -25,7 +25,7 @@ def butterfly(w: Writer, sources: Sequence[Operand], targets: Sequence[Operand])
 
 
 def butterfly_of_difference(w: Writer, sources: Sequence[Operand], distance: int, targets: Sequence[Operand]) -> None:
-    """``butterfly`` of four words minus those that lie ``distance`` words behind them; changes R0 to R5."""
+    """``butterfly`` of four words minus those that lie ``distance`` words after them; changes R0 to R5."""
     a, registers = w.assembler, (R0, R1, R2, R3)
     for register, source in zip(registers, sources, strict=True):
         a.move(register, mem(source.immediate, source.pointer))
@@ -68,7 +68,7 @@ def mirrors() -> list[Operand]:
 def each_quad(w: Writer, taxels: int) -> Iterator[None]:
     """Run the block for every quad: pointers 0 to 3 at the mirror taxels of a map, pointer 4 at the quad.
 
-    The pointers start at the corners of the row-major map; behind a row of quads they go on to the next one.
+    The pointers start at the corners of the row-major map; after a row of quads they move to the next one.
     """
     rows, columns, half = w.design.sensor.rows, w.design.sensor.columns, w.design.quad_columns
     corners = 0, columns - 1, (rows - 1) * columns, rows * columns - 1

@@ -1,4 +1,4 @@
-"""|F*|, mu and the gain F_sens / |F*| (Eqs. 15, 29-31).  F1 says, from the factors on, that the frame is regular."""
+"""|F*|, mu and the gain F_sens / |F*| (Eqs. 15, 29-31).  From the factors on, F1 means that the frame is regular."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def factors(w: Writer) -> None:
 def shifts(w: Writer) -> None:
     """Shifts of forces and resultant to the grid of results, from the exponent in R4; negative ones are limited.
 
-    R5 collects the facts that no limit was in the way: the modulus is not zero, mu is bounded, no shift is negative.
+    R5 collects the facts that no limit applied: the modulus is not zero, mu is bounded, no shift is negative.
     """
     a, grid = w.assembler, w.design.formats.force_fraction
     a.move(Dest.SH, imm(-(MU_LIMIT.bit_length() - 1)))

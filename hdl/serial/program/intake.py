@@ -7,7 +7,7 @@ from tfra.hdl.serial.program.routines import Writer
 
 
 def codes(w: Writer) -> tuple[int, int]:
-    """Store codes as they come, and sum them up for both zones: compression (c) and traction (t) (Eqs. 19-22).
+    """Store codes as they arrive, and add them up for both zones: compression (c) and traction (t) (Eqs. 19-22).
 
     ======  =================================================================================
     R1, R3  sums of the row so far: magnitudes of compression, codes of traction
@@ -64,7 +64,7 @@ def _row(w: Writer) -> None:
 
 
 def _extremes(w: Writer) -> None:
-    """Whether a code sits at an end of its range, or reaches the contact threshold."""
+    """Whether a code is at an end of its range, or reaches the contact threshold."""
     a, top = w.assembler, (1 << (w.design.adc.bits - 1)) - 1
     a.move(w.at("u_c"), R2)
     a.move(w.at("u_t"), R4)

@@ -1,4 +1,4 @@
-"""The serial core as integers: executes a program instruction by instruction, bit-exact to the gateware, and objects to
+"""The serial core as integers: executes a program instruction by instruction, bit-exact to the gateware, and raises
 hazards."""
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ from tfra.hdl.serial.sizes import Sizes
 
 
 class Hazard(Exception):
-    """A program that reads what is not there yet, or leaves a word's range."""
+    """A program reads a value that is not available yet, or leaves a word's range."""
 
 
 class _NoTaxel(Exception):
-    """The program asks for a taxel, and there is none left."""
+    """The program reads a taxel when none is left."""
 
 
 def wrap(value: int, bits: int) -> int:
@@ -44,8 +44,8 @@ def wrap(value: int, bits: int) -> int:
 class Step:
     """An instruction that was executed in ``cycle``, from place ``pc`` of the program.
 
-    ``value`` is what it wrote, as it stands in the destination; ``None`` if it wrote nothing.  ``address`` is the
-    one that it meant, whether it used it or not.
+    ``value`` is the written value, as stored in the destination; ``None`` if it wrote nothing.  ``address`` is its
+    effective address, used or not.
     """
 
     cycle: int
@@ -74,7 +74,7 @@ class Interpreter:
     cycle: int = 0
     pc: int = 0
     link: int = 0
-    loops: list[list[int]] = field(default_factory=list)  # first instruction, turns left
+    loops: list[list[int]] = field(default_factory=list)  # first instruction, remaining iterations
     registers: list[int] = field(default_factory=lambda: [0] * REGISTERS)
     pointers: list[int] = field(default_factory=lambda: [0] * (POINTERS + 1))
     flags: list[bool] = field(default_factory=lambda: [False, False])
@@ -108,7 +108,7 @@ class Interpreter:
         target: int | None = None
         while True:
             instruction, pc = self.program[self.pc], self.pc
-            following = pc + 1 if target is None else target  # behind the delay slot
+            following = pc + 1 if target is None else target  # after the delay slot
             target = self._sequence(instruction)
             try:
                 address, value = self._execute(instruction, taxels)
@@ -118,7 +118,7 @@ class Interpreter:
             self.pc, self.cycle = following, self.cycle + 1
 
     def _sequence(self, i: Instruction) -> int | None:
-        """Where the program goes on behind the next instruction, if elsewhere."""
+        """Target of a jump after the next instruction, or None."""
         if i.op == Op.DO:
             self.loops.append([self.pc + 1, i.immediate])
             return None
@@ -264,7 +264,7 @@ class Interpreter:
         self.sp += self.quads
 
     def _deliver(self, i: Instruction, address: int, result: int) -> int:
-        """Write ``result``; returns it as it stands in the destination."""
+        """Write ``result``; returns it as stored in the destination."""
         if i.flag:
             self.flags[i.flag - 1] = result < 0
         if i.dest == Dest.M:

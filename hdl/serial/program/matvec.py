@@ -1,4 +1,4 @@
-"""Matrix-vector products: operands of the lanes, and the program that runs beside the lanes' sums (Eqs. 6, 9, 10)."""
+"""Matrix-vector products: operands of the lanes, and the program that runs in parallel with them (Eqs. 6, 9, 10)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def contact(w: Writer) -> None:
 
 
 def residual(w: Writer) -> None:
-    """g = C33 n; -C31 n and -C32 n by the part they play in the sweep; the other sums; d = b + g."""
+    """g = C33 n; -C31 n and -C32 n by their roles in the sweep; the other sums; d = b + g."""
     a, places, bits = w.assembler, w.map, w.at("bits_n", 4)
     w.points(p2=places.g)
     product(w, "c33", places.weights, bits)
@@ -93,7 +93,7 @@ def normalise_parities(w: Writer) -> None:
 
 
 def product(w: Writer, name: str, words: int, significant: Operand) -> None:
-    """Results of operator ``name`` for the operand ``words``, to where pointer 2 points, and the words behind.
+    """Results of operator ``name`` for the operand ``words``, written from pointer 2 on.
 
     Changes R0, R1, T, SH, SP and pointers 0, 1, 2 and 5.
     """
@@ -109,7 +109,7 @@ def product(w: Writer, name: str, words: int, significant: Operand) -> None:
 def parities(w: Writer, quads: int) -> None:
     """Body of :func:`product`: ``quads`` results of each parity, in groups of as many as there are lanes.
 
-    The program and the lanes work side by side, and each group has a turn of ``turn`` cycles:
+    The program and the lanes work in parallel, and each group takes ``turn`` cycles:
 
     ===================  ===============================================================================
     cycle of the turn    program
@@ -120,7 +120,7 @@ def parities(w: Writer, quads: int) -> None:
     ``turn`` - 1         waits for the end of the group
     ===================  ===============================================================================
 
-    The sums of a group are there ``late`` cycles after its start; those of a parity's last group are stored behind
+    The sums of a group are ready ``late`` cycles after its start; those of a parity's last group are stored after
     the turns, and the next parity's pointers are set while that group runs.
     """
     a, lanes = w.assembler, w.sizes.lanes

@@ -1,4 +1,4 @@
-"""The data memory's map and first contents, and the image of the coefficient store."""
+"""The data memory's map and initial contents, and the image of the coefficient store."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tfra.model.fixed.tfra.operators import STACKS
 
 
 class MemoryMap:
-    """Addresses of the data memory, handed out in order; constants are in its first contents.
+    """Addresses of the data memory, allocated in order; constants are in its initial contents.
 
     Vectors are stored parity by parity, Q words each; maps of taxels row-major.  The operand vectors come first: the
-    multiplier lanes read them from a copy of the memory's lowest ``operands`` words.  Words that are used no more
-    hold something else:
+    multiplier lanes read them from a copy of the memory's lowest ``operands`` words.  Words that are no longer used are
+    reused:
 
     ===============  =======================================  =========================================
     words            hold first                               hold then
@@ -57,7 +57,7 @@ class MemoryMap:
         self.sums_n = self.reserve(sums_n)
 
     def reserve(self, words: int) -> int:
-        """Address of ``words`` words that nothing else uses.
+        """Address of ``words`` words reserved for the caller.
 
         Raises ``ValueError`` when the memory is full.
         """
@@ -81,13 +81,13 @@ class MemoryMap:
 
     @property
     def names(self) -> dict[int, str]:
-        """Names of single words, by address; a constant's is its value behind ``#``."""
+        """Names of single words, by address; a constant's is its value after ``#``."""
         scalars = sorted((address, name) for name, address in self._scalars.items())
         return dict(scalars) | {address: f"#{value}" for address, value in self.contents.items()}
 
     @property
     def words(self) -> list[int]:
-        """First contents of the memory."""
+        """Initial contents of the memory."""
         return [self.contents.get(address, 0) for address in range(self._end)]
 
 

@@ -1,6 +1,6 @@
 """The writer of a program: named words, and the scalar routines that the stages of a frame share.
 
-A routine's docstring names the registers it changes beside its results.
+A routine's docstring names the registers that it changes besides its results.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ _IMMEDIATES = range(-1024, 1024)
 
 
 class Writer:
-    """Writes the program of one design with ``assembler``; ``map`` tells where its words are.
+    """Writes the program of one design with ``assembler``; ``map`` has the addresses of its words.
 
     A fact is a word that is negative if the fact is true, so that AND and the flags work on it.
     """
@@ -63,7 +63,7 @@ class Writer:
         return mem(self.map.scalar(name, words))
 
     def const(self, value: int) -> Operand:
-        """A source that is ``value``: an immediate if it is short, else a word of the memory."""
+        """A source with ``value``: an immediate if it is short, otherwise a word of the memory."""
         return imm(value) if value in _IMMEDIATES else mem(self.map.constants(int(value)))
 
     def huge(self) -> Operand:
@@ -115,7 +115,8 @@ class Writer:
         self.assembler.rounded(dest)
 
     def normalise(self, words: Sequence[Operand], bits: int, significant: Operand) -> None:
-        """Fill ``bits`` with ``words``, in place, by a common shift; the bits they needed go to ``significant``.
+        """Shift ``words`` in place by a common shift so that they fill ``bits``; their former bits go to
+        ``significant``.
 
         Rounding is the only thing that can make a word too long.  Changes R5, T, SH and F0.
         """

@@ -22,7 +22,7 @@ def resultant_words(w: Writer) -> None:
 def plane_words(w: Writer) -> None:
     """A plane of forces, in d, times the word ``factor``, to the result stream.
 
-    A product takes as long as a turn of the loop, so two multiplications stand before it.
+    A product takes as long as an iteration of the loop, so two multiplications precede the loop.
     """
     a = w.assembler
     w.points(p0=w.map.d)

@@ -21,7 +21,7 @@ def header(w: Writer) -> None:
 
 
 def status(w: Writer) -> None:
-    """What was special about the frame, collected in R0; F1 says that it is regular."""
+    """Status bits of the frame, collected in R0; F1 means that it is regular."""
     a = w.assembler
     w.set_flag(0, w.at("contact"))
     w.set_flag(1, w.at("regular"))

@@ -18,7 +18,7 @@ from tfra.model.fixed.numbers import normalise, significant_bits
 
 @dataclass(frozen=True)
 class Direction:
-    """``cos`` and ``sin (n,)`` times a common factor; what is swept (Fig. 3)."""
+    """``cos`` and ``sin (n,)`` times a common factor, and the variable that is swept (Fig. 3)."""
 
     cos: Ints
     sin: Ints

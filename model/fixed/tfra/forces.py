@@ -22,7 +22,7 @@ def friction_forces(design: Design, products: Ints, chosen: Friction, n: Ints) -
 
 
 def scalars(design: Design, chosen: Friction) -> tuple[Ints, Ints, Ints]:
-    """What multiplies the weights of each plane: mu_x, mu_y, -1."""
+    """Factors of the weights of each plane: mu_x, mu_y, -1."""
     return chosen.mu_x, chosen.mu_y, np.full(len(chosen.mu_x), -1 << scalar_fraction(design), dtype=np.int64)
 
 

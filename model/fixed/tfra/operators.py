@@ -35,7 +35,7 @@ PRODUCTS = ("contact", "residual", "normal", "normal", "force")
 
 
 def exact_operators(choices: Choices) -> Operators:
-    """What ``choices`` quantise: the sensor's operators, filtered where they are sparse; SI."""
+    """The operators to quantise: the sensor's, filtered where ``choices`` are sparse; SI."""
     ops = operators(choices.sensor)
     return filtered(ops, choices.sparse) if choices.sparse else ops
 
@@ -68,6 +68,6 @@ def make_stacks(choices: Choices) -> dict[str, Stack]:
         fold.matrix("pinv3", pinv3),
     )
     lengths = {operator.name: choices.formats.bits(f"coefficient.{operator.name}") for operator in found}
-    word = max(lengths.values())  # a lane's, in which shorter ones stand at the top
+    word = max(lengths.values())  # a lane's, in which shorter ones are aligned to the top
     by_name = {operator.name: operator.longer(word - lengths[operator.name]) for operator in found}
     return {stack: Stack(stack, tuple(by_name[name] for name in names)) for stack, names in OPERATORS.items()}

@@ -1,4 +1,4 @@
-"""The bit-accurate TFRA: the hardware's blocks in the order data flows through them."""
+"""The bit-accurate TFRA: the hardware's blocks in dataflow order."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cach
 
 @dataclass(frozen=True)
 class Trace:
-    """What every block made of some frames, in the order of the data; vectors are folded, ``(n, Q, 4)``."""
+    """Results of every block for some frames, in dataflow order; vectors are folded, ``(n, Q, 4)``."""
 
     codes: Ints
     """Converter codes ``(n, m)``."""
@@ -83,7 +83,7 @@ class FixedTfra:
         return FixedResult(np.concatenate(words), tuple(parts))
 
     def words(self, codes: Ints) -> Ints:
-        """The same result words alone, in less time and memory."""
+        """Only the result words, in less time and memory."""
         first, words = 0, []
         for trace in self.traces(codes):
             words.append(self._words(trace, first))
@@ -95,7 +95,7 @@ class FixedTfra:
         return matvec(self.design, stack, vector)
 
     def traces(self, codes: Ints) -> Iterator[Trace]:
-        """What every block makes of converter ``codes (n, rows, columns)``, some frames at a time."""
+        """Results of every block for converter ``codes (n, rows, columns)``, some frames at a time."""
         flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
         for start in range(0, max(1, len(flat)), _CHUNK):
             yield self._trace(flat[start : start + _CHUNK])
@@ -154,7 +154,7 @@ class FixedTfra:
 
 
 def stages(trace: Trace, words: Ints) -> dict[str, Ints]:
-    """What flows out of every block: the frame first, the words of a transfer last."""
+    """Output stream of every block: the frame first, the words of a transfer last."""
     direction, affine, chosen, factor = trace.direction, trace.affine, trace.chosen, trace.factor
     return {
         Stage.NORMALISER: trace.stress,
@@ -174,7 +174,7 @@ def stages(trace: Trace, words: Ints) -> dict[str, Ints]:
 
 
 def ordered(direction: Direction, d1: Ints, d2: Ints) -> tuple[Ints, Ints]:
-    """What mu_ind and what mu_dep multiplies: d1 and d2, or the other way round where mu_y is swept."""
+    """The factors of mu_ind and of mu_dep: d1 and d2, or d2 and d1 where mu_y is swept."""
     swap = direction.sweep_y[:, None, None]
     return np.where(swap, d2, d1), np.where(swap, d1, d2)
 

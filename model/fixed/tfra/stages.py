@@ -1,4 +1,4 @@
-"""The stages of TFRA: the name of a block in the model, in the gateware and in what a verification reports."""
+"""The stages of TFRA: the name of a block in the model, in the gateware and in the report of a verification."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import StrEnum
 
 
 class Stage(StrEnum):
-    """In the order in which data reach them."""
+    """In dataflow order."""
 
     NORMALISER = "normaliser"
     CENTROIDS = "centroids"

@@ -1,4 +1,4 @@
-"""Which vector is begun next, and which beat enters the pipeline of the vector updates in each cycle."""
+"""Arbiter of the vector updates: the next vector, and the beat that enters the pipeline in each cycle."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from tfra.model.fixed.design import Design
 
 
 class Arbiter(wiring.Component):
-    """A beat of products enters in the cycle in which it comes; in the other cycles a beat of the vector in hand does.
+    """A beat of products enters in the cycle in which it arrives; in other cycles a beat of the current vector enters.
 
-    A vector is begun when all that it needs is there and a bank is free for it.  d goes before e0, so that the older of
+    A vector begins when all its inputs are available and a bank is free for it.  d goes before e0, so that the older of
     two frames goes first; e1 follows e0.
 
     ============  ========  =========  ==================================================
@@ -40,9 +40,9 @@ class Arbiter(wiring.Component):
         product_valid: a beat of products enters.
         product_place: place of its frame.
         product_number: its number in its product.
-        direction: one transfer a frame, taken a cycle behind the entry of the last beat of e1.
+        direction: one transfer a frame, taken a cycle after the entry of the last beat of e1.
         affine: one transfer a frame, taken with ``direction``.
-        chosen: one transfer a frame, taken a cycle behind the entry of the last beat of d.
+        chosen: one transfer a frame, taken a cycle after the entry of the last beat of d.
         bank_token: tokens, one taken for each vector.
         valid: a beat enters.
         tag: that of the beat; without the scalar, if it is one of products.
@@ -79,7 +79,7 @@ class Arbiter(wiring.Component):
         m.submodules.candidates = candidates = FramesWaiting()
         busy = Signal()
         final = Signal()
-        beat = Signal(tag_layout(self._design), reset_less=True)  # the next one of the vector in hand
+        beat = Signal(tag_layout(self._design), reset_less=True)  # the next one of the current vector
         step = Signal()
         m.d.comb += [
             residuals.enter.eq(self.residual_stored),
@@ -140,7 +140,7 @@ class Arbiter(wiring.Component):
     def _begin(
         self, m: Module, beat: Any, begin_d: Value, begin_e: Value, residual_place: Value, candidate_place: Value
     ) -> None:
-        """The tag of the vector that goes first."""
+        """The tag of the vector with the highest priority."""
         second = Signal()  # e0 was begun: e1 is next
         with m.If(begin_d):
             m.d.sync += [

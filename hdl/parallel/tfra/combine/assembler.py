@@ -17,7 +17,7 @@ from tfra.model.fixed.design import Design
 
 
 class Assembler(wiring.Component):
-    """Quads, a cycle behind their last beat; beats of a force's quad may come between those of a vector's.
+    """Quads, a cycle after their last beat; beats of a force's quad may come between those of a vector's.
 
     Members:
         valid: a beat is there.
@@ -54,7 +54,7 @@ class Assembler(wiring.Component):
         return m
 
     def _quad(self, m: Module) -> Value:
-        """The beat behind those of its quad that came before it."""
+        """The beat after those of its quad that came before it."""
         latest, is_force = self.sum.as_value(), self.tag.job == Job.FORCE
         if self._design.cycles_per_quad == 1:
             return latest

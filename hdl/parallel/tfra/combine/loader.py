@@ -1,4 +1,4 @@
-"""What comes from the products into the stores of the vector updates: n, and b + g, d1 and d2."""
+"""Loads the results of products into the stores of the vector updates: n, and b + g, d1 and d2."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from tfra.model.fixed.design import Design
 
 
 class WeightLoader(wiring.Component):
-    """n into its store, each beat a cycle behind its own.
+    """Writes n into its store, each beat a cycle after its arrival.
 
     Members:
         n: Q quads a frame, folded weights.
@@ -45,12 +45,12 @@ class WeightLoader(wiring.Component):
 class ResidualLoader(wiring.Component):
     """d0 = b + g, d1 and d2 into the stores: d1 and d2 into both, since each is an x or a z.
 
-    b waits for its g in a memory with one place more than there are frames with a token: of the frame whose b is
-    still an operand.
+    b waits for its g in a memory with one place more than frames with a token, for the frame whose b is still an
+    operand.
 
     Members:
         b: Q quads a frame, folded stress in converter codes.
-        residual: 3 Q quads a frame, behind its b: g, d1, d2.
+        residual: 3 Q quads a frame, after its b: g, d1, d2.
         x: beats to be written where x is read: d1 as vector 0, d2 as vector 1.
         z: beats to be written where z is read: d0, d1, d2 as vectors 0, 1, 2.
         stored: pulse, all vectors of a frame and their headroom can be read.
@@ -96,14 +96,14 @@ class ResidualLoader(wiring.Component):
         return m
 
     def _read_b(self, m: Module, number: Value, ends: Value) -> Any:
-        """Quad of b for beat ``number`` of g, two cycles behind it; ``ends`` is high with g's last beat."""
+        """Quad of b for beat ``number`` of g, two cycles after it; ``ends`` is high with g's last beat."""
         design, quads = self._design, self._design.quads
         depth = (FRAMES + 1) << counter_shape(quads - 1).width
         m.submodules.b = codes = memory.Memory(shape=self.b.payload.shape(), depth=depth, init=[])
         write, read = codes.write_port(), codes.read_port()
         b_number, b_last = wrapping_counter(m, self.b.valid, quads, "b_number")
         write_place, _ = wrapping_counter(m, self.b.valid & b_last, FRAMES + 1, "b_write_place")
-        # In time for the next frame's g, which comes behind d1 and d2.
+        # In time for the next frame's g, which comes after d1 and d2.
         ended = register(m, ends, "g_ended", control=True)
         read_place, _ = wrapping_counter(m, ended, FRAMES + 1, "b_read_place")
         g_number = (number >> len(beat_in_quad(design, number)))[: len(b_number)]
@@ -116,7 +116,7 @@ class ResidualLoader(wiring.Component):
         return register(m, read.data, "b_found")
 
     def _write_z(self, m: Module, arrived_valid: Value, arrived: Any, b: Any) -> None:
-        """g meets its b a cycle behind its arrival; the sum is a register."""
+        """g meets its b a cycle after its arrival; the sum is a register."""
         design = self._design
         beside_b = register(m, arrived, "beside_b")
         codes = select_beat(design, b, beside_b.number)

@@ -1,4 +1,4 @@
-"""Operands of ``z + s * x``: each has the stores that it comes from, and a choice among them."""
+"""Operands of ``z + s * x``: the stores of each, and the choice among them."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Addend(wiring.Component):
         return m
 
     def _product(self, m: Module) -> Value:
-        """The product of the beat in stage ``Z_CHOSEN``: a ring of what has entered, a place for each cycle."""
+        """The product of the beat in stage ``Z_CHOSEN``, from a ring buffer with one place a cycle."""
         m.submodules.products = ring = memory.Memory(shape=vector_beat(self._design), depth=16, init=[])
         write, read = ring.write_port(), ring.read_port()
         cycles = Stage.Z_CELL - Stage.ENTRY

@@ -18,17 +18,17 @@ from tfra.model.fixed.scalars import scalar_fraction
 
 
 class ProductBeats(wiring.Component):
-    """What enters the pipeline of the products, in the cycles in which it comes.
+    """Products enter the pipeline in the cycles in which they arrive.
 
     Members:
-        products: 3 Q quads a frame, behind its ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
+        products: 3 Q quads a frame, after its ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
         forced: one transfer a frame, taken when the last products of the frame before have entered.
         valid: a beat enters.
         words: the beat.
         place: that of its frame.
         number: its number in its product.
         scalar: mu_x, mu_y or -1, that of the beat that entered a cycle ago.
-        frame_done: pulse, a cycle behind the entry of a frame's last beat.
+        frame_done: pulse, a cycle after the entry of a frame's last beat.
     """
 
     def __init__(self, design: Design) -> None:

@@ -21,15 +21,15 @@ _FINE = 2
 
 
 class ScaleAdd(wiring.Component):
-    """A beat of ``z + round(s * x)``, where x is a multiplier operand: x is moved left by its headroom and rounded.
+    """A beat of ``z + round(s * x)``, where x is a multiplier operand: x is shifted left by its headroom and rounded.
 
     ::
 
         x -> coarse -> aligned -> rounded -> operand -> product -> cut -> coarse_back -> shifted -> sum
         s ---------------------------------> scalar -'                             z -----------'
 
-    Each name is a register and a stage of :class:`tfra.hdl.parallel.tfra.combine.stages.Stage`.  The headroom that
-    moved x to the left moves the product back to the right.
+    Each name is a register and a stage of :class:`tfra.hdl.parallel.tfra.combine.stages.Stage`.  x is shifted left by
+    its headroom; the product is shifted right by the same amount.
 
     Members:
         x: of the beat in stage ``X_CHOSEN``.
@@ -66,7 +66,7 @@ class ScaleAdd(wiring.Component):
         return m
 
     def _operands(self, m: Module, headroom: dict[Stage, Any]) -> Any:
-        """x, moved left by its headroom in two steps and rounded to multiplier operands."""
+        """x, shifted left by its headroom in two steps and rounded to multiplier operands."""
         bits = self._design.formats.bits("operand.combine")
         aligned = Signal(self.x.shape(), reset_less=True)
         operands = Signal(data.ArrayLayout(signed(bits), len(self.x)), reset_less=True)
@@ -81,7 +81,7 @@ class ScaleAdd(wiring.Component):
         return operands
 
     def _multiply(self, m: Module, operands: Any, scalar: Value, headroom: dict[Stage, Any]) -> Any:
-        """Products on the grid of z with one bit below the point, moved right by the headroom of x in two steps."""
+        """Products on the grid of z with one bit below the point, shifted right by the headroom of x in two steps."""
         size, bits = len(operands), self._design.formats.bits("operand.combine")
         drop = scalar_fraction(self._design) + bits - self._design.widths.vector
         # A register for each word: yosys packs one of all words into the SB_MAC16 of the first and loses the rest.

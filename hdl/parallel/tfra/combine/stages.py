@@ -15,7 +15,7 @@ from tfra.model.fixed.design import Design
 
 
 class Job(IntEnum):
-    """What a beat in the pipeline becomes."""
+    """The result of a beat in the pipeline."""
 
     E0 = 0
     E1 = 1
@@ -32,7 +32,7 @@ class Stage(IntEnum):
                 OPERAND     PRODUCT   CUT      COARSE_BACK   SHIFTED                 SUM   OUTPUT
         z:      Z_ADDRESS   Z_CELL    Z_READ   Z_CHOSEN      Z                       SUM   OUTPUT
 
-    z is read so late that it comes to the adder with its product.
+    z is read as late as its product allows, to reach the adder in the same cycle.
     """
 
     ENTRY = 0
@@ -59,7 +59,7 @@ class Stage(IntEnum):
 
 
 def tag_layout(design: Design) -> data.StructLayout:
-    """What is known of a beat.
+    """The tag of a beat.
 
     ``job``: what it becomes; ``place``: that of its frame in the stores; ``number``: its number in the vector;
     ``swap``: the sweep goes along y, so that d2 is d_ind; ``scalar``: the s of ``z + s * x``.
@@ -69,7 +69,7 @@ def tag_layout(design: Design) -> data.StructLayout:
 
 
 def staged(m: Module, value: Any, first: Stage, last: Stage, name: str, *, control: bool = False) -> dict[Stage, Any]:
-    """``value``, which belongs to a beat in stage ``first``, beside that beat in every stage up to ``last``."""
+    """``value`` of a beat in stage ``first``, delayed with that beat through every stage up to ``last``."""
     found = {first: value}
     for stage in (Stage(number) for number in range(first + 1, last + 1)):
         value = found[stage] = register(m, value, f"{name}_{stage.name.lower()}", control=control)

@@ -26,19 +26,19 @@ place = counter_shape(FRAMES - 1)
 
 
 def beat_headroom(design: Design) -> data.ArrayLayout:
-    """For each word of a beat, the bits that its parity leaves free in all of the vector."""
+    """For each word of a beat, the headroom of its parity over the whole vector."""
     return data.ArrayLayout(counter_shape(design.widths.vector - 1), design.architecture.vector_words)
 
 
 def store_address(design: Design, vectors: int = 1) -> wiring.Signature:
-    """Where a beat lies: the place of its frame, its vector of that frame, its number in that vector."""
+    """Address of a beat: the place of its frame, its vector of that frame, its number in that vector."""
     return wiring.Signature(
         {"place": Out(place), "vector": Out(counter_shape(vectors - 1)), "number": Out(beat_number(design))}
     )
 
 
 def store_write(design: Design, vectors: int = 1) -> wiring.Signature:
-    """A beat's words and where they are written, while ``valid``."""
+    """A beat's words and their write address, while ``valid``."""
     words = {"valid": Out(1), "words": Out(vector_beat(design))}
     return wiring.Signature({**store_address(design, vectors).members, **words})
 
@@ -50,12 +50,12 @@ class Store(wiring.Component):
 
     Arguments:
         vectors: vectors of a place.
-        headroom: whether the headroom of the vectors is found as they are written, for use as multiplier operands.
+        headroom: whether the headroom of the vectors is determined as they are written, for use as multiplier operands.
 
     Members:
         write: a beat to be written.
-        read: where the beat is that is read, in every cycle.
-        beat: what is read, ``READ`` cycles later.
+        read: address of the beat that is read, in every cycle.
+        beat: the beat that was read, ``READ`` cycles later.
         headroom: that of the words of ``beat``, beside it; zero where it is not asked for.
     """
 
@@ -87,14 +87,14 @@ class Store(wiring.Component):
         return m
 
     def _vector_address(self, port: Any) -> Value:
-        """Where a vector begins; the only one of a place has no number."""
+        """Start address of a vector; a single vector of a place has no number."""
         return Cat(port.place, port.vector) if self._vectors > 1 else port.place
 
     def _masks(self, m: Module) -> Value:
-        """OR of the magnitudes of each parity while a vector is written, two cycles behind its words.
+        """OR of the magnitudes of each parity while a vector is written, two cycles after its words.
 
-        Masks go round with the beats of a quad, so that those of the beat at hand are always at the bottom, and those
-        of the beat before at the top.
+        Masks rotate with the beats of a quad, so those of the current beat are always at the bottom, and those of the
+        beat before at the top.
         """
         size, length = self._design.architecture.vector_words, self._design.widths.vector - 1
         masks = Signal(4 * length, reset_less=True)
@@ -120,7 +120,7 @@ class Store(wiring.Component):
         depth = FRAMES * self._vectors * design.cycles_per_quad
         m.submodules.headrooms = headrooms = memory.Memory(shape=beat_headroom(design), depth=depth, init=[])
         write = headrooms.write_port()
-        read = headrooms.read_port(transparent_for=[write])  # a vector is used as soon as it is there
+        read = headrooms.read_port(transparent_for=[write])  # a vector is used as soon as it is complete
         write_address, read_address = (
             Cat(beat_in_quad(design, port.number), self._vector_address(port)) for port in (self.write, self.read)
         )

@@ -35,22 +35,22 @@ class Combine(wiring.Component):
                                      stores of Addend: z -------+-> ScaleAdd -> Assembler -> vector, forces
         products -> ProductBeats --> Arbiter: which beat enters '      '-> e0, e1 back to the stores
 
-    x enters as a multiplier operand, moved left by the bits that its parity leaves free; these are found while x
-    is written.  A quad takes ``design.cycles_per_quad`` cycles; there are W = ``vector_words`` multipliers of operand x
+    x enters as a multiplier operand, shifted left by the headroom of its parity, which is determined while x is
+    written.  A quad takes ``design.cycles_per_quad`` cycles; there are W = ``vector_words`` multipliers of operand x
     operand bits.
 
-    Nothing in the pipeline waits: a vector is begun when ``bank_token`` says that its receiver can take it.
-    ``FRAMES`` frames have a place each in the stores: whoever sends something of a frame holds its token.
+    Nothing in the pipeline waits: a vector begins when a ``bank_token`` reserves a bank of its receiver.
+    ``FRAMES`` frames have a place each in the stores; the sender of a frame's data holds its token.
 
     Members:
         b: Q quads a frame, folded stress in converter codes; of one frame more than those that hold a token.
         n: Q quads a frame, folded weights.
-        residual: 3 Q quads a frame, behind its b: g, d1, d2.
-        direction: one transfer a frame, taken a cycle behind the entry of the last beat of e1.
+        residual: 3 Q quads a frame, after its b: g, d1, d2.
+        direction: one transfer a frame, taken a cycle after the entry of the last beat of e1.
         affine: one transfer a frame, taken with ``direction``.
-        chosen: one transfer a frame, taken a cycle behind the entry of the last beat of d.
-        forced: the same, taken when the forces of the frame before are on their way.
-        products: 3 Q quads a frame, behind its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
+        chosen: one transfer a frame, taken a cycle after the entry of the last beat of d.
+        forced: the same, taken when the forces of the previous frame have entered.
+        products: 3 Q quads a frame, after its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
         bank_token: tokens, one taken for each vector.
         frame_token: tokens out, one for each frame that has a place in the stores; its forces return it.
         vector: 3 Q quads a frame: e0, e1, and later d.
@@ -90,7 +90,7 @@ class Combine(wiring.Component):
     def update_latency(self) -> int:
         """Cycles from the first clock edge that finds ``chosen`` valid to the first transfer of d.
 
-        When the last e1 leaves later than that, cycles count from the second one behind its transfer.
+        When the last e1 leaves later than that, cycles count from the second one after its transfer.
         """
         return Arbiter.begin_latency + self._design.cycles_per_quad - 1 + self.force_latency
 
@@ -137,7 +137,7 @@ class Combine(wiring.Component):
         return m
 
     def _load(self, m: Module, multiplicand: Multiplicand, addend: Addend, arbiter: Arbiter) -> None:
-        """What comes from the products, into the stores."""
+        """Results of products into the stores."""
         m.submodules.weights = weights = WeightLoader(self._design)
         m.submodules.residuals = residuals = ResidualLoader(self._design)
         wiring.connect(m, wiring.flipped(self.n), weights.n)
@@ -149,7 +149,7 @@ class Combine(wiring.Component):
         m.d.comb += arbiter.residual_stored.eq(residuals.stored)
 
     def _enter(self, m: Module, products: ProductBeats, arbiter: Arbiter) -> None:
-        """What the arbiter chooses from, and the tokens of the frames whose products have entered."""
+        """The arbiter's candidates, and the tokens of the frames whose products have entered."""
         for name in ("direction", "affine", "chosen", "bank_token"):
             wiring.connect(m, wiring.flipped(getattr(self, name)), getattr(arbiter, name))
         wiring.connect(m, wiring.flipped(self.products), products.products)

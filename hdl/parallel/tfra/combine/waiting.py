@@ -13,7 +13,7 @@ from tfra.hdl.parallel.tfra.combine.store import FRAMES, place
 
 
 class FramesWaiting(wiring.Component):
-    """A queue of frames without a memory: frames leave in the order of their places, as they came.
+    """A queue of frames without a memory: frames leave in the order of their places, which is that of arrival.
 
     No full flag: at most ``FRAMES`` frames hold a token.
 

@@ -1,4 +1,4 @@
-"""A memory of sums: a value is added at an address in every cycle; later all sums are read in order, and cleared."""
+"""A memory of sums: adds a value at an address in every cycle; later reads all sums in order and clears them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
 
 _STAGES = ("port", "read", "found", "stored", "sum")
-"""Where an addition is, cycle by cycle: the register that holds its word."""
+"""Stages of an addition, one a cycle: the register that holds its word."""
 
 DRAIN = len(_STAGES) - 1
 """Cycles from ``drain`` to the first read: the sum of an addition in the cycle before has been written then."""
@@ -36,8 +36,8 @@ class Accumulator(wiring.Component):
                                ▲         ▲      ▲     │
                                └─ kept ──┴──────┴─────┘
 
-    A sum is in the memory for additions that come five cycles later.  An earlier one to the same address takes it from
-    a register (forwarding); of several sums it takes the latest:
+    A sum is in the memory for additions five cycles later.  An earlier addition to the same address takes it from a
+    register (forwarding), the latest of several sums:
 
     ====== ==================== =====================================================
     cycle  an addition          takes the sum of another one, to the same address
@@ -52,22 +52,22 @@ class Accumulator(wiring.Component):
     5      is in ``written``
     ====== ==================== =====================================================
 
-    ``drain`` reads all sums, a row of ``banks`` sums a cycle, and clears each row in the cycle after its read.  So does
-    a reset, since a memory has none.
+    ``drain`` reads all sums, a row of ``banks`` sums a cycle, and clears each row in the cycle after its read.  A reset
+    does the same, since a memory has no reset.
 
     Arguments:
-        value: layout of what is added: unsigned fields, each of which has a sum of its own.
+        value: layout of the addends: unsigned fields, each with its own sum.
         total: layout of the sums: the same fields, long enough for every sum.
         entries: number of addresses.
         banks: 1, or 2 for even and odd addresses, which are read together.
 
     Members:
-        address: where to add, 0 ... ``entries - 1``.
-        value: what to add.
+        address: of the addition, 0 ... ``entries - 1``.
+        value: the addend.
         valid: there is an addition in this cycle.
-        drain: a pulse, behind the last addition; the next one may come two cycles behind the last row's read.
-        draining: rows are read, from ``DRAIN`` cycles behind ``drain`` on.
-        rows: the sums of a row, ``READ`` cycles behind its read; the lower address first.
+        drain: a pulse, after the last addition; the next one may come two cycles after the last row's read.
+        draining: rows are read, from ``DRAIN`` cycles after ``drain`` on.
+        rows: the sums of a row, ``READ`` cycles after its read; the lower address first.
 
     Resources: a memory of ``entries`` sums, an adder for each field, four comparators of addresses.
     """

@@ -1,4 +1,4 @@
-"""Where a term of the sweep changes its sign: a divider that takes one term a cycle."""
+"""The candidate at which a term of the sweep changes its sign: a pipelined divider, one term a cycle."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ def crossing_latency(design: Design) -> int:
 
 
 class Crossing(wiring.Component):
-    """The first candidate k at which ``first + k step`` has another sign than ``first``, zero being positive.
+    """The first candidate k at which the sign of ``first + k step`` differs from that of ``first``; zero is positive.
 
     With ``t = first`` or, where that is negative, ``-first - 1``, and ``size = |step|``,
 
         before = floor(t / size),    excess = |first + (before + 1) step| = size - t mod size  or one less,
 
-    by division without restoring, a quotient bit a stage: ``before`` is the last candidate with the sign of ``first``.
-    Invariant behind the stage of bit b, with the bits q of ``before`` above it:
+    by non-restoring division, one quotient bit a stage: ``before`` is the last candidate with the sign of ``first``.
+    Invariant after the stage of bit b, with the bits q of ``before`` above it:
 
         remainder = t - 2^b size (2 q + 1)     within -2^b size ... 2^b size;     bit b = (remainder >= 0)
 
-    A crossing from 1 to K is ``valid``; the others are those of terms which keep their sign.
+    A crossing from 1 to K is ``valid``; the others belong to terms that keep their sign.
 
     Members:
         first: the term of candidate 0.
@@ -43,8 +43,8 @@ class Crossing(wiring.Component):
         i_size: magnitude of its step.
         i_valid: there is a term in this cycle.
         before: the candidate before its crossing, ``crossing_latency`` cycles later.
-        size: magnitude of its step, beside ``before``.
-        excess: magnitude of the term at its crossing, beside ``before``.
+        size: magnitude of its step, valid with ``before``.
+        excess: magnitude of the term at its crossing, valid with ``before``.
         valid: there is a crossing.
 
     Resources: per quotient bit an adder of ``step``'s bits, and three more.

@@ -1,4 +1,4 @@
-"""The sweep's way in: quads of a frame become taxels (p, q, stress)."""
+"""The sweep's input: quads of a frame become taxels (p, q, stress)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ WORDS = 4
 TURN = 4
 """Cycles from the last quad of e0 to the first of e1; the last quad has been counted when the first is."""
 
-# Stages of a quad, in cycles behind its transfer.
+# Stages of a quad, in cycles after its transfer.
 FOLDED = 5
 """Its words leave the butterfly."""
 TAXEL = FOLDED + 1
@@ -31,7 +31,7 @@ _READ_P = FOLDED - READ
 
 
 def folded_taxel(design: Design) -> data.StructLayout:
-    """One taxel behind the butterfly with what its frame's facts say of it."""
+    """One taxel after the butterfly, with its values from the frame's facts."""
     w = design.widths
     words = {"p": signed(w.vector), "q": signed(w.vector), "stress": signed(w.stress)}
     facts = {"negative": 1, "exponent": payloads.frame_facts(design)["exponent"].shape}
@@ -39,7 +39,7 @@ def folded_taxel(design: Design) -> data.StructLayout:
 
 
 class _Taken:
-    """When quads of a vector were taken."""
+    """Times since quads of a vector were accepted."""
 
     def __init__(self, m: Module, pulse: Value, name: str) -> None:
         earlier = Signal(FOLDED + WORDS - 1, name=f"{name}_taken")
@@ -56,13 +56,13 @@ class _Taken:
 
 
 class Loader(wiring.Component):
-    """Hand out a frame's taxels, four cycles for each quad of e1.
+    """Send a frame's taxels, four cycles for each quad of e1.
 
     Quads of e0 are taken with g, one a cycle; those of e1 with stress, one in ``WORDS`` cycles, the first ``TURN``
-    cycles behind e0 at the earliest and a cycle behind ``free`` and facts; e0 of the next frame ``WORDS`` cycles behind
-    e1.  Nothing waits for g and stress: what they lead to comes later.
+    cycles after e0 at the earliest and a cycle after ``free`` and facts; e0 of the next frame ``WORDS`` cycles after
+    e1.  Nothing waits for g and stress: they arrive before the quads that follow from them.
 
-    The states, in registers of their own, since the way from here to the queues' reads is long:
+    The states, in separate registers, since the path from here to the queues' reads is long:
 
     ======= ============== ========= ================================== ==================================
     state   ``takes_e1``   ``word``  takes                              ends
@@ -70,22 +70,22 @@ class Loader(wiring.Component):
     e0      no             0         a quad of e0 in every cycle        with the last one: turn
     turn    yes            1, 2, 3   nothing                            in time: e1
     e1      yes            0         a quad of e1, once ``begun``       with it: pick
-    pick    yes, or no     1, 2, 3   nothing; hands out words 1, 2, 3   in time: e1, or e0 behind the last
-            behind the                                                  quad
+    pick    yes, or no     1, 2, 3   nothing; hands out words 1, 2, 3   in time: e1, or e0 after the last
+            after the                                                   quad
             last quad
     ======= ============== ========= ================================== ==================================
 
     ``open_e0`` and ``open_e1`` are high in states e0 and e1.  ``begun`` is high from ``free`` and the facts until a
     frame's last quad has been taken.
 
-    By cycles behind the transfer of a quad of ``normal``:
+    By cycles after the transfer of a quad of ``normal``:
 
     ====== ==============================================================================
     1      ``normal``, ``g``: what the queues gave
     2      ``vector``, ``offset``: the same, held until the next quad
     3      ``difference``: minus g in e0
     4      ``half``: first level of the butterfly
-    5      ``FOLDED``: words behind the butterfly.  Quads of e0 go to the memory of p, a beat a cycle.  Quads of e1 stay
+    5      ``FOLDED``: words after the butterfly.  Quads of e0 go to the memory of p, a beat a cycle.  Quads of e1 stay
            for four cycles, while p, q and stress are picked word by word
     6      ``TAXEL``: p, q and stress of a taxel; ``valid`` is low for a mirror taxel that is the same one as another
     ====== ==============================================================================
@@ -94,7 +94,7 @@ class Loader(wiring.Component):
         stress: quads of stress.
         g: quads of g, one for each of e0.
         normal: quads of e0, then of e1.
-        direction: fact of the frame, taken ``WORDS - 1`` cycles behind the last quad of e1.
+        direction: fact of the frame, taken ``WORDS - 1`` cycles after the last quad of e1.
         frame: fact of the frame, taken with ``direction``.
         free: e1 of a frame may begin in the next cycle.
         begins: the first quad of e1 is taken.
@@ -201,7 +201,7 @@ class Loader(wiring.Component):
     def _p(self, m: Module, folded: Value, number: Value, word: Value, e0: _Taken, e1: _Taken) -> Value:
         """Memory of p, a beat wide: in stage ``FOLDED`` of e1 the p of the taxel beside its q.
 
-        Words stand behind the butterfly until the next quad comes, which is as many cycles as it has beats.
+        Words stand after the butterfly until the next quad comes, which is as many cycles as it has beats.
         """
         design, word_bits = self._design, (self._design.architecture.vector_words - 1).bit_length()
         beats, shape = design.cycles_per_quad, payloads.vector_beat(design)
@@ -243,7 +243,7 @@ class Loader(wiring.Component):
         ]
 
     def _distinct(self, m: Module, number: Value, load: Value) -> Signal:
-        """Which words of a quad are taxels of their own: a bit each, from the static shape of the array."""
+        """The distinct taxels among the words of a quad, a bit each, from the static shape of the array."""
         found = Signal(WORDS, name="distinct_words", reset_less=True)
         with m.If(load), m.Switch(number):
             for at, row in enumerate(distinct(self._design)):
@@ -253,7 +253,7 @@ class Loader(wiring.Component):
 
     @staticmethod
     def _held(m: Module, value: Value, load: Value, name: str) -> Value:
-        """``value`` of the cycle ``load``, and behind it."""
+        """``value`` in the cycle ``load``, and held afterwards."""
         held = Signal.like(value, name=name, reset_less=True)
         with m.If(load):
             m.d.sync += held.eq(value)
@@ -261,5 +261,5 @@ class Loader(wiring.Component):
 
     @staticmethod
     def _pick(words: Sequence[Value] | data.View, number: Value) -> Value:
-        """One of four words: a multiplexer, where indexing a view would take a multiplier for the bit's place."""
+        """One of four words, by a multiplexer; indexing a view would infer a multiplier for the bit offset."""
         return Array(words[k] for k in range(WORDS))[number]

@@ -14,11 +14,11 @@ from tfra.hdl.parallel.tfra.sweep.crossing import Crossing, crossing_latency
 from tfra.model.fixed.design import Design
 
 _PAIR = 2
-"""Cycles more where entries are taken in pairs: to add up what both of a pair do to the slope, and to the sum."""
+"""Extra cycles where entries are taken in pairs, to add the effects of both on the slope and on the sum."""
 
 
 def at_once(design: Design) -> int:
-    """Candidates whose sums come in a cycle: two in a core that handles all words of a quad in one."""
+    """Candidates whose sums are ready in a cycle: two in a core that processes a whole quad in one cycle."""
     return 2 if design.cycles_per_quad == 1 else 1
 
 
@@ -33,7 +33,7 @@ def _reads(design: Design) -> int:
 
 
 def _first_sum(design: Design) -> int:
-    """Cycles from the end mark, which comes a cycle behind the last term, to the sum of candidate 0 in its register."""
+    """Cycles from the end mark, which comes a cycle after the last term, to the sum of candidate 0 in its register."""
     return crossing_latency(design) + DRAIN + READ + _PAIR * (at_once(design) - 1) + 1
 
 
@@ -53,7 +53,7 @@ def slope_bits(design: Design) -> int:
 
 
 class _Phases(NamedTuple):
-    """What happens in a cycle to slope and sum."""
+    """Operations on slope and sum in a cycle."""
 
     slope_adds: Value
     """The size of an entry is added to the slope."""
@@ -70,8 +70,8 @@ class _Phases(NamedTuple):
 class Sums(wiring.Component):
     """``sum(k) = sum over terms of max(0, first + k step)`` for k = 0 ... K; exact.
 
-    A term counts while it is positive, from k = 0 up to its crossing or from there on, so that the sum is convex,
-    straight between crossings:
+    A term counts while it is positive, from k = 0 up to its crossing or from there on, so the sum is convex and linear
+    between crossings:
 
         sum(0)   = sum of first >= 0                       sum(k)   = sum(k-1) + slope(k-1) + excess of crossings at k
         slope(0) = sum of their steps                      slope(k) = slope(k-1) + size of crossings at k
@@ -82,13 +82,13 @@ class Sums(wiring.Component):
                      '-> Crossing -> Accumulator of K entries ------^
                                      size, excess
 
-    Terms cost a cycle each and candidates another, or half of it: no sum is made of terms times candidates.  For two
+    Each term takes a cycle, and each candidate one or half a cycle, instead of terms times candidates.  For two
     candidates a cycle, odd and even entries have a bank each, and a pair of entries moves slope and sum at once:
 
         slope(k+2) = slope(k) + (size(k+1) + size(k+2))
         sum(k+2)   = sum(k) + 2 slope(k) + (excess(k+1) + size(k+1) + excess(k+2))
 
-    Cycles behind the read of entry 1; in brackets behind that of the pair of entries 1 and 2.  The entries after it
+    Cycles after the read of entry 1; in brackets after that of the pair of entries 1 and 2.  The entries after it
     follow in the cycles after it:
 
     ======= ================ ===========================================================
@@ -99,17 +99,17 @@ class Sums(wiring.Component):
     4 (6)   ``sum_added``    ``total`` is sum(1), or sum(2) of a pair
     ======= ================ ===========================================================
 
-    No term comes from ``ended`` until the sums have come: see :func:`sums_wait`.  Behind a reset entries, slope and
+    No term comes from ``ended`` until the sums have come: see :func:`sums_wait`.  After a reset entries, slope and
     total are cleared in the same way, without any sum that is ``valid``.
 
     Members:
         first: the term of candidate 0.
-        step: what it grows by from one candidate to the next.
+        step: its increment from one candidate to the next.
         size: ``|step|``.
         i_valid: there is a term in this cycle.
-        ended: pulse, a cycle behind a frame's last term.
+        ended: pulse, a cycle after a frame's last term.
         sums: the sums of the next ``at_once`` candidates, those of a frame without a gap.
-        valid: which of them are there; behind the last candidate there is none.
+        valid: which of them are there; after the last candidate there is none.
         begins: pulse, a cycle ahead of candidate 0, or two where they come in pairs.
 
     Resources: a :class:`Crossing`, an :class:`Accumulator` of K entries of about 80 bits, five adders; for two
@@ -164,7 +164,7 @@ class Sums(wiring.Component):
         return Accumulator(value, total, self._design.search.steps, at_once(self._design))
 
     def _phases(self, m: Module, draining: Value) -> _Phases:
-        """What happens to slope and sum, behind the reads of entries."""
+        """Operations on slope and sum, after the reads of entries."""
         next_adds = delayed(m, draining, READ - 1 + _PAIR * self._pairs, "next_adds", control=True)
         slope_adds = register(m, next_adds, "slope_adds", control=True)
         sum_adds = register(m, slope_adds, "sum_adds", control=True)
@@ -199,7 +199,7 @@ class Sums(wiring.Component):
     def _send(self, m: Module, when: _Phases, total: Signal, slope: Signal, odd_excess: Value) -> None:
         """Sums of a row; where they come in pairs, the odd candidate's is made from that of the even one before it."""
         clearing = self._clearing(m)
-        alone = rows(self._design) > _reads(self._design)  # the last candidate, behind all entries
+        alone = rows(self._design) > _reads(self._design)  # the last candidate, after all entries
         there = Cat(when.sum_adds | when.sum_added if alone else when.sum_adds, when.sum_adds)[: len(self.valid)]
         valid = there & (~clearing).replicate(len(there))
         m.d.comb += self.begins.eq(when.slope_adds & ~when.sum_adds & ~clearing)
@@ -214,7 +214,7 @@ class Sums(wiring.Component):
             m.d.comb += [self.sums[0].eq(total), self.valid.eq(valid)]
 
     def _clearing(self, m: Module) -> Signal:
-        """What is read now are the entries of no frame, behind a reset."""
+        """The entries being read belong to no frame, after a reset."""
         clearing = Signal(init=1)
         with m.If(self.ended):
             m.d.sync += clearing.eq(0)
@@ -222,7 +222,8 @@ class Sums(wiring.Component):
 
     @staticmethod
     def _pair(m: Module, odd: Any, even: Any) -> tuple[Value, Value]:
-        """What two entries in turn do to slope and sum, beside what the slope before them does; ``_PAIR`` later."""
+        """The effect of two consecutive entries on slope and sum, without that of the slope before them; ``_PAIR``
+        later."""
         both = register(m, odd.size + even.size, "both_sizes")
         odd_part, even_part = register(m, odd.size + odd.excess, "odd_part"), register(m, even.excess, "even_part")
         return register(m, both, "size"), register(m, odd_part + even_part, "excess")

@@ -1,4 +1,4 @@
-"""The sweep's terms: what a taxel adds to B^z and to B^xy, as functions of the candidate."""
+"""The sweep's terms: the contribution of a taxel to B^z and to B^xy, as functions of the candidate."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def term(design: Design) -> data.StructLayout:
 
 
 def terms_latency(design: Design) -> int:
-    """Cycles from taking the last quad of q to the mark behind its taxels."""
+    """Cycles from taking the last quad of q to the mark after its taxels."""
     return TAXEL + WORDS + 2 + product_latency(design.search.steps)
 
 
@@ -46,7 +46,7 @@ class Terms(wiring.Component):
         ends: the loader takes a frame's last quad of e1.
         o: a term.
         valid: there is a term in this cycle.
-        ended: pulse, in the cycle behind a frame's last taxel.
+        ended: pulse, in the cycle after a frame's last taxel.
         measured: K times the sum of positive stress, from ``ended`` on.
         exponent: the frame's, from ``ended`` on.
 

@@ -42,8 +42,8 @@ _FRAMES = 4
 """Frames between the first quad of q and an index that is taken: in terms, sums and winner, and one that waits."""
 
 _WAITING = {"stress": FRAMES + 1, "g": FRAMES, "normal": 2 * FRAMES}
-"""Vectors that may wait.  The products never wait for a queue: each holds the vectors of all frames in flight.  That of
-stress holds one more, which is the next operand of the products."""
+"""Capacity of the queues in vectors.  The products never wait for a queue: each holds the vectors of all frames in
+flight.  That of stress holds one more, the next operand of the products."""
 _FOLDED = 3
 """Quads that follow this operand: two are in the fold, one is what the fork offers to the fold and has sent here.  So
 the normaliser never waits for the sweep."""
@@ -53,8 +53,8 @@ class Sweep(wiring.Component):
     """``index`` of the candidate with the smallest B^xy on the plateau of B^z; equal to the model's ``sweep``.
 
     Takes frames back to back: stress, g and normal wait in queues, direction and frame in a buffer each.  A quad of
-    e0 enters the loader with its g; quads of e1 enter it with stress, when the facts are there.  They enter
-    ``Queue.latency`` cycles behind their transfers at the earliest.  At least so many cycles lie
+    e0 enters the loader with its g; quads of e1 enter it with stress, when the facts are valid.  They enter
+    ``Queue.latency`` cycles after their transfers at the earliest.  At least that many cycles lie
 
         between quads of e0                                  ``e0_interval``
         from the last of e0 to the first of e1               ``turn``
@@ -62,7 +62,7 @@ class Sweep(wiring.Component):
         from the last of e1 to e0 of the next frame          ``quad_interval``
         from the last of e1 to e1 of the next frame          ``frame_interval``
 
-    Behind a reset, the first quad of e1 waits for ``frame_interval`` cycles, in which the memories are cleared.
+    After a reset, the first quad of e1 waits for ``frame_interval`` cycles, in which the memories are cleared.
 
     Resources: no multiplier; two dividers without feedback; memories of 5 Q vector quads, 2 Q stress quads and
     2 K entries of the sums; with a tolerance the sums of all candidates.
@@ -73,8 +73,8 @@ class Sweep(wiring.Component):
         g: Q parity-domain quads of C33 n, before those of e0, which follow from it.  There is a place for those of
             ``FRAMES`` frames whose index has not been taken.
         normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1; places as of g.
-        direction: fact of the frame; ``negative`` is looked at.
-        frame: fact of the frame; ``exponent`` is looked at.
+        direction: fact of the frame; ``negative`` is used.
+        frame: fact of the frame; ``exponent`` is used.
         index: the winner, one transfer a frame.
     """
 
@@ -94,22 +94,22 @@ class Sweep(wiring.Component):
 
     @property
     def turn(self) -> int:
-        """Cycles from the last quad of e0 to the first of e1 at the shortest."""
+        """Least number of cycles from the last quad of e0 to the first of e1."""
         return max(TURN, self.e0_interval)
 
     @property
     def e0_interval(self) -> int:
-        """Cycles between two quads of e0 at the shortest."""
+        """Least number of cycles between two quads of e0."""
         return self._design.cycles_per_quad
 
     @property
     def quad_interval(self) -> int:
-        """Cycles between two quads of e1 at the shortest."""
+        """Least number of cycles between two quads of e1."""
         return WORDS
 
     @property
     def frame_interval(self) -> int:
-        """Cycles from a frame's last quad of e1 to the first of the next frame at the shortest."""
+        """Least number of cycles from a frame's last quad of e1 to the first of the next frame."""
         return WORDS - 1 + sums_wait(self._design)
 
     @property
@@ -161,7 +161,7 @@ class Sweep(wiring.Component):
         return m
 
     def _wait(self, m: Module, loader: Loader) -> None:
-        """Queues and buffers for what comes before the loader needs it."""
+        """Queues and buffers for inputs that arrive before the loader needs them."""
         for name, vectors in _WAITING.items():
             port = getattr(self, name)
             beats = 1 if name == "stress" else self._design.cycles_per_quad

@@ -39,7 +39,7 @@ def winner_latency(design: Design) -> int:
 
 
 class _Lowest(NamedTuple):
-    """The smallest B^z so far, beside the row that is compared with it."""
+    """The smallest B^z so far, aligned with the row that is compared with it."""
 
     z: Value
     """B^z of the row, the smaller one of a pair."""
@@ -64,16 +64,16 @@ class Winner(wiring.Component):
         xy -- minus measured sum -- |.| -- B^xy ---+--> best, index
 
     Without a tolerance a smaller B^z begins a new plateau, and an equal one belongs to it: candidates are compared as
-    they come.  With a tolerance the plateau is known when all have come: they wait in a memory and are compared as they
-    leave it, while those of the next frame take their places.  Where candidates come in pairs, the better one of a
-    pair is found first, and stands for both.
+    they come.  With a tolerance the plateau is known only after all candidates: they wait in a memory and are compared
+    as they leave it, while those of the next frame replace them.  Where candidates come in pairs, the better one of a
+    pair is selected first, and represents both.
 
     Members:
         rows: the sums of the candidates of a cycle.
         valid: which of them are there.
         measured: K times the sum of positive stress, from the first row until the last one is compared.
         exponent: exponent of the frame, which the tolerance depends on; as long.
-        found: a pulse, ``winner_latency`` cycles behind the last row.
+        found: a pulse, ``winner_latency`` cycles after the last row.
         index: the winner, while ``found``.
 
     Resources: two comparators, two adders; with a tolerance a memory of all candidates, a comparator and an adder more;
@@ -95,7 +95,7 @@ class Winner(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        wait = _SMALLER * (self._ways - 1)  # until the smaller B^z of a pair is there
+        wait = _SMALLER * (self._ways - 1)  # until the smaller B^z of a pair is known
         second, equal, z = self._smaller_z(m)
         valid = delayed(m, self.valid[0], wait, "row_valid", control=True)
         number, last = wrapping_counter(m, valid, rows(self._design), "row_number")
@@ -206,9 +206,9 @@ class Winner(wiring.Component):
         self._keep_best(m, distance, candidate, some, some & ~begun)
 
     def _replay(self, m: Module, number: Value, row: Value, complete: Value) -> tuple[Value, Value, Value]:
-        """Store every row; when all have come, hand them out again: number, words, and whether there is one.
+        """Store every row; when all have arrived, replay them: number, words and valid.
 
-        The first is read in the cycle behind ``complete`` and comes ``_REPLAY - 1`` later.
+        The first is read in the cycle after ``complete`` and comes ``_REPLAY - 1`` later.
         """
         last, wait = rows(self._design) - 1, _REPLAY - 1
         m.submodules.rows = memory = Memory(shape=unsigned(len(row)), depth=max(2, last + 1), init=[])

@@ -1,4 +1,4 @@
-"""Share of the blocks behind the products: everything there follows frame by frame from its inputs."""
+"""Timeline of the blocks after the products: their events follow frame by frame from their inputs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NEXT_GAIN, _NEXT_FRAME = 2, 2
 
 
 class Back:
-    """What the results of each product set off."""
+    """Events that the results of each product cause."""
 
     def __init__(self, events: Events) -> None:
         self._events = events
@@ -43,7 +43,7 @@ class Back:
         events.spans.append(Span("dependent", "alpha, beta", product.frame, taken, frame.affine))
 
     def _normal(self, product: Product) -> None:
-        """p or q; behind both the sweep."""
+        """p or q; after both the sweep."""
         frame, design = self._events.frames[product.frame], self._events.design
         frame.normal += [cycle + design.cycles_per_quad - 1 for cycle in product.results]
         if len(frame.normal) == 2 * design.quads:
@@ -51,7 +51,7 @@ class Back:
             self._scalars(product.frame)
 
     def _force(self, product: Product) -> None:
-        """Products enter the vector updates beat by beat, which then have no other use for the frame."""
+        """Products enter the vector updates beat by beat; then the updates are done with the frame."""
         events, beats = self._events, self._events.design.cycles_per_quad
         frame = events.frames[product.frame]
         frame.force = [cycle + beats - 1 for cycle in product.results]
@@ -74,7 +74,7 @@ class Back:
         self._events.spans.append(Span("sweep", "candidates", number, start + wait.quad, frame.index))
 
     def _scalars(self, number: int) -> None:
-        """What follows from the index: friction, resultant, gain."""
+        """Events after the index: friction, resultant, gain."""
         events, wait = self._events, self._events.blocks
         frame, before = events.frames[number], events.before(number)
         frame.chosen = frame.index + wait.friction
@@ -85,7 +85,7 @@ class Back:
         events.spans.append(Span("gain", "gain", number, begin, frame.gain))
 
     def _words(self, number: int) -> None:
-        """Result words: the header behind the gain, forces as their planes come, never two in a cycle."""
+        """Result words: the header after the gain, forces as their planes come, never two in a cycle."""
         events, design, wait = self._events, self._events.design, self._events.blocks
         frame, before = events.frames[number], events.before(number)
         cycle = frame.gain + PerFrameQueue.latency + wait.scaling - 1

@@ -1,4 +1,4 @@
-"""Cycles that blocks take, whatever the data."""
+"""Cycles that blocks take, independent of the data."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from tfra.model.fixed.design import Design
 
 @dataclass(frozen=True)
 class BlockCycles:
-    """Cycles of the blocks, as they state them themselves: latencies, if nothing else is said."""
+    """Cycles as the blocks state them: latencies unless noted."""
 
     normaliser: int
     centroids: int
@@ -54,11 +54,11 @@ class BlockCycles:
 
     @classmethod
     def of(cls, design: Design) -> BlockCycles:
-        """Ask every block of ``design``."""
+        """Read them from every block of ``design``."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UnusedElaboratable)
             found = cls._ask(design)
-            gc.collect()  # a block that is only asked, not elaborated, complains when it goes: let it go here
+            gc.collect()  # a block that was never elaborated warns when it is deleted: delete it here
         return found
 
     @classmethod

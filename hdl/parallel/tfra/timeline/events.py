@@ -1,4 +1,4 @@
-"""What happens to frames in the core, and in which cycle."""
+"""Events of frames in the core, and their cycles."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Span:
 
 @dataclass
 class Frame:
-    """Cycles of one frame's events, in the order of the data."""
+    """Cycles of one frame's events, in dataflow order."""
 
     taxel: int = 0
     direction: int = 0
@@ -70,7 +70,7 @@ class Tokens:
         self._times.append(cycle + 1)
 
     def seen(self) -> int:
-        """Cycle from which the next one can be seen, as far as is known."""
+        """First known cycle in which the next token is visible."""
         return self._times[self._taken] if self._taken < len(self._times) else NEVER
 
     def take(self) -> None:
@@ -79,7 +79,7 @@ class Tokens:
 
 
 class Events:
-    """What the units' shares of the timeline have in common."""
+    """State that the units' parts of the timeline share."""
 
     def __init__(self, design: Design, blocks: BlockCycles, frames: int) -> None:
         self.design, self.blocks = design, blocks

@@ -1,4 +1,4 @@
-"""Share of the blocks before the products: normaliser, centroids and fold."""
+"""Timeline of the blocks before the products: normaliser, centroids and fold."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from tfra.hdl.parallel.tfra.timeline.events import NEVER, Events
 
 
 class Front:
-    """Taxels of frames back to back, until the quads of b stand in front of the matrix-vector unit."""
+    """Taxels of frames back to back, until the quads of b wait at the matrix-vector unit."""
 
     def __init__(self, events: Events) -> None:
         self._events = events

@@ -1,4 +1,4 @@
-"""Share of the matrix-vector unit: it chooses a product among the operands that are there, and runs its passes."""
+"""Timeline of the matrix-vector unit: it chooses a product among the available operands, and runs its passes."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _BANK_FREE = 2
 class Product:
     """The product of a frame by ``stack``, whose last pass is launched in ``last_launch``.
 
-    ``results`` are the cycles in which its result quads reach whom they are routed to.
+    ``results`` are the cycles in which its result quads reach their sinks.
     """
 
     stack: str
@@ -46,7 +46,7 @@ class Products:
 
     @property
     def bank_free(self) -> int:
-        """Cycle from which b's bank takes quads, behind the last product."""
+        """Cycle from which b's bank takes quads, after the last product."""
         return self._launches[-1] + _BANK_FREE if self._launches else 0
 
     def choice(self) -> tuple[int, str, int]:
@@ -99,7 +99,7 @@ class Products:
             events.plane_tokens.take()
 
     def _give(self, stack: str, last_launch: int) -> None:
-        """Give the operand's bank back behind the last pass over it."""
+        """Give the operand's bank back after the last pass over it."""
         if stack == "residual":
             self._events.weight_tokens.give(last_launch + 1)
         elif stack != "contact":

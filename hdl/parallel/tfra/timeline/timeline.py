@@ -1,10 +1,10 @@
-"""When things happen in the core: the events of frames that follow each other, cycle by cycle as in the gateware.
+"""Timeline of the core: the events of consecutive frames, cycle by cycle as in the gateware.
 
-Every block takes a fixed number of cycles, whatever the data.  Two units decide what to do next among what is there:
-the matrix-vector unit chooses a product, the vector updates begin a vector.  Decisions are taken here in the order of
-their cycles, since nothing that follows from one can be seen before the cycle after it; everything else follows from
-its inputs frame by frame.  Cycle numbers are those of the clock edge of a transfer, or of the cycle in which a state is
-seen, with taxels always there and results always taken.
+Every block takes a fixed number of cycles, independent of the data.  Two units choose among available work: the
+matrix-vector unit chooses a product, the vector updates begin a vector.  Decisions are simulated in the order of their
+cycles, since no effect of one is visible before the next cycle; all other events follow from their inputs frame by
+frame.  A cycle number is that of the clock edge of a transfer, or of the cycle in which a state is visible.  Taxels are
+always valid and results always ready.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Share of the vector updates: e0, e1 and d are begun when all they need is there, and a bank is free for them."""
+"""Timeline of the vector updates: e0, e1 and d begin when all their inputs are available and a bank is free."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from tfra.hdl.parallel.tfra.combine.store import MEASURE
 from tfra.hdl.parallel.tfra.timeline.events import NEVER, Events, Span, Vector
 
 _SEEN = 1
-"""Cycles in which the arbiter sees that a fact is there."""
+"""Cycles until the arbiter sees that a fact is available."""
 
 _NEXT_FRAME = 3
 """Cycles from the last beat of a frame's vectors to the choice of the next frame's: its store's place moves on."""

@@ -38,7 +38,7 @@ def combine(w: Writer, vector: int, words: int, significant: Operand) -> None:
 def add_scaled(w: Writer) -> None:
     """Body of :func:`combine`: P0 at the words of x, P1 at the vector, P2 at the numbers of bits.
 
-    A product is read while the next one begins, so that one multiplication stands before all others.
+    A product is read while the next one begins, so one multiplication precedes all others.
     """
     a = w.assembler
     a.act(Op.MUL, mem(0, 0, Post.UP))

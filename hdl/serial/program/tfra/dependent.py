@@ -54,7 +54,7 @@ def sums(w: Writer) -> None:
 def fractions(w: Writer) -> None:
     """Numerators of alpha and beta, and their denominator, which is negligible where a coefficient would be too long.
 
-    (u_0, u_x, -u_y) = sin A_x - cos A_y; the swept axis tells which of them is what.  F1 says, at the end, that
+    (u_0, u_x, -u_y) = sin A_x - cos A_y; the swept axis determines their roles.  F1 says, at the end, that
     alpha and beta exist and are needed.
     """
     a = w.assembler

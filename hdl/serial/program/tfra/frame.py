@@ -1,7 +1,7 @@
 """The serial core's program: one frame of TFRA, in the order of :mod:`tfra.model.fixed.tfra.pipeline`.
 
-Stages stand in files named after the model's blocks, and hand their results on in words of the memory map and in
-registers, as their docstrings say.
+Stages are in files named after the model's blocks; they pass results in words of the memory map and in registers, as
+their docstrings state.
 """
 
 from __future__ import annotations
@@ -58,9 +58,9 @@ class Program:
 
     instructions: tuple[Instruction, ...]
     subroutines: int
-    """Instructions before the first subroutine; behind it there are only subroutines."""
+    """Instructions before the first subroutine; after it there are only subroutines."""
     memory: tuple[int, ...]
-    """First contents of the data memory."""
+    """Initial contents of the data memory."""
     operands: int
     """The lowest words of the memory, of which the lanes have a copy."""
     names: dict[int, str]
@@ -91,7 +91,7 @@ def program(design: Design) -> Program:
     a.jump(start)
     interval = a.cycles - before
     subroutines = a.link()
-    w.map.reserve(2)  # a product looks for a fifth parity behind its table
+    w.map.reserve(2)  # a product looks for a fifth parity after its table
     memory = tuple(w.map.words)
     return Program(
         tuple(a.program), subroutines, memory, w.map.operands, w.map.names, first, last, interval, taxel

@@ -1,5 +1,5 @@
-"""The exact sweep: B^z and B^xy of all candidates from where taxels' terms change their sign, and the choice
-(Eqs. 23-27).
+"""The exact sweep: B^z and B^xy of all candidates from the sign changes of the taxels' terms, and the choice (Eqs.
+23-27).
 
 There are two tables for each sum, with a word a candidate:
 
@@ -70,8 +70,8 @@ def terms(w: Writer) -> None:
     """Enter every taxel's term of B^z and of B^xy at the candidate where it begins or ends.
 
     A term is max(0, x + k q) at candidate k, or S - x and -q for B^xy.  With v = x or -x, so that the term changes at
-    the first candidate k with v - k |q| <= 0, the division (v + |q|) / |q| gives k, and its remainder what the term is
-    worth there.  F1: the sweep goes to negative mu.
+    the first candidate k with v - k |q| <= 0, the division (v + |q|) / |q| gives k, and its remainder the value of the
+    term there.  F1: the sweep is over negative mu.
     """
     a, places = w.assembler, w.map
     w.set_flag(1, w.at("negative"))
@@ -152,9 +152,9 @@ def _fetch_taxel(w: Writer) -> None:
 def _enter_taxel(w: Writer) -> None:
     """Enter a taxel: x in R3, a quarter of its S in R4, q in R1, |q| in R2; F0 says that q is negative.
 
-    A division waits for its own result in every other instruction.  These pauses hold what does not depend on it: in
-    the first division (for B^z) the second one's dividend, in the second one (for B^xy) what is entered for B^z.  The
-    next taxel is fetched while the last pointer settles.
+    A division waits for its own result in every other instruction.  Independent instructions fill these pauses: in the
+    first division (for B^z) the second one's dividend, in the second one (for B^xy) the entries for B^z.  The next
+    taxel is fetched while the last pointer settles.
     """
     a, (_, _, xy_height, xy_slope) = w.assembler, w.map.tables
     with a.deferred() as dividend_of_xy:
@@ -199,7 +199,7 @@ def _entry_of_z(w: Writer) -> None:
 
 
 def _divide(w: Writer, word: Operand, pauses: list[Instruction]) -> None:
-    """K = word / R2, word = the remainder; one of ``pauses`` behind every step, and the rest of them at the end."""
+    """K = word / R2, word = the remainder; one of ``pauses`` after every step, and the rest of them at the end."""
     a, steps = w.assembler, sweep_bits(w.design)
     a.act(Op.SHIFT, R2)
     for number in range(steps):
