@@ -1,6 +1,6 @@
 """Every command in the README and in docs/ works.
 
-Blocks are executed line by line.  Arguments are checked of commands that take minutes and of those that sentences name.
+Blocks are executed line by line.  Of commands that take long, and of those that sentences name, arguments are checked.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ PLACEHOLDERS = {
 }
 """What a page leaves to the reader, and a value of it."""
 
-MINUTES = {"synth", "study", "paper"}
-"""Commands of which only the arguments are checked here: tests of their own run them."""
+LONG = {"synth", "study", "paper", "live"}
+"""Commands of which only the arguments are checked here, since they take minutes or never end: other tests run them."""
 
 TASTE = re.compile(r"COMMAND|…|\.\.\.|: ")
 """In what is no command: part of one, or a message."""
@@ -142,9 +142,9 @@ def _text(name: str, frames: np.ndarray, separator: str, times: bool) -> None:
 
 
 def run(line: str) -> None:
-    """Execute a ``tfra`` command, or parse one of ``MINUTES``."""
+    """Execute a ``tfra`` command, or parse one of ``LONG``."""
     words = [PLACEHOLDERS.get(word, word) for word in shlex.split(line, comments=True)[1:]]
-    if words[0] in MINUTES:
+    if words[0] in LONG:
         parsed(words)
     else:
         assert main(words) == 0, line
