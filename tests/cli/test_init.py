@@ -23,6 +23,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.long
 def test_every_command_takes_it(capsys: pytest.CaptureFixture[str]) -> None:
     """Frames of a plausible height, whose forces come back; a core; its size."""
     options = ("--adc-bits", "12", "--full-scale", "150e3", "--target", "ecp5-45")

@@ -6,6 +6,7 @@ import json
 import re
 import signal
 import tomllib
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,9 @@ from tfra.codegen.config import load
 from tfra.codegen.ownership import MANIFEST
 from tfra.codegen.processes import Stopped
 from tfra.hdl.cores import microarchitecture
+from tfra.model.fixed.design import Design
 from tfra.synth import run as flow
+from tfra.synth.estimate import estimate
 from tfra.synth.flow import CriticalPath, Route, Synthesis
 from tfra.synth.targets import TARGETS, Target, find
 from tfra.synth.tools import ToolError
@@ -40,6 +43,22 @@ mac_lanes = 4
 SYNTH = ("synth", "skin.toml", "--target", "ecp5-85", "--out", "fpga")
 SIZE = ("size", "skin.toml", "--target", "ecp5-85")
 CLOCK = find("ecp5-85").clock_mhz
+
+
+def once(make: Callable[[Design, Any], Any]) -> Callable[[Design, Any], Any]:
+    """The same, made once for each design and each part or family: elaborating takes seconds."""
+    made: dict[tuple[Design, str], Any] = {}
+
+    def get(design: Design, where: Any) -> Any:
+        key = design, where.name
+        if key not in made:
+            made[key] = make(design, where)
+        return made[key]
+
+    return get
+
+
+ESTIMATE, NETLIST = once(estimate), once(flow.netlist)
 
 
 @pytest.fixture
@@ -63,7 +82,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         (directory / f"{name}.bit").write_text(str(seed))
         return f"{name}.bit"
 
-    for name, stand_in in (("synthesise", synthesise), ("route", route), ("pack", pack)):
+    stand_ins = {"synthesise": synthesise, "route": route, "pack": pack, "estimate": ESTIMATE, "netlist": NETLIST}
+    for name, stand_in in stand_ins.items():
         monkeypatch.setattr(flow, name, stand_in)
     return tmp_path
 

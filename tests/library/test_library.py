@@ -142,6 +142,7 @@ def test_engines_are_the_models(sensor: tfra.Sensor, simulated: tuple[Any, tfra.
     assert not np.array_equal(expected["float", False].mu, expected["float", True].mu)
 
 
+@pytest.mark.long
 def test_the_simulated_core_is_the_fixed_model(tmp_path: Path) -> None:
     (tmp_path / "skin.toml").write_text(CONFIG)
     small = tfra.load(tmp_path / "skin.toml")

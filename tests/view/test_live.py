@@ -126,6 +126,7 @@ def test_a_wrong_number_is_noticed(tab: Browser, made: tuple[Any, Floats]) -> No
             np.testing.assert_allclose(numbers(tab, "f_z"), Tfra.of(design)(frames[:1]).resultant[0, 2], rtol=6e-4)
 
 
+@pytest.mark.long
 def test_pause_reload_and_what_breaks(tab: Browser, made: tuple[Any, Floats]) -> None:
     design, frames = made
     with sending(design) as sent:
@@ -156,6 +157,7 @@ def test_a_command_that_was_ended(tab: Browser, made: tuple[Any, Floats]) -> Non
     assert cells(tab, "status") == ["contact"]
 
 
+@pytest.mark.long
 def test_what_is_old_is_forgotten(tab: Browser, made: tuple[Any, Floats], monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 300 frames 70 are kept, in arrays that are filled many times, and are those that came last."""
     design, frames = made
@@ -205,6 +207,7 @@ def test_accessibility(tab: Browser, made: tuple[Any, Floats]) -> None:
         assert faults_at_all_widths(tab) == []
 
 
+@pytest.mark.long
 def test_slow_pages_get_no_queue(tab: Browser, made: tuple[Any, Floats]) -> None:
     """While the page does nothing, frames come; then it shows the last of them."""
     design, frames = made

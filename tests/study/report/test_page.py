@@ -141,6 +141,7 @@ def test_every_chart_is_drawn_and_answers(shown: Browser) -> None:
     assert tab.requests == []
 
 
+@pytest.mark.long
 def test_accessibility(shown: Browser) -> None:
     shown.until("document.querySelector('.js-plotly-plot svg')")
     assert faults_at_all_widths(shown) == []
