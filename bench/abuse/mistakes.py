@@ -152,6 +152,12 @@ def noise(frames: Floats) -> Floats:
     return np.random.default_rng(1).normal(0, 5e-4 * Adc().full_scale, (40, ROWS, COLUMNS))
 
 
+def untared(frames: Floats) -> Floats:
+    """The frames after ten without a contact; every taxel has an offset of its own, 3 % of the largest magnitude."""
+    offset = 0.03 * np.abs(frames).max() * np.random.default_rng(1).uniform(-1, 1, (ROWS, COLUMNS))
+    return offset + np.concatenate([np.zeros((10, ROWS, COLUMNS)), frames])
+
+
 def stuck(frames: Floats) -> Floats:
     """Ten loads of the first frame, and one taxel that does not move."""
     loads = np.linspace(0.2, 1, 10)[:, None, None] * frames[0]

@@ -101,6 +101,12 @@ OPTIONS = [
         "Invalid value for '--frames-per-second'",
     ),
     Misuse("an unknown target", nothing, "synth skin.toml --target x --out d", "--target: one of "),
+    Misuse(
+        "a frame rate that no core reaches",
+        nothing,
+        "size skin.toml --target ecp5-25 --frames-per-second 1e9 --latency-us 100",
+        "frames_per_second: 1e+09 are wanted, ",
+    ),
     Misuse("an output with another suffix", nothing, "frames skin.toml --out f.csv", "must end in .npz"),
     Misuse("a result with another suffix", nothing, f"{GOOD[:-4]}.xlsx", "in .npz, .csv or .parquet"),
 ]
@@ -177,6 +183,12 @@ OUTPUTS = [
         raw("r.csv", b"1,2\n"),
         "estimate skin.toml frames.npz --out r.csv",
         "r.csv: is not replaced: it is not a directory",
+    ),
+    Misuse(
+        "notes as the place of a page",
+        raw("page.html", b"<p>mine</p>"),
+        "verify skin.toml --page page.html",
+        "page.html: is not replaced: tfra did not write it",
     ),
     Misuse(
         "simulated frames as the place of results",

@@ -26,6 +26,7 @@ from bench.abuse.mistakes import (
     references,
     stuck,
     table,
+    untared,
 )
 
 ESTIMATE = "estimate skin.toml wrong.{} --out r.npz"
@@ -179,6 +180,7 @@ DOUBTS = [
     Misuse("saturation", recorded(lambda frames: np.maximum(9 * frames, -200e3)), NPY, "was it saturated", 0),
     Misuse("compression only", recorded(lambda frames: np.minimum(frames, 0)), NPY, "does this array measure compr", 0),
     Misuse("one frame again and again", recorded(lambda frames: frames[[0] * 20]), NPY, "is the recording stuck?", 0),
+    Misuse("offsets of single taxels", recorded(untared), NPY, "was the sensor tared", 0),
     Misuse("a stuck taxel", recorded(stuck), NPY, "(row, column) (2, 3): is it stuck?", 0),
     Misuse(
         "over full scale",
