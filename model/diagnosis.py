@@ -126,8 +126,10 @@ def warnings(design: Choices, frames: Floats, found: Result, given: Input = PLAI
     """
     recording = _Recording(frames)
     meaning = list(_values(design, recording, found.status, given)) or list(_flags(found.status))
-    taxels = *_same(recording), *_stuck(design, recording), *_layout(recording, found.status, given)
-    return [*meaning, *_scale(design, recording, given), *_offsets(recording), *taxels]
+    offsets = list(_offsets(recording))
+    layout = [] if offsets else _layout(recording, found.status, given)  # offsets are rough in every order
+    taxels = *_same(recording), *_stuck(design, recording), *layout
+    return [*meaning, *_scale(design, recording, given), *offsets, *taxels]
 
 
 def _same(recording: _Recording) -> Iterator[str]:
