@@ -32,6 +32,10 @@ td { white-space: nowrap; }
 thead th { border-bottom: 2px solid #111; vertical-align: bottom; }
 tbody { border-bottom: 1px solid #999; }
 .name { text-align: left; }
+@media (max-width: 640px) {
+  td.name { white-space: normal; min-width: 7rem; }
+  .bar { width: 35%; min-width: 5rem; }
+}
 """
 
 
