@@ -39,7 +39,7 @@ tbody { border-bottom: 1px solid #999; }
 """
 
 
-_SYMBOL = re.compile(r"(?<!\\w)([A-Za-zα-ωµ])([_^])([a-z]{1,3})(?![A-Za-z_])")
+_SYMBOL = re.compile(r"(?<!\w)([A-Za-zα-ωµ])([_^])([a-z]{1,3})(?![A-Za-z_])")
 """A letter with what stands below or above it; names of columns and signals are longer."""
 
 
