@@ -4,6 +4,7 @@ import json
 import re
 from functools import cache
 
+import numpy as np
 import pytest
 
 from bench.cycles import cores
@@ -11,6 +12,8 @@ from bench.publish import ROOT
 from tfra.codegen.config import load
 from tfra.codegen.sidecar import sidecar
 from tfra.hdl.cores import microarchitecture
+from tfra.model.boussinesq import operators
+from tfra.model.sensor import SensorArray
 
 
 @cache
@@ -28,7 +31,13 @@ def products():
     return cores.design(16).multiplications
 
 
+def condition():
+    """cond(C33) of 10×10 taxels whose pitch is a third of the thickness, to one digit."""
+    return round(float(np.linalg.cond(operators(SensorArray(10, 10, 1e-3, 1e-3, 3e-3)).c33)), -3)
+
+
 TOLD = [
+    ("README.md", r"cond\(C33\) is ([\d,]+)", condition),
     ("README.md", r"A 10×10 frame takes ([\d,]+) real products", products),
     ("CHANGELOG.md", r"10×10 on 64 lanes takes a\s+frame every ([\d,]+) cycles", lambda: core(64).initiation_interval),
     ("docs/architecture.md", r"For 10×10 that is ([\d,]+) real products", products),
