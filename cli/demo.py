@@ -1,8 +1,8 @@
 """``python -m tfra.cli.demo``: the paper's two tables, computed by float TFRA and by the simulated core.
 
-Each of two example sensors measures a contact in 24 directions.  Every result word of the core is compared
-with the bit-accurate model, and the errors of Eqs. 33-35 with the largest ones of the paper (doi:10.1016/j.mechatronics.2023.103070).
-Exit code 1 if a word differs, an error exceeds the paper's, or the
+Each of two example sensors measures a contact in 24 directions.  Every result word of the core is compared with the
+bit-accurate model, and the errors of Eqs. 33-35 with the largest ones of the paper
+(doi:10.1016/j.mechatronics.2023.103070).  Exit code 1 if a word differs, an error exceeds the paper's, or the
 initiation interval is not the design's.
 """
 
