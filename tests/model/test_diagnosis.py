@@ -292,7 +292,7 @@ def test_most_frames_flagged() -> None:
     status[1::4] = status[3::8] = Status.DEPENDENT_OUT_OF_RANGE
     odd = type(found)(**{**vars(found), "status": status})
     assert warnings(design(SQUARE), frames, odd) == [
-        "75 % of the frames with a contact: dependent out of range (the dependent friction is beyond 1)"
+        "75 % of the frames with a contact: dependent out of range (the dependent friction coefficient exceeds 1)"
     ]
 
 
