@@ -1,4 +1,4 @@
-"""What the commands share: their arguments, their ways to print, and the bar for long work."""
+"""Shared by the commands: arguments, printing, progress of long work."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ PATIENCE = 2.0
 """Seconds of work before a progress bar appears."""
 
 INTERVAL = 30.0
-"""Seconds between lines about long work where there is no terminal."""
+"""Seconds between progress lines without a terminal."""
 
 
-Config = Annotated[Path, typer.Argument(metavar="CONFIG", help="Sensor, core and contacts in TOML.")]
-Json = Annotated[bool, typer.Option("--json", help="Print a summary in JSON, and nothing else.")]
+Config = Annotated[Path, typer.Argument(metavar="CONFIG", help="Describes sensor, core and contacts in TOML.")]
+Json = Annotated[bool, typer.Option("--json", help="Print only a summary in JSON.")]
 
 OutDirectory = Annotated[
     Path,
     typer.Option(
-        "--out", metavar="DIR", help="A new or empty directory, or one that this command wrote and nobody has changed."
+        "--out", metavar="DIR", help="A new or empty directory, or an unchanged one that this command wrote."
     ),
 ]
 
@@ -45,7 +45,7 @@ def print_json(summary: dict[str, Any]) -> None:
 
 @contextmanager
 def simulation_failures(command: str) -> Iterator[None]:
-    """End ``command`` with exit code 1, after telling why, when a simulation inside the block fails."""
+    """When a simulation inside the block fails, print why and end ``command`` with exit code 1."""
     from tfra.sim.run import ProtocolError, SimulationError
 
     try:
@@ -56,12 +56,12 @@ def simulation_failures(command: str) -> Iterator[None]:
 
 
 PageFile = Annotated[
-    Path | None, typer.Option("--page", metavar="FILE.html", help="Write the report as a page for a browser, too.")
+    Path | None, typer.Option("--page", metavar="FILE.html", help="Also write the report as a page for a browser.")
 ]
 
 
 class Advance(Protocol):
-    """Counts finished ``pieces``; ``total`` is how many there are, if that is known only now."""
+    """Counts finished ``pieces``; ``total`` sets their number, if it was unknown before."""
 
     def __call__(self, pieces: int, total: int | None = None) -> None: ...
 
@@ -70,8 +70,8 @@ class Advance(Protocol):
 def progress(title: str, total: int | None = None) -> Iterator[Advance]:
     """Yield a function that counts finished pieces, and show their share and the time left.
 
-    On a terminal there is a bar after ``PATIENCE``, else a line every ``INTERVAL``.  Without a total there is only a
-    bar that shows that work goes on.
+    A terminal shows a bar after ``PATIENCE``; otherwise a line is printed every ``INTERVAL``.  Without a total, the
+    bar only shows activity, and no lines are printed.
     """
     console = Console(stderr=True)
     if not console.is_interactive:
@@ -95,7 +95,7 @@ def progress(title: str, total: int | None = None) -> Iterator[Advance]:
 
 
 class _Lines:
-    """Lines for who has no terminal."""
+    """Progress lines where there is no terminal."""
 
     def __init__(self, title: str, total: int | None) -> None:
         self._title, self._total, self._done = title, total, 0
@@ -114,9 +114,9 @@ class _Lines:
 
 @contextmanager
 def forecasts(command: str) -> Iterator[Callable[[Forecast], None]]:
-    """Yield a function that shows how far ``command`` is whenever a step begins.
+    """Yield a function that shows the progress of ``command``, to be called when a step begins.
 
-    On a terminal a line goes on showing it; else there is a line for each step from the first that takes long.
+    A terminal shows one line that is updated; otherwise each step prints a line, from the first long step on.
     """
     console = Console(stderr=True)
     if not console.is_interactive:
@@ -128,7 +128,7 @@ def forecasts(command: str) -> Iterator[Callable[[Forecast], None]]:
 
 
 class _ForecastColumn(ProgressColumn):
-    """Share and time left, as they are now."""
+    """The current share and time left."""
 
     def render(self, task: Task) -> Text:
         """The line of a task."""

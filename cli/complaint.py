@@ -1,4 +1,4 @@
-"""A line for who reads standard error."""
+"""Lines on standard error."""
 
 from __future__ import annotations
 
@@ -7,6 +7,6 @@ from contextlib import suppress
 
 
 def say(message: str) -> None:
-    """Print a line on standard error, if somebody is left to be told."""
+    """Print a line on standard error; do nothing if its reader is gone."""
     with suppress(OSError):
         print(message, file=sys.stderr, flush=True)

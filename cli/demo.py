@@ -1,8 +1,9 @@
-"""``python -m tfra.cli.demo``: the paper's two tables, by float TFRA and by the simulated core.
+"""``python -m tfra.cli.demo``: the paper's two tables, computed by float TFRA and by the simulated core.
 
-Both example sensors see 24 directions of a contact.  Every result word of the core is compared with the bit-accurate
-model, and the errors of Eqs. 33-35 with the largest ones of the paper (doi:10.1016/j.mechatronics.2023.103070).
-Exit code 1 when a word differs, an error exceeds the paper's, or frames come at another interval than the design's.
+Each of two example sensors measures a contact in 24 directions.  Every result word of the core is compared with the
+bit-accurate model, and the errors of Eqs. 33-35 with the largest ones of the paper
+(doi:10.1016/j.mechatronics.2023.103070).  Exit code 1 if a word differs, an error exceeds the paper's, or the
+initiation interval is not the design's.
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ from tfra.model.truth import sentence
 from tfra.sim.run import ProtocolError, Run, SimulationError, simulate
 
 WIDTH = 80
-"""Columns that every line fits in."""
+"""Columns of the longest line."""
 
 FULL = slice(8, 20)
-"""Which times between frames are averaged: twelve with the pipeline full, as the design states the interval; the first
-frames meet an empty core, the last ones no others."""
+"""The averaged intervals: twelve with the pipeline full, for which the design states the interval.  The first frames
+enter an empty core, and no others follow the last ones."""
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 
@@ -49,7 +50,7 @@ class Errors:
     phi: float
 
     def within(self, other: Errors) -> bool:
-        """True if none is larger than the other's."""
+        """True if no error is larger than the other's."""
         return self.force <= other.force and self.mu <= other.mu and self.phi <= other.phi
 
 
@@ -63,7 +64,7 @@ class Sensor:
 
     name: str
     resultant: Floats
-    """True ones, ``(n, 3)`` N."""
+    """Ground truth, ``(n, 3)`` N."""
     mu: Floats
     phi_deg: Floats
     exact: Result
@@ -94,10 +95,10 @@ class Sensor:
 
     @property
     def failures(self) -> list[str]:
-        """What is wrong: nothing, if every word was compared and equal and no error exceeds the paper's."""
+        """What is wrong: empty if all words were compared and equal and no error exceeds the paper's."""
         found = []
         if self.differing or not self.run.compared == self.run.words.size > 0:
-            found.append(f"{self.differing} words of {self.run.words.size} differ, {self.run.compared} were compared")
+            found.append(f"{self.differing} of {self.run.words.size} words differ, {self.run.compared} were compared")
         if not self.largest(self.core).within(PAPER[self.name]):
             found.append("an error is larger than the paper's largest")
         if self.measured_interval not in (None, self.interval):
@@ -186,7 +187,7 @@ def _percent(worst: Errors) -> list[str]:
 
 
 def speed(sensor: Sensor) -> str:
-    """Return what was compared, and how often frames come."""
+    """Return the number of words compared and the measured initiation interval."""
     run, measured = sensor.run, sensor.measured_interval
     often = "too few frames to measure the interval" if measured is None else f"a frame every {measured:,} cycles"
     return (

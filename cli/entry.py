@@ -1,10 +1,10 @@
-"""What the command ``tfra`` starts with: whatever happens to its streams or its imports, it ends in one line.
+"""Entry point of the command ``tfra``: failures of streams or imports end it with one line.
 
-Only what Python has loaded anyway is imported here, so that Ctrl-C is taken care of from the first moment.  It kills
-the process while the command line is imported, and is a ``KeyboardInterrupt`` from then on.
+Only modules that Python has already loaded are imported here, so that Ctrl-C is handled from the start.  It kills
+the process while the command line is imported, and raises ``KeyboardInterrupt`` afterwards.
 
-Exit codes beside those of :mod:`tfra.cli.main`: 1 for output that can't be written and other failures of the system,
-70 for an error of our own, 130 after Ctrl-C, 141 when the reader of standard output has gone.
+Exit codes in addition to those of :mod:`tfra.cli.main`: 1 if output can't be written or the system fails otherwise,
+70 for a bug, 130 after Ctrl-C, 141 if the reader of standard output is gone.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from contextlib import suppress
 
 from tfra.cli.complaint import say
 
-TYPE_CHECKING = False  # the one of typing takes milliseconds
+TYPE_CHECKING = False  # importing typing takes milliseconds
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
 
@@ -30,7 +30,7 @@ BUG = 70
 
 
 class _Output(io.FileIO):
-    """A standard stream that remembers why it could not be written, whoever swallows the exception."""
+    """A standard stream that keeps its last write error, even if the exception is swallowed."""
 
     error: OSError | None = None
 
@@ -61,7 +61,7 @@ def main() -> int:
 def _run(output: _Output, complaints: _Output) -> int:
     try:
         _quiet_warnings()
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # there is nothing to clean up yet
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # nothing to clean up yet
         from tfra.cli.main import main as run
 
         signal.signal(signal.SIGALRM, signal.default_int_handler)
@@ -77,12 +77,12 @@ def _run(output: _Output, complaints: _Output) -> int:
     except Exception:
         import traceback
 
-        say(f"{traceback.format_exc()}tfra: this is an error of tfra itself; please report it with the lines above")
+        say(f"{traceback.format_exc()}tfra: this is a bug in tfra; please report it with the lines above")
         return BUG
 
 
 def _finished(code: int, output: _Output) -> int:
-    """Write what waits for standard output, and return the exit code."""
+    """Flush standard output, and return the exit code."""
     with suppress(OSError):
         sys.stdout.flush()
     if output.error is None:
@@ -93,11 +93,8 @@ def _finished(code: int, output: _Output) -> int:
     return code or 1
 
 
-
-
-
 def _interrupt_again(ignored: UnraisableHookArgs) -> None:
-    """Python drops a Ctrl-C that comes while it calls back, for instance in an import: raise it once more, later."""
+    """Raise a Ctrl-C again that Python dropped because it came in a callback, for instance in an import."""
     if ignored.exc_type is KeyboardInterrupt:
         signal.setitimer(signal.ITIMER_REAL, 0.01)
     else:
@@ -105,9 +102,9 @@ def _interrupt_again(ignored: UnraisableHookArgs) -> None:
 
 
 def _open_closed_streams() -> None:
-    """Occupy closed descriptors, or the next file to be opened would become standard output.
+    """Occupy closed descriptors, so that no file opened later becomes standard output.
 
-    Standard output is opened for reading alone: writing fails, as it must.
+    Standard output is opened read-only, so that writing fails as it should.
     """
     for descriptor, mode in enumerate((os.O_RDONLY, os.O_RDONLY, os.O_WRONLY)):
         try:
@@ -123,6 +120,6 @@ def _text(raw: _Output, former: object) -> io.TextIOWrapper:
 
 
 def _quiet_warnings() -> None:
-    """Show none but those that the command line lets through, whatever ``PYTHONWARNINGS`` says."""
+    """Ignore all warnings, whatever ``PYTHONWARNINGS`` says; the command line then enables its own."""
     warnings.resetwarnings()
     warnings.simplefilter("ignore")

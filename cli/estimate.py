@@ -1,4 +1,4 @@
-"""``tfra estimate``: forces from frames, by the model of one's choice."""
+"""``tfra estimate``: forces from frames, by a chosen engine."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 SHOWN = 12  # rows of the table on a terminal
 
-WIDTH = 80  # of the lines behind the table
+WIDTH = 80  # of the lines after the table
 
 Frames = Annotated[
     Path, typer.Argument(metavar="FRAMES", help="A recording: .npz, .npy, text, .parquet, .mcap or rosbag2.")
@@ -29,15 +29,15 @@ Frames = Annotated[
 Out = Annotated[
     Path,
     typer.Option(
-        metavar="RESULT.npz", help="Where the forces go; RESULT.csv and RESULT.parquet are folders of two tables."
+        metavar="RESULT.npz", help="Output file; RESULT.csv and RESULT.parquet are folders of two tables."
     ),
 ]
 EngineOption = Annotated[
     Engine,
-    typer.Option(help="Double precision, the bit-accurate model, the simulated core, or the search in mu_x and mu_y."),
+    typer.Option(help="Double precision, bit-accurate model, simulated core, or a search in both mu_x and mu_y."),
 ]
 Codes = Annotated[
-    bool, typer.Option("--codes", help="Give float and two-variable the converter's codes, which fixed and rtl see.")
+    bool, typer.Option("--codes", help="Feed float and two-variable with the converter's codes, as fixed and rtl are.")
 ]
 
 
@@ -51,7 +51,7 @@ def estimate(
     json: Json = False,
     given: Given | None = None,
 ) -> None:
-    """Estimate the forces under every taxel, the direction and the friction coefficient of every frame."""
+    """Estimate the friction coefficient and direction of every frame, and the force under every taxel."""
     from tfra.codegen.config import load
     from tfra.codegen.configfile import config_text
     from tfra.codegen.resultfile import Estimate, check_result, write_result
@@ -73,7 +73,7 @@ def estimate(
     told = facts(stresses, found)
     doubts = warnings(project.design, stresses, found, project.input)
     for doubt in doubts:
-        typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the name holds
+        typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the file name contains
     converted = codes or engine not in DOUBLE
     if json:
         source = {"engine": engine.value, "stress": "codes" if converted else "exact", "out": str(out)}

@@ -1,4 +1,4 @@
-"""``tfra examples``: the files to begin with."""
+"""``tfra examples``: files to start from."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import typer
 
 from tfra.model.errors import InputError, quoted
 
-Name = Annotated[str | None, typer.Argument(metavar="NAME", help="One of them; without --out its text is printed.")]
+Name = Annotated[str | None, typer.Argument(metavar="NAME", help="An example; without --out, print its text.")]
 Out = Annotated[
     Path | None,
     typer.Option(
-        metavar="DIR", help="Write all of them, or NAME and the file that it reads, to this new or empty directory."
+        metavar="DIR", help="Write all examples, or NAME and the file it reads, to this new or empty directory."
     ),
 ]
 
 
 def examples(name: Name = None, out: Out = None) -> None:
-    """List the examples of CONFIG and STUDY files and of a recording, print one, or write them to a directory."""
+    """List the example CONFIG and STUDY files and the recording, print one, or write them to a directory."""
     from tfra.codegen.examples import examples as known
     from tfra.codegen.examples import title, write_examples
 

@@ -1,4 +1,4 @@
-"""``tfra frames``: what the array measures under the contacts of a CONFIG file."""
+"""``tfra frames``: simulated frames of the contacts in a CONFIG file."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from tfra.codegen.config import Project
     from tfra.model.arrays import Floats
 
-Out = Annotated[Path, typer.Option(metavar="FRAMES.npz", help="Where the frames go.")]
+Out = Annotated[Path, typer.Option(metavar="FRAMES.npz", help="Output file.")]
 
 
 def frames(config: Config, out: Out, json: Json = False) -> None:
-    """Simulate the contacts: one frame of taxel stresses per contact and direction, with its true forces."""
+    """Simulate CONFIG's contacts: a frame of taxel stresses per contact and direction, with ground truth."""
     from tfra.codegen.config import load
     from tfra.codegen.files import check_archive, write_npz
     from tfra.contacts import Truth
@@ -30,7 +30,7 @@ def frames(config: Config, out: Out, json: Json = False) -> None:
     if json:
         print_json({"frames": len(stresses), "peak_pa": peak, "full_scale_pa": full_scale, "out": str(out)})
     else:
-        limit = "of" if peak <= full_scale else "which is beyond"
+        limit = "of" if peak <= full_scale else "which exceeds"
         typer.echo(f"{out}: {len(stresses)} frames, peak {peak:.0f} Pa {limit} {full_scale:.0f} Pa full scale")
 
 

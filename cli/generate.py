@@ -13,7 +13,7 @@ from tfra.codegen.core import check_core
 def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
     """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them.
 
-    Says how well the sensor is conditioned, and how often the core will find the answer of double precision.
+    Prints the condition number of the sensor, and how often the core is expected to agree with double precision.
     """
     from tfra.codegen.config import load
     from tfra.codegen.generate import generate as write
@@ -34,5 +34,5 @@ def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
     else:
         typer.echo(f"{expected}")
         if expected.doubtful:
-            typer.echo("the words are short for this sensor: try formats.name = \"wide\", or tfra study")
-        typer.echo(f"{out}: the core {project.design.name}, described in {project.design.name}.json")
+            typer.echo("the word lengths are short for this sensor: try formats.name = \"wide\", or tfra study")
+        typer.echo(f"{out}: core {project.design.name}, described in {project.design.name}.json")

@@ -27,16 +27,16 @@ OPTIONS = {
     "adc.bits": "--adc-bits",
     "adc.full_scale_pa": "--full-scale",
 }
-"""Options by the keys that they set."""
+"""Options of the command, by the keys that they set."""
 
 ADC = Adc()
-"""The converter where nothing is said of it."""
+"""The default converter."""
 
 LENGTHS_MM = 0.05, 100.0
-"""Pitches and thicknesses of sensors lie between; others are doubted."""
+"""Usual pitches and thicknesses; others get a warning."""
 
 FULL_SCALES_PA = 1e3, 1e7
-"""So do full scales: a finger rests with some 10 kPa."""
+"""Usual full scales: a resting finger presses with some 10 kPa."""
 
 Rows = Annotated[int, typer.Option(metavar="N", help="Taxels along y.")]
 Columns = Annotated[int, typer.Option(metavar="N", help="Taxels along x.")]
@@ -47,9 +47,9 @@ Bits = Annotated[int, typer.Option(metavar="N", help="Bits of the converter's si
 FullScale = Annotated[float, typer.Option(metavar="PA", help="Stress at the end of the converter's range, in Pa.")]
 TargetOption = Annotated[
     str | None,
-    typer.Option(metavar="NAME", help="The part that the core is for, as tfra synth names it. Else: any part."),
+    typer.Option(metavar="NAME", help="FPGA part of the core, as in tfra synth. Default: any part."),
 ]
-Out = Annotated[Path | None, typer.Option(metavar="CONFIG.toml", help="Where the file goes. Else: standard output.")]
+Out = Annotated[Path | None, typer.Option(metavar="CONFIG.toml", help="Output file. Default: standard output.")]
 
 
 def init(
@@ -63,7 +63,7 @@ def init(
     target: TargetOption = None,
     out: Out = None,
 ) -> None:
-    """Write a CONFIG file for your sensor: every key with a comment, and a contact to simulate."""
+    """Write a CONFIG file for your sensor, with a comment on every key and a contact to simulate."""
     from tfra.codegen.files import check_config, write_config
     from tfra.codegen.template import commented
 
@@ -85,7 +85,7 @@ def init(
 
 
 def _core(part: Target) -> dict[str, Any]:
-    """The kind of core that ``part`` has enough multipliers for, and whose cells it is made of."""
+    """The kind of core that ``part`` has enough multipliers for, and the family of its cells."""
     from tfra.model.choices import TARGETS
 
     enough = part.available.get("DSP", Architecture().mac_lanes) >= Architecture().mac_lanes
@@ -94,14 +94,14 @@ def _core(part: Target) -> dict[str, Any]:
 
 
 def _project(content: dict[str, Any], out: Path | None) -> Project:
-    """What ``content`` describes; raises ``InputError`` that names the option in place of the key."""
+    """The project of ``content``; raises ``InputError`` that names the option instead of the key."""
     from tfra.codegen.config import made
     from tfra.codegen.names import name_from
 
     try:
         name = name_from(out.stem) if out else "sensor"
     except ValueError:
-        reason = "a core cannot have this name, a word of Verilog: choose another file name"
+        reason = "a core cannot have this name, which Verilog or a port uses: choose another file name"
         raise InputError(out or "", "", reason) from None
     try:
         return made({"name": name} | content, Path("tfra init"))
@@ -113,7 +113,7 @@ def _project(content: dict[str, Any], out: Path | None) -> Project:
 
 
 def _units(project: Project) -> Iterator[InputError]:
-    """What is possible, but was probably given in another unit."""
+    """Warnings about possible values that were probably given in another unit."""
     sensor, full_scale = project.design.sensor, project.design.adc.full_scale
     low, high = LENGTHS_MM
     for name in ("pitch_x", "pitch_y", "thickness"):
@@ -128,9 +128,9 @@ def _units(project: Project) -> Iterator[InputError]:
 
 
 def _limits(project: Project) -> Iterator[InputError]:
-    """Why no core can be made for the sensor; a model in double precision can."""
+    """Why no core can be made for the sensor, while the float engine works."""
     try:
         check_core(project)
     except InputError as error:
         reason = str(error).removeprefix("tfra init: ")
-        yield InputError("tfra init", "", f"only the float engine can do this sensor: {reason}")
+        yield InputError("tfra init", "", f"only the float engine supports this sensor: {reason}")

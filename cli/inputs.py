@@ -1,4 +1,4 @@
-"""How a recording is read: what CONFIG's [input] says, and the options of a command that override it."""
+"""How a recording is read: CONFIG's [input], and the options of a command that override it."""
 
 from __future__ import annotations
 
@@ -19,34 +19,36 @@ if TYPE_CHECKING:
     from tfra.codegen.framesfile import Recording
 
 Given = Mapping[str, Any]
-"""Options that were given: fields of ``Input`` by their names."""
+"""The options given by the user: fields of ``Input`` by name."""
 
 
 def _option(kind: Any, help: str, *names: str, **more: Any) -> Any:
-    panel = "How FRAMES are read, in place of what CONFIG says in its section input"
+    panel = "How FRAMES are read; these options override CONFIG's section input"
     return Annotated[kind | None, typer.Option(*names, help=help, rich_help_panel=panel, **more)]
 
 
 OPTIONS: dict[str, Any] = {
-    "unit": _option(Unit, "Unit of the numbers: codes are those of CONFIG's converter. Else: Pa."),
-    "compression": _option(Sign, "Sign of compression. Else: negative."),
+    "unit": _option(Unit, "Unit of the numbers; codes are those of CONFIG's converter. Default: Pa."),
+    "compression": _option(Sign, "Sign of compression. Default: negative."),
     "coding": _option(
-        Coding, "Codes at rest: 0, with two's complement; half of the range; 0, all for one sign. Else: signed."
+        Coding, "Two's complement; offset binary (half of the range at rest); or codes of one sign. Default: signed."
     ),
-    "tare_frames": _option(int, "The first N frames show the array at rest.", metavar="N", min=0, max=1_000_000),
-    "tare": _option(Path, "So do all frames of this file.", metavar="FILE"),
-    "order": _option(Order, "Whether a frame runs along rows or along columns. Else: rows."),
+    "tare_frames": _option(
+        int, "The first N frames show the array at rest; their mean is subtracted.", metavar="N", min=0, max=1_000_000
+    ),
+    "tare": _option(Path, "All frames of this file show the array at rest; their mean is subtracted.", metavar="FILE"),
+    "order": _option(Order, "Order of a frame's numbers: along rows or along columns. Default: rows."),
     "flip_x": _option(bool, "Mirror the array along x.", "--flip-x/--no-flip-x"),
     "flip_y": _option(bool, "Mirror the array along y.", "--flip-y/--no-flip-y"),
     "skip_columns": _option(
-        int, "The first N columns are no taxels; the first is the time.", metavar="N", min=0, max=1000
+        int, "The first N columns are no taxels; the first of them is the time.", metavar="N", min=0, max=1000
     ),
-    "topic": _option(str, "Topic of the frames in a log. Else: the only one that fits.", metavar="NAME"),
+    "topic": _option(str, "Topic of the frames in a log. Default: the only one that fits.", metavar="NAME"),
 }
 
 
 def reads_recording(command: Callable[..., None]) -> Callable[..., None]:
-    """Give ``command`` the options above; its parameter ``given`` gets those that somebody gave."""
+    """Add the options above to ``command``; its parameter ``given`` receives those that are set."""
     own = inspect.signature(command, eval_str=True)
     kept = [parameter for parameter in own.parameters.values() if parameter.name != "given"]
     ours = [
@@ -66,7 +68,7 @@ def reads_recording(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def for_recording(project: Project, path: Path, given: Given, command: str) -> Project:
-    """Return ``project`` with the ``input`` that the recording at ``path`` is to be read by.
+    """Return ``project`` with the ``input`` for the recording at ``path``.
 
     Raises ``InputError`` for options that contradict each other.
     """
@@ -76,7 +78,7 @@ def for_recording(project: Project, path: Path, given: Given, command: str) -> P
 
 
 def for_stream(project: Project, given: Given, command: str) -> Project:
-    """The same for a stream of lines."""
+    """Return ``project`` with the ``input`` for a stream of lines; raises as ``for_recording``."""
     return _read_by(project, lambda: overridden(project.input, given), command)
 
 

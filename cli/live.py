@@ -1,4 +1,4 @@
-"""``tfra live``: forces while frames come, in a browser."""
+"""``tfra live``: forces of arriving frames, in a browser."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ Source = Annotated[
         help="A recording to replay, - for standard input, tcp://HOST:PORT or serial:/dev/NAME?baud=115200.",
     ),
 ]
-LiveEngine = Annotated[Engine, typer.Option(help="As those of tfra estimate.")]
+LiveEngine = Annotated[Engine, typer.Option(help="Engine, as in tfra estimate.")]
 Rate = Annotated[
-    float | None, typer.Option(metavar="F", help="Frames a second of a replay. Else: by its times, or 100.")
+    float | None, typer.Option(metavar="F", help="Frames a second of a replay. Default: by its times, else 100.")
 ]
-Port = Annotated[int, typer.Option(metavar="N", min=0, max=65535, help="Of the page on 127.0.0.1; 0: any free one.")]
+Port = Annotated[int, typer.Option(metavar="N", min=0, max=65535, help="Of the page, on 127.0.0.1; 0: any free port.")]
 
 
 @reads_recording
@@ -45,9 +45,9 @@ def live(
     port: Port = 8347,
     given: Given | None = None,
 ) -> None:
-    """Show forces in a browser while frames come: from a stream of text, a frame a line, or from a recording.
+    """Show forces in a browser as frames arrive, from a stream of text, one frame a line, or from a recording.
 
-    Frames that the engine or the browser has no time for are left out. Ctrl-C ends it.
+    Frames that the engine or the browser has no time for are dropped. Ctrl-C ends it.
     """
     if find_spec("plotly") is None:
         raise InputError("tfra live", "", "plotly is missing, please run: pip install 'tfra[view]'")
@@ -71,7 +71,7 @@ def live(
     try:
         with serving(render_live(feed), feed, port) as address:
             with progress(f"getting the {engine.value} engine ready"):
-                estimate(_nothing(project))  # the first time takes longest
+                estimate(_nothing(project))  # the first frame takes longest
             typer.echo(f"{address} shows {name} by the {engine.value} engine; Ctrl-C ends it")
             threading.Thread(target=feed.read, args=(frames, warn), daemon=True).start()
             feed.run()
@@ -90,9 +90,9 @@ def _nothing(project: Project) -> Floats:
 def _frames(
     project: Project, source: str, rate: float | None, given: Given, engine: Engine
 ) -> tuple[Project, str, Iterator[Floats | str]]:
-    """The project with what says how ``source`` is read, its name, and its frames in Pa, or what is wrong with a line.
+    """Return the project with the ``input`` of ``source``, its name, and its frames in Pa, or faults of its lines.
 
-    Raises ``InputError`` for a source that is not there, and a recording that cannot be read.
+    Raises ``InputError`` for a missing source or an unreadable recording.
     """
     from tfra.codegen.framelines import FrameLines
     from tfra.codegen.replay import due, replayed
@@ -104,7 +104,7 @@ def _frames(
 
     if is_stream(source):
         if rate is not None:
-            raise InputError("tfra live", "--rate", "is about a recording: a stream comes at its own rate")
+            raise InputError("tfra live", "--rate", "is for recordings only: a stream has its own rate")
         project = for_stream(project, given, "live")
         lines = FrameLines(project.design.sensor, project.design.adc, project.input)
         stream = open_stream(source)

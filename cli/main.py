@@ -1,4 +1,4 @@
-"""The command line.  Exit codes: 0 success, 1 a check failed, 2 bad input, told in one line on stderr."""
+"""The command line.  Exit codes: 0 success, 1 a check failed, 2 bad input, with one line on stderr."""
 
 from __future__ import annotations
 
@@ -100,11 +100,11 @@ def top(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Triaxial contact forces from an array of normal-stress taxels (the TFRA algorithm), in an FPGA.
+    """FPGA cores that compute triaxial contact forces from an array of normal-stress taxels (TFRA algorithm).
 
     A CONFIG file in TOML describes the sensor, its converter, the arithmetic and, for simulation, contacts.
 
-    tfra init writes one for your sensor, with a comment on every key.
+    tfra init writes a CONFIG file for your sensor, with a comment on every key.
     """
     if context.invoked_subcommand is None:
         typer.echo(context.get_help())
@@ -123,7 +123,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message = str(error)
     except typer.TyperException as error:
         message = str(InputError(_command_of(error), "", error.format_message().replace("Value error, ", "")))
-    except MemoryError as error:  # NumPy says how much it wanted
+    except MemoryError as error:  # NumPy states how much was needed
         line = " ".join(["tfra", *(sys.argv[1:] if arguments is None else arguments)])
         message = str(InputError(shortened(line, 200), "not enough memory", str(error)))
     say(message)

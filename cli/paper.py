@@ -1,4 +1,4 @@
-"""``tfra paper``: the paper's tables and figures, computed again."""
+"""``tfra paper``: the paper's tables and figures, recomputed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``tfra size``: which core is enough."""
+"""``tfra size``: the smallest core that is fast enough."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tfra.codegen.core import check_core
 from tfra.model.errors import InputError
 
 Frames = Annotated[
-    float, typer.Option(metavar="F", min=1e-3, max=1e12, help="Frames to be done in a second, one behind the other.")
+    float, typer.Option(metavar="F", min=1e-3, max=1e12, help="Required throughput, in frames a second.")
 ]
 Latency = Annotated[
     float,
@@ -21,12 +21,12 @@ Latency = Annotated[
         metavar="T",
         min=1e-3,
         max=1e12,
-        help="Most microseconds from a frame's last taxel to its last result word.",
+        help="Largest latency, in microseconds from a frame's last taxel to its last result word.",
     ),
 ]
 Clock = Annotated[
     float | None,
-    typer.Option(metavar="F", min=1, max=1000, help="The core's clock; default: what place and route aims at."),
+    typer.Option(metavar="F", min=1, max=1000, help="Clock of the core. Default: the aim of place and route."),
 ]
 
 
@@ -41,12 +41,12 @@ def size(
 ) -> None:
     """Choose the smallest core, serial or parallel, that meets both bounds and fits the part.
 
-    Takes seconds: cores are timed and their resources estimated, nothing is synthesised. CONFIG's sensor, converter,
-    search and formats count, its own architecture does not. A bound holds at the clock: give the one that tfra synth
-    has found.
+    This takes seconds, since speed and resources are computed without synthesis. CONFIG's sensor, converter, search
+    and formats are used, its architecture is not. The bounds are checked at the given clock; for a guarantee, give the
+    frequency that tfra synth has found.
 
-    Prints TOML to paste into CONFIG, with comments: how fast the core is, what it takes of the part, and why it is not
-    another one.
+    Prints TOML to paste into CONFIG. Its comments state the core's speed, its resources, and why other cores were not
+    chosen.
     """
     from tfra.codegen.config import load
     from tfra.codegen.files import check_page, write_page

@@ -15,23 +15,25 @@ import typer
 from tfra.cli.common import Json, OutDirectory, print_json
 from tfra.model.errors import InputError
 
-Study = Annotated[Path, typer.Argument(metavar="STUDY", help="CONFIG, frames and what to compare, in TOML.")]
+Study = Annotated[Path, typer.Argument(metavar="STUDY", help="CONFIG, frames and comparisons, in TOML.")]
 WorkOption = Annotated[
     Path | None,
     typer.Option(
         "--work",
         metavar="DIR",
-        help="Keeps frames, finished pieces and trials, so that a study goes on where it ended; default: OUT.work.",
+        help="Keeps frames, finished pieces and trials, so that a study can be continued. Default: OUT.work.",
     ),
 ]
-WorkersOption = Annotated[int | None, typer.Option(min=1, max=1024, help="Processes; default: one for each core.")]
+WorkersOption = Annotated[
+    int | None, typer.Option(min=1, max=1024, help="Number of processes. Default: one for each processor.")
+]
 Scheduler = Annotated[
-    str | None, typer.Option(metavar="tcp://HOST:PORT", help="A Dask scheduler, whose workers do the jobs instead.")
+    str | None, typer.Option(metavar="tcp://HOST:PORT", help="Use the workers of this Dask scheduler instead.")
 ]
 TrialsOption = Annotated[
     str | None,
     typer.Option(
-        "--trials", metavar="URL", help="The table of trials, as SQLAlchemy names it: postgresql://… for a team."
+        "--trials", metavar="URL", help="Database of the trials, as an SQLAlchemy URL: postgresql://… to share them."
     ),
 ]
 
@@ -47,9 +49,9 @@ def study(
     trials: TrialsOption = None,
     json: Json = False,
 ) -> None:
-    """Tell how much of the error is the converter, the word lengths and the method, and which word lengths do.
+    """Split the error into method, converter and word lengths, and search for word lengths that are enough.
 
-    Writes index.html, tables in Parquet and the designs found. While it runs, OUT.work/partial.html has what is there.
+    Writes index.html, tables in Parquet and the designs found. OUT.work/partial.html has the results while it runs.
     """
     _require((*_EXTRAS, *(["distributed"] if scheduler else [])))
     from tfra.study.run import run
@@ -57,7 +59,7 @@ def study(
     from tfra.study.workers import LostWorkerError, SchedulerError, cluster, processes
 
     if scheduler and workers:
-        raise InputError("--workers", "", "is about processes of this machine: a scheduler has workers of its own")
+        raise InputError("--workers", "", "is for local processes: a scheduler has its own workers")
     loaded = load_study(study)
     count = workers or len(os.sched_getaffinity(0))
     doers = cluster(scheduler) if scheduler else processes(count)
@@ -68,13 +70,13 @@ def study(
     except SchedulerError as error:
         raise InputError("--scheduler", "", str(error)) from None
     except LostWorkerError as error:
-        typer.echo(f"tfra study: {error} What is done is kept in {kept}: the same command goes on there", err=True)
+        typer.echo(f"tfra study: {error} Finished work is kept in {kept}: the same command continues it", err=True)
         raise typer.Exit(1) from None
     if json:
         print_json({"out": str(out), "work": str(kept), **found})
         return
     typer.echo(found["answer"])
-    typer.echo(f"{out}: open index.html; {kept} keeps what a longer study needs, and may be removed")
+    typer.echo(f"{out}: open index.html; {kept} speeds up a longer study, and may be removed")
 
 
 def _require(packages: tuple[str, ...]) -> None:
@@ -85,7 +87,7 @@ def _require(packages: tuple[str, ...]) -> None:
 
 @contextmanager
 def _progress(name: str, unit: str, jobs: int, there: int) -> Iterator[Callable[[], None]]:
-    """Show a task: on a terminal a bar with rate and time left, else a line when it is done."""
+    """Show a task: on a terminal a bar with rate and time left, otherwise a line at its end."""
     from rich.console import Console
     from rich.progress import (
         BarColumn,
@@ -99,7 +101,8 @@ def _progress(name: str, unit: str, jobs: int, there: int) -> Iterator[Callable[
     console = Console(stderr=True)
     if not console.is_interactive:
         yield lambda: None
-        print(f"{name}: {jobs:,} {unit}" + (f", {there:,} were there" if there else ""), file=sys.stderr, flush=True)
+        kept = f", {there:,} from an earlier run" if there else ""
+        print(f"{name}: {jobs:,} {unit}{kept}", file=sys.stderr, flush=True)
         return
     columns = (
         TextColumn(f"{name:>14}"), BarColumn(), MofNCompleteColumn(), TextColumn(unit),

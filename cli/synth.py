@@ -17,11 +17,13 @@ if TYPE_CHECKING:
 TargetName = Annotated[
     str,
     typer.Option(
-        "--target", metavar="NAME", help="ecp5-25, ecp5-45, ecp5-85 (-6, -7 or -8: grade), ice40up5k, gw2a-18, xc7."
+        "--target",
+        metavar="NAME",
+        help="ecp5-25, ecp5-45, ecp5-85 (suffix -6, -7 or -8: speed grade), ice40up5k, gw2a-18, xc7.",
     ),
 ]
-Seeds = Annotated[int, typer.Option(min=1, max=99, help="Runs of place and route; the median counts.")]
-_AIM = "What place and route aims at; the router takes long to give up what can't be reached."
+Seeds = Annotated[int, typer.Option(min=1, max=99, help="Number of place and route runs; the result is their median.")]
+_AIM = "Target frequency of place and route; the router takes long if it can't be reached."
 Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help=_AIM)]
 
 
@@ -65,7 +67,7 @@ def synth(
 
 
 def _show(work: Run, json: bool) -> None:
-    """Print what was found, all or a part of it."""
+    """Print the report, complete or partial."""
     from tfra.synth.report import render
 
     if not work.synthesis:
@@ -76,4 +78,4 @@ def _show(work: Run, json: bool) -> None:
     else:
         typer.echo(render(found), nl=False)
     if not found["complete"]:
-        typer.echo("tfra synth: what is done is kept: the same command goes on there", err=True)
+        typer.echo("tfra synth: finished steps are kept: the same command continues after them", err=True)

@@ -1,4 +1,4 @@
-"""``tfra verify``: the core against the bit-accurate model, and that against the float reference."""
+"""``tfra verify``: compares the core with the bit-accurate model, and the model with float TFRA."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Simulator(StrEnum):
-    """Who runs the core."""
+    """Simulators of the core."""
 
     ICARUS = "icarus"
     VERILATOR = "verilator"
@@ -31,26 +31,28 @@ class Simulator(StrEnum):
 
 
 class Family(StrEnum):
-    """Device families that the core can be synthesised for before it runs."""
+    """Device families whose netlist can be simulated."""
 
     ECP5 = "ecp5"
     ICE40 = "ice40"
 
 
 FramesOption = Annotated[
-    Path | None, typer.Option(metavar="FRAMES", help="A recording; by default CONFIG's contacts.")
+    Path | None, typer.Option(metavar="FRAMES", help="A recording. Default: frames of CONFIG's contacts.")
 ]
-SimulatorOption = Annotated[Simulator | None, typer.Option(help="Who runs the core; by default the fastest here.")]
-NetlistOption = Annotated[Family | None, typer.Option(help="Verify the gates that yosys makes of the core.")]
-Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the random frames and of the stalls.")]
-Random = Annotated[int, typer.Option(min=0, max=100_000, help="Random frames to add.")]
+SimulatorOption = Annotated[Simulator | None, typer.Option(help="Default: the fastest that is installed.")]
+NetlistOption = Annotated[
+    Family | None, typer.Option(help="Simulate the netlist that yosys synthesises, instead of the Verilog.")
+]
+Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the random frames and stalls.")]
+Random = Annotated[int, typer.Option(min=0, max=100_000, help="Number of random frames to add.")]
 
 
 Waves = Annotated[
     Path | None,
     typer.Option(
         metavar="FILE.vcd",
-        help="Write every signal of the first frame that differs, or of the first frame; look at it with GTKWave.",
+        help="Write the waveforms of the first frame that differs, else of the first frame, for GTKWave.",
     ),
 ]
 
@@ -68,7 +70,7 @@ def verify(
     json: Json = False,
     given: Given | None = None,
 ) -> None:
-    """Run frames through the simulated core and compare every bit; exit 1 when something differs."""
+    """Simulate the core and compare every bit with the bit-accurate model; exit code 1 if any differs."""
     from tfra.codegen.config import load
     from tfra.codegen.files import check_page, check_waves, write_page, write_vcd
     from tfra.model.scratch import scratch, temporary
@@ -116,7 +118,7 @@ def verify(
 
 
 def _gates(project: Project, family: Family) -> Netlist:
-    """Return the core as synthesis makes it for ``family``."""
+    """Return the synthesised netlist of the core for ``family``."""
     from tfra.model.cache import cache_directory
     from tfra.synth.gates import synthesised
 
@@ -129,12 +131,12 @@ def _for_frames(project: Project, path: Path | None, given: Given) -> Project:
         return for_recording(project, path, given, "verify")
     if given:
         option = "--" + next(iter(given)).replace("_", "-")
-        raise InputError("tfra verify", option, "is about the frames of a file: --frames is needed")
+        raise InputError("tfra verify", option, "is for recordings only: --frames is needed")
     return project
 
 
 def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[str, Any]]:
-    """Return frames and their true values: from ``path``, else of CONFIG's contacts, else none."""
+    """Return frames and their reference values: from ``path``, else of CONFIG's contacts, else none."""
     from tfra.codegen.framesfile import read_references
     from tfra.contacts import Truth
 
@@ -145,5 +147,5 @@ def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[s
         frames, known = simulated(project), Truth(project.contacts).arrays()
     else:
         return None, {}
-    codes(project, frames, path or project.path)  # those over full scale are bad input
+    codes(project, frames, path or project.path)  # stress over full scale is bad input
     return frames, known

@@ -1,4 +1,4 @@
-"""``tfra view``: a page to look at results."""
+"""``tfra view``: an interactive page of results."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from tfra.model.errors import InputError, quoted
 
 Results = Annotated[
     list[Path],
-    typer.Argument(metavar="RESULT.npz...", help="From tfra estimate, and frames with reference values, if you like."),
+    typer.Argument(metavar="RESULT.npz...", help="Results of tfra estimate; optionally frames with reference values."),
 ]
-Out = Annotated[Path, typer.Option(metavar="page.html", help="Where the page goes.")]
+Out = Annotated[Path, typer.Option(metavar="page.html", help="Output file.")]
 Every = Annotated[int, typer.Option(min=1, metavar="N", help="Show every Nth frame.")]
 Frames = Annotated[str, typer.Option("--frames", metavar="A:B", help="Show frames A to B - 1, counted from 0.")]
 
 
 def view(results: Results, out: Out, every: Every = 1, frames: Frames = ":", json: Json = False) -> None:
-    """Make a page that shows results: stress, forces, friction and direction of every frame, beside each other.
+    """Write an interactive page of results: stress, forces, friction and direction of every frame.
 
-    One file that loads nothing; open it in a browser.
+    The page is one self-contained file; open it in a browser.
     """
     if find_spec("plotly") is None:
         raise InputError("tfra view", "", "plotly is missing, please run: pip install 'tfra[view]'")
@@ -54,5 +54,5 @@ def _wanted(text: str, every: int, count: int) -> range:
         raise InputError("tfra view", "--frames", f"A:B is needed, whole numbers or nothing, got {quoted(text)}")
     wanted = range(int(first or 0), min(count, int(end or count)), every)
     if not wanted:
-        raise InputError("tfra view", "--frames", f"{quoted(text)} has none of the frames 0 to {count - 1}")
+        raise InputError("tfra view", "--frames", f"{quoted(text)} selects none of the frames 0 to {count - 1}")
     return wanted

@@ -1,7 +1,7 @@
-"""Warnings about probable faults of a recording, from its frames and their results, one line each.
+"""One-line warnings about what is probably wrong with a recording and its results.
 
-TFRA computes forces from any numbers, including positive pascals, kilopascals or a sensor without tare, so the frames
-are checked here.  No check changes a result; the thresholds lie outside of the range of contacts under a cover.
+TFRA gives forces for any numbers, also for those of the wrong sign or unit, or without a tare.  Warnings change no
+result; their thresholds lie outside of the values that contacts under a cover show.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ def _values(design: Choices, recording: _Recording, status: Ints, given: Input) 
         median = float(np.median(recording.flat))
         codes = f", or are these codes with an offset ({_OFFSET})" if given.unit == "Pa" else ""
         yield (
-            f"taxels read about {median:.4g} Pa where nothing seems to press: a common offset; was the sensor tared "
+            f"taxels read about {median:.4g} Pa where nothing seems to press, a common offset: was the sensor tared "
             f"(--tare-frames N, --tare FILE){codes}?"
         )
     elif (positive := positive_share(recording.frames)) > WRONG_SIGN:
@@ -167,7 +167,7 @@ def _values(design: Choices, recording: _Recording, status: Ints, given: Input) 
     elif (without := _share(status, Status.COMPRESSION_ONLY)) > 0.9:
         yield (
             f"no tension in {100 * without:.0f} % of the frames with a contact, so no tangential force can be found: "
-            "does this array measure compression only (as FSR do), is it clipped at zero, or is friction too small?"
+            "does this array measure compression only (as FSRs do), is it clipped at zero, or is friction too small?"
         )
 
 
@@ -182,7 +182,7 @@ def _scale(design: Choices, recording: _Recording, given: Input) -> Iterator[str
     if frames > SATURATED * len(ends):
         yield (
             f"{frames} of {len(ends)} frames and {taxels} of {ends.shape[1]} taxels reach an end of the converter's "
-            f"range, ±{design.adc.full_scale:g} Pa: was it saturated (forces would be too small there)?"
+            f"range, ±{design.adc.full_scale:g} Pa: was it saturated (the forces would be too small)?"
         )
 
 
@@ -212,7 +212,7 @@ def _unit(design: Choices, recording: _Recording, given: Input) -> str | None:
     read = PASCALS.get(given.unit, np.inf)  # codes of another unit are nothing that fits
     fits = [(name, factor / read) for name, factor in UNITS.items() if FAINT <= largest / full * factor / read <= 2]
     if not fits:
-        return f"{said}: are the unit, {given.unit}, and adc.full_scale_pa right, or was nothing pressed?"
+        return f"{said}: are the unit, {given.unit}, and adc.full_scale_pa correct, or was nothing pressed?"
     name, factor = fits[0]
     option = f" (--unit {name})" if name in PASCALS else ""
     share = 100 * largest * factor / full
@@ -223,7 +223,7 @@ def _beyond(design: Choices, recording: _Recording, given: Input) -> str | None:
     times = recording.largest / design.adc.full_scale
     if times < BEYOND:
         return None
-    said, unit = f"the largest is {times:.0f} times full scale", given.unit
+    said, unit = f"the largest magnitude is {times:.0f} times full scale", given.unit
     if unit == "codes":
         return f"{said}: is adc.full_scale_pa in Pa (not in kPa)?"
     option = " (--unit Pa)" if unit == "kPa" else ""
@@ -260,7 +260,7 @@ def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
     if ratio > SCRAMBLED:
         yield (
             f"neighbours differ {ratio:.1f} times as much as if the file went {way} by {way}: are rows and columns "
-            f"exchanged? (--order {way}s)"
+            f"swapped? (--order {way}s)"
         )
 
 

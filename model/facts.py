@@ -1,4 +1,4 @@
-"""Summary of a recording and its results: a few numbers, the same on the terminal and in JSON."""
+"""Summary of a recording and its results in a few numbers, for the terminal and for JSON."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from tfra.model.tfra import Result, Status
 MEANINGS = {
     Status.NO_CONTACT: "nothing presses, all results are zero",
     Status.COMPRESSION_ONLY: "no taxel is under traction, so no tangential force can be found",
-    Status.NO_DIRECTION: "centres of compression and traction coincide, phi = 0 is assumed",
-    Status.VANISHING_DENOMINATOR: "the dependent friction has no denominator and is set to zero",
-    Status.DEPENDENT_OUT_OF_RANGE: "the dependent friction is beyond 1",
+    Status.NO_DIRECTION: "centroids of compression and traction coincide, phi is set to 0",
+    Status.VANISHING_DENOMINATOR: "the dependent friction coefficient has a zero denominator and is set to zero",
+    Status.DEPENDENT_OUT_OF_RANGE: "the dependent friction coefficient exceeds 1",
     Status.INPUT_SATURATED: "a taxel is at an end of the converter's range",
-    Status.OUTPUT_SATURATED: "a result did not fit its word and was limited",
+    Status.OUTPUT_SATURATED: "a result exceeded its word length and was saturated",
 }
 """Meaning of each status bit, for readers."""
 

@@ -1,4 +1,4 @@
-"""Results of a verification for readers: tables in a terminal, or a page."""
+"""The result of a verification, as tables in a terminal or as a page."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tfra.model.tfra import Status
 from tfra.sim.report import Report
 
 AGAINST = {"model": "model, every bit", "float": "float TFRA", "contact": "true values"}
-"""References that frames are compared with, and their labels for readers."""
+"""References of frames, and their names in tables."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under a header; the columns ``names`` hold words, the others numbers.  ``name`` is its id on the page."""
+    """Rows under a header; the columns ``names`` hold text, the others numbers.  ``name`` is the id on the page."""
 
     name: str
     title: str
@@ -32,7 +32,7 @@ class Table:
 
 
 def render(report: Report, console: Console) -> None:
-    """Print the tables and the errors."""
+    """Print the tables and the failures."""
     for table in _tables(report):
         console.print(_printed(table))
     for line in _complaints(report):
@@ -42,7 +42,7 @@ def render(report: Report, console: Console) -> None:
 
 
 def page(report: Report) -> str:
-    """One page that loads nothing: the verdict, then the tables."""
+    """A self-contained page: the verdict, then the tables."""
     tables = list(_tables(report))
     verdict = (
         f"{_verdict(report).capitalize()}: {report.compared:,} of {report.words:,} words of {report.frames:,} frames "
@@ -92,7 +92,7 @@ def _shown(table: Table, report: Report) -> str:
 
 
 def _status_bars(report: Report) -> str:
-    """Number of frames with each status: the coverage of the stimuli."""
+    """The number of frames with each status: the coverage of the stimuli."""
     found = [(_reason(name), count) for name, count in report.status.items() if count]
     every = max(report.frames, 1)
     return bars("Frames by status", [(name, count / every, f"{count:,} frames") for name, count in found])
@@ -126,7 +126,7 @@ def _accounts(report: Report) -> Table:
         for account in report.accounts
     ]
     header = ("frames", "number", "compared with", "compared", "left out")
-    return Table("frames", "Every frame", header, rows, frozenset({0, 2, 4}))
+    return Table("frames", "Frames", header, rows, frozenset({0, 2, 4}))
 
 
 def _float(report: Report) -> Table:

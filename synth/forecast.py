@@ -1,4 +1,4 @@
-"""How far the tools are and what time is left: guessed from the core's size, corrected by what they have taken."""
+"""Progress of the tools and time left: guessed from the core's size, corrected by the times of finished steps."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ _FIXED_S = 10.0
 """Seconds that a tool needs for the smallest core."""
 _SECONDS = {YOSYS: 2e-3, BITSTREAM: 5e-5}
 _SEED_S = 15e-3
-"""Seconds for each lookup table that PyPI's tools needed on one machine; a seed is placed and routed.  Only a guess:
-what the first tool takes corrects all that follow."""
+"""Seconds for each lookup table, as PyPI's tools took on one machine; a seed is placed and routed.  This is a guess,
+which the time of the first tool corrects."""
 
 
 def seed_name(seed: int) -> str:
@@ -23,9 +23,9 @@ def seed_name(seed: int) -> str:
 
 @dataclass
 class Forecast:
-    """Steps with the seconds expected of each, in their order; ``step`` is the one that goes on.
+    """Steps in their order, with the expected seconds of each; ``step`` is the current one.
 
-    ``clock`` tells seconds, as ``time.monotonic``.
+    ``clock`` returns seconds, as ``time.monotonic``.
     """
 
     clock: Callable[[], float] = time.monotonic
@@ -34,20 +34,20 @@ class Forecast:
     taken: dict[str, float] = field(default_factory=dict)
     """Seconds that finished steps took."""
     kept: set[str] = field(default_factory=set)
-    """Steps whose results were there already: they say nothing of the machine."""
+    """Steps whose results came from the cache; their times are ignored."""
     _since: float = 0.0
 
     def __post_init__(self) -> None:
         self._since = self.clock()
 
     def plan(self, lookup_tables: float, seeds: int) -> None:
-        """What a core of about so many lookup tables needs."""
+        """Expect the times of a core of ``lookup_tables``."""
         each = {YOSYS: _SECONDS[YOSYS]} | {seed_name(seed): _SEED_S for seed in range(1, seeds + 1)}
         each |= {BITSTREAM: _SECONDS[BITSTREAM]} if seeds else {}
         self.expected = {step: _FIXED_S + seconds * lookup_tables for step, seconds in each.items()}
 
     def begin(self, step: str) -> None:
-        """``step`` begins; what went on before has finished, and corrects the others."""
+        """Begin ``step``; the time of the step before corrects those to come."""
         now = self.clock()
         before, self.step = self.step, step
         self.taken[before], self._since = now - self._since, now
@@ -55,14 +55,14 @@ class Forecast:
             self._correct(before)
 
     def _correct(self, done: str) -> None:
-        """A seed takes as long as the one before; of other steps the ratio counts."""
+        """Scale the expected times of later steps by measured over expected time."""
         ratio = self.taken[done] / self.expected[done]
         later = [step for step in self.expected if step not in self.taken]
         self.expected |= {step: self.expected[step] * ratio for step in later}
 
     @property
     def left(self) -> float:
-        """Seconds to the end.  A step that takes longer than expected has a tenth of its time so far left."""
+        """Seconds to the end.  A step that exceeds its expected time is given a tenth of its time so far."""
         since = self.clock() - self._since
         later = [step for step in self.expected if step not in self.taken and step != self.step]
         here = max(self.expected.get(self.step, 0.0) - since, 0.1 * since)
@@ -70,7 +70,7 @@ class Forecast:
 
     @property
     def share(self) -> float:
-        """Share of the time that is over, 0 ... 1."""
+        """Elapsed share of the total time, 0 ... 1."""
         over = sum(self.taken.values()) + self.clock() - self._since
         return over / max(over + self.left, 1e-9)
 
@@ -79,7 +79,7 @@ class Forecast:
 
 
 def spoken(seconds: float) -> str:
-    """A time in the unit that a reader would choose."""
+    """A time as text, in s, min or h."""
     if seconds < 90:
         return f"{max(1, round(seconds))} s"
     return f"{round(seconds / 60)} min" if seconds < 90 * 60 else f"{seconds / 3600:.1f} h"

@@ -1,4 +1,4 @@
-"""The report of ``tfra synth`` as a page: what fits, how fast, and what is in the way."""
+"""The report of ``tfra synth`` as a page: resources, frequency, critical path."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _TITLES = {"resources": "Resources", "clock": "Clock", "timing": "Timing", "bloc
 
 
 def page(found: Mapping[str, Any]) -> str:
-    """The report as one page that loads nothing."""
+    """The report as a self-contained page."""
     kind = found["architecture"]["kind"]
     parts = [*_answer(found), contents({name: title for name, title in _TITLES.items() if found.get(name, True)})]
     parts += [_resources(found), *_clock(found), _timing(found["timing"]), _blocks(found), _cells(found)]
@@ -35,7 +35,7 @@ def _answer(found: Mapping[str, Any]) -> Iterator[str]:
     if missing := unfinished(found):
         yield f'<p class="note">{escape(missing.capitalize())}.</p>'
     if found["mapper"] == "abc":
-        yield '<p class="note">ABC9 aborted on this netlist: lookup tables are ABC’s, which knows no delays.</p>'
+        yield '<p class="note">ABC9 aborted on this netlist: ABC mapped it instead, without knowing delays.</p>'
     if found["note"]:
         yield f'<p class="note">{escape(found["note"])}</p>'
 
@@ -88,12 +88,12 @@ def _timing(times: Mapping[str, Any]) -> str:
 
 
 def _blocks(found: Mapping[str, Any]) -> str:
-    """The largest block first, as the estimate before synthesis has it."""
+    """The largest block first, by the estimate before synthesis."""
     blocks: Mapping[str, Mapping[str, int]] = found["estimated_blocks"]
     names = list(found["resources"])
     order = sorted(blocks.items(), key=lambda item: -item[1][names[0]])
     table = (row([block, *(f"{numbers[name]:,}" for name in names)], {0}) for block, numbers in order)
-    note = '<p class="note">Estimated before synthesis: yosys merges the blocks.</p>'
+    note = '<p class="note">Estimates from before synthesis, since yosys flattens the blocks.</p>'
     return f"{_heading('blocks')}{note}{grid('Blocks', ['block', *names], [table], {0})}"
 
 

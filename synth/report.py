@@ -27,7 +27,7 @@ TIMES = {
     "frame_latency": "frame latency, last taxel to last word",
     "interval": "initiation interval",
 }
-"""Times of a core, and how a reader sees them."""
+"""Times of a core, and their names in the report."""
 
 
 def median_route(routes: Sequence[Route]) -> Route:
@@ -39,7 +39,7 @@ def median_route(routes: Sequence[Route]) -> Route:
 def report(
     design: Design, target: Target, synthesis: Synthesis, routes: Sequence[Route], estimated: Estimate, seeds: int
 ) -> dict[str, Any]:
-    """Everything that was found, ready for JSON; complete when all ``seeds`` have been routed.
+    """All results, ready for JSON; complete when all ``seeds`` have been routed.
 
     Resources are those of place and route where it ran, else of synthesis; times are at the median frequency.
     """
@@ -124,7 +124,7 @@ def render(found: Mapping[str, Any]) -> str:
         console.print(missing)
     console.print(_resources(found["resources"]))
     if found["mapper"] == "abc":
-        console.print("ABC9 aborted on this netlist: lookup tables are ABC's, which knows no delays.", soft_wrap=True)
+        console.print("ABC9 aborted on this netlist: ABC mapped it instead, without knowing delays.", soft_wrap=True)
     if found["note"]:
         console.print(f"Fmax: {found['note']}", soft_wrap=True)
     if found["clock"]:
@@ -149,12 +149,12 @@ def _right(*titles: str) -> list[Column]:
 
 
 def cell(value: float | None) -> str:
-    """A number for readers, a dash where there is none."""
+    """A number as text; a dash for None."""
     return "-" if value is None else f"{value:,}"
 
 
 def fmax(clock: Mapping[str, Any]) -> str:
-    """The frequency in words: a range only where there are several seeds."""
+    """The frequency as text, with a range if there are several seeds."""
     median, seeds = clock["median_mhz"], clock["seeds"]
     if len(seeds) == 1:
         return f"{median} MHz (seed {seeds[0]['seed']} alone)"
@@ -162,7 +162,7 @@ def fmax(clock: Mapping[str, Any]) -> str:
 
 
 def unfinished(found: Mapping[str, Any]) -> str:
-    """A sentence about what is missing, or nothing."""
+    """A line about missing seeds, or nothing."""
     done = len(found["clock"]["seeds"]) if found["clock"] else 0
     return "" if found["complete"] else f"not finished: yosys and {done} of {found['seeds_wanted']} seeds are done"
 

@@ -1,4 +1,4 @@
-"""A sizing as a page: the answer, and every core that was looked at."""
+"""A sizing as a page: the answer, and every core that was considered."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tfra.synth.sizetext import lines
 
 
 def page(sizing: Sizing) -> str:
-    """One page that loads nothing.  Raises ``ValueError`` with the reason when no core was chosen."""
+    """A self-contained page.  Raises ``ValueError`` with the reason if no core was chosen."""
     toml = "\n".join(lines(sizing))
     titles = {"config": "For CONFIG", "estimated": "Cores that are fast enough", "cores": "All cores"}
     parts = [_answer(sizing), contents(titles)]
@@ -28,13 +28,13 @@ def _answer(sizing: Sizing) -> str:
     fps, latency = chosen.speed.frames_per_second(clock), chosen.speed.latency_us(clock)
     said = (
         f"{chosen.title}: {fps:,.0f} frames/s and {latency:,.3f} µs from a frame’s last taxel to its last word at "
-        f"{clock:g} MHz. {bounds.frames_per_second:,.10g} frames/s and {bounds.latency_us:,.10g} µs were asked for."
+        f"{clock:g} MHz. {bounds.frames_per_second:,.10g} frames/s and {bounds.latency_us:,.10g} µs were required."
     )
     return f'<p class="answer">{escape(said[0].upper() + said[1:])}</p>'
 
 
 def _estimated(sizing: Sizing) -> str:
-    """The smallest first; a full bar is the part, or the largest of these cores where its size is not known."""
+    """The smallest first; a full bar is the part, or the largest core if the part's size is unknown."""
     found = sorted((used["LUT"], core) for core in sizing.candidates if (used := core.resources))
     full = sizing.target.available.get("LUT") or max(used for used, _ in found)
     return bars("Lookup tables", [(core.title, used / full, _said(used, core, sizing)) for used, core in found])

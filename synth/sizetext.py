@@ -1,4 +1,4 @@
-"""A sizing in words: TOML to paste into CONFIG, with comments, and the same facts for JSON."""
+"""A sizing as text: TOML to paste into CONFIG, with comments, and the same facts for JSON."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tfra.synth.targets import Target
 
 
 def lines(sizing: Sizing) -> Iterator[str]:
-    """The chosen core as TOML; comments say how fast and how large it is, and why it is not another one.
+    """The chosen core as TOML; comments state its speed and size, and why the others were not chosen.
 
     Raises ``ValueError`` with the reason when none was chosen.
     """
@@ -28,7 +28,7 @@ def lines(sizing: Sizing) -> Iterator[str]:
     yield "# estimated: " + ", ".join(_share(name, used, target) for name, used in chosen.resources.items())
     yield f"# {basis(chosen.architecture.kind, target.family)}"
     if not target.available:
-        yield f"# {target.name} stands for a whole family: whether a part is large enough is not checked"
+        yield f"# {target.name} stands for a whole family: the size of a part is not checked"
     yield "# not chosen:"
     for other, why in sizing.others:
         yield f"#   {other.title}: {why}"
@@ -50,7 +50,7 @@ def facts(sizing: Sizing) -> dict[str, Any]:
 
 
 def config(sizing: Sizing) -> dict[str, dict[str, str | int]]:
-    """Sections and keys of CONFIG that make the chosen core; of ``[target]`` those that it says otherwise."""
+    """Sections and keys of CONFIG for the chosen core; of ``[target]``, those that differ from CONFIG's."""
     chosen, asked = _chosen(sizing), sizing.design
     assert chosen.design
     architecture = {key: value for key, value in asdict(chosen.architecture).items() if value}

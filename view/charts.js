@@ -32,7 +32,7 @@ function config(bar) {
 
 const xOf = (frame) => (times ? times[frame] : numberOf(frame));
 
-/** Values over the frames; a gap where there is none, and where an angle goes through 0. */
+/** Values over the frames, with gaps where there is no value or an angle passes through 0. */
 function overFrames(name, value) {
   const [x, y] = [[], []];
   for (let frame = 0; frame < COUNT; frame += 1) {
@@ -49,7 +49,7 @@ function overFrames(name, value) {
 
 const yaxis = (panel) => `y${panel ? panel + 1 : ""}`;
 
-/** What is drawn over the frames: results, then what is known of the truth. */
+/** The series over the frames: results, then reference values. */
 const SOURCES = [
   ...results.map((result, n) => ({ ...series(n), ...result, of: (name, frame) => valueOf(result, name, frame) })),
   ...references.map((known) => ({ ...KNOWN, ...known, of: (name, frame) => known.values[name][frame] })),
@@ -98,7 +98,7 @@ function laneTraces() {
   );
 }
 
-/** Room above the panels for the rows that a legend takes in a chart of this width. */
+/** Space above the panels for the legend of a chart of this width. */
 function topOf(width) {
   const needed = SOURCES.reduce((sum, { label }) => sum + 56 + 7 * label.length, 0);
   return 12 + 29 * Math.ceil((1.15 * needed) / width);
@@ -140,7 +140,7 @@ function drawPanels(chart) {
   return Plotly.react(chart, [...panelTraces(), ...laneTraces()], panelLayout(chart.clientWidth), config(true));
 }
 
-/** Put the line of the frame over the chart, which is too slow to be drawn again for it. */
+/** Move the cursor line over the chart; drawing the chart again would be too slow. */
 function moveCursor(cursor, chart, frame) {
   const [first, last] = chart.layout.xaxis.range;
   const share = (xOf(frame) - first) / (last - first);
@@ -151,7 +151,7 @@ function moveCursor(cursor, chart, frame) {
   cursor.style.bottom = `${MARGIN.b}px`;
 }
 
-/** The sweep that is there for a frame: of the frame itself or of the last one before it that has one. */
+/** The sweep for a frame: its own, or that of the last frame before it that has one. */
 function sweepOf({ sweep, steps, index }, frame) {
   const place = Math.floor(frame / given.sweeps);
   const many = steps + 1;

@@ -1,4 +1,4 @@
-"""Which frames a page has: those asked for, or as many of them, evenly, as it has room for."""
+"""The frames of a page: those requested, thinned evenly if there is no room for all."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Chosen:
         return cls(shown, total, _step(len(shown), sweep, MOST_SWEEP_BYTES), thinned > 1)
 
     def __str__(self) -> str:
-        """What the page says of it."""
+        """The sentence on the page."""
         first, last, step = self.shown.start, self.shown[-1], self.shown.step
         if len(self.shown) == self.total:
             said = f"All {self.total:,} frames are shown"
@@ -42,7 +42,7 @@ class Chosen:
                 f"frames {first:,} to {last:,}" if step == 1 else f"every {_nth(step)} frame from {first:,} to {last:,}"
             )
             said = f"{len(self.shown):,} of {self.total:,} frames are shown: {which}"
-            said += ", since there is no room for more (--frames A:B chooses a part)" if self.full else ""
+            said += ", since there is no room for more (--frames A:B selects a part)" if self.full else ""
         return said + (f"; every {_nth(self.sweeps)} of them has its sweep." if self.sweeps > 1 else ".")
 
 

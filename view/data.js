@@ -5,7 +5,7 @@ const TOP = 32767;
 
 const modulus = (...parts) => Math.hypot(...parts);
 
-/** Values by name, and |F| if they have its parts. */
+/** Values by name, and |F| if its components are known. */
 function unpackValues(packed) {
   const values = unpackAll(packed);
   if (values.f_z) values.f = Float32Array.from(values.f_z, (z, n) => modulus(values.f_x[n], values.f_y[n], z));
@@ -44,13 +44,13 @@ function peakOf(planes, frame) {
   return TOP * largest;
 }
 
-/** A unit in which `peak`, in SI, has few digits before and behind the point. */
+/** A unit in which `peak`, in SI, has few digits before and after the point. */
 function unitFor(peak, name) {
   const [prefix, size] = [["k", 1e3], ["", 1], ["m", 1e-3], ["µ", 1e-6]].find(([, least]) => peak >= least) ?? ["", 1];
   return { name: prefix + name, size, of: (value) => figures(value / size) };
 }
 
-/** Four figures. */
+/** A number with four significant digits. */
 function figures(value) {
   if (value === undefined || Number.isNaN(value)) return "–";
   return String(Number(value.toPrecision(4))).replace("-", "−");
@@ -75,7 +75,7 @@ function measure() {
 
 const has = (result, frame, bits) => (result.status[frame] & bits) !== 0;
 
-/** Whether a value says something in a frame: there is no angle without a tangential force. */
+/** Whether a frame determines a value: without a tangential force there is no angle. */
 function tells(result, name, frame) {
   if (["f_z", "f"].includes(name)) return !has(result, frame, given.bits.noContact);
   return !has(result, frame, given.bits.withoutForce | (name === "phi" ? given.bits.noDirection : 0));
@@ -83,7 +83,7 @@ function tells(result, name, frame) {
 
 const valueOf = (result, name, frame) => (tells(result, name, frame) ? result.values[name][frame] : undefined);
 
-/** The place of a taxel in mm. */
+/** The position of a taxel in mm. */
 const placeOf = (k) => [(k % given.columns) * given.pitch[0], Math.floor(k / given.columns) * given.pitch[1]];
 
 /** The centroid of the stress of one sign in mm (Eqs. 19-22); undefined without any. */

@@ -1,12 +1,12 @@
-// A live page reads what the server sends as it comes, and draws the newest of it.
+// A live page reads the server's stream and draws the newest frame.
 
 const described = JSON.parse(document.getElementById("data").textContent);
 const feed = { last: -1, all: 0, came: 0, age: 0, over: false };
 let told = { at: 0, came: 0, all: 0 };
-/** Milliseconds between two texts of numbers, so that they can be read. */
+/** Milliseconds between two updates of the numbers, so that they stay readable. */
 const READABLE = 500;
 
-/** What the server says, a line each, until it ends or `signal` tells it to. */
+/** The server's lines, until it ends or `signal` aborts. */
 async function* answers(signal) {
   const { body } = await fetch(`frames?after=${feed.last}`, { signal });
   const reader = body.pipeThrough(new TextDecoderStream()).getReader();
@@ -20,7 +20,7 @@ async function* answers(signal) {
   }
 }
 
-/** The pieces behind the last one, as they come, until there will be no more or `signal` says so. */
+/** The pieces after the last one, as they arrive, until the source ends or `signal` aborts. */
 async function* pulled(signal) {
   try {
     for await (const answer of answers(signal)) {
@@ -33,10 +33,10 @@ async function* pulled(signal) {
   } catch { /* the server has gone, or it was told to stop */ }
   if (signal.aborted || feed.over) return;
   feed.over = true;
-  tell({ state: "gone", said: "The command tfra live was ended. To go on, start it again and reload this page." });
+  tell({ state: "gone", said: "The command tfra live has ended. To continue, start it again and reload this page." });
 }
 
-/** Say where frames come from and what became of them. */
+/** Show the source of the frames and their counts. */
 function tell({ state, said, came, estimated, malformed, fault }) {
   const place = (id) => document.getElementById(id);
   if (place("state").textContent !== said) place("state").textContent = said;

@@ -29,15 +29,15 @@ MOST = 2000
 """Frames that are kept, if there is room for as many."""
 
 _WAITING = 64
-"""Frames that wait for the estimator; when more come, the oldest are left out."""
+"""Frames that wait for the estimator; when more arrive, the oldest are dropped."""
 
 _PERIOD = 0.01
-"""Seconds between two pieces: screens show fewer."""
+"""Seconds between two pieces; screens are not faster."""
 
 
 @dataclass(frozen=True)
 class Came:
-    """A frame ``(rows, columns)`` in Pa, its number among those that came, and when, in s since 1970."""
+    """A frame ``(rows, columns)`` in Pa, its number, and its time of arrival in s since 1970."""
 
     number: int
     when: float
@@ -114,7 +114,7 @@ class Feed:
         self.counts["came"] += 1
 
     def run(self) -> None:
-        """Estimate what comes, for ever."""
+        """Estimate arriving frames, for ever."""
         while True:
             began = time.monotonic()
             with self._changed:
@@ -164,7 +164,7 @@ class Feed:
         return Answer(f'{json.dumps(state)[:-1]},"pieces":[{texts}]}}', pieces[-1].last if pieces else after, over)
 
     def drew(self, count: int) -> None:
-        """A page has drawn so many frames more."""
+        """Count frames that a page has drawn."""
         with self._changed:
             self.counts["drawn"] += count
 
@@ -173,13 +173,13 @@ class Feed:
             case "waiting":
                 return f"Waiting for the first frame of {self.source}."
             case "running":
-                return f"Frames come from {self.source}."
+                return f"Receiving frames from {self.source}."
             case "ended":
                 return f"{self.source} has ended{'' if self.counts['came'] else ' without a frame'}."
         return f"{self.source} broke: {self._said}."
 
     def totals(self) -> str:
-        """What came of the frames, in a line."""
+        """The counts of frames, in a line."""
         counts = self.counts
         wrong = f"; malformed lines: {counts['malformed']:,}" if counts["malformed"] else ""
         came, estimated, drawn = (f"{counts[key]:,}" for key in ("came", "estimated", "drawn"))

@@ -1,4 +1,4 @@
-// What the page was made with.
+// The data embedded in the page.
 
 const given = JSON.parse(document.getElementById("data").textContent);
 

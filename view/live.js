@@ -1,4 +1,4 @@
-// Frames as they come: appended, drawn, and forgotten after some seconds.
+// Live frames: appended, drawn, and dropped after some seconds.
 
 let numbers = unpack(early[0].numbers);
 
@@ -7,11 +7,11 @@ function numberOf(frame) {
   return numbers[frame];
 }
 
-/** Milliseconds between two charts over the frames, and how many times as long as one takes to draw. */
+/** Milliseconds between two drawings of the charts, at least, and as a multiple of the time that one takes. */
 const CHARTS = { least: 1000, times: 20 };
 let charted = { at: 0, cost: 0 };
 
-/** An array without its first `drop` numbers and with `fresh` behind them; it is copied only when its buffer is full. */
+/** An array without its first `drop` numbers and with `fresh` appended; it is copied only when its buffer is full. */
 function moved(kept, drop, fresh) {
   const [stays, length] = [kept.length - drop, kept.length - drop + fresh.length];
   const start = kept.byteOffset + drop * kept.BYTES_PER_ELEMENT;
@@ -22,7 +22,7 @@ function moved(kept, drop, fresh) {
   return next;
 }
 
-/** The same for all arrays in an object, which have some numbers for each of COUNT frames. */
+/** The same for all arrays of an object, each with some numbers per frame of COUNT. */
 function extended(kept, fresh, drop) {
   if (ArrayBuffer.isView(kept)) return moved(kept, drop * (kept.length / COUNT), fresh);
   if (typeof kept === "object") for (const key of Object.keys(fresh)) kept[key] = extended(kept[key], fresh[key], drop);
@@ -42,7 +42,7 @@ function append(piece) {
   $("frame").max = COUNT - 1;
 }
 
-/** Draw the charts over the frames, unless that was just done. */
+/** Draw the charts over the frames, unless they are recent. */
 function chart() {
   const begun = performance.now();
   if (begun - charted.at < Math.max(CHARTS.least, CHARTS.times * charted.cost)) return;
@@ -52,7 +52,7 @@ function chart() {
 
 let asked = false;
 
-/** Draw the last frame, however many came since the screen was ready for one. */
+/** Draw the newest frame; frames since the last drawing are skipped. */
 function drawLast() {
   asked = false;
   measure();
@@ -65,7 +65,7 @@ function drawLast() {
 
 let stop;
 
-/** Take what comes until it ends, or `stop` says so. */
+/** Read frames until the source ends or `stop` aborts. */
 async function follow() {
   stop = new AbortController();
   show(COUNT - 1);
@@ -78,7 +78,7 @@ async function follow() {
   if (state.playing && feed.over) play(false);
 }
 
-/** Follow what comes, or stay where the page is. */
+/** Follow the newest frame, or pause. */
 function play(wanted) {
   const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
   state.playing = wanted;

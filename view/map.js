@@ -1,6 +1,6 @@
 // The map of a frame: stress as colours, forces as arrows and circles, the two centroids.
 
-// From compression over nothing to traction: red and blue of ColorBrewer, which colour-blind readers tell apart.
+// From compression through zero to traction: ColorBrewer's red and blue, which colour-blind readers distinguish.
 const COLOURS = [
   [5, 48, 97], [33, 102, 172], [67, 147, 195], [146, 197, 222], [209, 229, 240], [247, 247, 247],
   [253, 219, 199], [244, 165, 130], [214, 96, 77], [178, 24, 43], [103, 0, 31],
@@ -16,11 +16,11 @@ function colourOf(share) {
   return `rgb(${mixed.join(",")})`;
 }
 
-/** A share of the peak as the colours have it, and back: square roots show faint traction beside strong compression. */
+/** From a share of the peak to its colour's position, and back: square roots make faint traction visible. */
 const bent = (share, root) => (root ? Math.sign(share) * Math.sqrt(Math.abs(share)) : share);
 const straight = (share, root) => (root ? share * Math.abs(share) : share);
 
-/** Give a canvas the size that it has on the page, times the screen's dots, if it has another; draw in CSS pixels. */
+/** Set a canvas's resolution to its size on the page times the device pixel ratio; draw in CSS pixels. */
 function prepared(canvas, height) {
   const dots = window.devicePixelRatio || 1;
   const width = canvas.clientWidth;
@@ -51,7 +51,7 @@ function gridOf(width) {
   return { across, down, left, bottom, at, taxelAt, height: bottom + EDGE.bottom };
 }
 
-/** Stroke the path that `trace` makes with a pale rim, which shows on dark and on pale ground. */
+/** Stroke the path of `trace` with a pale rim, visible on dark and pale colours. */
 function rimmed(pen, trace, width = 2) {
   for (const [colour, wide] of [["#fff", width + Math.min(2.5, 1.6 * width)], ["#111", width]]) {
     pen.strokeStyle = colour;

@@ -1,16 +1,16 @@
-// The frame that is shown, and what moves it: slider, keys, a click on a chart.
+// The frame shown, and its controls: slider, keys, a click on a chart.
 
 const $ = (id) => document.getElementById(id);
 const maps = results.map((_, n) => $(`map-${n}`));
 const state = { frame: 0, taxel: 0, playing: false, turn: -0.6, tilt: 0.5, drawn: false, sweepAgain: 0 };
-/** While frames play, milliseconds between two sweeps, and how many times as long as one takes to draw. */
+/** While frames play: milliseconds between two sweeps, at least, and as a multiple of the time that one takes. */
 const PAUSE = { least: 150, times: 20 };
 const TURNS = { turn: [-Math.PI, Math.PI], tilt: [0.1, 1.5] };
 
 const detailed = () => results[Number($("detail").value)];
 const checked = (id) => $(id).checked;
 
-/** Put a text where another one is: the same again would have the page laid out again. */
+/** Replace a text, unless it is the same, which would cause a new layout. */
 function say(place, text) {
   if (place.textContent !== text) place.textContent = text;
 }
@@ -36,7 +36,7 @@ function drawLegend(peaks) {
   }
   const said = [];
   if (checked("arrows")) said.push(`longest arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
-  if (checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed pulls`);
+  if (checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed: pulls`);
   if (checked("centroids")) said.push("c, t: centroids of compression and traction; the arrow from t to c has the direction φ");
   say($("key"), said.join(" · "));
 }
@@ -71,7 +71,7 @@ function drawNumbers(frame, scenes) {
   $("column").value = column;
 }
 
-/** Canvases and the cursor first, since they ask for sizes, and a text may change the page's. */
+/** Canvases and the cursor come first: they read sizes, which a changed text invalidates. */
 function drawMaps(frame, scenes) {
   const peaks = peaksOf(frame);
   const chosen = { arrows: checked("arrows"), circles: checked("circles"), centroids: checked("centroids") };
@@ -80,7 +80,7 @@ function drawMaps(frame, scenes) {
     drawMap(map, { ...scenes[n], ...looks });
     const told = ["phi", "mu", "f"].map((name) => ROWS[name](results[n], frame));
     const label = `Map of the stress under ${results[n].label}, frame ${numberOf(frame)}`;
-    map.setAttribute("aria-label", `${label}: φ ${told[0]}°, μ ${told[1]}, |F| ${told[2]} N; all numbers are in the table This frame`);
+    map.setAttribute("aria-label", `${label}: φ ${told[0]}°, μ ${told[1]}, |F| ${told[2]} N; the table This frame has all numbers`);
   });
   drawHeights(frame, scenes, peaks, looks.root);
   if (state.drawn) moveCursor($("cursor"), $("panels"), frame);
@@ -128,7 +128,7 @@ const STEPS = {
   PageDown: () => state.frame - Math.ceil(COUNT / 20), PageUp: () => state.frame + Math.ceil(COUNT / 20), Home: () => 0, End: () => COUNT - 1,
 };
 
-/** Keys of the page; those that a field under the focus needs stay its own, and so do those that scroll. */
+/** Keys of the page, except those that the focused field or scrolling needs. */
 function onKey(event) {
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("select, input:not(#frame):not([type=checkbox])")) return;
   const slider = event.target.id === "frame";
@@ -191,7 +191,7 @@ function strongest(frame) {
   return stress.reduce((best, value, k) => (Math.abs(value) > Math.abs(stress[best]) ? k : best), 0);
 }
 
-/** Show `frame`, and listen from now on. */
+/** Show `frame`, and start to listen to events. */
 function begin(frame) {
   $("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
   measure();

@@ -1,4 +1,4 @@
-"""The page of results: one file that loads nothing, whose script shows any of its frames."""
+"""The page of results: one self-contained file, whose script shows any of its frames."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from tfra.view.pack import references, result, times
 from tfra.view.resultfile import Recorded, References, said
 
 MOST = 5
-"""Results and files of reference values that a page tells apart by colour and dash."""
+"""Results and files of reference values that colours and dashes distinguish."""
 
 BESIDE = 3
-"""Columns of numbers for which there is room beside the maps."""
+"""Columns of numbers that fit beside the maps."""
 
 OBLONG = 1.5
-"""Arrays that are wider than so many times their height have maps below each other."""
+"""Maps of arrays with a larger ratio of width to height stand below each other."""
 
 TITLE = "Contact forces"
 
@@ -35,7 +35,7 @@ LIVE_TITLE = "Contact forces, live"
 
 
 _DRAWING = ("data.js", "map.js", "surface.js", "charts.js", "page.js")
-"""What draws any page, and answers its controls."""
+"""Scripts that draw any page and handle its controls."""
 
 _SPEEDS = (1, 5, 10, 25, 50, 100, 250, 1000)
 """Frames a second."""
@@ -67,7 +67,7 @@ _TAXEL_ROWS = {
 
 
 def render(results: Sequence[Recorded], known: Sequence[References], chosen: Chosen) -> str:
-    """The page of ``results`` and what is ``known`` of their frames, a function of its arguments alone."""
+    """The page of ``results`` and the references ``known`` of their frames; depends on its arguments only."""
     labels = _labels(results, known)
     named, true = labels[: len(results)], labels[len(results) :]
     data = {
@@ -95,7 +95,7 @@ def render(results: Sequence[Recorded], known: Sequence[References], chosen: Cho
 
 
 def render_live(feed: Feed) -> str:
-    """The page of the frames of ``feed``, which it asks the server that it comes from for."""
+    """The live page of ``feed``, which requests frames from its server."""
     label = f"{feed.source} ({feed.engine})"
     data = {
         **_described(feed.design),
@@ -112,7 +112,7 @@ def render_live(feed: Feed) -> str:
 
 
 def require_few(results: Sequence[Recorded], known: Sequence[References]) -> None:
-    """Raise ``InputError`` for more files than a page tells apart."""
+    """Raise ``InputError`` for more files than a page can distinguish."""
     if len(results) > MOST or len(known) > 1:
         given = f"{len(results)} and {len(known)}"
         raise InputError("tfra view", "RESULT.npz", f"at most {MOST} results and 1 file of references, got {given}")
@@ -123,7 +123,7 @@ def _resource(name: str) -> str:
 
 
 def _described(design: Design) -> dict[str, Any]:
-    """What scripts know of any page."""
+    """Data for the scripts of any page."""
     sensor = design.sensor
     return {
         "rows": sensor.rows,
@@ -139,7 +139,7 @@ def _described(design: Design) -> dict[str, Any]:
 
 
 def _searched(design: Design, label: str) -> dict[str, Any]:
-    """What scripts know of a result before its frames."""
+    """Data for the scripts about a result, without its frames."""
     search = design.search
     return {"label": label, "steps": search.steps, "tolerance": search.tolerance * design.adc.lsb}
 
@@ -170,7 +170,7 @@ def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dic
 def _scripts(data: dict[str, Any], opened: str, names: Sequence[str]) -> Iterator[str]:
     """The data and the scripts, in a function that begins with ``opened``.
 
-    No text of the data can end the script that it stands in.
+    Data is escaped, so that no text in it can end its script.
     """
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     yield f'<script type="application/json" id="data">{text}</script>'
@@ -179,7 +179,7 @@ def _scripts(data: dict[str, Any], opened: str, names: Sequence[str]) -> Iterato
 
 
 def _labels(results: Sequence[Recorded], known: Sequence[References]) -> list[str]:
-    """A name for each, by which readers tell them apart."""
+    """A distinct name for each file."""
     labels = [f"{one.name} ({one.engine})" for one in results] + [f"{one.name} (reference)" for one in known]
     return [label if labels.count(label) == 1 else f"{label} #{n}" for n, label in enumerate(labels, 1)]
 
@@ -207,7 +207,7 @@ def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen)
 
 
 def _notes(fact: Facts) -> Iterator[str]:
-    """What statuses say of a result's frames."""
+    """Lines about the statuses of a result's frames."""
     counts = {Status.NO_CONTACT: fact.no_contact, Status.COMPRESSION_ONLY: fact.compression_only}
     counts |= {Status[name]: count for name, count in fact.noted.items()}
     for flag, count in counts.items():

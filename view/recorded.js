@@ -1,4 +1,4 @@
-// A recording.  Playing: as many frames a second as chosen, whatever the screen can show; it stops at the last one.
+// A recording.  It plays at the chosen rate, skips frames that the screen has no time for, and stops at the last one.
 
 function play(wanted) {
   const [begins, ends] = [wanted && !state.playing, !wanted && state.playing];
@@ -20,7 +20,7 @@ function play(wanted) {
   requestAnimationFrame(tick);
 }
 
-/** The frame of the largest stress: something to see at once. */
+/** The frame of the largest stress, shown first. */
 function first() {
   const { scale } = results[0].stress;
   return scale.reduce((best, value, frame) => (value > scale[best] ? frame : best), 0);

@@ -1,4 +1,4 @@
-"""Reading what a page shows: results of ``tfra estimate``, and files of frames with reference values."""
+"""Reads the inputs of a page: results of ``tfra estimate``, and frames with reference values."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def read_all(paths: Sequence[Path]) -> tuple[list[Recorded], list[References]]:
     """
     for path in paths:
         if paths.count(path) > 1:
-            raise InputError("tfra view", "RESULT.npz", f"each file once, {path} is given twice")
+            raise InputError("tfra view", "RESULT.npz", f"{path} is given twice")
     kinds = {path: _kind(path) for path in paths}
     results = [_result(path) for path, kind in kinds.items() if kind is Recorded]
     if not results:
@@ -106,7 +106,7 @@ def _require_as_many(path: Path, count: int, first: Recorded) -> None:
 
 
 def said(sensor: SensorArray) -> str:
-    """The sensor in a few words."""
+    """The sensor as a phrase."""
     lengths = (f"{1e3 * length:.6g}" for length in (sensor.pitch_x, sensor.pitch_y, sensor.thickness))
     return "{}×{} taxels, {} × {} mm apart, under {} mm".format(sensor.rows, sensor.columns, *lengths)
 

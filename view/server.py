@@ -1,4 +1,4 @@
-"""A server of one page and of what it asks for, for browsers of this machine alone."""
+"""A server of one page and its data, for browsers on this machine only."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tfra.view.feed import Feed
 HOST = "127.0.0.1"
 
 PATIENCE = 1.0
-"""Seconds after which a page is told how things are, frames or not."""
+"""Seconds after which a page gets the state, even without new frames."""
 
 _HEADERS = {
     "Cache-Control": "no-store",
@@ -26,7 +26,7 @@ _HEADERS = {
     ),
     "X-Content-Type-Options": "nosniff",
 }
-"""The page may load nothing, and ask nobody else."""
+"""The page may load nothing and contact no other server."""
 
 
 @contextmanager
@@ -40,7 +40,7 @@ def serving(page: str, feed: Feed, port: int) -> Iterator[str]:
     except (OSError, OverflowError) as error:
         taken = isinstance(error, OSError) and error.errno == errno.EADDRINUSE
         reason = "is in use" if taken else f"cannot be used: {getattr(error, 'strerror', None) or error}"
-        raise InputError("tfra live", "--port", f"{port} {reason}: choose another one, or 0 for any") from None
+        raise InputError("tfra live", "--port", f"{port} {reason}: choose another port, or 0 for any") from None
     server.page, server.feed = page.encode(), feed
     thread = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     thread.start()
@@ -61,7 +61,7 @@ class _Server(ThreadingHTTPServer):
     feed: Feed
 
     def handle_error(self, request: object, client_address: object) -> None:
-        """Nothing: a page that goes away in the middle of an answer is no error."""
+        """Ignore a page that closes in the middle of an answer."""
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -74,7 +74,7 @@ class _Handler(BaseHTTPRequestHandler):
         asked = urlsplit(self.path)
         number = {"/frames": "after", "/drawn": "count"}.get(asked.path)
         if self.headers.get("Host") not in [f"{name}:{self.server.server_port}" for name in (HOST, "localhost")]:
-            self._answer(HTTPStatus.FORBIDDEN, "text/plain", b"only this machine is answered\n")  # whoever sent it here
+            self._answer(HTTPStatus.FORBIDDEN, "text/plain", b"only this machine is served\n")  # whoever sent it here
         elif asked.path == "/":
             self._answer(HTTPStatus.OK, "text/html", self.server.page)
         elif number is None:
@@ -113,4 +113,4 @@ class _Handler(BaseHTTPRequestHandler):
         self.end_headers()
 
     def log_message(self, format: str, *arguments: object) -> None:
-        """Nothing: requests are no news."""
+        """Log no requests."""

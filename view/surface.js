@@ -1,4 +1,4 @@
-// The surface over the array: quads between taxels, far ones first, on a plain canvas, so that no 3-D hardware is needed.
+// The surface over the array: quads between taxels, farthest first, on a 2-D canvas, so that no 3-D hardware is needed.
 
 const RULER = 40;
 const heightOf = (width) => Math.min(340, 0.78 * width);

@@ -125,7 +125,7 @@ BEGINNING = [
     Misuse("examples over notes", folder("notes", thesis_tex="years"), "examples --out notes", "it holds thesis.tex"),
     Misuse("a pitch in metres", nothing, _INIT.format(0.003, 3), "0.003 mm is unusual: was it given in m (3 mm)?", 0),
     Misuse("a full scale in kPa", nothing, f"{_INIT.format(3, 3)} --full-scale 150", "was it given in kPa", 0),
-    Misuse("a pitch too fine for a core", nothing, _INIT.format(0.5, 9), "only the float engine can do this sensor", 0),
+    Misuse("a pitch too fine for a core", nothing, _INIT.format(0.5, 9), "only the float engine supports", 0),
 ]
 
 GENERATE = "generate skin.toml --out {}"

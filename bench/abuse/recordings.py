@@ -161,7 +161,7 @@ DOUBTS = [
         "lines along rows, read along columns",
         recorded(lambda frames: frames.reshape(3, 30)),
         f"{NPY} --order columns",
-        "are rows and columns exchanged? (--order rows)",
+        "are rows and columns swapped? (--order rows)",
         0,
     ),
     Misuse("the other sign", recorded(lambda frames: -frames), NPY, "is compression positive in this file?", 0),

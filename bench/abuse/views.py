@@ -57,7 +57,7 @@ PAGES = [
     ),
     Misuse("results of two recordings", result(_first), VIEW.format("wrong.npz"), "has 2 frames, r.npz has 3"),
     Misuse("a result twice", result(), VIEW.format("r.npz"), "each file once, r.npz is given twice"),
-    Misuse("frames that a result lacks", result(), VIEW.format("--frames 3:"), "has none of the frames 0 to 2"),
+    Misuse("frames that a result lacks", result(), VIEW.format("--frames 3:"), "selects none of the frames 0 to 2"),
     Misuse(
         "somebody's page as output",
         lambda: (result()(), Path("page.html").write_text("mine"))[0],

@@ -124,7 +124,7 @@ def test_frames_tells_when_they_exceed_full_scale(folder: Path, capsys: pytest.C
     Path("weak_cover.toml").write_text(CONFIG + "[adc]\nfull_scale_pa = 1000\n")
     capsys.readouterr()
     assert main(["frames", "weak_cover.toml", "--out", "weak_cover.npz"]) == 0
-    assert "Pa which is beyond 1000 Pa full scale" in capsys.readouterr().out
+    assert "Pa which exceeds 1000 Pa full scale" in capsys.readouterr().out
 
 
 # estimate
@@ -298,7 +298,7 @@ def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     assert main(["generate", "skin.toml", "--out", "core"]) == 0
     said = capsys.readouterr().out.splitlines()
     assert said[0].startswith("cond(C33) is 1.73; 100.0 % of ")
-    assert said[1] == "core: the core skin, described in skin.json"
+    assert said[1] == "core: core skin, described in skin.json"
 
 
 # Bad input
@@ -323,7 +323,7 @@ USAGE = [
     ),
     (
         ["verify", "skin.toml", "--compression", "positive"],
-        "tfra verify: --compression: is about the frames of a file: --frames is needed",
+        "tfra verify: --compression: is for recordings only: --frames is needed",
     ),
     (["synth", "skin.toml", "--out", "d"], "tfra synth: Missing option '--target'."),
     (["size", "skin.toml", "--target", "xc7"], "tfra size: Missing option '--frames-per-second'."),

@@ -98,10 +98,10 @@ def test_what_fails() -> None:
     good = replace(perfect, core=found)
     assert good.failures == []
     assert good.measured_interval == 1500
-    assert replace(good, differing=2).failures == ["rectangle_40x40: 2 words of 120 differ, 120 were compared"]
+    assert replace(good, differing=2).failures == ["rectangle_40x40: 2 of 120 words differ, 120 were compared"]
     assert replace(good, interval=1456).failures == ["rectangle_40x40: frames come every 1500 cycles, not 1456"]
     good.run.compared = 119
-    assert good.failures == ["rectangle_40x40: 0 words of 120 differ, 119 were compared"]
+    assert good.failures == ["rectangle_40x40: 0 of 120 words differ, 119 were compared"]
     assert sensor().failures == ["rectangle_40x40: an error is larger than the paper's largest"]
 
 

@@ -122,7 +122,7 @@ def test_errors_of_our_own(tmp_path: Path) -> None:
     found = replaced(SCRIPTS["an error of ours"], tmp_path)
     assert found.returncode == 70
     assert "ZeroDivisionError" in found.stderr
-    assert found.stderr.endswith("this is an error of tfra itself; please report it with the lines above\n")
+    assert found.stderr.endswith("this is a bug in tfra; please report it with the lines above\n")
 
 
 def test_errors_of_the_system(tmp_path: Path) -> None:

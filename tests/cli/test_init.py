@@ -88,7 +88,7 @@ def test_an_edited_file_is_yours(capfd: pytest.CaptureFixture[str]) -> None:
         (["--rows", "1"], "tfra init: --rows: at least 2 taxels are needed, got 1"),
         (["--full-scale", "-5"], "tfra init: --full-scale: 0.001 or more is needed, got -5.0"),
         (["--out", "sensor.txt"], "sensor.txt: the name of the output must end in .toml"),
-        (["--out", "always.toml"], "always.toml: a core cannot have this name, a word of Verilog"),
+        (["--out", "always.toml"], "always.toml: a core cannot have this name, which Verilog or a port uses"),
         (["--target", "ecp5-99"], "--target: one of ecp5-25-6, "),
     ],
 )
@@ -104,7 +104,7 @@ def test_what_is_wrong(options: list[str], told: str, capfd: pytest.CaptureFixtu
         (["--thickness", "500"], "--thickness: 500 mm is unusual: was it given in µm?"),
         (["--full-scale", "150"], "--full-scale: 150 Pa is unusual: was it given in kPa (150000 Pa)?"),
         (["--full-scale", "2e8"], "--full-scale: 2e+08 Pa is unusual: is it in Pa?"),
-        (["--pitch-x", "0.4", "--pitch-y", "0.4"], "only the float engine can do this sensor: formats: "),
+        (["--pitch-x", "0.4", "--pitch-y", "0.4"], "only the float engine supports this sensor: formats: "),
     ],
 )
 def test_what_is_doubtful(options: list[str], told: str, capfd: pytest.CaptureFixture[str]) -> None:

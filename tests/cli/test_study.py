@@ -71,7 +71,7 @@ def test_without_a_terminal_each_task_is_a_line(folder: Path) -> None:
 def test_again_all_is_there(folder: Path) -> None:
     for _ in range(2):
         again = subprocess.run(command(folder), capture_output=True, text=True, check=True)
-    assert again.stderr.splitlines()[0] == "frames: 2 blocks, 2 were there"
+    assert again.stderr.splitlines()[0] == "frames: 2 blocks, 2 from an earlier run"
     assert again.stdout.startswith("14-bit converter: ")
 
 

@@ -53,8 +53,8 @@ def test_chosen_frames(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
     [
         (["--frames", "7"], "tfra view: --frames: A:B is needed, whole numbers or nothing, got '7'"),
         (["--frames", "-3:"], "tfra view: --frames: A:B is needed, whole numbers or nothing, got '-3:'"),
-        (["--frames", "24:"], "tfra view: --frames: '24:' has none of the frames 0 to 23"),
-        (["--frames", "9:9"], "tfra view: --frames: '9:9' has none of the frames 0 to 23"),
+        (["--frames", "24:"], "tfra view: --frames: '24:' selects none of the frames 0 to 23"),
+        (["--frames", "9:9"], "tfra view: --frames: '9:9' selects none of the frames 0 to 23"),
         (["none.npz"], "none.npz: cannot be read: No such file or directory"),
         (["skin.toml"], "skin.toml: is not a readable .npz file: File is not a zip file"),
         (["--out", "page.htm"], "page.htm: the name of the output must end in .html"),

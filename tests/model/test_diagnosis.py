@@ -118,7 +118,7 @@ def test_the_whole_line_of_a_wrong_unit() -> None:
         "72 %), or was nothing pressed? (--unit kPa)"
     )
     (line,) = told(frames / np.abs(frames).max() * 1e-4)
-    assert line.endswith("are the unit, Pa, and adc.full_scale_pa right, or was nothing pressed?")
+    assert line.endswith("are the unit, Pa, and adc.full_scale_pa correct, or was nothing pressed?")
 
 
 def test_codes_instead_of_pascals() -> None:
@@ -141,7 +141,7 @@ def test_unipolar_codes() -> None:
     codes = contacts(SQUARE) / design(SQUARE).adc.lsb + 8192
     offset, units = told(codes)
     assert offset == (
-        f"taxels read about {np.median(codes):.4g} Pa where nothing seems to press: a common offset; was the sensor "
+        f"taxels read about {np.median(codes):.4g} Pa where nothing seems to press, a common offset: was the sensor "
         "tared (--tare-frames N, --tare FILE), or are these codes with an offset (--unit codes --coding offset)?"
     )
     assert units.startswith("all values are whole numbers up to ")
@@ -151,15 +151,15 @@ def test_unipolar_codes() -> None:
 def test_an_offset_of_codes() -> None:
     frames = contacts(SQUARE) + 5e3
     (line,) = warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), Input(unit="codes"))
-    assert line.endswith("a common offset; was the sensor tared (--tare-frames N, --tare FILE)?")
+    assert line.endswith("a common offset: was the sensor tared (--tare-frames N, --tare FILE)?")
 
 
 @pytest.mark.parametrize(
     ("given", "factor", "said"),
     [
         (Input(unit="kPa"), 1e-3, "is the unit MPa (times 1000 it would be 72 %), or was nothing pressed?"),
-        (Input(unit="kPa"), 1e-5, "are the unit, kPa, and adc.full_scale_pa right, or was nothing pressed?"),
-        (Input(unit="codes"), 1e-3, "are the unit, codes, and adc.full_scale_pa right, or was nothing pressed?"),
+        (Input(unit="kPa"), 1e-5, "are the unit, kPa, and adc.full_scale_pa correct, or was nothing pressed?"),
+        (Input(unit="codes"), 1e-3, "are the unit, codes, and adc.full_scale_pa correct, or was nothing pressed?"),
         (Input(unit="kPa"), 1e3, "is the file in kPa, and adc.full_scale_pa in Pa (not in kPa)? (--unit Pa)"),
         (Input(unit="codes"), 1e3, "times full scale: is adc.full_scale_pa in Pa (not in kPa)?"),
     ],
@@ -180,7 +180,7 @@ def test_an_order_that_somebody_has_given(flip_x: bool, flip_y: bool) -> None:
         frames = arranged(lines, given, sensor)
         found = [line for line in warnings(design(sensor), frames, Tfra(sensor)(frames), given) if "neighbours" in line]
         assert len(found) == doubted
-        assert all(line.endswith("row by row: are rows and columns exchanged? (--order rows)") for line in found)
+        assert all(line.endswith("row by row: are rows and columns swapped? (--order rows)") for line in found)
 
 
 @pytest.mark.parametrize("share", [-0.3, -0.1, 0.03, 0.1, 0.3])
@@ -190,7 +190,7 @@ def test_offset(sensor: SensorArray, share: float) -> None:
     off = share * np.abs(frames).max()
     for spread in (0.0, 0.1):
         per_taxel = off * (1 + spread * np.random.default_rng(4).uniform(-1, 1, frames.shape[1:]))
-        assert any("a common offset; was the sensor tared" in line for line in told(frames + per_taxel, sensor)), spread
+        assert any("a common offset: was the sensor tared" in line for line in told(frames + per_taxel, sensor)), spread
 
 
 def test_offset_of_a_sensor_at_rest() -> None:
@@ -231,7 +231,7 @@ def test_saturated() -> None:
     hit = np.abs(frames) >= 2e5
     line = (
         f"{hit.any(axis=(1, 2)).sum()} of 40 frames and {hit.any(axis=0).sum()} of 100 taxels reach an end of the "
-        "converter's range, ±200000 Pa: was it saturated (forces would be too small there)?"
+        "converter's range, ±200000 Pa: was it saturated (the forces would be too small)?"
     )
     assert told(clipped) == [line]
     far = told(frames * 1e3)
@@ -244,7 +244,7 @@ def test_saturated() -> None:
 def test_compression_only() -> None:
     line = (
         "no tension in 100 % of the frames with a contact, so no tangential force can be found: does this array "
-        "measure compression only (as FSR do), is it clipped at zero, or is friction too small?"
+        "measure compression only (as FSRs do), is it clipped at zero, or is friction too small?"
     )
     assert told(np.minimum(contacts(SQUARE), 0)) == [line]
 
@@ -280,7 +280,7 @@ def test_rows_and_columns_exchanged(name: str) -> None:
     (line,) = told(scrambled, sensor)
     assert line.startswith("neighbours differ 1.")
     assert line.endswith(
-        " times as much as if the file went column by column: are rows and columns exchanged? (--order columns)"
+        " times as much as if the file went column by column: are rows and columns swapped? (--order columns)"
     )
 
 
@@ -292,7 +292,7 @@ def test_most_frames_flagged() -> None:
     status[1::4] = status[3::8] = Status.DEPENDENT_OUT_OF_RANGE
     odd = type(found)(**{**vars(found), "status": status})
     assert warnings(design(SQUARE), frames, odd) == [
-        "75 % of the frames with a contact: dependent out of range (the dependent friction is beyond 1)"
+        "75 % of the frames with a contact: dependent out of range (the dependent friction coefficient exceeds 1)"
     ]
 
 
@@ -304,7 +304,7 @@ def test_over_full_scale() -> None:
     peak = np.abs(frames).max()
     assert over_full_scale(one, frames / peak * 3e5) == ""
     assert over_full_scale(one, frames / peak * 1.44e8) == (
-        "; the largest is 720 times full scale: is the file in Pa, and adc.full_scale_pa in Pa (not in kPa)?"
+        "; the largest magnitude is 720 times full scale: is the file in Pa, and adc.full_scale_pa in Pa (not in kPa)?"
     )
     soft = design(SQUARE, Adc(14, 5e4))
     assert over_full_scale(soft, np.rint(frames / peak * 8000)) == (

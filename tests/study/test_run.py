@@ -356,7 +356,7 @@ def test_nobody_answers_the_command(place: Path, tmp_path: Path, capsys: pytest.
 def test_workers_of_a_scheduler_are_its_own(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = str(place / "study.toml"), "--out", str(tmp_path / "out"), "--scheduler", "tcp://x:1", "--workers", "2"
     assert command(capsys, *arguments) == (
-        2, "--workers: is about processes of this machine: a scheduler has workers of its own\n"
+        2, "--workers: is for local processes: a scheduler has its own workers\n"
     )  # fmt: skip
 
 

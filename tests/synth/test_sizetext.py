@@ -82,7 +82,7 @@ def test_nothing_chosen() -> None:
 def test_a_family_of_any_size() -> None:
     found = list(lines(replace(SIZING, target=find("xc7"))))
     assert "# estimated: 1,100 LUT, 90 FF, 7 DSP, 3 BRAM" in found
-    assert "# xc7 stands for a whole family: whether a part is large enough is not checked" in found
+    assert "# xc7 stands for a whole family: the size of a part is not checked" in found
 
 
 @pytest.mark.parametrize(
