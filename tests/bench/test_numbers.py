@@ -37,9 +37,9 @@ def condition():
 
 
 TOLD = [
+    ("README.md", r"A 10×10 frame takes ([\d,]+) real products", products),
     ("README.md", r"cond\(C33\) of 10×10\s+taxels is ([\d,]+)", condition),
     ("README.md", r"2×2 to ([\d,]+) taxels", lambda: MOST_TAXELS),
-    ("README.md", r"A 10×10 frame takes ([\d,]+) real products", products),
     ("CHANGELOG.md", r"10×10 on 64 lanes takes a\s+frame every ([\d,]+) cycles", lambda: core(64).initiation_interval),
     ("docs/architecture.md", r"For 10×10 that is ([\d,]+) real products", products),
     (
