@@ -144,7 +144,7 @@ def _require_one_point(table: Table, texts: list[tuple[int, str]]) -> None:
     if len(first) == 2:
         (other, _), (here, number) = first.items()
         names = {".": "points", ",": "commas"}
-        reason = f"numbers have {names[here]} here and {names[other]} elsewhere"
+        reason = f"this line has decimal {names[here]}, others have decimal {names[other]}"
         raise InputError(table.file, f"line {number}", reason)
 
 
@@ -156,7 +156,7 @@ def _taxels(table: Table, line: str) -> str:
 def _require_numbers(table: Table, line: Line, lines: list[Line]) -> None:
     number, cells = line
     if len(cells) != table.width:
-        sensor, skip = table.sensor, f" behind {table.skip} that are skipped" if table.skip else ""
+        sensor, skip = table.sensor, f" after {table.skip} skipped column{'s' * (table.skip > 1)}" if table.skip else ""
         needed = f"{sensor.taxels} numbers ({sensor.rows} rows x {sensor.columns} columns){skip} are needed"
         hint = _hint(table, cells, lines)
         raise InputError(table.file, f"line {number}", f"{needed}, got {len(cells)}{hint and f': {hint}'}")
@@ -170,7 +170,7 @@ def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
     """Return the probable cause of a wrong number of ``cells``."""
     taxels, more = table.sensor.taxels, len(cells) - table.width
     if len(cells) == 2 * taxels and table.separator == ",":
-        return "are there commas in numbers? then another separator is needed"
+        return "are these decimal commas? then numbers need another separator"
     if table.skip and len(cells) == taxels:
         return "are all columns taxels? (--skip-columns 0)"
     if more == 1 and not table.skip and _may_be_time([cells[0] for _, cells in lines]):

@@ -149,7 +149,7 @@ def _rest(levels: Floats, file: Path, sensor: SensorArray, adc: Adc, given: Inpu
     if given.tare is not None:
         return tare_of(sensor, adc, given)
     if given.tare_frames > len(levels):
-        reason = f"the first {given.tare_frames} frames are to be its tare, it has {len(levels)} (--tare-frames)"
+        reason = f"the first {given.tare_frames} frames are the tare, the recording has {len(levels)} (--tare-frames)"
         raise InputError(file, FRAMES, reason)
     return levels[: given.tare_frames] if given.tare_frames else None
 
@@ -225,5 +225,5 @@ def _require_stress(file: Path, frames: Floats) -> None:
     if not len(bad):
         return
     value = frames[tuple(bad[0])]
-    reason = f"is {value:g} Pa, no stress is beyond {MOST:g} Pa" if np.isfinite(value) else "is not finite"
+    reason = f"is {value:g} Pa, the limit is {MOST:g} Pa" if np.isfinite(value) else "is not finite"
     raise InputError(file, FRAMES, "frame {}, row {}, column {} {}".format(*bad[0], reason))

@@ -37,5 +37,5 @@ def _taken(name: str) -> str:
     if name in KEYWORDS:
         return "a keyword of Verilog"
     if name in SIMULATORS:
-        return "a word of Verilog's simulators"
+        return "a keyword of Verilog simulators"
     return "a port of the core" if name in PORTS else ""

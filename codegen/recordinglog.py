@@ -81,7 +81,7 @@ def _only(path: Path, given: Input, found: list[str], refused: dict[str, str]) -
         raise InputError(path, FRAMES, f"{quoted(given.topic)}: {refused[given.topic]}")
     names = shortened(", ".join(sorted(refused)), 120) or "none"
     wanted = f"no topic {quoted(given.topic)}" if given.topic is not None else "no topic that holds frames"
-    raise InputError(path, FRAMES, f"{wanted} ({_NEEDED}) is in it, it has: {names}")
+    raise InputError(path, FRAMES, f"the log has {wanted} ({_NEEDED}), its topics: {names}")
 
 
 def _frame(path: Path, store: Any, message: _Message) -> Floats | str:

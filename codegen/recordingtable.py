@@ -97,7 +97,7 @@ def _list(file: Path, column: pl.Series) -> Array:
 def _require_full(file: Path, column: pl.Series) -> None:
     if column.null_count():
         frame = column.is_null().arg_max()
-        raise InputError(file, f"column {quoted(column.name)}", f"has no value, first at {frame}")
+        raise InputError(file, f"column {quoted(column.name)}", f"lacks a value, first at {frame}")
 
 
 def _time(column: pl.Series) -> Floats | None:

@@ -45,7 +45,7 @@ def wrong_shape(sensor: SensorArray, given: Input, shape: Shape) -> str | None:
     if shape[-2:] == frame[::-1] and len(shape) in (2, 3):
         hint = f": is every frame transposed? (--order {other})"
     elif len(shape) == 3 and shape[:2] == frame:
-        hint = ": is the number of frames last? it comes first"
+        hint = ": are frames along the last axis? they must be along the first"
     elif len(shape) == 2 and skip and shape[1] == sensor.taxels:
         hint = ": are all columns taxels? (--skip-columns 0)"
     elif len(shape) == 2 and shape[1] == sensor.taxels + 1:

@@ -73,7 +73,7 @@ def open_stream(source: str) -> Stream:
 
 def _standard_input() -> Stream:
     if sys.stdin is None or os.isatty(0):
-        raise InputError("standard input", "", "is a terminal: let a program write frames to it, a line each")
+        raise InputError("standard input", "", "is a terminal: pipe a program's output into it, one frame a line")
     # Not sys.stdin: a thread that waits in its buffer would keep Python from ending.
     return Stream("standard input", lambda: os.read(0, _CHUNK))
 

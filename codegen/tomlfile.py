@@ -26,7 +26,7 @@ def read_toml(file: Path) -> dict[str, Any]:
     if len(data) > MOST_BYTES:
         raise InputError(file, "", f"at most {MOST_BYTES:,} bytes of TOML are supported")
     if any(part.count(b".") > MOST_DOTS for part in _BETWEEN.split(_COMMENT.sub(b"", data))):
-        raise InputError(file, "", f"is not sensible TOML: a key has more than {MOST_DOTS} dots")
+        raise InputError(file, "", f"is not valid TOML: a key has more than {MOST_DOTS} dots")
     try:
         tables = tomllib.loads(data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
@@ -37,7 +37,7 @@ def read_toml(file: Path) -> dict[str, Any]:
         last = data.count(b"\n") + 1
         raise InputError(file, place.replace("end of document", f"line {last}"), reason) from None
     except (ValueError, RecursionError):  # an integer of thousands of digits, thousands of brackets
-        raise InputError(file, "", "is not sensible TOML") from None
+        raise InputError(file, "", "is not valid TOML") from None
     if (key := _too_long(tables)) is not None:
         raise InputError(file, key.removeprefix("."), "a whole number of at most 64 bits is needed")
     return tables

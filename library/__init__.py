@@ -5,7 +5,7 @@ Describe the sensor once, in a CONFIG file (``tfra init`` writes one).  Then a r
     >>> import tfra
     >>> sensor = tfra.load("examples/skin_8x12.toml")      # written by: tfra examples --out examples
     >>> frames, truth = sensor.simulate()                  # or recording = sensor.read("log.csv", unit="kPa")
-    >>> result = sensor.estimate(frames, engine="fixed")   # bit for bit what the FPGA core computes
+    >>> result = sensor.estimate(frames, engine="fixed")   # bit by bit what the FPGA core computes
     >>> result.resultant.shape                             # F_x, F_y, F_z of every frame, in N
     (12, 3)
     >>> errors = result.errors(truth)                      # medians and 95th percentiles, when printed
@@ -15,13 +15,13 @@ Describe the sensor once, in a CONFIG file (``tfra init`` writes one).  Then a r
 Stress is in Pa and negative under compression; forces are in N, lengths in m, directions in degrees (``_deg``).
 A frame has the shape ``(rows, columns)``; taxel (i, j) sits at x = j * pitch_x, y = i * pitch_y.
 
-What is wrong raises ``tfra.InputError``, a ``ValueError`` of one line.  What is plausible but suspicious, such as a
-recording in the wrong sign, is answered, with a warning of the category ``tfra.Notice``.
+Wrong input raises ``tfra.InputError``, a ``ValueError`` with a one-line message.  Suspicious but possible input, such
+as a recording of the wrong sign, gives a result and a warning of the category ``tfra.Notice``.
 """
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # the one of typing takes milliseconds, and every command imports this file
+TYPE_CHECKING = False  # importing typing takes milliseconds, and every command imports this file
 if TYPE_CHECKING:
     from tfra.codegen.framesfile import Recording
     from tfra.contacts import Truth
@@ -63,9 +63,9 @@ _HOMES = {
     "Truth": "tfra.contacts",
     "load": "tfra.sensor",
 }
-"""Modules that are imported when a name is first asked for."""
+"""Modules that are imported at the first use of a name."""
 
-if not TYPE_CHECKING:  # type checkers know the names, and shall complain of others
+if not TYPE_CHECKING:  # type checkers know the names and must report others
 
     def __getattr__(name):
         if name == "__version__":

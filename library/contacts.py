@@ -1,4 +1,4 @@
-"""Simulated frames of contacts, and what is true of them."""
+"""Simulated frames of contacts, and their ground truth."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CHUNK = 64  # contacts between two steps of the progress bar
 
 @dataclass(frozen=True, repr=False)
 class Truth:
-    """What contacts truly are, a frame for each of the ``contacts``: what an estimate is compared with."""
+    """Ground truth of ``contacts``, one frame each, to compare estimates with."""
 
     contacts: tuple[Contact, ...]
 
@@ -39,10 +39,10 @@ class Truth:
     def phi_deg(self) -> Floats:
         """``(n,)``: direction of the tangential force, degrees in [0, 360)."""
         phi = np.degrees([contact.phi for contact in self.contacts])
-        return np.asarray(np.round(phi, 9) % 360.0)  # the way through radians costs the last digits
+        return np.asarray(np.round(phi, 9) % 360.0)  # the conversion from radians loses the last digits
 
     def arrays(self) -> dict[str, Any]:
-        """What a file of simulated frames holds of it, by key: SI units, phi in degrees."""
+        """Arrays for a file of simulated frames, by key: SI units, phi in degrees."""
         return {
             "resultant_ref": self.resultant,
             "mu_ref": self.mu,

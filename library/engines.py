@@ -1,6 +1,6 @@
 """The engines that estimate forces: each turns frames of stress into results.
 
-Heavy modules are imported when an engine runs, so that ``import tfra`` and ``tfra --help`` stay quick.
+Heavy modules are imported when an engine runs, so that ``import tfra`` and ``tfra --help`` stay fast.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 CHUNK = 512  # frames between two steps of the progress bar
 
 Advance = Callable[[int], None]
-"""Told how many more frames are done."""
+"""Called with the number of frames just finished."""
 
 
 class Engine(StrEnum):
-    """Who computes."""
+    """The engines by name."""
 
     FLOAT = "float"
     FIXED = "fixed"
@@ -35,11 +35,11 @@ class Engine(StrEnum):
 
 
 DOUBLE = (Engine.FLOAT, Engine.TWO_VARIABLE)
-"""Engines that can see exact stress; the others see what the converter makes of it."""
+"""Engines that can use exact stress; the others use the converter's codes."""
 
 
 def silent(done: int) -> None:
-    """Tell nobody."""
+    """Report nothing."""
 
 
 def run(
@@ -54,7 +54,7 @@ def run(
 
     ``converted`` gives the engines of ``DOUBLE`` the converter's codes, in Pa, instead of exact stress.  Raises
     ``InputError`` naming ``source`` for frames over full scale, and ``SimulationError`` or ``ProtocolError`` of
-    ``tfra.sim.run`` for a simulation that fails.
+    ``tfra.sim.run`` for a failed simulation.
     """
     import numpy as np
 
@@ -108,7 +108,7 @@ def _rtl(project: Project, codes: Ints, advance: Advance) -> Result:
 
 
 def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> Result:
-    """One result of consecutive ones."""
+    """Run ``data`` in chunks and join their results."""
     import numpy as np
 
     from tfra.codegen.resultfile import KEYS

@@ -1,4 +1,4 @@
-"""What ``Sensor.estimate`` returns: forces, their errors, files of them, and a page to look at."""
+"""The result of ``Sensor.estimate``: forces, their errors, files and an interactive page."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Result:
-    """Forces of n frames; arrays have the names that files of results give them.
+    """Forces of n frames; arrays have the same names as in result files.
 
-    ``notices`` are the warnings that ``Sensor.estimate`` gave.  Printed, a result tells what was found.
+    ``notices`` are the warnings of ``Sensor.estimate``.  Printing a result gives a summary.
     """
 
     project: Project
@@ -60,27 +60,27 @@ class Result:
 
     @property
     def mu_x(self) -> Floats:
-        """``(n,)``: its component along x."""
+        """``(n,)``: component of the friction coefficient along x."""
         return self.found.mu_x
 
     @property
     def mu_y(self) -> Floats:
-        """``(n,)``: its component along y."""
+        """``(n,)``: component of the friction coefficient along y."""
         return self.found.mu_y
 
     @property
     def sweep_index(self) -> Ints:
-        """``(n,)``: which candidate of the search was chosen."""
+        """``(n,)``: index of the candidate that the search chose."""
         return self.found.sweep_index
 
     @property
     def status(self) -> Ints:
-        """``(n,)``: bits of ``tfra.Status``; 0: nothing special."""
+        """``(n,)``: bits of ``tfra.Status``; 0 if none is set."""
         return self.found.status
 
     @property
     def stress(self) -> Floats:
-        """``(n, rows, columns)``: what was estimated from, Pa, compression negative."""
+        """``(n, rows, columns)``: the input stress, Pa, compression negative."""
         return self.recording.frames
 
     @property

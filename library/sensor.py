@@ -53,7 +53,7 @@ def load(path: str | Path) -> Sensor:
 
 @dataclass(frozen=True, repr=False)
 class Sensor:
-    """A tactile array and all that its CONFIG file says of it; :func:`tfra.load` makes one.  It never changes.
+    """A tactile array as its CONFIG file describes it, immutable; :func:`tfra.load` makes one.
 
     ``read`` reads a recording, ``simulate`` makes frames of known contacts, ``estimate`` finds their forces.
     """
@@ -62,7 +62,7 @@ class Sensor:
 
     @property
     def name(self) -> str:
-        """Of the sensor's core and its files."""
+        """Name of the sensor's core and its files."""
         return self.project.design.name
 
     @property
@@ -72,7 +72,7 @@ class Sensor:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Of a frame: rows, columns."""
+        """Shape of a frame: rows, columns."""
         return self.array.rows, self.array.columns
 
     @property
@@ -87,7 +87,7 @@ class Sensor:
 
     @property
     def input(self) -> Input:
-        """How a recording is read: CONFIG's [input]."""
+        """How recordings are read: CONFIG's [input]."""
         return self.project.input
 
     @property
@@ -121,8 +121,8 @@ class Sensor:
     ) -> Recording:
         """Read a recording: ``frames (n, rows, columns)`` in Pa, compression negative, and ``time (n,)`` or None.
 
-        Text, .npy, .npz, .parquet, .mcap and rosbag2 are read; docs/recordings.md has all formats and options.
-        What is given here goes before CONFIG's [input]:
+        Reads text, .npy, .npz, .parquet, .mcap and rosbag2; docs/recordings.md has all formats and options.
+        Arguments override CONFIG's [input]:
 
             >>> sensor = tfra.load("examples/skin_8x12.toml")
             >>> recording = sensor.read("log.csv", unit="kPa", compression="positive", tare_frames=50)
@@ -156,7 +156,7 @@ class Sensor:
             raise InputError("Sensor.read", "", str(error)) from None
 
     def simulate(self, contacts: Sequence[Contact] | None = None) -> tuple[Floats, Truth]:
-        """Simulate ``contacts``, by default CONFIG's: what the array measures, and what is true of it.
+        """Simulate the array under ``contacts``, by default CONFIG's.
 
         Returns frames ``(n, rows, columns)`` in Pa, one for each contact, and their ``tfra.Truth``:
 
@@ -178,8 +178,8 @@ class Sensor:
         """Find the forces in ``frames``: a recording, or stress in Pa, ``(n, rows, columns)`` or ``(rows, columns)``.
 
         ``engine``: "float" is TFRA in double precision; "fixed" the bit-accurate model of the core; "rtl" the core
-        itself in a simulator; "two-variable" the search in both friction coefficients.  The core sees codes of the
-        converter; ``codes=True`` gives them to "float" and "two-variable", too.
+        itself in a simulator; "two-variable" the search in both friction coefficients.  The core uses codes of the
+        converter; with ``codes=True``, "float" and "two-variable" use them, too.
 
             >>> sensor = tfra.load("examples/skin_8x12.toml")
             >>> frames, truth = sensor.simulate()
@@ -224,7 +224,7 @@ class Sensor:
 
 @contextmanager
 def _keywords() -> Iterator[None]:
-    """Name options as arguments, not as those of a command."""
+    """Make messages name arguments instead of command-line options."""
     try:
         yield
     except InputError as error:

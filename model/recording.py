@@ -60,7 +60,7 @@ def overridden(chosen: Input, given: Mapping[str, Any]) -> Input:
     Raises ``ValueError`` that starts with ``key:`` for fields that contradict each other.
     """
     if given.get("tare_frames") and "tare" in given:
-        raise ValueError("tare: a file or the first frames can be the tare, not both")
+        raise ValueError("tare: give the tare as a file or as first frames, not as both")
     if "tare" in given:
         chosen = replace(chosen, tare_frames=0)
     elif "tare_frames" in given:

@@ -66,7 +66,7 @@ def load_study(path: Path) -> StudyFile:
     space, target = None, None
     for name in ("verify", "place"):
         if getattr(document, name) and not document.search:
-            raise InputError(path, name, "is about the designs that [search] finds, which is missing")
+            raise InputError(path, name, "needs a section [search], whose designs are placed")
     if document.search:
         with _blame(path, "search"):
             target = _target(document.search, design)

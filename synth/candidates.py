@@ -1,4 +1,4 @@
-"""Cores that were looked at for a part and two bounds: how fast, how large, and why each was chosen or not."""
+"""Candidate cores for a part and two bounds: speed, size, and why each was chosen or not."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tfra.synth.targets import Target
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """What a core must reach at ``clock_mhz``: frames per second, and microseconds from last taxel to last word."""
+    """Required speed at ``clock_mhz``: frames per second, and microseconds from last taxel to last word."""
 
     clock_mhz: float
     frames_per_second: float
@@ -22,7 +22,7 @@ class Bounds:
 
 @dataclass(frozen=True, slots=True)
 class Speed:
-    """What a core reaches: cycles from frame to frame, and from a frame's last taxel to its last result word."""
+    """Speed of a core: cycles from frame to frame, and from a frame's last taxel to its last result word."""
 
     interval: int
     frame_latency: int
@@ -41,7 +41,7 @@ class Speed:
         return self.frame_latency / clock_mhz
 
     def misses(self, bounds: Bounds) -> tuple[str, ...]:
-        """A few words on every bound that is not met."""
+        """A phrase for every bound that is not met."""
         fps, latency = self.frames_per_second(bounds.clock_mhz), self.latency_us(bounds.clock_mhz)
         found = []
         if fps < bounds.frames_per_second:
@@ -60,9 +60,9 @@ class Candidate:
     speed: Speed | None
     resources: Mapping[str, int] | None
     objections: tuple[str, ...]
-    """Why it can't be chosen, in a few words each."""
+    """Phrases why it can't be chosen."""
     least: int = 0
-    """Lookup tables that no core of more lanes, in the same line, is below."""
+    """A lower bound on the lookup tables of cores with more lanes in the same line."""
 
     @property
     def title(self) -> str:
@@ -72,13 +72,13 @@ class Candidate:
 
     @property
     def line(self) -> tuple[str, int]:
-        """What it has in common with cores that differ in their lanes alone."""
+        """The line: cores that differ only in their lanes."""
         return self.architecture.kind, self.architecture.vector_words
 
 
 @dataclass(frozen=True)
 class Sizing:
-    """All cores that were looked at for ``design`` on ``target``; those of one line in the order of their lanes."""
+    """All cores considered for ``design`` on ``target``; those of one line are in the order of their lanes."""
 
     design: Design
     target: Target
@@ -87,13 +87,13 @@ class Sizing:
 
     @property
     def chosen(self) -> Candidate | None:
-        """The core of fewest lookup tables, if any will do."""
+        """The suitable core with the fewest lookup tables, if there is one."""
         good = [(found["LUT"], c) for c in self.candidates if (found := c.resources) and not c.objections]
         return min(good, key=lambda pair: pair[0])[1] if good else None
 
     @property
     def others(self) -> tuple[tuple[Candidate, str], ...]:
-        """Of every other line the core that comes nearest, and why it was not chosen."""
+        """The nearest core of every other line, and why it was not chosen."""
         chosen = self.chosen
         lines: dict[tuple[str, int], list[Candidate]] = {}
         for candidate in self.candidates:
@@ -102,7 +102,7 @@ class Sizing:
         return tuple((candidate, self._why_not(candidate)) for candidate in nearest)
 
     def _nearest(self, line: list[Candidate]) -> Candidate:
-        """The first that will do, else the first that is fast enough, else the one of most frames a second."""
+        """The first suitable core, else the first that is fast enough, else the one with the most frames a second."""
         fast = [candidate for candidate in line if candidate.resources]
         good = [candidate for candidate in fast if not candidate.objections]
         return next(iter(good or fast), None) or min(line, key=lambda c: c.speed.interval if c.speed else 0)
@@ -115,7 +115,7 @@ class Sizing:
 
     @property
     def refusal(self) -> str:
-        """Why nothing was chosen: the bound that no core reaches, or what the smallest fast enough lacks."""
+        """Why no core was chosen: the bound that none reaches, or what the smallest fast enough core lacks."""
         fast = [(found["LUT"], candidate) for candidate in self.candidates if (found := candidate.resources)]
         if fast:
             smallest = min(fast, key=lambda pair: pair[0])[1]

@@ -1,6 +1,6 @@
 """Resources of a design before synthesis.
 
-Multipliers and memories follow by the rules that yosys maps them by; lookup tables and flip-flops are sums of the
+Multipliers and memories follow yosys' mapping rules; lookup tables and flip-flops are sums of the
 operators in the design's :mod:`census <tfra.synth.census>`, each kind at the price fitted to syntheses: of parallel
 cores for ECP5 (``python -m bench.parts.estimates``), of serial cores for iCE40 (``python -m bench.parts.serial``).
 Other families have other rules for memories and carry chains: for them the estimate is a guide, not a proof.
@@ -25,10 +25,10 @@ KINDS = ("add", "shift", "logic", "reduce", "mux")
 """Operators with a price in lookup tables per bit."""
 
 _BLOCK_COST, _TABLE_COST = 128, 4
-"""What yosys compares: a block memory, and a small one in lookup tables (``share/lattice/*rams_*.txt``)."""
+"""Costs that yosys compares: of a block memory, and of a small one in lookup tables (``share/lattice/*rams_*.txt``)."""
 
 _SELECT_COST = 0.5
-"""For each bit of the multiplexers between small memories: between what syntheses showed, 0.2 and 0.8."""
+"""Cost of each multiplexer bit between small memories; syntheses showed 0.2 to 0.8."""
 
 _WORDS, _BITS, _TABLES = 16, 4, 6
 """The small memory: words, their bits, and the lookup tables it takes, two of them for writing."""
@@ -56,7 +56,7 @@ def prices(kind: str = "parallel") -> Prices:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """Where one memory goes: ``blocks`` block memories, or ``tables`` lookup tables and ``registers`` behind them."""
+    """Mapping of a memory: ``blocks`` block memories, or ``tables`` lookup tables followed by ``registers``."""
 
     blocks: int
     tables: int
@@ -66,7 +66,7 @@ class Placed:
 
 
 def place(memory: Memory, family: Family) -> Placed:
-    """The cheaper place of ``memory`` by the costs that yosys compares; constants may become logic."""
+    """The cheaper mapping of ``memory`` by yosys' costs; constants may become logic."""
     blocks, rows = _blocks(memory, family), -(-memory.depth // _WORDS)
     if not memory.rom and not family.distributed:
         return Placed(blocks, 0, 0, 0)
@@ -90,9 +90,9 @@ def _blocks(memory: Memory, family: Family) -> int:
 
 
 def multipliers(widths: tuple[int, int], family: Family) -> int:
-    """Multiplier cells of one signed product, as yosys' ``mul2dsp.v`` has it.
+    """Multiplier cells of one signed product, as in yosys' ``mul2dsp.v``.
 
-    Longer operands are cut; what is short is left to lookup tables.
+    Longer operands are split; short products become lookup tables.
     """
     factor, together = family.shortest
     wide, narrow = sorted(widths, reverse=True)
@@ -102,17 +102,17 @@ def multipliers(widths: tuple[int, int], family: Family) -> int:
 
 
 def _parts(bits: int, most: int, family: Family) -> list[int]:
-    """Bits of the parts that a cell of ``most`` can take: all but the highest without a sign."""
+    """Bits of an operand's parts for cells of ``most`` bits; only the highest has a sign."""
     low = most - family.sign_bits
     cut = 0 if bits <= most else -(-(bits - most) // low)
     return [low] * cut + [bits - low * cut]
 
 
 def features(counts: Census, family: Family, kind: str = "parallel") -> dict[str, float]:
-    """What prices multiply: bits by kind, lookup tables that are certain (``table``), register bits (``ff``).
+    """Features that prices multiply: bits by kind, lookup tables of memories (``table``), register bits (``ff``).
 
-    With ``DSP`` and ``BRAM``, which cost what they are.  Where registers move into them, a word does into each: a
-    product, or the widest word of a memory.  A serial core has no registers there that could.
+    ``DSP``, ``BRAM`` and ``SPRAM`` are counts.  Where registers move into multipliers and memories, each takes one
+    word: a product, or the widest word of a memory.  A serial core has no such registers.
     """
     placed = [place(memory, family) for memory in counts.memories]
     products, blocks = sum(multipliers(w, family) for w in counts.multipliers), sum(p.blocks for p in placed)
@@ -159,7 +159,7 @@ class Estimate:
 
     blocks: Mapping[str, Mapping[str, float]]
     constants: int
-    """Lookup tables that hold the lanes' coefficients: the only ones that may get fewer with more lanes."""
+    """Lookup tables that hold the lanes' coefficients; only these may decrease with more lanes."""
 
     @property
     def total(self) -> dict[str, int]:
@@ -169,7 +169,7 @@ class Estimate:
 
 
 def estimate(design: Design, family: Family) -> Estimate:
-    """What ``design`` takes of ``family``'s parts; takes half a second, since the core is elaborated."""
+    """Resources of ``design`` on ``family``; elaborates the core, which takes half a second."""
     kind, blocks, counted = design.architecture.kind, {}, census(design)
     for name, counts in counted.items():
         priced = price(features(counts, family, kind), prices(kind))
@@ -179,20 +179,20 @@ def estimate(design: Design, family: Family) -> Estimate:
 
 
 def basis(kind: str, family: Family) -> str:
-    """Whose lookup tables an estimate of a core of ``kind`` on ``family`` counts, and how near it is."""
+    """The unit of a LUT in estimates of ``kind`` cores on ``family``, and the estimates' errors."""
     rates = prices(kind)
     fitted = FAMILIES[rates.family]
     unit = f"a LUT is a {fitted.lut} of {fitted.title}"
     if fitted is family:
         off = ", ".join(f"{100 * error:.1f} % ({name})" for name, error in rates.error.items())
         return f"{unit}; fitted to syntheses of {kind} cores for {family.title}, off by up to {off}"
-    return f"{unit}, for which {kind} cores were fitted; {family.title} has {family.lut}s: only a guide here"
+    return f"{unit}, the family of the fitted {kind} cores; {family.title} has {family.lut}s, so this is only a guide"
 
 
 def misfits(total: Mapping[str, float], target: Target, kind: str = "parallel") -> list[str]:
-    """For every resource that ``target`` certainly lacks for a core of ``kind``: its name, the need, what the part has.
+    """The resources that ``target`` lacks for a core of ``kind``: name, need, and what the part has.
 
-    Every resource may be over by as much as the fit's own largest error.
+    A resource may exceed the part by the fit's largest error.
     """
     error = prices(kind).error
     return [

@@ -1,6 +1,6 @@
-"""What a tool has made is kept: the same run of the same program on the same input is done once.
+"""A cache of tool runs: the same program runs once on the same input.
 
-A run that was interrupted goes on behind the last tool that had finished.
+An interrupted run continues after the last finished tool.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _FOUND = "found"
 
 
 def once(name: str, key: str, directory: Path, step: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-    """Return what ``step`` found, plain JSON types; it and the files that it left in ``directory`` are kept.
+    """Return the result of ``step``, plain JSON types; caches it and the new files in ``directory``.
 
-    ``name`` and ``key`` tell it from every other step.  Files that were there before are no part of what it made.
+    ``name`` and ``key`` identify the step.
     """
 
     def make() -> dict[str, bytes]:

@@ -16,13 +16,13 @@ from tfra.synth.targets import Family, Target
 
 
 def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
-    """Find the core of fewest lookup tables that meets ``bounds`` and fits ``target``, whatever ``design`` asks for.
+    """Find the core of fewest lookup tables that meets ``bounds`` and fits ``target``; ignores CONFIG's architecture.
 
-    There is a line of cores for the serial core and for each ``vector_words``.  In a line, more lanes take more
-    multipliers, and more lookup tables but for those with coefficients: memories get less deep with more lanes, and may
-    move into or out of block memories, registers with them.  So the first core of a line that is fast enough tells how
-    few lookup tables all that follow have, and lines go on only below what the best core takes.  More lanes are not
-    always faster, so every core is asked.
+    The serial core and each ``vector_words`` form a line of cores.  In a line, more lanes take more multipliers and
+    lookup tables, except for those with coefficients: memories become shallower with more lanes, and may move into or
+    out of block memories, with their registers.  So the first fast enough core of a line gives a lower bound on the
+    lookup tables of all that follow, and a line continues only while its bound is below the best core.  More lanes
+    are not always faster, so the speed of every core is computed.
 
     Raises ``ValueError`` for words that can overflow in every core.
     """
@@ -51,7 +51,7 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
 
 
 def _hopeless(candidate: Candidate, target: Target) -> bool:
-    """Whether cores of more lanes lack the same: multipliers, or lookup tables without coefficients."""
+    """Whether cores with more lanes also lack multipliers, or lookup tables without coefficients."""
     assert candidate.resources
     least = {**candidate.resources, "LUT": candidate.least}
     lacks = misfits(least, target, candidate.architecture.kind)
@@ -64,7 +64,7 @@ def _parallel(design: Design, target: Target, bounds: Bounds, words: int) -> Ite
 
 
 def _serial(design: Design, target: Target, bounds: Bounds) -> Iterator[Candidate]:
-    """The serial core, which is always loaded; if it can't be built, why."""
+    """The serial core, whose memories are always loaded, or the reason why it can't be built."""
     images: Images = "inline" if design.images == "load" else design.images
     try:
         core = microarchitecture(design.built_as(SERIAL, images=images, target=cells(design, target.family)))
@@ -77,7 +77,7 @@ def _serial(design: Design, target: Target, bounds: Bounds) -> Iterator[Candidat
 def cells(design: Design, family: Family) -> str:
     """``target.name`` of a core on ``family``: CONFIG's, if the part has its cells, else plain Verilog.
 
-    Large memories that are there as cells alone have to be asked for by name.
+    Large memories that exist only as cells must be instantiated by name.
     """
     if "SPRAM" in family.cells:
         return family.name
@@ -85,7 +85,7 @@ def cells(design: Design, family: Family) -> str:
 
 
 def _line(first: Microarchitecture, target: Target, bounds: Bounds) -> Iterator[Candidate]:
-    """Cores with more and more lanes; none is elaborated that is not fast enough."""
+    """Cores with increasing lanes; only fast enough ones are elaborated."""
     for core in first.choices():
         design, speed = core.design, Speed.of(core)
         if missed := speed.misses(bounds):

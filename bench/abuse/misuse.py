@@ -249,7 +249,7 @@ STUDIES = [
         "a contradictory space", _study("[search.space]\nscalar = {from = 9, to = 8}"), STUDY, "from 9 to 8 is no range"
     ),
     Misuse("an unknown cost", _study('[search]\ncosts = ["area"]'), STUDY, "search.costs: one of coefficient_kbit"),
-    Misuse("designs to place, but no search", _study("[place]"), STUDY, "[search] finds, which is missing"),
+    Misuse("designs to place, but no search", _study("[place]"), STUDY, "a section [search], whose designs"),
     Misuse("a scheduler that is none", _study(""), f"{STUDY} --scheduler nobody://", "no Dask scheduler answers"),
     Misuse(
         "a work folder with notes",

@@ -40,15 +40,15 @@ LAYOUT = [
     Misuse("rows and columns exchanged", array(np.zeros((3, COLUMNS, ROWS))), NPY, "is every frame transposed?"),
     Misuse("a transposed frame", array(np.zeros((COLUMNS, ROWS))), NPY, "is every frame transposed? (--order columns)"),
     Misuse("times in an array", array(np.zeros((3, 31))), NPY, "is the first column a time stamp? (--skip-columns 1)"),
-    Misuse("frames along the last axis", array(np.zeros((ROWS, COLUMNS, 3))), NPY, "is the number of frames last?"),
+    Misuse("frames along the last axis", array(np.zeros((ROWS, COLUMNS, 3))), NPY, "are frames along the last axis?"),
     Misuse("no frame", array(np.zeros((0, ROWS, COLUMNS))), NPY, "at least one frame is needed, got none"),
     Misuse("another sensor's frames", array(np.zeros((3, 4, 4))), NPY, "shape (n, 5, 6) or (n, 30) is needed, got"),
 ]
 
 VALUES = [
     Misuse("NaN", array(np.full((1, ROWS, COLUMNS), np.nan)), NPY, "frame 0, row 0, column 0 is not finite"),
-    Misuse("beyond any stress", array(np.full((1, ROWS, COLUMNS), 1e160)), NPY, "is 1e+160 Pa, no stress is beyond"),
-    Misuse("unsigned wrap", array(np.full((1, 5, 6), 2**64 - 1, np.uint64)), NPY, "is 1.84467e+19 Pa, no stress"),
+    Misuse("beyond any stress", array(np.full((1, ROWS, COLUMNS), 1e160)), NPY, "is 1e+160 Pa, the limit is"),
+    Misuse("unsigned wrap", array(np.full((1, 5, 6), 2**64 - 1, np.uint64)), NPY, "is 1.84467e+19 Pa, the limit"),
     Misuse("complex stress", array(np.zeros((1, ROWS, COLUMNS)) * 1j), NPY, "real numbers are needed, got complex128"),
     Misuse(
         "complex reference",
@@ -91,12 +91,12 @@ HEADERS = [
 ]
 
 TEXT = [
-    Misuse("decimal commas", lines(",", point=","), CSV, "commas in numbers? then another separator is needed"),
+    Misuse("decimal commas", lines(",", point=","), CSV, "decimal commas? then numbers need another separator"),
     Misuse(
         "points and commas",
         lines(";", first="1,5" + ";1" * 29 + "\n"),
         CSV,
-        "line 2: numbers have points here and commas elsewhere",
+        "line 2: this line has decimal points, others have decimal commas",
     ),
     Misuse("a column of times", lines(before="0.{},"), CSV, "is the first column a time stamp? (--skip-columns 1)"),
     Misuse("times of the clock", lines("\t", before="12:30:0{}\t"), CSV, "a time stamp? (--skip-columns 1)"),
@@ -114,10 +114,10 @@ TEXT = [
 TABLES = [
     Misuse("text called Parquet", raw("wrong.parquet", b"1,2,3\n"), PARQUET, "is not a Parquet file, or ends early"),
     Misuse("text in Parquet", table({"note": ["a"]}), PARQUET, "column 'note': lists of real numbers are needed"),
-    Misuse("a gap in Parquet", table({"skin": [[1.0] * 29 + [None]]}), PARQUET, "'skin': has no value, first at 29"),
+    Misuse("a gap in Parquet", table({"skin": [[1.0] * 29 + [None]]}), PARQUET, "'skin': lacks a value, first at 29"),
     Misuse("all columns skipped", table({"skin": [[1.0] * 30]}), f"{PARQUET} --skip-columns 1", "1 of 1 columns"),
     Misuse("text called MCAP", raw("wrong.mcap", b"1,2,3\n" * 9), MCAP, "is not a readable log"),
-    Misuse("a log without frames", log("std_msgs/msg/String", "/note"), MCAP, "is in it, it has: /note"),
+    Misuse("a log without frames", log("std_msgs/msg/String", "/note"), MCAP, "its topics: /note"),
     Misuse("no such topic", log("std_msgs/msg/String", "/note"), f"{MCAP} --topic /skin", "no topic '/skin'"),
     Misuse("a damaged message", log("std_msgs/msg/Float32MultiArray", "/skin"), MCAP, "message of '/skin' is damaged"),
 ]
@@ -126,9 +126,9 @@ INPUT = [
     Misuse("another unit", extra('[input]\nunit = "psi"\n'), WRONG, "input.unit: 'Pa', 'kPa' or 'codes' is needed"),
     Misuse("another unit as an option", nothing, f"{GOOD} --unit psi", "'psi' is not one of 'Pa', 'kPa', 'codes'"),
     Misuse("a misspelt key of input", extra("[input]\ntara = 1\n"), WRONG, 'the nearest valid key is "tare"'),
-    Misuse("two tares", extra('[input]\ntare = "a.npy"\ntare_frames = 9\n'), WRONG, "input.tare: a file or the first"),
-    Misuse("two tares as options", nothing, f"{GOOD} --tare a.npy --tare-frames 9", "--tare: a file or the first"),
-    Misuse("a tare longer than the recording", nothing, f"{GOOD} --tare-frames 9", "the first 9 frames are to be its"),
+    Misuse("two tares", extra('[input]\ntare = "a.npy"\ntare_frames = 9\n'), WRONG, "input.tare: give the tare as"),
+    Misuse("two tares as options", nothing, f"{GOOD} --tare a.npy --tare-frames 9", "--tare: give the tare as"),
+    Misuse("a tare longer than the recording", nothing, f"{GOOD} --tare-frames 9", "the first 9 frames are the tare"),
     Misuse("no file of the tare", nothing, f"{GOOD} --tare rest.npy", "rest.npy: cannot be read: No such file"),
     Misuse("a tare of another sensor", array(np.zeros((3, 7))), f"{GOOD} --tare wrong.npy", "wrong.npy: frames: shape"),
     Misuse("a coding of pascals", nothing, f"{GOOD} --coding offset", "--coding: only codes have a coding"),
@@ -146,7 +146,7 @@ INPUT = [
         "are they signed? (--coding signed)",
     ),
     Misuse("columns that are rows", nothing, f"{GOOD} --order columns", "is every frame transposed? (--order rows)"),
-    Misuse("an option without frames", nothing, "verify skin.toml --unit kPa", "--unit: is about the frames of a file"),
+    Misuse("an option without frames", nothing, "verify skin.toml --unit kPa", "--unit: is for recordings only"),
 ]
 
 DOUBTS = [

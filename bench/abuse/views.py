@@ -56,7 +56,7 @@ PAGES = [
         "is of another sensor (5×6 taxels, 4 × 3 mm apart, under 3 mm)",
     ),
     Misuse("results of two recordings", result(_first), VIEW.format("wrong.npz"), "has 2 frames, r.npz has 3"),
-    Misuse("a result twice", result(), VIEW.format("r.npz"), "each file once, r.npz is given twice"),
+    Misuse("a result twice", result(), VIEW.format("r.npz"), "r.npz is given twice"),
     Misuse("frames that a result lacks", result(), VIEW.format("--frames 3:"), "selects none of the frames 0 to 2"),
     Misuse(
         "somebody's page as output",
@@ -69,6 +69,6 @@ PAGES = [
     Misuse("an address without a port", nothing, LIVE.format("tcp://sensor"), "tcp://HOST:PORT or serial:/dev/NAME"),
     Misuse("no serial port", nothing, LIVE.format("serial:/dev/none"), "no serial port: No such file or directory"),
     Misuse("a baud rate that is none", nothing, LIVE.format("serial:/dev/none?baud=x"), "baud: a whole number is"),
-    Misuse("a rate for a stream", nothing, LIVE.format("- --rate 50"), "--rate: is about a recording"),
+    Misuse("a rate for a stream", nothing, LIVE.format("- --rate 50"), "--rate: is for recordings only"),
     Misuse("a port that is none", nothing, LIVE.format("frames.npz --port 99999"), "should be less than or equal to"),
 ]

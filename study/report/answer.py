@@ -62,7 +62,7 @@ def _shares(tables: Tables, design: Design) -> str:
     shares = {(STEPS | named)[step]: _medians(errors, step, View.OWN) for step in order}
     shares["all together"] = _medians(errors, Step.ARITHMETIC, View.TOTAL)
     said = "; ".join(f"{name}: {share}" for name, share in shares.items() if share)
-    return _capital(f"{said}." if said else "too few frames to say what each step adds to the error.")
+    return _capital(f"{said}." if said else "there are too few frames to split the error into steps.")
 
 
 def _medians(errors: pl.DataFrame, step: Step, view: View) -> str:
@@ -133,7 +133,7 @@ def unfit(tables: Tables, name: str) -> str:
         values = found.setdefault((subject, row["reason"].rpartition(", got ")[0] or row["reason"]), [])
         values += [] if value in values else [value]
     said = [f"{subject}{listed(values)} ({reason})" for (subject, reason), values in found.items()]
-    return f"Without numbers, since they do not fit: {'; '.join(said)}." if said else ""
+    return f"Impossible, hence without numbers: {'; '.join(said)}." if said else ""
 
 
 def varied(name: str, row: Mapping[str, Any]) -> tuple[str, str]:
@@ -152,11 +152,11 @@ def _meaning(tables: Tables) -> str:
     if not _medians(errors, Step.ARITHMETIC, View.TOTAL):
         return ""
     some = "" if of_phi == of_f else f" (φ: {of_phi:,}, which have friction)"
-    close = f"; less than {CLOSE} is meant for median and 95th percentile of both"
+    close = f"; less than {CLOSE} holds for the median and the 95th percentile of both"
     return (
         f"Amounts are medians of the errors' magnitudes over {of_f:,} {name} frames{some}. "
-        "The share of a step is what it changes of the result of the step before; all together is the core's result "
-        "against the truth. The error of φ is an angle; that of F is the length of the difference of both resultants, "
+        "The share of a step is its change of the result of the step before; all together is the error of the core's "
+        "result against the ground truth. The error of φ is an angle; that of F is the length of the difference vector "
         f"in percent of the true |F|{close if _enough(tables) else ''}."
     )
 
@@ -182,8 +182,8 @@ def _too_few(tables: Tables) -> str:
     rows = tables["errors"].filter(unknown, *last).select("count", "part", "quantity").rows()
     there = listed([f"{count:,} {PARTS[part]} frames for {QUANTITIES[name].label}" for count, part, name in rows])
     return (
-        f"Too few frames for all numbers: a median takes {least['median']} frames that count, a 95th percentile "
-        f"{least['p95']}; there are {there}. What is unknown is left out of charts and sentences."
+        f"There are too few frames for all numbers: a median needs {least['median']} valid frames, a 95th percentile "
+        f"{least['p95']}; there are {there}. Unknown values are left out."
         if rows
         else ""
     )

@@ -38,7 +38,7 @@ HEADINGS = {
     "bias_lsb": "bias / LSB",
     "noise_share_of_peak": "noise, share of the peak",
     "plateau_tolerance_lsb": "plateau tolerance / LSB",
-    "sweep_index_equal": "sweep index as float’s, share",
+    "sweep_index_equal": "share of frames with float’s sweep index",
     "within": f"within {CLOSE} of float’s total",
     "rtl_frames": "frames in RTL",
     "rtl_words": "words in RTL",
@@ -50,9 +50,9 @@ REFRESH_S = 10
 """Seconds after which an open partial page reloads."""
 
 NOTES = {
-    "flagged": "how many frames each step flags",
-    "decisions": "the arithmetic against float64 on the same codes, each where those before it agree",
-    "baseline": "as many trials of random choice",
+    "flagged": "number of frames that each step flags",
+    "decisions": "the arithmetic against float64 on the same codes, for frames whose earlier decisions agree",
+    "baseline": "the same number of random trials",
 }
 """Titles of tables without a chart."""
 
@@ -106,42 +106,42 @@ SECTIONS = (
     Section(
         "cascade",
         "Where the error comes from",
-        "Each step sees the same frames: a dot is the median of the error’s magnitude, the line ends at the 95th "
-        "percentile; blue is what the step adds to the result of the step before, vermilion the error against the "
-        "truth behind it; a triangle at the left end is a median of zero.",
+        "All steps process the same frames. A dot is the median of the error’s magnitude; the line ends at the 95th "
+        "percentile. Blue is the change from the result of the step before; vermilion is the error against the ground "
+        "truth after the step. A triangle at the left end is a median of zero.",
         ("errors", "flagged"),
         (Chart("cascade", charts.cascade, ("quantity", "part")),),
     ),
     Section(
         "flips",
         "Decisions that flip",
-        "A dot is the share of frames in which a step decides otherwise than the step before; its line is the interval "
-        "that holds the true rate with 95 % confidence; a triangle at the left end means that no frame flipped.",
+        "A dot is the share of frames in which a step decides differently from the step before. Its line is the 95 % "
+        "confidence interval of the rate. A triangle at the left end means that no frame flipped.",
         ("flips", "decisions"),
         (Chart("flips", charts.flips, ("part",)),),
     ),
     Section(
         "ranges",
         "Ranges of all signals",
-        "The pale bar is the word, blue the bits that all values seen need, what is left between their right ends is "
-        "headroom; the black tick is what the proven bound needs, a cross says that some words were limited.",
+        "The pale bar is the word length; the blue bar has the bits that all observed values need; the difference is "
+        "headroom. The black tick marks the bits that the proven bound needs. A cross marks words that saturated.",
         ("ranges",),
         (Chart("ranges", charts.ranges),),
     ),
     Section(
         "stages",
-        "How exact each stage is",
-        "The ratio of a signal to its rounding error, 6 dB a bit: far left is where precision is lost; vermilion "
-        "against float64 from the converter codes on, blue against float64 fed with the stage’s own inputs.",
+        "Accuracy of each stage",
+        "The ratio of a signal to its rounding error, 6 dB a bit: precision is lost at signals far to the left. "
+        "Vermilion compares with float64 from the converter codes on, blue with float64 on the stage’s own inputs.",
         ("stages",),
         (Chart("stages", charts.stages),),
     ),
     Section(
         "uniform",
         "How many bits",
-        "Coefficients and operands all have as many bits: where the total (vermilion) lies on the dashed line, the "
-        "error without any arithmetic, further bits buy nothing; the dotted line is the method’s own error on exact "
-        "stress.",
+        "All coefficients and operands have the same number of bits. The dashed line is the error without any "
+        "arithmetic: where the total (vermilion) reaches it, more bits gain nothing. The dotted line is the method’s "
+        "own error on exact stress.",
         ("uniform",),
         (Chart("uniform", charts.uniform, ("quantity", "statistic")),),
         said=partial(unfit, name="uniform"),
@@ -149,9 +149,9 @@ SECTIONS = (
     Section(
         "converter",
         "Converter and noise",
-        "A cell is the error behind the converter, in the quantity’s unit, dark where it is large; where a row stops "
-        "changing to the right, noise and method are all that is left, and more bits of the converter buy nothing; a "
-        "cross marks what does not fit together, “few” what hangs on too few frames.",
+        "A cell is the error after the converter, in the quantity’s unit; dark is large. Where a row stops changing to "
+        "the right, only noise and method are left, and more bits of the converter gain nothing. A cross marks "
+        "impossible combinations, “few” those with too few frames.",
         ("converter",),
         _by_view("converter", charts.converter, {View.TOTAL: "Total error", View.OWN: "The converter’s own share"}),
         said=partial(unfit, name="converter"),
@@ -159,9 +159,9 @@ SECTIONS = (
     Section(
         "sensitivity",
         "Which signals need their bits",
-        "A bar is by how many percent the error grows when this signal alone has one bit less, worst on top: signals "
-        "without a bar have bits to give away; a click on the legend shows two and four bits less; a cross marks what "
-        "does not fit together.",
+        "A bar is the growth of the error in percent when only this signal has one bit less, worst on top. Signals "
+        "without a bar have bits to spare. A click on the legend shows two and four bits less. A cross marks "
+        "impossible combinations.",
         ("sensitivity",),
         _by_view("sensitivity", charts.sensitivity, OF_ARITHMETIC),
         needs=("errors",),
@@ -171,18 +171,18 @@ SECTIONS = (
     Section(
         "variants",
         "Other choices",
-        "The same design with one choice changed: a dot is the median of the error’s magnitude, the line ends at the "
-        "95th percentile; a cross marks what does not fit together.",
+        "The same design with one choice changed. A dot is the median of the error’s magnitude; the line ends at the "
+        "95th percentile. A cross marks impossible combinations.",
         ("variants",),
         _by_view("variants", charts.variants, OF_ARITHMETIC, ("quantity",)),
         said=partial(unfit, name="variants"),
     ),
     Section(
         "trials",
-        "What a smaller error costs",
-        "A dot is a design that the search measured, lower left is better; the step line is the least error for a "
-        "cost, blue dots are no worse than any other in all objectives together; point at one for its word lengths. "
-        "Costs are estimates; a thin line leads from a star to what was measured once it was placed and routed.",
+        "Cost of a smaller error",
+        "A dot is a design that the search measured; lower left is better. The step line is the smallest error for a "
+        "cost. Blue dots are Pareto-optimal in all objectives. Point at a dot for its word lengths. Costs are "
+        "estimates; a thin line leads from a star to the cost measured after place and route.",
         ("trials", "baseline"),
         (Chart("trials", front.trials, ("cost",)),),
         by_cost=compared,
@@ -190,7 +190,7 @@ SECTIONS = (
     Section(
         "designs",
         "Designs side by side",
-        "A row is a design, the first is float arithmetic on the same codes; costs are estimates, but for placed ones.",
+        "A row is a design; the first is float arithmetic on the same codes. Costs are estimates, except placed ones.",
         ("designs",),
     ),
 )

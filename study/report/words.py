@@ -18,7 +18,7 @@ CLOSE_PERCENT = 5.0
 """A total that changes by less is as good as the same."""
 
 CLOSE = f"{CLOSE_PERCENT:g}\N{NO-BREAK SPACE}%"
-"""The same for a sentence."""
+"""The same as text."""
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -44,17 +44,17 @@ class Quantity:
 
 QUANTITIES = {
     "force_difference_percent_of_true_force": Quantity(
-        "F", "% of |F|", "the length of the difference of both resultants, of the true resultant's length"
+        "F", "% of |F|", "the length of the difference of both resultants, relative to the true resultant's length"
     ),
     "force_modulus_percent_of_true_force": Quantity(
-        "|F|", "% of |F|", "the difference of both resultants' lengths, of the true resultant's length"
+        "|F|", "% of |F|", "the difference of both resultants' lengths, relative to the true resultant's length"
     ),
     "phi_deg": Quantity("φ", "°", "the angle between the directions of both tangential forces"),
     "mu": Quantity("μ", "", "the difference of both friction coefficients"),
     "taxel_forces_percent_of_true_taxel_forces": Quantity(
         "field",
         "% of the field",
-        "the length of the difference of both vectors of all taxels' forces, of the true one's",
+        "the length of the difference of both vectors of all taxels' forces, relative to the true vector's",
     ),
     "force_x_n": Quantity("F_x", "N", "the difference of both resultants along x"),
     "force_y_n": Quantity("F_y", "N", "the difference of both resultants along y"),
@@ -117,7 +117,7 @@ def parts_of(table: pl.DataFrame) -> list[Part]:
 
 
 def taken(value: float) -> str:
-    """What is taken of something: whole numbers in full, others with three digits at least."""
+    """A number of resources: whole numbers in full, others with at least three digits."""
     whole = len(f"{value:.0f}")
     return number(value, whole if value == round(value) else max(3, whole))
 

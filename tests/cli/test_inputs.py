@@ -214,7 +214,7 @@ def test_options_override(chosen: Input, given: dict[str, Any], found: Input) ->
 
 def test_options_that_contradict(capfd: pytest.CaptureFixture[str]) -> None:
     run = ["estimate", "skin.toml", "frames.npz", "--out", "new.npz"]
-    both = "tfra estimate: --tare: a file or the first frames can be the tare, not both"
+    both = "tfra estimate: --tare: give the tare as a file or as first frames, not as both"
     assert refusal(capfd, *run, "--tare", "a", "--tare-frames", "2") == both
     wrong = "tfra estimate: --coding: only codes have a coding: the unit must be codes, not Pa"
     assert refusal(capfd, *run, "--coding", "offset") == wrong

@@ -116,7 +116,7 @@ def test_a_connection_that_breaks(folder: Path) -> None:
             peer = server.accept()[0]
             peer.sendall((folder / "frames.csv").read_bytes() + b"1e9" + b",1" * 23 + b"\n")
             found = running.until(estimated=24, malformed=1)
-            assert found["said"] == f"Frames come from {name}."
+            assert found["said"] == f"Receiving frames from {name}."
             assert "line 25: row 0, column 0 is 1e+09 Pa, over the full scale of 200000 Pa" in found["fault"]
             np.testing.assert_allclose(values(found, "mu"), np.load(folder / "fixed.npz")["mu"], rtol=1e-6)
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
@@ -187,7 +187,7 @@ def test_what_is_wrong_is_told(
 def test_a_port_in_use(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
-        line = f"tfra live: --port: {port} is in use: choose another one, or 0 for any"
+        line = f"tfra live: --port: {port} is in use: choose another port, or 0 for any"
         assert refusal(capfd, "live", "skin.toml", "frames.npz", "--port", str(port)) == line
 
 

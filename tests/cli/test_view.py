@@ -62,7 +62,7 @@ def test_chosen_frames(folder: Path, capsys: pytest.CaptureFixture[str]) -> None
             ["--out", "notes.html"],
             "notes.html: is not replaced: tfra did not write it: move it away, or choose another place",
         ),
-        (["float.npz"] * 5, "tfra view: RESULT.npz: each file once, float.npz is given twice"),
+        (["float.npz"] * 5, "tfra view: RESULT.npz: float.npz is given twice"),
     ],
 )
 def test_what_is_wrong_is_told(

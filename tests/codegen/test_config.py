@@ -284,7 +284,7 @@ WRONG_SECTIONS = [
     ("[input]\ntare_frames = -1", "input.tare_frames: 0 or more is needed, got -1"),
     ("[input]\nskip_column = 1", 'input.skip_column: unknown key, the nearest valid key is "skip_columns"'),
     ('[input]\ncoding = "signed"', "input.coding: only codes have a coding: the unit must be codes, not Pa"),
-    ('[input]\ntare = "a.npy"\ntare_frames = 2', "input.tare: a file or the first frames can be the tare, not both"),
+    ('[input]\ntare = "a.npy"\ntare_frames = 2', "input.tare: give the tare as a file or as first frames, not as both"),
     ("[adc]\nbits = 5", "adc.bits: 6 to 20 is supported, got 5"),
     ("[adc]\nfull_scale_pa = -1", "adc.full_scale_pa: 0.001 or more is needed, got -1"),
     ("[adc]\nfull_scale_pa = inf", "adc.full_scale_pa: a finite number is needed, got inf"),
@@ -379,8 +379,8 @@ def test_wrong_name(complaint: Any, name: str) -> None:
         ("[sensor]\nrows = 3\nrows = 4", "line 3: Cannot overwrite a value"),
         ("[sensor", "line 1: Expected ']' at the end of a table declaration"),
         ('\nname = """', 'line 2: Unterminated string'),
-        ("a = " + "9" * 5000, "is not sensible TOML"),
-        ("a = " + "[" * 5000, "is not sensible TOML"),
+        ("a = " + "9" * 5000, "is not valid TOML"),
+        ("a = " + "[" * 5000, "is not valid TOML"),
     ],
 )
 def test_malformed_text(complaint: Any, text: str, line: str) -> None:

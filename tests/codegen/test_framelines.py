@@ -69,7 +69,7 @@ def test_the_tare_is_that_of_the_first_frames_or_of_a_file(tmp_path: Path) -> No
         ("0.1,1,2,3,4,5,6", "6 numbers (2 rows x 3 columns) are needed, got 7: is the first column a time"),
         ("1,2,x,4,5,6", "'x' at position 3 is not a number"),
         ("1,2,nan,4,5,6", "row 0, column 2 is not finite"),
-        ("1,2,3,4,5,1e13", "row 1, column 2 is 1e+13 Pa, no stress is beyond 1e+12 Pa"),
+        ("1,2,3,4,5,1e13", "row 1, column 2 is 1e+13 Pa, the limit is 1e+12 Pa"),
         ("1,2,\0,4,5,6", "a NUL byte is in the text"),
         ("a,b,c,d,e,f", "'a' at position 1 is not a number"),
     ],

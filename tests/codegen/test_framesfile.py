@@ -84,13 +84,16 @@ WRONG_CSV = [
      "are the first 2 columns no taxels? (--skip-columns 2)"),
     ("1;2;3;4;5\n", "line 1: 6 numbers (2 rows x 3 columns) are needed, got 5"),
     ("1;2;3;4;5;6\n1;2;3;4;5,0\n", "line 2: 6 numbers (2 rows x 3 columns) are needed, got 5"),
-    ("1,5;2;3;4;5;6\n1.5;2;3;4;5;6\n", "line 2: numbers have points here and commas elsewhere"),
-    ("1.5;2;3;4;5;6\n1;2;3;4;5;6\n1;2;3;4;5,25;6\n", "line 3: numbers have commas here and points elsewhere"),
-    ("1.234,5;2;3;4;5;6\n", "line 1: numbers have commas here and points elsewhere"),
+    ("1,5;2;3;4;5;6\n1.5;2;3;4;5;6\n", "line 2: this line has decimal points, others have decimal commas"),
+    (
+        "1.5;2;3;4;5;6\n1;2;3;4;5;6\n1;2;3;4;5,25;6\n",
+        "line 3: this line has decimal commas, others have decimal points",
+    ),
+    ("1.234,5;2;3;4;5;6\n", "line 1: this line has decimal commas, others have decimal points"),
     (
         "1,0,2,0,3,0,4,0,5,0,6,0\n",
         "line 1: 6 numbers (2 rows x 3 columns) are needed, got 12: "
-        "are there commas in numbers? then another separator is needed",
+        "are these decimal commas? then numbers need another separator",
     ),
     (
         "t,a,b,c,d,e,f\n0.0,1,2,3,4,5,6\n0.1,1,2,3,4,5,6\n",
@@ -109,7 +112,7 @@ WRONG_CSV = [
     ("1,2,\u0663,4,5,6\n", "line 1: '\u0663' at position 3 is not a number"),
     ("1,2,0x10,4,5,6\n", "line 1: '0x10' at position 3 is not a number"),
     ("1,2,1e999,4,5,6\n", "frames: frame 0, row 0, column 2 is not finite"),
-    ("1,2,3,4,5,-2e12\n", "frames: frame 0, row 1, column 2 is -2e+12 Pa, no stress is beyond 1e+12 Pa"),
+    ("1,2,3,4,5,-2e12\n", "frames: frame 0, row 1, column 2 is -2e+12 Pa, the limit is 1e+12 Pa"),
     ("1,2,3\0,4,5,6\n", "line 1: a NUL byte is in the text"),
     (
         "x" * 1_000_000 + ",2,3,4,5,6\n",
@@ -147,14 +150,15 @@ WRONG_ARRAYS = [
     ),
     (
         np.moveaxis(FRAMES, 0, 2),
-        "frames: shape (n, 2, 3) or (n, 6) is needed, got (2, 3, 4): is the number of frames last? it comes first",
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (2, 3, 4): are frames along the last axis? they "
+        "must be along the first",
     ),
     (FRAMES[None], "frames: shape (n, 2, 3) or (n, 6) is needed, got (1, 4, 2, 3)"),
     (np.float64(1), "frames: shape (n, 2, 3) or (n, 6) is needed, got ()"),
-    (FRAMES * 1e200, "frames: frame 0, row 0, column 0 is -7.25e+200 Pa, no stress is beyond 1e+12 Pa"),
+    (FRAMES * 1e200, "frames: frame 0, row 0, column 0 is -7.25e+200 Pa, the limit is 1e+12 Pa"),
     (
         np.full((1, 2, 3), 2**64 - 1, dtype=np.uint64),
-        "frames: frame 0, row 0, column 0 is 1.84467e+19 Pa, no stress is beyond 1e+12 Pa",
+        "frames: frame 0, row 0, column 0 is 1.84467e+19 Pa, the limit is 1e+12 Pa",
     ),
     (FRAMES * np.longdouble("1e4000"), "frames: frame 0, row 0, column 0 is not finite"),
     (np.array([[[(1.0, 2)] * 3] * 2], dtype="f8,i4"), "frames: real numbers are needed, got records"),

@@ -29,7 +29,7 @@ def test_ports() -> None:
 
 @pytest.mark.parametrize("word", ["module", "small", "clk", "wreal"])
 def test_words_that_are_taken(word: str) -> None:
-    kind = {"clk": "a port of the core", "wreal": "a word of Verilog's simulators"}.get(word, "a keyword of Verilog")
+    kind = {"clk": "a port of the core", "wreal": "a keyword of Verilog simulators"}.get(word, "a keyword of Verilog")
     with pytest.raises(ValueError, match=rf'^name: "{word}" is {kind}$'):
         checked(word)
     with pytest.raises(ValueError, match=rf'^name: is missing, and the file\'s own, "{word}", is {kind}: set another'):

@@ -80,7 +80,7 @@ def test_skipped_columns_of_text(tmp_path: Path) -> None:
     assert found.time is None
     path.write_text("1,0,1,2,3,4,5,6\n1e999,1,7,8,9,10,11,12\n")
     assert read(path, Input(skip_columns=2)).time is None
-    reason = "line 1: 6 numbers (2 rows x 3 columns) behind 1 that are skipped are needed, got "
+    reason = "line 1: 6 numbers (2 rows x 3 columns) after 1 skipped column are needed, got "
     assert refusal(path, Input(skip_columns=1)) == (
         f"{reason}8: are the first 2 columns no taxels? (--skip-columns 2)"
     )
@@ -195,9 +195,9 @@ def test_wrong_parquet(tmp_path: Path) -> None:
         "frames: shape (n, 2, 3) or (n, 6) is needed, got (1, 7): is the first column a time stamp? (--skip-columns 1)"
     )
     assert refusal(parquet(path, columns | {"t2": list("abcd")})) == "column 't2': real numbers are needed, got String"
-    assert refusal(parquet(path, columns | {"t2": [1.0, 2.0, None, 3.0]})) == "column 't2': has no value, first at 2"
+    assert refusal(parquet(path, columns | {"t2": [1.0, 2.0, None, 3.0]})) == "column 't2': lacks a value, first at 2"
     assert refusal(parquet(path, {"a": [[1.0], [1.0, 2.0]]})).startswith("column 'a': all lists must have the same len")
-    assert refusal(parquet(path, {"a": [[1.0] * 6, [1.0] * 5 + [None]]})) == "column 'a': has no value, first at 11"
+    assert refusal(parquet(path, {"a": [[1.0] * 6, [1.0] * 5 + [None]]})) == "column 'a': lacks a value, first at 11"
     assert refusal(parquet(path, {"a": [["x"] * 6]})).endswith("lists of real numbers are needed, got List(String)")
     assert refusal(path, Input(skip_columns=1)) == "frames: 1 of 1 columns are skipped (--skip-columns)"
     assert refusal(parquet(path, {name: [] for name in columns} | {})).endswith("are needed, got Null")
@@ -330,7 +330,7 @@ def test_tare(tmp_path: Path) -> None:
         taken = read(tmp_path / "f.csv", replace(how, tare=tmp_path / "rest.npy")).frames
         np.testing.assert_array_equal(taken, read(tmp_path / "f.csv", replace(how, tare_frames=2)).frames)
     assert refusal(tmp_path / "f.csv", Input(tare_frames=7)) == (
-        "frames: the first 7 frames are to be its tare, it has 6 (--tare-frames)"
+        "frames: the first 7 frames are the tare, the recording has 6 (--tare-frames)"
     )
     with pytest.raises(InputError, match=r"none\.npy: cannot be read"):
         read(tmp_path / "f.csv", Input(tare=tmp_path / "none.npy"))

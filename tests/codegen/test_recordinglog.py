@@ -136,13 +136,13 @@ def test_topics(tmp_path: Path) -> None:
     path = mcap(tmp_path / "f.mcap", of("/left", ARRAY, array) + of("/right", IMAGE, image, -FRAMES))
     assert refusal(path) == "frames: several topics hold frames, which one? (--topic): /left, /right"
     np.testing.assert_array_equal(read(path, Input(topic="/right")).frames, -FRAMES)
-    assert refusal(path, Input(topic="/up")).startswith("frames: no topic '/up' (Float32MultiArray or Image 32FC1) is")
+    assert refusal(path, Input(topic="/up")).startswith("frames: the log has no topic '/up' (Float")
 
 
 def test_wrong_logs(tmp_path: Path) -> None:
     path = tmp_path / "f.mcap"
     needed = "Float32MultiArray or Image 32FC1"
-    none = f"frames: no topic that holds frames ({needed}) is in it, it has: "
+    none = f"frames: the log has no topic that holds frames ({needed}), its topics: "
     assert refusal(mcap(path, [])) == f"{none}none"
     assert refusal(mcap(path, of("/a", ARRAY, array), "json")) == f"{none}/a"
     asked = Input(topic="/a")

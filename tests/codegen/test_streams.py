@@ -100,4 +100,4 @@ def test_what_is_not_there(listening: tuple[socket.socket, int], monkeypatch: py
     line = "serial:/dev/nobody: pyserial is missing, please run: pip install 'tfra[live]'"
     assert refused("serial:/dev/nobody") == line
     monkeypatch.setattr(os, "isatty", lambda descriptor: True)
-    assert refused("-") == "standard input: is a terminal: let a program write frames to it, a line each"
+    assert refused("-") == "standard input: is a terminal: pipe a program's output into it, one frame a line"

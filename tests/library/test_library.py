@@ -289,7 +289,7 @@ def test_arguments_that_are_none(sensor: tfra.Sensor, tmp_path: Path) -> None:
         with pytest.raises(tfra.InputError) as told:
             call()
         assert str(told.value).startswith(message)
-    short = r"f.npy: frames: the first 9 frames are to be its tare, it has 1 \(tare_frames\)$"
+    short = r"f.npy: frames: the first 9 frames are the tare, the recording has 1 \(tare_frames\)$"
     with pytest.raises(tfra.InputError, match=short):
         sensor.read(tmp_path / "f.npy", tare_frames=9)
 

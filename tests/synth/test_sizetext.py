@@ -88,9 +88,9 @@ def test_a_family_of_any_size() -> None:
 @pytest.mark.parametrize(
     ("kind", "family", "said"),
     [
-        ("parallel", "gowin", "LUT4 of ECP5, for which parallel cores were fitted; GW2A has LUT4s: only a guide"),
-        ("parallel", "ice40", "LUT4 of ECP5, for which parallel cores were fitted; iCE40 has logic cells: only"),
-        ("serial", "xilinx", "logic cell of iCE40, for which serial cores were fitted; 7 series has LUT6s: only"),
+        ("parallel", "gowin", "LUT4 of ECP5, the family of the fitted parallel cores; GW2A has LUT4s, so this"),
+        ("parallel", "ice40", "LUT4 of ECP5, the family of the fitted parallel cores; iCE40 has logic cells, so"),
+        ("serial", "xilinx", "logic cell of iCE40, the family of the fitted serial cores; 7 series has LUT6s, so"),
         ("serial", "ice40", "logic cell of iCE40; fitted to syntheses of serial cores for iCE40, off by up to"),
     ],
 )

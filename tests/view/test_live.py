@@ -100,7 +100,7 @@ def test_it_waits_shows_what_comes_and_says_how_it_ended(tab: Browser, made: tup
             np.testing.assert_allclose(numbers(tab, "mu"), expected.mu[n], rtol=6e-4)
             np.testing.assert_allclose(numbers(tab, "f_z"), expected.resultant[n, 2], rtol=6e-4)
         tab.until("document.body.dataset.ready")
-        assert state(tab) == "Frames come from <b>here</b>."
+        assert state(tab) == "Receiving frames from <b>here</b>."
         sent.send("line 4: no", frames[3], None)
         tab.until("document.getElementById('state').textContent == '<b>here</b> has ended.'")
         counts = "4 frames came, 4 were estimated, 4 drawn"
@@ -153,7 +153,7 @@ def test_a_command_that_was_ended(tab: Browser, made: tuple[Any, Floats]) -> Non
     with sending(design) as sent:
         sent.send(frames[0])
         open_page(tab, sent)
-    tab.until("document.getElementById('state').textContent.startsWith('The command tfra live was ended.')")
+    tab.until("document.getElementById('state').textContent.startsWith('The command tfra live has ended.')")
     assert cells(tab, "status") == ["contact"]
 
 

@@ -141,8 +141,8 @@ def nulls(table: pl.DataFrame, *names: str) -> pl.DataFrame:
 def test_few_frames_are_said_and_nothing_is_claimed() -> None:
     tables = {"errors": errors(), "uniform": uniform({12: 0.0}), "converter": converter({8: {0.0: 80.0}})}
     tables = {name: nulls(table, "median", "p95") for name, table in tables.items()}
-    assert answer(tables, design()) == "Too few frames to say what each step adds to the error."
-    said = "Too few frames for all numbers: a median takes 20 frames that count, a 95th percentile 200; "
+    assert answer(tables, design()) == "There are too few frames to split the error into steps."
+    said = "There are too few frames for all numbers: a median needs 20 valid frames, a 95th percentile 200; "
     said += "there are 90 held-out frames for φ and 100 held-out frames for F. "
     assert explanation(tables)[0].startswith(said)
 
@@ -166,14 +166,14 @@ def test_what_does_not_fit_is_said_with_its_reason() -> None:
     ]
     rows.append({"signal": "scalar", "bits": 17, "shorter": 1, "quantity": PHI, "reason": None})
     assert unfit({"sensitivity": pl.DataFrame(rows)}, "sensitivity") == (
-        f"Without numbers, since they do not fit: `cordic` of 17 bits and 14 bits ({need})."
+        f"Impossible, hence without numbers: `cordic` of 17 bits and 14 bits ({need})."
     )
     lengths = [{"bits": bits, "reason": f"operand: 10 to 27 bits are supported, got {bits}"} for bits in (8, 9)]
     assert unfit({"uniform": pl.DataFrame(lengths)}, "uniform") == (
-        "Without numbers, since they do not fit: 8 bits and 9 bits (operand: 10 to 27 bits are supported)."
+        "Impossible, hence without numbers: 8 bits and 9 bits (operand: 10 to 27 bits are supported)."
     )
     variant = {"variant": "plateau_tolerance", "steps": 100, "plateau_tolerance_lsb": 0.5, "rounding": "half_up"}
     assert unfit({"variants": pl.DataFrame([variant | {"reason": "no"}])}, "variants") == (
-        "Without numbers, since they do not fit: plateau tolerance / LSB: 0.5 (no)."
+        "Impossible, hence without numbers: plateau tolerance / LSB: 0.5 (no)."
     )
     assert unfit({"uniform": uniform({12: 0.0})}, "uniform") == ""

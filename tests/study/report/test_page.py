@@ -283,7 +283,7 @@ def test_what_does_not_fit_is_where_one_looks_for_it(page: str, tables: dict[str
     reasons = {name: tables[name].filter(pl.col("reason").is_not_null())["reason"].unique().to_list() for name in UNFIT}
     for name, some in reasons.items():
         assert some
-        assert "Without numbers, since they do not fit" in section[name]
+        assert "Impossible, hence without numbers" in section[name]
         for reason in some:
             assert f"({reason.rpartition(', got ')[0] or reason})" in section[name]
     crosses = traces(page, "uniform", "mu", "p95")["does not fit"]
@@ -342,7 +342,7 @@ def test_without_a_table_there_is_no_section(tables: dict[str, pl.DataFrame], mi
 
 def test_a_page_of_nothing(tab: Browser, tmp_path: Path) -> None:
     text = render({"errors": pl.DataFrame()}, design(), TITLE, pending=["errors", "trials"])
-    assert "Still to come: errors (Where the error comes from) and trials (What a smaller error costs)." in text
+    assert "Still to come: errors (Where the error comes from) and trials (Cost of a smaller error)." in text
     assert "<h2" not in text
     assert "<nav" not in text
     assert "<select" not in text
@@ -388,7 +388,7 @@ def test_few_frames_and_hostile_words(tab: Browser, tables: dict[str, pl.DataFra
     notes = [note["text"] for note in shown["chart-converter-own"][0]["layout"]["annotations"]]
     assert notes == ["few", "few", "×"] * 2
     assert '"no trial is complete"' in json.dumps(shown["chart-trials"][0])
-    assert "Too few frames to say what each step adds to the error." in text
+    assert "There are too few frames to split the error into steps." in text
     show(tab, tmp_path, text)
     assert tab.messages == []
     assert tab.requests == []
