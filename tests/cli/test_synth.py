@@ -126,7 +126,7 @@ def test_what_is_done_is_shown_and_kept(
     said = capsys.readouterr()
     assert "not finished: yosys and 1 of 3 seeds are done" in said.out
     assert f"Fmax: {CLOCK - 1} MHz (seed 1 alone)" in said.out
-    assert "tfra synth: finished steps are kept: the same command continues there\n" in said.err
+    assert "tfra synth: finished steps are kept: the same command continues after them\n" in said.err
     assert not Path("fpga").exists()
     monkeypatch.setattr(flow, "synthesise", None)
     assert main([*SYNTH, "--json"]) == 0
