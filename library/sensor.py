@@ -132,7 +132,7 @@ class Sensor:
         ``unit``: "Pa", "kPa" or "codes" of the converter.  ``compression``: its sign, "negative" or "positive".
         ``coding`` of codes: "signed", "offset" or "unipolar".  ``tare_frames``: so many frames at the beginning show
         the array at rest; ``tare``: a file that does.  ``order``: a frame runs along "rows" or "columns".  ``flip_x``
-        and ``flip_y`` mirror the array.  ``skip_columns``: so many columns in front of the taxels, the first is the
+        and ``flip_y`` mirror the array.  ``skip_columns``: the number of columns before the taxels, the first is the
         time.  ``topic`` of a log.
 
         Raises ``tfra.InputError`` that names the file and the place, or the option, that is wrong.

@@ -1,4 +1,4 @@
-"""Baselines: what a core took and how fast it was, by the versions of the tools that measured it.
+"""Baselines: resources and frequency of a core, by the versions of the tools.
 
 A file of baselines is an object: a key made of versions, then ``resources`` and ``mhz``, of one subject and target.
 """
@@ -11,7 +11,7 @@ from typing import Any
 GROWTH = 0.05
 """A resource may grow by this share before it counts as a regression."""
 SLOWDOWN = 0.15
-"""The frequency may fall by this share: seeds alone make several per cent."""
+"""The frequency may fall by this share, since seeds differ by several per cent."""
 
 REMEASURE = "make baselines"
 
@@ -22,7 +22,7 @@ def key(tools: Mapping[str, str]) -> str:
 
 
 def entry(found: Mapping[str, Any]) -> dict[str, Any]:
-    """What a baseline keeps of a report."""
+    """The part of a report that a baseline keeps."""
     clock = found["clock"]
     return {
         "resources": {name: row["used"] for name, row in found["resources"].items()},
@@ -31,7 +31,7 @@ def entry(found: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def compare(found: Mapping[str, Any], baselines: Mapping[str, Any]) -> list[str]:
-    """Sentences on what became worse than the baseline of the same tools; none is good.
+    """Sentences on regressions from the baseline of the same tools; empty if there is none.
 
     Raises ``ValueError``, with the command that measures anew, for versions without a baseline and for a baseline
     that is not one.
@@ -53,5 +53,5 @@ def compare(found: Mapping[str, Any], baselines: Mapping[str, Any]) -> list[str]
 
 
 def _kinds(value: Any) -> Any:
-    """The types of an entry, by key, to tell whether two are alike."""
+    """The types of an entry, by key, to compare two entries."""
     return {name: _kinds(part) for name, part in value.items()} if isinstance(value, dict) else type(value)

@@ -1,4 +1,4 @@
-"""What a design asks of an FPGA before any synthesis: its operators, registers and memories, counted in its gateware.
+"""A design's operators, registers and memories, counted in its gateware before any synthesis.
 
 The core is elaborated, but no netlist is made: that would take ten times as long and find the same.  There is one
 :class:`Census` for each block of ``hdl/parallel/tfra/core.py``.
@@ -39,7 +39,7 @@ class Census:
     """Widths of the operands of every multiplication with two variable operands."""
     memories: list[Memory] = field(default_factory=list)
     instances: Counter[str] = field(default_factory=Counter)
-    """Cells of the target, by type, where the design asks for them by name."""
+    """Cells of the target that the design instantiates, by type."""
 
     def __iadd__(self, other: Census) -> Census:
         self.registers += other.registers
@@ -51,7 +51,7 @@ class Census:
 
 
 def census(design: Design) -> dict[str, Census]:
-    """Counts by block of ``hdl/parallel/tfra/core.py``; what lies outside all blocks is ``"top"``."""
+    """Counts by block of ``hdl/parallel/tfra/core.py``; ``"top"`` is everything outside of blocks."""
     return count(Fragment.get(Top(design), None))
 
 
@@ -82,7 +82,7 @@ def _count_below(fragment: Fragment, path: str, blocks: dict[str, Census]) -> No
 
 
 def _count_memory(memory: MemoryInstance, counting: Counting) -> Memory:
-    """The memory; what computes addresses, enables and data of its ports goes to ``counting``."""
+    """The memory; the operators of its ports' addresses, enables and data go to ``counting``."""
     reads, writes = memory._read_ports, memory._write_ports
     for port in (*reads, *writes):
         counting.value(port._addr)

@@ -1,4 +1,4 @@
-"""Operators and registers in what one Amaranth module says, statement by statement, before any netlist is made.
+"""Counts the operators and registers of one Amaranth module, statement by statement, before any netlist.
 
 Kinds and bits are those of the cells that Amaranth's RTLIL would have: operands are as long as the expression says, an
 assignment under a condition is a multiplexer of the bits that it writes, and a reset is none.
@@ -20,18 +20,18 @@ _KEEPS_ZERO = ("+", "-", "*", "<<", ">>", "&", "|", "^", "s", "u")
 
 @dataclass
 class _Register:
-    """A word of flip-flops and what it was seen to hold."""
+    """A word of flip-flops and its known values."""
 
     signal: Any
     writes: int = 0
     varies: bool = False
-    """Is it ever anything but zero?"""
+    """False if it stays zero."""
     copies: Any = None
-    """The expression that it takes in every cycle, if it does."""
+    """The expression that it takes in every cycle, if there is one."""
 
     @property
     def holds(self) -> tuple[Any, ...]:
-        """Registers that hold the same are one."""
+        """Registers that hold the same word count once."""
         if self.copies is None:
             return (id(self.signal),)
         return id(self.copies), self.signal.init, self.signal.reset_less
@@ -110,7 +110,7 @@ class Counting:
             register.copies = statement.rhs if always else None
 
     def value(self, value: Any) -> None:
-        """Count what computes ``value``."""
+        """Count the operators of ``value``."""
         if isinstance(value, _ast.Operator):
             for operand in value.operands:
                 self.value(operand)

@@ -1,4 +1,4 @@
-"""Synthesis, place and route, and the bitstream: each tool once, in one directory, and what it found."""
+"""Synthesis, place and route, bitstream: runs each tool once, in one directory, and reads its results."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _YOSYS_LOG, _YOSYS_ERRORS = "yosys.log", "yosys.err"
 
 @dataclass(frozen=True)
 class Synthesis:
-    """What yosys found: resources by name, cells by type, and which mapper made the lookup tables."""
+    """Results of yosys: resources by name, cells by type, and the mapper that made the lookup tables."""
 
     resources: Mapping[str, int]
     cells: Mapping[str, int]
@@ -52,7 +52,7 @@ class CriticalPath:
 
 @dataclass(frozen=True)
 class Route:
-    """One seed of place and route: what it aimed at in the end, and what it reached."""
+    """One seed of place and route: its last aim, and the frequency reached."""
 
     seed: int
     aim: float
@@ -127,13 +127,13 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
 
 
 def options(family: Family) -> list[str]:
-    """How ``family``'s place and route is told to work: what its program knows of it."""
+    """Options of ``family``'s place and route that its program supports."""
     more = family.threaded if family.threaded and has(family.program, family.threaded[0]) else ()
     return [*family.routing, *more]
 
 
 class Stall:
-    """Tells from the lines of nextpnr's router whether it has stopped to get nearer to its aim."""
+    """Detects from the lines of nextpnr's router that it makes no more progress."""
 
     _ROUND = re.compile(r"iter=\d+ .*overused=(\d+) .*tmgfail=(\d+)")
 
@@ -141,7 +141,7 @@ class Stall:
         self._best, self._rounds = (sys.maxsize, sys.maxsize), 0
 
     def __call__(self, line: str) -> bool:
-        """A line more: wires that are wanted twice count first, then paths that are too slow."""
+        """Read a line: overused wires count first, then paths that are too slow."""
         if found := self._ROUND.search(line):
             now = (int(found[1]), int(found[2]))
             self._rounds = 0 if now < self._best else self._rounds + 1
@@ -150,7 +150,7 @@ class Stall:
 
 
 def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float) -> Route:
-    """What nextpnr's JSON ``report`` says; raises ``ValueError`` where it is not that of a design with one clock."""
+    """Read nextpnr's JSON ``report``; raises ``ValueError`` unless the design has one clock."""
     clocks = sorted(name for name in report["fmax"] if not is_constant(name))
     if len(clocks) != 1:
         raise ValueError(f"nextpnr: one clock is expected, got {clocks}")

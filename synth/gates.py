@@ -27,16 +27,16 @@ FAMILIES = {
     "ecp5": "synth_ecp5",
     "ice40": "synth_ice40 -dsp -device u",
 }
-"""Families, and how yosys synthesises for them."""
+"""yosys' synthesis commands by family."""
 
 _LEFT_OUT = re.compile(r"(\(\* *blackbox *\*\)\s*module\b|^module TRELLIS_COMB\b).*?\bendmodule", re.S | re.M)
-"""Black boxes, and a cell that only nextpnr makes and Icarus 11 can't read."""
+"""Black boxes, and a cell that only nextpnr makes and that Icarus 11 can't read."""
 
 _INCLUDE = re.compile(r'^`include "(.*)"$', re.MULTILINE)
 
 
 def synthesised(design: Design, family: str, cache: Path) -> Netlist:
-    """Return the gates that ``design`` becomes on ``family``, from ``cache`` if the same sources have made them before.
+    """Return the netlist of ``design`` for ``family``, from ``cache`` if the sources are unchanged.
 
     Raises ``InputError`` for a design whose target is another family, and ``SimulationError`` with yosys' words when
     synthesis fails.
@@ -52,7 +52,7 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
 
 
 def gate_sources() -> list[Path]:
-    """Every file of this program that decides about the gates."""
+    """The source files that the netlist depends on."""
     from tfra import codegen, hdl, model, synth
 
     return sources(codegen, hdl, model, synth)
@@ -75,7 +75,7 @@ def _synthesise(design: Design, family: str) -> Files:
 
 
 def rename_wires(module: dict[str, Any]) -> None:
-    """Other names for wires that are named as cells: nextpnr tells them apart, yosys does not."""
+    """Rename wires with the name of a cell: nextpnr distinguishes them, yosys does not."""
     wires = module["netnames"]
     for name in [name for name in wires if name in module["cells"]]:
         wires[f"{name}.wire"] = wires.pop(name)
@@ -89,7 +89,7 @@ def cells(family: str) -> str:
 
 
 def _complete(file: Path, known: set[Path]) -> str:
-    """Text of ``file`` with that of others in place of its includes, each once."""
+    """Text of ``file`` with its includes replaced by their text, each once."""
     if file in known:
         return ""
     known.add(file)

@@ -1,4 +1,4 @@
-"""A core whose words pass through shift registers: it fits a package of few pins, and no path leads to one."""
+"""Shift registers between a core's ports and one pin each: it fits small packages, and its paths end at registers."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from amaranth.lib.wiring import In, Out
 
 
 class Pins(wiring.Component):
-    """``core`` with a register before every port, which is one bit wide, for place and route alone.
+    """``core`` with a shift register and a one-bit pin for every port; for place and route only.
 
-    While ``shift`` is high, words come in and go out bit by bit, the lowest first; outputs are captured while it is
-    low.  What is timed then is the core itself.  Resources: a register for every bit of the words.
+    While ``shift`` is high, words are shifted in and out, lowest bit first; outputs are captured while it is low.
+    So only the core itself is timed.  Resources: a flip-flop for every bit of the ports.
     """
 
     def __init__(self, core: wiring.Component) -> None:

@@ -1,4 +1,4 @@
-"""``tfra synth``: a directory with the report, the logs and, where the tools can make one, the bitstream."""
+"""``tfra synth``: writes a directory of the report, the logs and, if the tools can make one, the bitstream."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ SIDECAR = "report.json"
 
 @dataclass
 class Run:
-    """One core on one part: what the tools have found so far.  ``say`` is told when a step begins."""
+    """One core on one part, with the tools' results so far.  ``say`` is called when a step begins."""
 
     design: Design
     target: Target
@@ -44,10 +44,10 @@ class Run:
         """Synthesise, place and route with seeds 1 to ``seeds``, and return the report.
 
         Writes ``index.html``, ``report.json``, ``report.txt``, a log of every tool and the bitstream of the median
-        seed into ``directory``, all or nothing; ``inputs`` are files that the design comes from.  What a tool has
-        finished is kept: after an interruption the same call goes on there.  Raises ``InputError`` for a missing tool
-        or a directory that can't be written, ``ValueError`` for a design that does not fit or is made of another
-        family's cells, :class:`ToolError`.
+        seed into ``directory``, all or nothing; ``inputs`` are files that the design comes from.  The results of
+        finished tools are kept: after an interruption, the same call continues there.  Raises ``InputError`` for a
+        missing tool or a directory that can't be written, ``ValueError`` for a design that does not fit or is made of
+        another family's cells, :class:`ToolError`.
         """
         if self.design.target not in ("portable", self.target.family.name):
             raise ValueError(f"target.name: {self.target.name} has no cells of {self.design.target}")
@@ -61,7 +61,7 @@ class Run:
         return found
 
     def report(self) -> dict[str, Any]:
-        """What is known so far; raises ``ValueError`` before yosys has finished."""
+        """The report so far; raises ``ValueError`` before yosys has finished."""
         if self.synthesis is None or self.estimated is None:
             raise ValueError("yosys has not finished")
         return report(self.design, self.target, self.synthesis, self.routes, self.estimated, self.wanted)
@@ -72,7 +72,7 @@ class Run:
         return self.seeds if self.target.family.program else 0
 
     def _implement(self, fresh: Path) -> None:
-        """Let the tools work in the directory ``fresh``."""
+        """Run the tools in the directory ``fresh``."""
         self.say(self.forecast)
         self.estimated = estimate(self.design, self.target.family)
         total = self.estimated.total
@@ -113,7 +113,7 @@ class Run:
         return Route(**{**found, "path": CriticalPath(**found["path"])})
 
     def _kept(self, name: str, key: str, fresh: Path, step: Callable[[], dict[str, Any]]) -> dict[str, Any]:
-        """What ``step`` finds, or found when it was done before, which tells the forecast nothing."""
+        """The result of ``step``, new or from the cache; the forecast ignores the time of the latter."""
         done = False
 
         def do() -> dict[str, Any]:
@@ -128,6 +128,6 @@ class Run:
 
 
 def netlist(design: Design, target: Target) -> str:
-    """RTLIL of the core for synthesis, behind registers where it is placed: paths to pins are not the core's."""
+    """RTLIL of the core for synthesis; if it is placed, with shift registers at its ports, to exclude paths to pins."""
     top = Pins(Top(design)) if target.family.program else Top(design)
     return with_free_collisions(to_rtlil(top, design.name))

