@@ -68,7 +68,7 @@ def spread(sensor: SensorArray, b: Floats, resultant: Floats) -> Floats:
         p = np.maximum((sheared - b) @ g.inverse.T, 0.0)
     total = p.sum(axis=1, keepdims=True)
     share = np.divide(p, total, out=np.full_like(p, 1 / sensor.taxels), where=total > 0)
-    return resultant[:, :, None] * share[:, None]
+    return np.asarray(resultant[:, :, None] * share[:, None])
 
 
 def residual(sensor: SensorArray, b: Floats, forces: Floats) -> Floats:
@@ -79,4 +79,4 @@ def residual(sensor: SensorArray, b: Floats, forces: Floats) -> Floats:
     g = influence(sensor)
     left = b - sum(forces[:, axis] @ matrix.T for axis, matrix in enumerate((g.x, g.y, g.z)))
     whole = np.linalg.norm(b, axis=1)
-    return np.divide(np.linalg.norm(left, axis=1), whole, out=np.zeros(len(b)), where=whole > 0)
+    return np.asarray(np.divide(np.linalg.norm(left, axis=1), whole, out=np.zeros(len(b)), where=whole > 0))
