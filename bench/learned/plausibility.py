@@ -126,7 +126,8 @@ def measure(config: str) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
     """Every scene's errors and residuals, and the errors of the field."""
     project = load(config)
     sensor, model, rng = project.design.sensor, double(Engine.FLOAT, project), np.random.default_rng(SEED)
-    contacts, rows, limits, field = draw(sensor, COUNT, rng), {}, (0.0, 0.0), {}
+    contacts, rows, field = draw(sensor, COUNT, rng), {}, {}
+    limits = [np.inf, np.inf]
     for name, scene in scenes(sensor, contacts, rng):
         found = model(scene.stress)
         if found.residual is None:
@@ -136,7 +137,7 @@ def measure(config: str) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
         few = slice(FINE_COUNT)
         fine = fine_residual(sensor, scene.stress[few], found.mu_x[few], found.mu_y[few])
         if name == QUIET:
-            limits = tuple(float(np.quantile(each, 1 - FALSE_ALARMS)) for each in (coarse, fine))
+            limits = [float(np.quantile(each, 1 - FALSE_ALARMS)) for each in (coarse, fine)]
             true = taxel_forces(sensor, contacts)
             others = {"TFRA": Tfra(sensor)(scene.stress).forces, "learned": found.forces}
             field = {label: two(100 * distance(forces, true)) for label, forces in others.items()}
