@@ -177,9 +177,9 @@ class Sensor:
     ) -> Result:
         """Find the forces in ``frames``: a recording, or stress in Pa, ``(n, rows, columns)`` or ``(rows, columns)``.
 
-        ``engine``: "float" is TFRA in double precision; "fixed" the bit-accurate model of the core; "rtl" the core
-        itself in a simulator; "two-variable" the search in both friction coefficients.  The core uses codes of the
-        converter; with ``codes=True``, "float" and "two-variable" use them, too.
+        ``engine``: "float" is CONFIG's estimator in double precision, by default TFRA; "fixed" the bit-accurate model
+        of the core; "rtl" the core itself in a simulator; "two-variable" the search in both friction coefficients.  The
+        core uses codes of the converter; with ``codes=True``, "float" and "two-variable" use them, too.
 
             >>> sensor = tfra.load("examples/skin_8x12.toml")
             >>> frames, truth = sensor.simulate()

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.abuse.learned import LEARNED
 from bench.abuse.mistakes import (
     CONFIG,
     Make,
@@ -259,7 +260,7 @@ STUDIES = [
     ),
 ]
 
-CASES = RECORDINGS + PAGES + FILES + DESCRIPTION + BEGINNING + OPTIONS + OUTPUTS + STUDIES
+CASES = RECORDINGS + PAGES + FILES + DESCRIPTION + LEARNED + BEGINNING + OPTIONS + OUTPUTS + STUDIES
 
 
 def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:

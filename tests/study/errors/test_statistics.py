@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.study.definitions import definition, design
-from tfra.model.tfra import Status
+from tfra.model.tfra import OF_CORES, Status
 from tfra.study.errors.cascade import DECISIONS, SIGNED, Cascade, Step, View, decision_column, error_column
 from tfra.study.errors.statistics import errors, flagged, flips, kept
 from tfra.study.frames.block import Part
@@ -126,7 +126,7 @@ def test_frames_that_one_step_flags_are_left_out_of_all():
         ("any", "left_out"): 3,
     }
     assert set(flagged(scores)["of"]) == {60}
-    assert len(flagged(scores)) == len(Step) * len(Status) + 1
+    assert len(flagged(scores)) == len(Step) * len(OF_CORES) + 1
 
 
 def test_flips_are_counted_where_they_can_be_compared():
