@@ -68,7 +68,7 @@ def estimate(
     check_result(out, "estimate", inputs)
     with simulation_failures("estimate"), progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
         found = run(engine, project, stresses, frames, advance, codes)
-    text = config_text(project.design, project.layer, "")
+    text = config_text(project.design, project.layer, "", project.weights)
     write_result(out, Estimate(recording, found, engine.value, text), "estimate", inputs)
     told = facts(stresses, found)
     doubts = warnings(project.design, stresses, found, project.input)

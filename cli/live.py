@@ -14,7 +14,8 @@ import typer
 from tfra.cli.common import Config, progress
 from tfra.cli.complaint import say
 from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_recording
-from tfra.engines import DOUBLE, Engine, codes, run
+from tfra.codegen.core import check_core
+from tfra.engines import DOUBLE, Engine, codes, double, run
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -59,10 +60,15 @@ def live(
 
     if rate is not None and not 0 < rate <= 1e6:
         raise InputError("tfra live", "--rate", f"more than 0 frames a second are needed, up to 1e6, got {rate:g}")
-    project, name, frames = _frames(load(config), source, rate, given or {}, engine)
+    project = load(config)
+    if engine not in DOUBLE:
+        check_core(project)
+    project, name, frames = _frames(project, source, rate, given or {}, engine)
+
+    model = double(engine, project) if engine in DOUBLE else None
 
     def estimate(stress: Floats) -> Result:
-        return run(engine, project, stress, name)
+        return model(stress) if model else run(engine, project, stress, name)
 
     def warn(fault: str) -> None:
         say(f"warning: {InputError(name, '', fault)}")

@@ -53,6 +53,9 @@ _LENGTH = {1: ("<H", "latin-1"), 2: ("<I", "latin-1"), 3: ("<I", "utf-8")}
 _MOST_HEADER = 10_000
 """Bytes; NumPy writes 118 for an array of numbers."""
 
+_LONGEST_TEXT = 1 << 20
+"""Bytes of a text."""
+
 _TYPE = re.compile(r"[<>|=]?[?biufcmMOSUV][0-9]{0,9}(\[[a-zA-Z]{1,2}\])?")
 
 
@@ -110,6 +113,24 @@ class Archive:
             if isinstance(error, OSError) and error.errno:  # bzip2 raises its own without
                 raise
             raise InputError(self.file, key, f"is damaged: {error or 'the data ends early'}") from None
+
+    def text(self, key: str) -> str:
+        """Return the text of ``key``, an array without axes, whose header is checked before anything it promises is
+        believed; raises ``InputError`` for anything else.
+        """
+        member = self.zip.getinfo(f"{key}.npy")
+        if member.file_size > _LONGEST_TEXT:
+            raise InputError(self.file, key, f"a text of at most {_LONGEST_TEXT:,} bytes is needed")
+        try:
+            with self.zip.open(member) as stream:
+                np.lib.format.read_magic(stream)
+                shape, _, kind = np.lib.format.read_array_header_1_0(stream)
+                data = stream.read()
+            if shape != () or kind.kind != "U" or kind.itemsize != len(data):
+                raise ValueError(f"got shape {shape} of {kind}")
+            return data.decode("utf-32-be" if kind.byteorder == ">" else "utf-32-le").rstrip("\0")
+        except (ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
+            raise InputError(self.file, key, f"a text is needed: {shortened(str(error), 120)}") from None
 
 
 @contextmanager

@@ -24,6 +24,7 @@ _NEEDED = {
     "literal_error": "{expected} is needed",
     "greater_than_equal": "{ge:g} or more is needed",
     "less_than_equal": "{le:g} or less is needed",
+    "string_too_short": "a name is needed",
     "too_short": "at least one value is needed",
     "too_long": "at most {max_length} values are supported",
 }

@@ -22,6 +22,7 @@ from tfra.codegen.schema import (
     ArchitectureSection,
     ContactSection,
     Document,
+    EstimatorSection,
     FormatsSection,
     InputSection,
     LayerSection,
@@ -58,13 +59,17 @@ _KEYS = {
 
 @dataclass(frozen=True, slots=True)
 class Project:
-    """The content of a CONFIG file: the core, the simulated cover, the contacts, recordings, and the file itself."""
+    """The content of a CONFIG file: the core, the simulated cover, the contacts, recordings, and the file itself.
+
+    ``weights`` names the learned estimator's file, relative to CONFIG's folder; with None, the estimator is TFRA.
+    """
 
     design: Design
     layer: LayerSpec
     contacts: tuple[Contact, ...]
     path: Path
     input: Input = PLAIN
+    weights: str | None = None
 
 
 def load(path: str | Path) -> Project:
@@ -97,6 +102,7 @@ def made(content: Mapping[str, object], file: Path) -> Project:
         contacts=tuple(_contacts(file, document)),
         path=file,
         input=_input(file, document.input),
+        weights=_weights(file, document.estimator),
     )
 
 
@@ -162,6 +168,15 @@ def _input(file: Path, section: InputSection) -> Input:
     given = section.model_dump(exclude_none=True)
     with _blame(file, "input"):
         return overridden(PLAIN, given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
+
+
+def _weights(file: Path, section: EstimatorSection) -> str | None:
+    with _blame(file, "estimator"):
+        if section.kind == "learned" and section.weights is None:
+            raise ValueError('weights: is missing: kind = "learned" needs a file of tfra train')
+        if section.kind == "tfra" and section.weights is not None:
+            raise ValueError('weights: belongs to kind = "learned"')
+    return section.weights
 
 
 def _formats(section: FormatsSection) -> Formats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from fractions import Fraction
 
@@ -15,10 +16,14 @@ Sections = dict[str, Mapping[str, Value]]
 """Keys and values by the name of their section, which is empty for those in front of all sections."""
 
 
-def config_text(design: Design, layer: LayerSpec, comment: str) -> str:
-    """CONFIG in TOML, under lines of ``comment``: :func:`tfra.codegen.config.load` makes the same design of it."""
+def config_text(design: Design, layer: LayerSpec, comment: str, weights: str | None = None) -> str:
+    """CONFIG in TOML, under lines of ``comment``: :func:`tfra.codegen.config.load` makes the same design of it.
+
+    ``weights`` names the file of the learned estimator; with None, the estimator is TFRA.
+    """
     lines = [f"# {line}" for line in comment.splitlines()]
-    for title, keys in sections(design, layer).items():
+    estimator = {} if weights is None else {"estimator": {"kind": "learned", "weights": weights}}
+    for title, keys in (sections(design, layer) | estimator).items():
         if keys:
             lines += [*(["", f"[{title}]"] if title else []), *(assignment(key, keys[key]) for key in keys)]
     return "\n".join(lines) + "\n"
@@ -29,7 +34,7 @@ def sections(design: Design, layer: LayerSpec) -> Sections:
     sensor, adc, architecture = design.sensor, design.adc, design.architecture
     threshold = {} if adc.contact_threshold is None else {"contact_threshold_codes": adc.contact_threshold}
     lanes = {"mac_lanes": architecture.mac_lanes, "vector_words": architecture.vector_words}
-    lengths = {f"{name}_mm": _mm(getattr(sensor, name)) for name in ("pitch_x", "pitch_y", "thickness")}
+    lengths = {f"{name}_mm": millimetres(getattr(sensor, name)) for name in ("pitch_x", "pitch_y", "thickness")}
     return {
         "": {"name": design.name},
         "sensor": {"rows": sensor.rows, "columns": sensor.columns, **lengths},
@@ -43,7 +48,7 @@ def sections(design: Design, layer: LayerSpec) -> Sections:
             "poisson": layer.poisson,
             "sampling": layer.sampling,
             "solver": layer.solver,
-            "element_mm": _mm(layer.element),
+            "element_mm": millimetres(layer.element),
         },
     }
 
@@ -52,7 +57,7 @@ def assignment(key: str, value: Value) -> str:
     """``key = value`` in TOML."""
     if isinstance(value, Mapping):
         return f"{key} = {{ {', '.join(assignment(*pair) for pair in value.items())} }}"
-    return f"{key} = " + (f'"{value}"' if isinstance(value, str) else repr(value))
+    return f"{key} = " + (json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value))
 
 
 def _formats(formats: Formats) -> Mapping[str, Value]:
@@ -64,6 +69,6 @@ def _formats(formats: Formats) -> Mapping[str, Value]:
     }
 
 
-def _mm(metres: float) -> float:
+def millimetres(metres: float) -> float:
     """The decimal number of millimetres that equals exactly these metres."""
     return float(Fraction(repr(metres)) * 1000)

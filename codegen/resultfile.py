@@ -25,6 +25,9 @@ from tfra.model.tfra import Result
 KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status")
 """Keys of RESULT.npz that are fields of ``tfra.model.tfra.Result``."""
 
+OPTIONAL = ("residual",)
+"""Such keys that only some estimators have."""
+
 _ROWS = 10_000  # of a CSV at a time
 
 Columns = dict[str, npt.NDArray[Any]]
@@ -45,7 +48,7 @@ class Estimate:
         found = {key: np.asarray(getattr(self.result, key)) for key in KEYS}
         found["stress"] = np.ascontiguousarray(self.recording.frames)
         times = {} if self.recording.time is None else {"time": self.recording.time}
-        return found | times | {"engine": np.array(self.engine), "config": np.array(self.config)}
+        return found | self._optional() | times | {"engine": np.array(self.engine), "config": np.array(self.config)}
 
     def frames(self) -> Columns:
         """A row for each frame."""
@@ -58,7 +61,11 @@ class Estimate:
             **{key: getattr(found, key) for key in ("phi_deg", "mu", "mu_x", "mu_y")},
             **forces,
             **{key: getattr(found, key) for key in ("sweep_index", "status")},
+            **self._optional(),
         }
+
+    def _optional(self) -> Columns:
+        return {key: value for key in OPTIONAL if (value := getattr(self.result, key)) is not None}
 
     def forces(self) -> Columns:
         """A row for each taxel of each frame."""

@@ -123,6 +123,13 @@ class TargetSection(Section):
     images: Images = "inline"
 
 
+class EstimatorSection(Section):
+    """``[estimator]``: the algorithm, and the file of the learned one's weights."""
+
+    kind: Literal["tfra", "learned"] = "tfra"
+    weights: Annotated[str, Field(min_length=1)] | None = None
+
+
 class LayerSection(Section):
     """``[layer]``: the elastic cover of simulated frames."""
 
@@ -198,5 +205,6 @@ class Document(Section):
     formats: FormatsSection = FormatsSection()
     architecture: ArchitectureSection = ArchitectureSection()
     target: TargetSection = TargetSection()
+    estimator: EstimatorSection = EstimatorSection()
     layer: LayerSection = LayerSection()
     contact: list[ContactSection] = []

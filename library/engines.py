@@ -17,6 +17,7 @@ from tfra.model.errors import InputError
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
     from tfra.model.arrays import Floats, Ints
+    from tfra.model.learned.learned import Learned
     from tfra.model.tfra import Result
 
 CHUNK = 512  # frames between two steps of the progress bar
@@ -61,7 +62,8 @@ def run(
     if engine in DOUBLE:
         if converted:
             frames = np.multiply(codes(project, frames, source), project.design.adc.lsb, dtype=np.float64)
-        return (_float if engine is Engine.FLOAT else _two_variable)(project, frames, advance)
+        return _in_chunks(double(engine, project), frames, advance)
+    check_core(project)
     measured = codes(project, frames, source)
     return _rtl(project, measured, advance) if engine is Engine.RTL else _fixed(project, measured, advance)
 
@@ -69,28 +71,39 @@ def run(
 def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
     """Return the converter codes of ``frames`` in Pa; raises ``InputError`` naming ``source`` for one over full scale.
 
-    Formats that can overflow are an ``InputError`` too, naming the CONFIG file.
+    Formats that can overflow are an ``InputError`` too, naming the CONFIG file, except for an estimator without a core.
     """
     from tfra.model.converter import quantise
     from tfra.model.diagnosis import over_full_scale
 
-    check_core(project)
+    if project.weights is None:
+        check_core(project)
     try:
         return quantise(project.design, frames)
     except ValueError as error:  # over full scale
         raise InputError(source, "", f"{error}{over_full_scale(project.design, frames, project.input)}") from None
 
 
-def _float(project: Project, frames: Floats, advance: Advance) -> Result:
+def double(engine: Engine, project: Project) -> Callable[[Floats], Result]:
+    """Return the model of one of the engines ``DOUBLE``: a function of frames ``(n, rows, columns)`` in Pa.
+
+    Raises ``InputError`` for a file of weights that can't be read, or that is not the sensor's.
+    """
     from tfra.model.tfra import Tfra
-
-    return _in_chunks(Tfra.of(project.design), frames, advance)
-
-
-def _two_variable(project: Project, frames: Floats, advance: Advance) -> Result:
     from tfra.model.two_variable import TwoVariable
 
-    return _in_chunks(TwoVariable.of(project.design), frames, advance)
+    if engine is Engine.TWO_VARIABLE:
+        return TwoVariable.of(project.design)
+    return Tfra.of(project.design) if project.weights is None else _learned(project, project.weights)
+
+
+def _learned(project: Project, weights: str) -> Learned:
+    from tfra.codegen.weightsfile import read_weights
+    from tfra.model.learned.learned import Learned
+
+    design = project.design
+    trained = read_weights(project.path.parent / weights, design.sensor)
+    return Learned(design.sensor, trained.weights, trained.threshold, design.adc.threshold * design.adc.lsb)
 
 
 def _fixed(project: Project, codes: Ints, advance: Advance) -> Result:
@@ -111,11 +124,12 @@ def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> Res
     """One result of consecutive ones."""
     import numpy as np
 
-    from tfra.codegen.resultfile import KEYS
+    from tfra.codegen.resultfile import KEYS, OPTIONAL
 
     results = []
     for start in range(0, len(data), CHUNK):
         results.append(run(data[start : start + CHUNK]))
         advance(len(results[-1].mu))
-    parts: dict[str, Any] = {key: np.concatenate([getattr(result, key) for result in results]) for key in KEYS}
+    keys = (*KEYS, *(key for key in OPTIONAL if getattr(results[0], key) is not None))
+    parts: dict[str, Any] = {key: np.concatenate([getattr(result, key) for result in results]) for key in keys}
     return replace(results[0], **parts)

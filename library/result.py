@@ -79,6 +79,11 @@ class Result:
         return self.found.status
 
     @property
+    def residual(self) -> Floats | None:
+        """``(n,)``: share of the stress that the forces leave unexplained; only the learned estimator has it."""
+        return self.found.residual
+
+    @property
     def stress(self) -> Floats:
         """``(n, rows, columns)``: what was estimated from, Pa, compression negative."""
         return self.recording.frames
@@ -120,7 +125,7 @@ class Result:
         """
         file, design = Path(path), self.project.design
         check_result(file, "estimate", [self.project.path])
-        text = config_text(design, self.project.layer, "")
+        text = config_text(design, self.project.layer, "", self.project.weights)
         write_result(file, Estimate(self.recording, self.found, self.engine, text), "estimate", [self.project.path])
 
     def view(

@@ -18,6 +18,7 @@ MEANINGS = {
     Status.DEPENDENT_OUT_OF_RANGE: "the dependent friction is beyond 1",
     Status.INPUT_SATURATED: "a taxel is at an end of the converter's range",
     Status.OUTPUT_SATURATED: "a result did not fit its word and was limited",
+    Status.IMPLAUSIBLE: "the forces found do not explain the frame",
 }
 """Meaning of each status bit, for readers."""
 

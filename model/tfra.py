@@ -49,6 +49,12 @@ class Status(IntFlag):
     """A taxel sits at an end of the converter's range."""
     OUTPUT_SATURATED = 64
     """A result does not fit its output word and was limited."""
+    IMPLAUSIBLE = 128
+    """The forces that were found leave much of the frame unexplained, or they pull (:mod:`tfra.model.learned`)."""
+
+
+OF_CORES = tuple(flag for flag in Status if flag is not Status.IMPLAUSIBLE)
+"""Status bits that TFRA and its cores set."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +84,9 @@ class Result:
     """The estimate of TFRA, per frame: forces in N, angles in degrees.
 
     ``forces (n, 3, rows, columns)``, ``resultant (n, 3)``; ``phi_deg`` in [0, 360), ``mu`` (Eq. 15), ``mu_x``,
-    ``mu_y`` (Eqs. 26, 27), ``sweep_index`` and ``status`` of shape ``(n,)``; ``sweep`` when asked for.
+    ``mu_y`` (Eqs. 26, 27), ``sweep_index`` and ``status`` of shape ``(n,)``; ``sweep`` when asked for.  Other
+    estimators have the same result; without a sweep, ``sweep_index`` is -1.  ``residual (n,)`` is the learned
+    estimator's: the share of a frame's stress that its forces leave unexplained.
     """
 
     forces: Floats
@@ -90,6 +98,7 @@ class Result:
     sweep_index: Ints
     status: Ints
     sweep: Sweep | None = None
+    residual: Floats | None = None
 
 
 def check_frames(sensor: SensorArray, frames: npt.ArrayLike) -> Floats:

@@ -16,6 +16,7 @@ from scipy import optimize
 from tfra.model.arrays import Bools, Floats
 from tfra.model.boussinesq import operators
 from tfra.model.choices import Choices
+from tfra.model.resultant import direction, friction
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, check_frames, in_contact, unit_scaled
 
@@ -24,9 +25,6 @@ GRID = 21
 
 PEAKS = 4
 """Peaks of the grid that are refined."""
-
-STILL = 1e-6
-"""A tangential resultant below this share of the normal one is rounding error of the search and has no direction."""
 
 _CLIMB = {
     "method": "L-BFGS-B",
@@ -157,11 +155,7 @@ class TwoVariable:
     def _result(self, forces: Floats, mu: Floats, contact: Bools, regular: Bools) -> Result:
         """Resultant (Eq. 12), friction (Eq. 15), direction (Eq. 16) and status of ``forces (n, 3, m)``."""
         resultant = forces.sum(axis=2)
-        f_x, f_y, f_z = resultant.T
-        tangential = np.hypot(f_x, f_y)
-        friction = np.divide(tangential, np.abs(f_z), out=np.zeros(len(f_z)), where=f_z != 0)
-        still = tangential <= STILL * np.abs(f_z)
-        phi = np.where(still, 0.0, np.degrees(np.arctan2(f_y, f_x)) % 360.0 % 360.0)
+        phi, still = direction(resultant)
         status = (
             np.where(contact, 0, Status.NO_CONTACT)
             | np.where(contact & ~regular, Status.COMPRESSION_ONLY, 0)
@@ -169,4 +163,4 @@ class TwoVariable:
         ).astype(np.int64)
         shape = (len(forces), 3, self.sensor.rows, self.sensor.columns)
         index = np.full(len(forces), -1, dtype=np.int64)
-        return Result(forces.reshape(shape), resultant, phi, friction, mu[:, 0], mu[:, 1], index, status)
+        return Result(forces.reshape(shape), resultant, phi, friction(resultant), mu[:, 0], mu[:, 1], index, status)

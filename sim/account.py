@@ -12,7 +12,7 @@ import numpy.typing as npt
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.metrics import errors
-from tfra.model.tfra import Result, Status, Tfra
+from tfra.model.tfra import OF_CORES, Result, Status, Tfra
 from tfra.sim.pattern_run import PatternRun
 from tfra.sim.report import NOT_RETURNED, UNKNOWN, Account, ContactErrors, FloatErrors
 from tfra.sim.stimuli import Stimuli
@@ -68,7 +68,7 @@ def accounts(kinds: npt.NDArray[np.str_], why: Mapping[str, npt.NDArray[np.str_]
 
 def histogram(result: Result) -> dict[str, int]:
     counts = {"none": int((result.status == 0).sum())}
-    return counts | {str(flag.name): int((result.status & flag != 0).sum()) for flag in Status}
+    return counts | {str(flag.name): int((result.status & flag != 0).sum()) for flag in OF_CORES}
 
 
 def float_errors(design: Design, seen: Stimuli, result: Result, regular: Bools) -> dict[str, FloatErrors]:

@@ -57,7 +57,7 @@ def load_study(path: Path) -> StudyFile:
         raise InputError(path, *complaint(error, StudyDocument)) from None
     project = load(path.parent / document.config)
     design = project.design
-    if not isinstance(design, TfraDesign):
+    if project.weights is not None or not isinstance(design, TfraDesign):
         raise InputError(path, "config", "a design of the TFRA estimator is needed")
     with _blame(project.path, ""):
         microarchitecture(design).check()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import zipfile
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -31,9 +29,6 @@ CONTEXT = ("stress", "engine", "config")
 """Keys that say where a result comes from; those of earlier versions have none."""
 
 OLD = "the key is missing, an earlier version made this file: run tfra estimate again"
-
-_LONGEST_TEXT = 1 << 20
-"""Bytes of a text."""
 
 _BITS = sum(Status)
 
@@ -116,7 +111,7 @@ def _result(path: Path) -> Recorded:
         for key in CONTEXT:
             if key not in found.keys:
                 raise InputError(path, key, OLD)
-        engine, config = (_text(found, key) for key in ("engine", "config"))
+        engine, config = (found.text(key) for key in ("engine", "config"))
         design = _design(path, config)
         frame = design.sensor.rows, design.sensor.columns
         stress = _numbers(found, "stress", (None, *frame))
@@ -161,23 +156,6 @@ def _wrong(needed: tuple[int | None, ...], shape: Shape) -> str | None:
         return None
     wanted = ", ".join("n" if n is None else str(n) for n in needed)
     return f"shape ({wanted}) is needed, got {shortened(str(shape))}"
-
-
-def _text(found: Archive, key: str) -> str:
-    """The text of ``key``, an array without axes.  Its header is checked before anything it promises is believed."""
-    member = found.zip.getinfo(f"{key}.npy")
-    if member.file_size > _LONGEST_TEXT:
-        raise InputError(found.file, key, f"a text of at most {_LONGEST_TEXT:,} bytes is needed")
-    try:
-        with found.zip.open(member) as stream:
-            np.lib.format.read_magic(stream)
-            shape, _, kind = np.lib.format.read_array_header_1_0(stream)
-            data = stream.read()
-        if shape != () or kind.kind != "U" or kind.itemsize != len(data):
-            raise ValueError(f"got shape {shape} of {kind}")
-        return data.decode("utf-32-be" if kind.byteorder == ">" else "utf-32-le").rstrip("\0")
-    except (ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
-        raise InputError(found.file, key, f"a text is needed: {shortened(str(error), 120)}") from None
 
 
 def _design(path: Path, config: str) -> Design:

@@ -140,6 +140,30 @@ class ElasticLayer:
             result[rows] = _superpose(modes, shape, part, waves_x, waves_y)
         return result
 
+    def influence(
+        self, x: npt.ArrayLike, y: npt.ArrayLike, load: tuple[float, float]
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return b_z at each point of a grid per newton along x, y, z at each point, ``(points, points)`` each, 1/m^2.
+
+        ``x`` and ``y`` as for ``base_stress``; points are row-major, row = stress, column = force.  A force is spread
+        evenly over a rectangle with the sides ``load``, in m, about its point.  Raises ``ValueError`` as
+        ``base_stress`` does for grid points and windows.
+        """
+        modes = _modes(self)
+        pairs_x = _pairs(modes.kx, x, load[0], self.origin_x, self.size_x, "x")
+        pairs_y = _pairs(modes.ky, y, load[1], self.origin_y, self.size_y, "y")
+
+        def superposed(weight: Floats, along_x: Floats, along_y: Floats) -> Floats:
+            columns, rows = len(along_x), len(along_y)
+            across = np.tensordot(along_y, weight, axes=(2, 1))
+            whole = np.tensordot(across, along_x, axes=(2, 2))
+            return np.ascontiguousarray(whole.transpose(0, 2, 1, 3)).reshape(rows * columns, rows * columns)
+
+        straight = superposed(modes.normal, pairs_x[0], pairs_y[0])
+        shear_x = superposed(modes.tangential, pairs_x[1], pairs_y[0])
+        shear_y = superposed(modes.tangential, pairs_x[0], pairs_y[1])
+        return shear_x, shear_y, straight
+
     def _check_footprints(self, loads: Contacts) -> None:
         low, size = np.array([self.origin_x, self.origin_y]), np.array([self.size_x, self.size_y])
         under = loads.center - loads.half < low - _SLACK * size
@@ -260,6 +284,19 @@ def _sampled_cosines(
     if not inside.all():
         raise ValueError(f"{name}: points (with their window) must lie from {low:g} to {low + size:g} m")
     return np.asarray(np.cos(np.outer(place, k)) * np.sinc(k * (width / (2 * np.pi))))
+
+
+def _pairs(
+    k: Floats, at: npt.ArrayLike, width: float, low: float, size: float, name: str
+) -> tuple[Floats, Floats]:
+    """Products of the cosine at each point with the load at each, ``(len(at), len(at), len(k))``.
+
+    The load is even about its point; the second array is for a load along the axis, as sine times k.
+    """
+    cosines = _sampled_cosines(k, at, 0.0, low, size, name)
+    even = _sampled_cosines(k, at, width, low, size, name)
+    odd = np.sin(np.outer(np.asarray(at) - low, k)) * np.sinc(k * (width / (2 * np.pi))) * k
+    return cosines[:, None] * even, cosines[:, None] * odd
 
 
 def _chunks(loads: Contacts, step: int) -> Iterator[tuple[ContactShape, Ints]]:

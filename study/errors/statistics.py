@@ -16,7 +16,7 @@ import polars as pl
 from scipy import stats
 
 from tfra.model.arrays import Floats
-from tfra.model.tfra import Status
+from tfra.model.tfra import OF_CORES, Status
 from tfra.study.errors.cascade import SIGNED, Step, View, decision_column, error_column
 
 PERMILLES = {"median": 500, "p95": 950, "p99_9": 999}
@@ -98,7 +98,7 @@ def flagged(scores: pl.DataFrame) -> pl.DataFrame:
         bits = scores[decision_column("status", step)].to_numpy()
         rows += [
             {"step": step, "status": str(status.name).lower(), "frames": int(np.count_nonzero(bits & status.value))}
-            for status in Status
+            for status in OF_CORES
         ]
     rows.append({"step": "any", "status": "left_out", "frames": int((~kept(scores)).sum())})
     return pl.DataFrame([row | {"of": len(scores)} for row in rows], schema=_FLAGS)

@@ -106,6 +106,21 @@ def test_input(read: Any, tmp_path: Path) -> None:
     assert read(SENSOR + '[input]\ntare = "/rest.npy"\n').input.tare == Path("/rest.npy")
 
 
+def test_estimator(read: Any, complaint: Any) -> None:
+    assert read(SENSOR).weights is None
+    assert read(SENSOR + '[estimator]\nkind = "tfra"\n').weights is None
+    assert read(SENSOR + '[estimator]\nkind = "learned"\nweights = "lab/w.npz"\n').weights == "lab/w.npz"
+    assert complaint(SENSOR + '[estimator]\nkind = "learned"\n') == (
+        'sensor.toml: estimator.weights: is missing: kind = "learned" needs a file of tfra train'
+    )
+    belongs = 'sensor.toml: estimator.weights: belongs to kind = "learned"'
+    assert complaint(SENSOR + '[estimator]\nweights = "w.npz"\n') == belongs
+    wrong = complaint(SENSOR + '[estimator]\nkind = "best"\n')
+    assert wrong == "sensor.toml: estimator.kind: 'tfra' or 'learned' is needed, got 'best'"
+    empty = complaint(SENSOR + '[estimator]\nkind = "learned"\nweights = ""\n')
+    assert empty == "sensor.toml: estimator.weights: a name is needed, got ''"
+
+
 def test_signals(read: Any) -> None:
     text = SENSOR + "[formats.signals]\ncoefficient.normal = 14\noperand = {force = 16, combine = 12}\nsums = 20\n"
     formats = read(text).design.formats

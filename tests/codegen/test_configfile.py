@@ -67,3 +67,11 @@ def test_any_lengths_and_words_come_back(
 
 def test_the_comment_is_on_top(tmp_path: Path) -> None:
     assert config_text(PLAIN, LAYER, "Two lines\nof comment.").startswith('# Two lines\n# of comment.\nname = "skin"\n')
+
+
+@pytest.mark.parametrize("weights", [None, "w.npz", 'lab/"odd" name\\.npz'])
+def test_weights_come_back(weights: str | None, tmp_path: Path) -> None:
+    path = tmp_path / "skin.toml"
+    path.write_text(config_text(PLAIN, LAYER, "", weights))
+    found = load(path)
+    assert (found.design, found.weights) == (PLAIN, weights)

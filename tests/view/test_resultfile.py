@@ -73,7 +73,7 @@ WRONG = {
     "rows": (having(stress=np.zeros((24, 5, 6))), "stress: shape (n, 4, 6) is needed, got (24, 5, 6)"),
     "no frames": (having(stress=np.zeros((0, 4, 6))), "stress: at least one frame is needed, got none"),
     "nan": (having(phi_deg=np.full(24, np.nan)), "phi_deg: frame 0 has a value that is not finite"),
-    "status": (having(status=np.full(24, 128)), "status: frame 0: is no status"),
+    "status": (having(status=np.full(24, 256)), "status: frame 0: is no status"),
     "index": (having(sweep_index=np.full(24, 101)), "sweep_index: frame 0: is no candidate of 101"),
     "text": (having(engine=np.zeros(3)), "engine: a text is needed: got shape (3,) of float64"),
     "bad config": (having(config=np.array("[sensor]\nrows = 1")), "config: sensor.columns: "),

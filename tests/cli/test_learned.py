@@ -1,0 +1,138 @@
+"""The learned estimator in the commands and in the library."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import tfra
+from tests.cli.test_cli import CONFIG, refusal
+from tests.model.learned.random_weights import random_weights
+from tfra.cli.main import main
+from tfra.codegen.config import load
+from tfra.codegen.weightsfile import Trained, read_weights, write_weights
+from tfra.model.converter import quantise
+from tfra.model.learned.learned import Learned
+from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Status, Tfra
+
+SENSOR = SensorArray(5, 6, 4e-3, 4e-3, 3e-3)
+ESTIMATOR = '[estimator]\nkind = "learned"\nweights = "lab/w.npz"\n'
+NO_CORE = "the learned estimator has no core yet: only the float engine of tfra estimate and live has it"
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The current folder, with a CONFIG of the learned estimator, its weights and frames."""
+    monkeypatch.chdir(tmp_path)
+    Path("skin.toml").write_text(CONFIG + ESTIMATOR)
+    Path("lab").mkdir()
+    weights = random_weights(np.random.default_rng(0), SENSOR.taxels, 3, 2)
+    write_weights("lab/w.npz", Trained(SENSOR, weights, 0.25))
+    assert main(["frames", "skin.toml", "--out", "frames.npz"]) == 0
+    return tmp_path
+
+
+def stress() -> np.ndarray:
+    with np.load("frames.npz") as archive:
+        return np.array(archive["frames"])
+
+
+def estimator() -> Learned:
+    adc = load("skin.toml").design.adc
+    return Learned(SENSOR, read_weights(Path("lab/w.npz"), SENSOR).weights, 0.25, adc.threshold * adc.lsb)
+
+
+def test_the_float_engine_is_the_learned_estimator(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--json"]) == 0
+    told, expected = json.loads(capsys.readouterr().out), estimator()(stress())
+    assert told["status"]["IMPLAUSIBLE"] == int((expected.status & Status.IMPLAUSIBLE != 0).sum())
+    with np.load("r.npz") as found:
+        for key in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status", "residual"):
+            assert np.array_equal(found[key], getattr(expected, key)), key
+        assert 'weights = "lab/w.npz"' in str(found["config"])
+
+
+def test_codes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--codes"]) == 0
+    design = load("skin.toml").design
+    expected = estimator()(quantise(design, stress()) * design.adc.lsb)
+    with np.load("r.npz") as found:
+        assert np.array_equal(found["resultant"], expected.resultant)
+
+
+def test_tables_have_the_residual() -> None:
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.csv"]) == 0
+    rows = list(csv.DictReader(Path("r.csv/frames.csv").read_text().splitlines()))
+    expected = estimator()(stress()).residual
+    assert expected is not None
+    assert [float(row["residual"]) for row in rows] == expected.tolist()
+
+
+def test_the_library() -> None:
+    found = tfra.load("skin.toml").estimate(stress())
+    expected = estimator()(stress())
+    assert np.array_equal(found.forces, expected.forces)
+    assert np.array_equal(found.residual, expected.residual)
+    found.save("saved.npz")
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
+    with np.load("saved.npz") as saved, np.load("r.npz") as result:
+        assert sorted(saved) == sorted(result)
+        assert all(np.array_equal(saved[key], result[key]) for key in saved)
+
+
+def test_without_it_nothing_changes() -> None:
+    Path("skin.toml").write_text(CONFIG)
+    found = tfra.load("skin.toml").estimate(stress())
+    assert found.residual is None
+    assert np.array_equal(found.forces, Tfra.of(load("skin.toml").design)(stress()).forces)
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
+    with np.load("r.npz") as result:
+        assert "residual" not in result
+        assert "estimator" not in str(result["config"])
+
+
+def test_a_page_of_it() -> None:
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
+    shutil.rmtree("lab")  # a page needs no weights
+    assert main(["view", "r.npz", "--out", "page.html"]) == 0
+    assert "implausible" in Path("page.html").read_text()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "generate skin.toml --out core",
+        "verify skin.toml",
+        "size skin.toml --target ecp5-25 --frames-per-second 100 --latency-us 900",
+        "synth skin.toml --target ecp5-25 --out placed",
+        "estimate skin.toml frames.npz --engine fixed --out r.npz",
+        "estimate skin.toml frames.npz --engine rtl --out r.npz",
+        "live skin.toml frames.npz --engine fixed",
+    ],
+)
+def test_there_is_no_core(command: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert refusal(capfd, *command.split()).endswith(f"skin.toml: estimator.kind: {NO_CORE}")
+
+
+def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:
+    Path("study.toml").write_text('config = "skin.toml"\n[frames]\ntrain = 10\nheld_out = 10\n')
+    assert refusal(capfd, "study", "study.toml", "--out", "out").endswith(
+        "config: a design of the TFRA estimator is needed"
+    )
+
+
+@pytest.mark.parametrize("command", ["estimate skin.toml frames.npz --out r.npz", "live skin.toml frames.npz"])
+def test_weights_that_do_not_fit(command: str, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("skin.toml").write_text((CONFIG + ESTIMATOR).replace("thickness_mm = 3", "thickness_mm = 3.5"))
+    expected = "lab/w.npz: sensor.thickness_mm: is trained for 3, CONFIG has 3.5: run tfra train again"
+    assert refusal(capfd, *command.split()).endswith(expected)
+    Path("lab/w.npz").write_bytes(Path("lab/w.npz").read_bytes()[:1000])
+    assert "lab/w.npz: is not a readable .npz file" in refusal(capfd, *command.split())
+    Path("lab/w.npz").unlink()
+    assert refusal(capfd, *command.split()).endswith("lab/w.npz: cannot be read: No such file or directory")
