@@ -33,6 +33,8 @@ MEAN, SQUARE = 0.9, 0.999
 CHUNKS, VALIDATION = 256, 8
 """Covers of the training's pool and of the validation set's."""
 
+COVERS = CHUNKS + VALIDATION
+
 CHECK = 500
 """Steps between two looks at the validation set."""
 
@@ -44,17 +46,7 @@ _LOADS, _CHECKS, _START, _STEP = range(4)
 
 
 class DivergedError(ArithmeticError):
-    """The loss is not a finite number."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What determines the weights: the sensor, C1 and C2, the steps, and the seed."""
-
-    sensor: SensorArray
-    counts: tuple[int, int]
-    steps: int
-    seed: int
+    """The loss is no longer a finite number; the message says after how many steps."""
 
 
 @dataclass
@@ -72,56 +64,53 @@ class State:
     loss: float = 0.0
     curve: list[tuple[int, float, float]] = field(default_factory=list)
 
-    @classmethod
-    def first(cls, plan: Plan) -> State:
-        """The state before the first step."""
-        vector = Shape.of(plan.sensor, plan.counts).start(np.random.default_rng((plan.seed, _START)))
-        return cls(vector, np.zeros_like(vector), np.zeros_like(vector), vector.copy())
-
     def patient(self, steps: int) -> bool:
         """Whether the best look is recent."""
         return not self.curve or self.step - min(self.curve, key=lambda row: row[2])[0] <= PATIENCE * steps
 
 
 class Trainer:
-    """A training with its frames; ``advance(k)`` is called when k of ``CHUNKS + VALIDATION`` covers are finished."""
+    """The frames of a training of C1, C2 = ``counts``; ``advance(1)`` is called for each of ``COVERS`` covers."""
 
-    def __init__(self, plan: Plan, advance: Callable[[int], None]) -> None:
-        self.plan = plan
-        self._shape = Shape.of(plan.sensor, plan.counts)
+    def __init__(self, sensor: SensorArray, counts: tuple[int, int], seed: int, advance: Callable[[int], None]) -> None:
+        self.shape = Shape.of(sensor, counts)
+        self._seed = seed
         with threadpool_limits(1):
-            self._pool = Pool.made(plan.sensor, CHUNKS, (plan.seed, _LOADS), advance)
-            checks = Pool.made(plan.sensor, VALIDATION, (plan.seed, _CHECKS), advance)
-        self._validation = _batch(checks, len(checks.responses), np.random.default_rng((plan.seed, _CHECKS)))
+            self._pool = Pool.made(sensor, CHUNKS, (seed, _LOADS), advance)
+            checks = Pool.made(sensor, VALIDATION, (seed, _CHECKS), advance)
+        self._validation = _batch(checks, len(checks.responses), np.random.default_rng((seed, _CHECKS)))
 
-    def run(self, state: State, report: Callable[[State], None]) -> None:
-        """Train ``state`` to the plan's end, or until the validation set shows no progress for long.
+    def first(self) -> State:
+        """The state before the first step."""
+        vector = self.shape.start(np.random.default_rng((self._seed, _START)))
+        return State(vector, np.zeros_like(vector), np.zeros_like(vector), vector.copy())
+
+    def run(self, steps: int, state: State, report: Callable[[State], None]) -> None:
+        """Train ``state`` until it has done ``steps``, or the validation set has shown no progress for long.
 
         ``report`` sees the state after every step.  Raises ``DivergedError``.
         """
         with threadpool_limits(1), ThreadPoolExecutor(1) as thread:
             following = thread.submit(self._draw, state.step)
-            while state.step < self.plan.steps and state.patient(self.plan.steps):
+            while state.step < steps and state.patient(steps):
                 batch, following = following.result(), thread.submit(self._draw, state.step + 1)
-                self._advance(state, *batch)
-                if state.step % CHECK == 0 or state.step == self.plan.steps:
+                self._advance(steps, state, *batch)
+                if state.step % CHECK == 0 or state.step == steps:
                     self._check(state)
                 report(state)
 
     def seconds(self, steps: int) -> float:
-        """Measure what a step takes, from some ``steps`` of a training that is thrown away."""
-        state, timed = State.first(self.plan), Trainer.__new__(Trainer)
-        timed.__dict__.update(vars(self), plan=Plan(self.plan.sensor, self.plan.counts, steps, self.plan.seed))
+        """Measure what a step takes, from the first ``steps`` of a training that is thrown away."""
         start = time.perf_counter()
-        timed.run(state, lambda state: None)
+        self.run(steps, self.first(), lambda state: None)
         return (time.perf_counter() - start) / steps
 
     def _draw(self, step: int) -> tuple[Singles, Singles]:
-        return _batch(self._pool, BATCH, np.random.default_rng((self.plan.seed, _STEP, step)))
+        return _batch(self._pool, BATCH, np.random.default_rng((self._seed, _STEP, step)))
 
-    def _advance(self, state: State, n: Singles, forces: Singles) -> None:
-        loss, dense = loss_and_gradient(self._shape.spread(state.vector), n, forces)
-        gradient = self._shape.gather(dense) / np.float32(BATCH)
+    def _advance(self, steps: int, state: State, n: Singles, forces: Singles) -> None:
+        loss, dense = loss_and_gradient(self.shape.spread(state.vector), n, forces)
+        gradient = self.shape.gather(dense) / np.float32(BATCH)
         if not (math.isfinite(loss) and np.isfinite(gradient).all()):
             raise DivergedError(f"the loss is not a number after {state.step} steps")
         state.step += 1
@@ -129,11 +118,11 @@ class Trainer:
         state.mean += np.float32(1 - MEAN) * (gradient - state.mean)
         state.square += np.float32(1 - SQUARE) * (gradient * gradient - state.square)
         mean, square = state.mean / (1 - MEAN**state.step), state.square / (1 - SQUARE**state.step)
-        state.vector -= np.float32(_rate(state.step, self.plan.steps)) * mean / (np.sqrt(square) + np.float32(1e-8))
+        state.vector -= np.float32(_rate(state.step, steps)) * mean / (np.sqrt(square) + np.float32(1e-8))
 
     def _check(self, state: State) -> None:
         n, forces = self._validation
-        found = outputs(self._shape.spread(state.vector), n)
+        found = outputs(self.shape.spread(state.vector), n)
         error = np.linalg.norm(found - forces, axis=1) / np.linalg.norm(forces, axis=1)
         since = state.step - (state.curve[-1][0] if state.curve else 0)
         if all(error.mean() < row[2] for row in state.curve):
