@@ -52,7 +52,7 @@ class Resultants:
 
 
 def held_out(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> dict[str, float]:
-    """Return median and 95th percentile of every error in ``TABLE`` at every noise, by names like ``mu_95_at_0.001``."""
+    """Return median and 95th percentile of every error of ``TABLE`` at every noise, named like ``mu_95_at_0.001``."""
     contacts, exact, noise = _frames(sensor, count, SEED)
     truth = Resultants(np.array([contact.force for contact in contacts]))
     found = {}

@@ -24,8 +24,8 @@ from tfra.train.simulator import Singles
 
 BATCH = 512
 
-RATE, WARM = 3e-3, 500
-"""Largest learning rate, and the steps until it is reached."""
+RATE, WARM = 0.01, 500
+"""Largest learning rate, relative to each parameter's typical size, and the steps until it is reached."""
 
 MEAN, SQUARE = 0.9, 0.999
 """Decay rates of Adam's moments."""
@@ -74,6 +74,7 @@ class Trainer:
 
     def __init__(self, sensor: SensorArray, counts: tuple[int, int], seed: int, advance: Callable[[int], None]) -> None:
         self.shape = Shape.of(sensor, counts)
+        self._scale = self.shape.scale
         self._seed = seed
         with threadpool_limits(1):
             self._pool = Pool.made(sensor, CHUNKS, (seed, _LOADS), advance)
@@ -109,7 +110,8 @@ class Trainer:
         return _batch(self._pool, BATCH, np.random.default_rng((self._seed, _STEP, step)))
 
     def _advance(self, steps: int, state: State, n: Singles, forces: Singles) -> None:
-        loss, dense = loss_and_gradient(self.shape.spread(state.vector), n, forces)
+        with np.errstate(all="ignore"):  # what is not finite is told below
+            loss, dense = loss_and_gradient(self.shape.spread(state.vector), n, forces)
         gradient = self.shape.gather(dense) / np.float32(BATCH)
         if not (math.isfinite(loss) and np.isfinite(gradient).all()):
             raise DivergedError(f"the loss is not a number after {state.step} steps")
@@ -118,7 +120,8 @@ class Trainer:
         state.mean += np.float32(1 - MEAN) * (gradient - state.mean)
         state.square += np.float32(1 - SQUARE) * (gradient * gradient - state.square)
         mean, square = state.mean / (1 - MEAN**state.step), state.square / (1 - SQUARE**state.step)
-        state.vector -= np.float32(_rate(state.step, steps)) * mean / (np.sqrt(square) + np.float32(1e-8))
+        rate = np.float32(_rate(state.step, steps)) * self._scale
+        state.vector -= rate * mean / (np.sqrt(square) + np.float32(1e-8))
 
     def _check(self, state: State) -> None:
         n, forces = self._validation

@@ -71,15 +71,17 @@ class Shape:
         """The parameters as ``Weights``."""
         return Weights(**{name: part.astype(np.float64) for name, part in self.split(vector).items()})
 
-    def start(self, rng: np.random.Generator) -> Singles:
-        """Random parameters: He's for the layers, small ones for the read-outs."""
-        vector = np.empty(self.length, np.float32)
+    @property
+    def scale(self) -> Singles:
+        """Typical size of every parameter: He's for the layers, whose input is a frame over the sum of its magnitudes."""
         c1, c2 = self.counts
         taxels = self.mirrored.shape[1]
-        spread = {"first": 4.0, "second": np.sqrt(2 / (4 * c1)), "read2": 0.1 / np.sqrt(c2), "read1": 0.1 / np.sqrt(c1)}
-        for name, part in self.split(vector).items():
-            part[:] = rng.standard_normal(part.shape) * spread.get(name, 1 / np.sqrt(taxels))
-        return vector
+        sizes = 4.0, np.sqrt(2 / (4 * c1)), 1 / np.sqrt(4 * c2), 1 / np.sqrt(4 * c1), 1 / np.sqrt(taxels)
+        return np.repeat(np.array(sizes, np.float32), [int(np.prod(size)) for size in self.sizes.values()])
+
+    def start(self, rng: np.random.Generator) -> Singles:
+        """Random parameters of these sizes."""
+        return self.scale * rng.standard_normal(self.length, np.float32)
 
     def spread(self, vector: Singles) -> Dense:
         """Spread the parameters over the mirrors."""
