@@ -73,7 +73,7 @@ class Shape:
 
     @property
     def scale(self) -> Singles:
-        """Typical size of every parameter: He's for the layers, whose input is a frame over the sum of its magnitudes."""
+        """Typical size of every parameter: He's for the layers, for frames over the sum of their magnitudes."""
         c1, c2 = self.counts
         taxels = self.mirrored.shape[1]
         sizes = 4.0, np.sqrt(2 / (4 * c1)), 1 / np.sqrt(4 * c2), 1 / np.sqrt(4 * c1), 1 / np.sqrt(taxels)

@@ -27,7 +27,7 @@ ROTATED, TILTED = 0.4, 0.3
 POWERS = (0.0, 0.5, 1.0, 2.0)
 """Exponents a of half of the loads; those of the other half lie anywhere between the first and the last."""
 
-CONTINUED, AREA = 0.35, 0.35
+CONTINUED, AREA = 0.25, 0.25
 """Shares of the covers that continue beyond the array, and of those whose taxels average over their cells."""
 
 MARGIN = 3.0
