@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ from tfra.codegen.weightsfile import Trained, read_weights
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.errors import InputError
+from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.train import errors, loop
 from tfra.train import run as running
@@ -256,3 +257,18 @@ def test_a_killed_training_goes_on(config: Path) -> None:
     other = out.with_name("other.npz")
     subprocess.run([*words, "--channels", "6", "4", "--out", str(other)], check=True, capture_output=True)
     assert same(read_weights(out, SENSOR), read_weights(other, SENSOR))
+
+
+def test_the_weights_of_the_example_are_as_good_as_stated() -> None:
+    """Its held-out errors are those in the file, and they are small; other contacts of another seed agree."""
+    file = Path(__file__).parents[2] / "examples" / "hertz_40x20.weights.npz"
+    sensor = SensorArray(10, 10, 4e-3, 2e-3, 3e-3)
+    trained = read_weights(file, sensor)
+    network = Network(sensor, trained.weights)
+    assert file.stat().st_size < 200_000
+    assert errors.held_out(sensor, network) == pytest.approx(dict(trained.held_out), rel=1e-3)  # stored in float32
+    assert errors.threshold(sensor, network) == pytest.approx(trained.threshold, rel=1e-3)
+    assert trained.held_out["mu_50_at_0.001"] < 0.03
+    assert trained.held_out["force_percent_95_at_0.001"] < 12
+    blind = Network(sensor, replace(trained.weights, second=0 * trained.weights.second))
+    assert errors.held_out(sensor, blind, 200)["mu_50_at_0.001"] > 0.1
