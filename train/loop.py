@@ -24,7 +24,7 @@ from tfra.train.simulator import Singles
 
 BATCH = 512
 
-RATE, WARM = 0.01, 500
+RATE, WARM = 0.05, 500
 """Largest learning rate, relative to each parameter's typical size, and the steps until it is reached."""
 
 MEAN, SQUARE = 0.9, 0.999
