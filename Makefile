@@ -41,7 +41,7 @@
 # constraints.txt, and from Debian (python3-venv, iverilog, chromium): as root it is installed, otherwise the command
 # is shown.
 
-PACKAGES := model hdl codegen sim synth study view cli paper
+PACKAGES := model hdl codegen sim synth study train view cli paper
 VENV := .venv
 READY := $(VENV)/ready
 TYPES := build/types/tfra

@@ -61,9 +61,9 @@ PageFile = Annotated[
 
 
 class Advance(Protocol):
-    """Counts finished ``pieces``; ``total`` sets their number, if it was unknown before."""
+    """Counts finished ``pieces``; ``total`` sets their number and ``title`` their name, if they were unknown before."""
 
-    def __call__(self, pieces: int, total: int | None = None) -> None: ...
+    def __call__(self, pieces: int, total: int | None = None, title: str | None = None) -> None: ...
 
 
 @contextmanager
@@ -83,8 +83,8 @@ def progress(title: str, total: int | None = None) -> Iterator[Advance]:
     timer.daemon = True
     timer.start()
 
-    def advance(pieces: int, total: int | None = None) -> None:
-        bar.update(task, advance=pieces, total=total)  # None changes nothing
+    def advance(pieces: int, total: int | None = None, title: str | None = None) -> None:
+        bar.update(task, advance=pieces, total=total, description=title)  # None changes nothing
 
     try:
         yield advance
@@ -101,8 +101,8 @@ class _Lines:
         self._title, self._total, self._done = title, total, 0
         self._begun = self._said = time.monotonic()
 
-    def __call__(self, pieces: int, total: int | None = None) -> None:
-        self._done, self._total = self._done + pieces, total or self._total
+    def __call__(self, pieces: int, total: int | None = None, title: str | None = None) -> None:
+        self._done, self._total, self._title = self._done + pieces, total or self._total, title or self._title
         now = time.monotonic()
         if not self._total or now - self._said < INTERVAL or self._done == 0:
             return

@@ -21,6 +21,7 @@ from tfra.cli.paper import paper
 from tfra.cli.size import size
 from tfra.cli.study import study
 from tfra.cli.synth import synth
+from tfra.cli.train import train
 from tfra.cli.verify import verify
 from tfra.cli.view import view
 from tfra.codegen.processes import Stopped, stoppable
@@ -39,6 +40,10 @@ EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
         "tfra estimate examples/hertz_40x20.toml frames.npz --engine fixed --out forces.npz --json",
         "tfra estimate sensor.toml recording.csv --compression positive --out forces.npz",
         "tfra estimate sensor.toml recording.txt --unit kPa --skip-columns 1 --tare-frames 50 --out forces.csv",
+    ),
+    train: (
+        "tfra train examples/hertz_40x20.toml --out weights.npz",
+        "tfra train sensor.toml --out weights.npz --minutes 30 --channels 64 32 --seed 7",
     ),
     view: (
         "tfra view forces.npz --out page.html",

@@ -6,26 +6,20 @@ to one state of the sources, since others might compute different results.
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 
-from tfra.codegen.inputfile import opened
-from tfra.model.errors import InputError
-from tfra.model.scratch import locked, writing
+from tfra.codegen.pieces import Pieces, put
+from tfra.codegen.workfolder import held
 from tfra.sim.run import digest
 from tfra.study.frames.frameset import Definition, FrameSet
-from tfra.study.pieces import Pieces, put
 from tfra.study.search.trials import sqlite
 from tfra.study.tasks import Task
 from tfra.study.workers import fingerprint
 
 PARTIAL = "partial.html"
-_ABOUT = "study.json"
 
 
 @dataclass(frozen=True)
@@ -61,29 +55,5 @@ def opened_work(folder: Path) -> Iterator[Work]:
 
     Raises ``InputError`` where it has other contents, is of other sources, or is held by another run.
     """
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-        empty = not os.listdir(folder)
-    if empty:
-        content = {"generator": f"tfra {version('tfra')}", "sources": fingerprint()}
-        put(folder, _ABOUT, (json.dumps(content, indent=1) + "\n").encode())
-    _require_own(folder)
-    with locked(folder, "study", wait=False) as held:
-        if not held:
-            raise InputError(folder, "", "is held by another run: wait for it, or choose another folder by --work")
+    with held(folder, "study", fingerprint()):
         yield Work(folder)
-
-
-def _require_own(folder: Path) -> None:
-    try:
-        with opened(folder / _ABOUT) as stream:
-            about = json.loads(stream.read())
-        generator, sources = str(about["generator"]), about["sources"]
-    except (InputError, ValueError, LookupError, TypeError, RecursionError):
-        reason = "is not the folder of a study: choose another one by --work"
-        raise InputError(folder, "", reason) from None
-    if sources != fingerprint():
-        reason = (
-            f"has frames and trials of {generator} with other sources, which are kept: choose another one by --work"
-        )
-        raise InputError(folder, "", reason)

@@ -18,7 +18,7 @@ from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.sensor import SensorArray
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "view", "library", "cli", "paper", "bench")
+PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "train", "view", "library", "cli", "paper", "bench")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 PICTURE = "<!-- rooms -->\n"

@@ -19,6 +19,7 @@ from typing import Any
 
 from tfra.codegen.cover import LayerSpec
 from tfra.codegen.inputfile import opened
+from tfra.codegen.pieces import Pieces, put
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.errors import InputError
@@ -29,7 +30,6 @@ from tfra.study.frames.block import BLOCK, Block, Part, Stream, generator
 from tfra.study.frames.mixture import Mixture
 from tfra.study.frames.recording import Recording
 from tfra.study.frames.schema import FramesSection
-from tfra.study.pieces import Pieces, put
 
 _DEFINITION = "definition.json"
 

@@ -77,7 +77,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 def test_help_lists_the_commands_and_an_example(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> None:
     assert main(arguments) == 0
     text = capsys.readouterr().out
-    for command in ("frames", "estimate", "view", "live", "generate", "verify", "synth", "paper", "study"):
+    for command in ("frames", "estimate", "view", "live", "generate", "verify", "synth", "paper", "study", "train"):
         assert f"│ {command} " in text
     assert "tfra frames examples/hertz_40x20.toml --out frames.npz" in text
 

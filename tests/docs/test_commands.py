@@ -34,7 +34,7 @@ PLACEHOLDERS = {
 }
 """What a page leaves to the reader, and a value of it."""
 
-LONG = {"synth", "study", "paper", "live"}
+LONG = {"synth", "study", "paper", "live", "train"}
 """Commands of which only the arguments are checked here, since they take minutes or never end: other tests run them."""
 
 TASTE = re.compile(r"COMMAND|…|\.\.\.|: ")

@@ -260,7 +260,7 @@ def test_a_folder_of_other_sources(place: Path, report: Path, tmp_path: Path) ->
     about = tmp_path / "work" / "study.json"
     about.write_text(about.read_text().replace('"sources": "', '"sources": "0'))
     said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
-    assert "work: has frames and trials of tfra 0.1.0 with other sources, which are kept: choose another" in said
+    assert "work: has work of tfra 0.1.0 with other sources, which is kept: choose another" in said
 
 
 def test_a_folder_that_is_in_use(place: Path, report: Path, tmp_path: Path) -> None:

@@ -1,0 +1,274 @@
+"""Trainings: seeds, continuation, early stop, divergence, the working folder, and the command."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import astuple, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tfra.cli.main import main
+from tfra.codegen.weightsfile import Trained, read_weights
+from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import random_contacts
+from tfra.model.errors import InputError
+from tfra.model.learned.network import Network
+from tfra.model.sensor import SensorArray
+from tfra.train import errors, loop
+from tfra.train import run as running
+from tfra.train.loop import DivergedError, State, Trainer
+from tfra.train.run import Advance, Budget, run
+from tfra.train.work import opened_work
+
+SENSOR = SensorArray(4, 5, 2e-3, 2e-3, 2e-3)
+BUDGET = Budget((6, 4), 3, steps=60)
+CONFIG = "[sensor]\nrows = 4\ncolumns = 5\npitch_x_mm = 2\npitch_y_mm = 2\nthickness_mm = 2\n"
+
+
+class Cut(Exception):
+    """An interruption."""
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module, name, value in (
+        (loop, "CHUNKS", 4), (loop, "VALIDATION", 1), (loop, "CHECK", 20), (loop, "WARM", 10),
+        (loop, "PATIENCE", 1.0), (running, "SAVE_EVERY", 0.0), (running, "TRIED", 20),
+    ):  # fmt: skip
+        monkeypatch.setattr(module, name, value)
+
+
+def trainer(seed: int = 3) -> Trainer:
+    return Trainer(SENSOR, (6, 4), seed, lambda pieces: None)
+
+
+def nothing(state: State) -> None: ...
+
+
+@contextmanager
+def silent(stage: str, pieces: int, there: int) -> Iterator[Advance]:
+    yield lambda pieces, state=None: None
+
+
+def cutting(after: int) -> running.Reporter:
+    @contextmanager
+    def reporter(stage: str, pieces: int, there: int) -> Iterator[Advance]:
+        def advance(pieces: int, state: State | None = None) -> None:
+            if state is not None and state.step == after:
+                raise Cut
+
+        yield advance
+
+    return reporter
+
+
+def same(left: Trained, right: Trained) -> bool:
+    return all(np.array_equal(a, b) for a, b in zip(astuple(left.weights), astuple(right.weights), strict=True))
+
+
+def complaint(folder: Path, budget: Budget = BUDGET) -> str:
+    with pytest.raises(InputError) as caught:
+        run(SENSOR, budget, folder, silent)
+    return str(caught.value).replace(f"{folder.parent}/", "")
+
+
+def test_a_short_training_halves_the_loss() -> None:
+    taught = trainer()
+    state = taught.first()
+    taught.run(600, state, nothing)
+    steps, losses, checks = zip(*state.curve, strict=True)
+    assert steps == tuple(range(20, 601, 20))
+    assert losses[-1] < losses[0] / 2
+    assert checks[-1] < 0.5
+
+
+def test_a_seed_makes_the_weights() -> None:
+    found = []
+    for seed in (3, 3, 4):
+        state = trainer(seed).first()
+        trainer(seed).run(30, state, nothing)
+        found.append(state.vector)
+    assert np.array_equal(found[0], found[1])
+    assert not np.array_equal(found[0], found[2])
+
+
+@pytest.mark.parametrize("after", [1, 33, 60])
+def test_an_interrupted_training_goes_on_to_the_same_weights(tmp_path: Path, after: int) -> None:
+    whole = run(SENSOR, BUDGET, tmp_path / "whole", silent)
+    with pytest.raises(Cut):
+        run(SENSOR, BUDGET, tmp_path / "cut", cutting(after))
+    again = run(SENSOR, BUDGET, tmp_path / "cut", silent)
+    assert same(whole, again)
+    assert np.array_equal(whole.curve, again.curve)
+    assert whole.held_out == again.held_out
+
+
+def test_minutes_become_steps_once(tmp_path: Path) -> None:
+    budget = Budget((6, 4), 3, minutes=0.005)
+    with pytest.raises(Cut):
+        run(SENSOR, budget, tmp_path / "w", cutting(2))
+    begun = run(SENSOR, budget, tmp_path / "w", silent)
+    steps = int(str(begun.prior["training.steps"]))
+    assert steps >= 20
+    assert same(begun, run(SENSOR, Budget((6, 4), 3, steps=steps), tmp_path / "w", silent))
+
+
+def test_the_best_look_is_kept_and_a_training_without_progress_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    taught = trainer()
+    state = taught.first()
+    monkeypatch.setattr(loop, "PATIENCE", 0.1)
+    monkeypatch.setattr(loop, "RATE", 0.0)  # so that nothing changes
+    taught.run(1000, state, nothing)
+    assert state.step == 20 + 100 + 1  # the first look, and the patience is over
+    assert np.array_equal(state.best, taught.first().vector)
+
+
+def test_a_loss_that_is_no_number_ends_the_training(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(loop, "RATE", 1e30)
+    with pytest.raises(DivergedError, match=r"the loss is not a number after [0-9]+ steps"):
+        run(SENSOR, BUDGET, tmp_path / "w", silent)
+
+
+def test_a_damaged_state_is_refused(tmp_path: Path) -> None:
+    run(SENSOR, BUDGET, tmp_path / "w", silent)
+    (file,) = (tmp_path / "w").glob("*.state")
+    data = bytearray(file.read_bytes())
+    data[-40] ^= 1
+    file.write_bytes(data)
+    assert complaint(tmp_path / "w") == f"w/{file.name}: is not as it was written: remove it, to begin again"
+    file.unlink()
+    run(SENSOR, BUDGET, tmp_path / "w", silent)
+
+
+def test_a_folder_of_others(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes").write_text("mine")
+    assert complaint(tmp_path / "mine") == "mine: is not the folder of a training: choose another one by --work"
+    with opened_work(tmp_path / "w"):
+        held = "w: is held by another run: wait for it, or choose another folder by --work"
+        assert complaint(tmp_path / "w") == held
+    about = tmp_path / "w" / "training.json"
+    about.write_text(about.read_text().replace('"sources": "', '"sources": "0'))
+    assert "with other sources, which is kept: choose another one by --work" in complaint(tmp_path / "w")
+
+
+def test_held_out_errors_are_those_of_the_exact_series() -> None:
+    """An estimate that knows the truth has no error, one that is off by a tenth has a tenth."""
+    contacts = random_contacts(SENSOR, 50, np.random.default_rng(errors.SEED))
+    truth = np.array([contact.force for contact in contacts])
+    exact = frames(SENSOR, contacts).reshape(50, -1) * SENSOR.taxel_area
+
+    def knows(n: np.ndarray) -> np.ndarray:
+        assert np.abs(n - exact).max() <= 0.06 * np.abs(exact).max()
+        return truth
+
+    assert set(errors.held_out(SENSOR, knows, 50).values()) == {0.0}
+    found = errors.held_out(SENSOR, lambda n: 1.1 * truth, 50)
+    assert found["force_percent_95_at_0.01"] == pytest.approx(10.0)
+    assert found["mu_50_at_0"] == pytest.approx(0.0, abs=1e-12)
+    pushed = errors.held_out(SENSOR, lambda n: truth * [1, 1, 0.5], 50)
+    assert pushed["mu_50_at_0"] == pytest.approx(float(np.median(np.hypot(*truth.T[:2]) / 5.0)))
+
+
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    file = tmp_path / "sensor.toml"
+    file.write_text(CONFIG)
+    return file
+
+
+def test_the_command(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = config.parent / "weights.npz"
+    words = ["train", str(config), "--out", str(out), "--steps", "40", "--channels", "6", "4", "--seed", "3"]
+    assert main(words) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[1].startswith("held-out errors at 0.1 % noise, median / 95 %: mu ")
+    assert said[-1] == f"{out}: 6/4 units, 40 steps"
+    trained = read_weights(out, SENSOR)
+    assert trained.weights.counts == (6, 4)
+    assert trained.curve[:, 0].tolist() == [20.0, 40.0]
+    assert (trained.prior["training.seed"], trained.prior["training.steps"]) == (3, 40)
+    before = out.read_bytes()
+    assert main([*words, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["held_out"] == trained.held_out
+    assert out.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--steps", "5", "--minutes", "1"], "tfra train: --minutes: and --steps exclude each other"),
+        (["--steps", "0"], "should be greater than or equal to 1"),
+        (["--channels", "0", "4"], "should be greater than or equal to 1"),
+        (["--seed", "-1"], "should be greater than or equal to 0"),
+    ],
+)
+def test_bad_options(config: Path, capsys: pytest.CaptureFixture[str], more: list[str], said: str) -> None:
+    assert main(["train", str(config), "--out", str(config.parent / "w.npz"), *more]) == 2
+    told = capsys.readouterr().err
+    assert said in told
+    assert len(told.splitlines()) == 1
+    assert sorted(file.name for file in config.parent.iterdir()) == ["sensor.toml"]
+
+
+def test_a_file_of_somebody_else_is_not_replaced(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = config.parent / "mine.npz"
+    out.write_bytes(b"mine")
+    assert main(["train", str(config), "--out", str(out), "--steps", "5"]) == 2
+    assert "is not replaced" in capsys.readouterr().err
+    assert out.read_bytes() == b"mine"
+
+
+def test_divergence_and_lack_of_memory_are_told_in_a_line(
+    config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    words = ["train", str(config), "--out", str(config.parent / "w.npz"), "--steps", "50", "--channels", "6", "4"]
+    monkeypatch.setattr(loop, "RATE", 1e30)
+    assert main(words) == 1
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1
+    assert told[0].startswith("tfra train: the loss is not a number after")
+    monkeypatch.setattr(loop, "CHUNKS", 10**10)
+    assert main(words) == 2
+    assert "not enough memory: Unable to allocate" in capsys.readouterr().err
+
+
+@pytest.mark.long
+def test_a_killed_training_goes_on(config: Path) -> None:
+    out = config.parent / "w.npz"
+    words = [sys.executable, "-m", "tfra.cli", "train", str(config), "--out", str(out), "--steps", "15000"]
+    process = subprocess.Popen([*words, "--channels", "6", "4"], stderr=subprocess.DEVNULL)
+    while not list(out.parent.glob("w.npz.work/*.state")):
+        assert process.poll() is None
+        time.sleep(0.05)
+    os.kill(process.pid, signal.SIGKILL)
+    process.wait()
+    assert not out.exists()
+    subprocess.run([*words, "--channels", "6", "4"], check=True, capture_output=True)
+    other = out.with_name("other.npz")
+    subprocess.run([*words, "--channels", "6", "4", "--out", str(other)], check=True, capture_output=True)
+    assert same(read_weights(out, SENSOR), read_weights(other, SENSOR))
+
+
+def test_the_weights_of_the_example_are_as_good_as_stated() -> None:
+    """Its held-out errors are those in the file, and they are small; other contacts of another seed agree."""
+    file = Path(__file__).parents[2] / "examples" / "hertz_40x20.weights.npz"
+    sensor = SensorArray(10, 10, 4e-3, 2e-3, 3e-3)
+    trained = read_weights(file, sensor)
+    network = Network(sensor, trained.weights)
+    assert file.stat().st_size < 200_000
+    assert errors.held_out(sensor, network) == pytest.approx(dict(trained.held_out), rel=1e-3)  # stored in float32
+    assert errors.threshold(sensor, network) == pytest.approx(trained.threshold, rel=1e-3)
+    assert trained.held_out["mu_50_at_0.001"] < 0.03
+    assert trained.held_out["force_percent_95_at_0.001"] < 12
+    blind = Network(sensor, replace(trained.weights, second=0 * trained.weights.second))
+    assert errors.held_out(sensor, blind, 200)["mu_50_at_0.001"] > 0.1

@@ -1,0 +1,76 @@
+"""The pool of loads that frames are drawn from: a load's three responses give its frames of any friction.
+
+Mirrored loads would teach nothing, since the network commutes with the mirrors exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfra.model.sensor import SensorArray
+from tfra.train.prior import random_cover, random_loads
+from tfra.train.simulator import Singles, grid_count, responses
+
+CHUNK = 512
+"""Loads on one cover; both contacts of a frame are on the same one."""
+
+FRICTION = 1.05
+"""Largest mu."""
+
+PAIRED, LIGHTEST = 0.12, 0.2
+"""Share of frames with two contacts, and the smallest ratio of their normal forces."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pool:
+    """Responses ``(n, 3, m)`` of loads to unit forces, n a multiple of ``CHUNK``."""
+
+    responses: Singles
+
+    @classmethod
+    def made(cls, sensor: SensorArray, chunks: int, seed: tuple[int, ...], advance: Callable[[int], None]) -> Pool:
+        """Loads of ``chunks`` covers; each chunk follows from ``seed`` and its number, on any number of threads."""
+        held = np.empty((chunks * CHUNK, 3, sensor.taxels), np.float32)
+
+        def fill(number: int) -> None:
+            held[number * CHUNK : (number + 1) * CHUNK] = _chunk(sensor, (*seed, number))
+
+        with ThreadPoolExecutor(2) as threads:
+            for _ in threads.map(fill, range(chunks)):
+                advance(1)
+        return cls(held)
+
+    def draw(self, count: int, rng: np.random.Generator) -> tuple[Singles, Singles]:
+        """Return random frames ``(count, m)``, the normal force at every taxel, and their resultants ``(count, 3)``, N.
+
+        The first contact of each has F_z = -1 N.
+        """
+        first = rng.integers(len(self.responses), size=count)
+        forces = _forces(count, rng)
+        frames = self._frames(first, forces)
+        two = np.flatnonzero(rng.random(count) < PAIRED)
+        second = first[two] // CHUNK * CHUNK + rng.integers(CHUNK, size=len(two))
+        added = _forces(len(two), rng) * rng.uniform(LIGHTEST, 1.0, (len(two), 1)).astype(np.float32)
+        frames[two] += self._frames(second, added)
+        forces[two] += added
+        return frames, forces
+
+    def _frames(self, which: np.typing.NDArray[np.int64], forces: Singles) -> Singles:
+        units = forces * np.array([1, 1, -1], np.float32)
+        return np.asarray((units[:, None] @ self.responses[which])[:, 0])
+
+
+def _forces(count: int, rng: np.random.Generator) -> Singles:
+    mu, phi = rng.uniform(0.0, FRICTION, count), rng.uniform(0.0, 2 * np.pi, count)
+    return np.stack([mu * np.cos(phi), mu * np.sin(phi), -np.ones(count)], axis=1).astype(np.float32)
+
+
+def _chunk(sensor: SensorArray, seed: tuple[int, ...]) -> Singles:
+    rng = np.random.default_rng(seed)
+    cover, loads = random_cover(sensor, rng), random_loads(sensor, CHUNK, rng)
+    points = grid_count(float(2 * loads.reach.max()), cover.layer.thickness)
+    return responses(sensor, cover, loads.grids(points)).reshape(CHUNK, 3, -1)

@@ -1,0 +1,109 @@
+"""The prior of the training: random pressures, places, frictions and covers.
+
+A pressure is a power law on an ellipse, (1 - u^2 - v^2)^a, or on a rectangle, ((1 - u^2) (1 - v^2))^a, in coordinates
+that are scaled by the half sizes and may be rotated.  a = 0 is flat, and a = 1/2 is Hertz's or the rounded one.  Some
+pressures are tilted: they grow linearly across the footprint.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfra.model.arrays import Bools, Floats
+from tfra.model.cover.layer import ElasticLayer
+from tfra.model.sensor import SensorArray
+from tfra.train.simulator import Cover, Grids
+
+SMALLEST, LARGEST = 0.3, 3.0
+"""Half sizes, in pitches; up to ``SHARE`` of the block's side where that is more."""
+
+SHARE = 0.3
+
+ROTATED, TILTED = 0.4, 0.3
+"""Shares of the loads."""
+
+POWERS = (0.0, 0.5, 1.0, 2.0)
+"""Exponents a of half of the loads; those of the other half lie anywhere between the first and the last."""
+
+CONTINUED, AREA = 0.25, 0.25
+"""Shares of the covers that continue beyond the array, and of those whose taxels average over their cells."""
+
+MARGIN = 3.0
+"""How far a cover continues, in thicknesses: rollers there change nothing."""
+
+THICKNESS, POISSON = 0.03, (0.45, 0.49)
+"""Largest relative deviation of the thickness, and limits of nu."""
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """Pressures by their parameters; lengths in m.
+
+    ``center``, ``half`` and ``tilt`` have shape ``(n, 2)``; ``angle`` (rad), ``power`` and ``square`` have ``(n,)``.  A
+    square footprint is a rectangle, any other an ellipse.  ``tilt`` is the relative growth from the centre to the edge.
+    """
+
+    center: Floats
+    half: Floats
+    angle: Floats
+    power: Floats
+    square: Bools
+    tilt: Floats
+
+    @property
+    def reach(self) -> Floats:
+        """Half sides of the upright rectangle about each footprint, ``(n, 2)``."""
+        return _reach(self.half, self.angle, self.square)
+
+    def grids(self, count: int) -> Grids:
+        """Each load as the shares of ``count x count`` cells of that rectangle."""
+        middles = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
+        across, along = (self.reach[:, axis, None] * middles for axis in (0, 1))
+        cos, sin = np.cos(self.angle)[:, None, None], np.sin(self.angle)[:, None, None]
+        x, y = across[:, None, :], along[:, :, None]
+        u = (cos * x + sin * y) / self.half[:, 0, None, None]
+        v = (cos * y - sin * x) / self.half[:, 1, None, None]
+        inside = np.where(self.square[:, None, None], (1 - u * u) * (1 - v * v), 1 - u * u - v * v)
+        within = (np.abs(u) < 1) & (np.abs(v) < 1) & (inside > 0)
+        pressure = within * np.maximum(inside, 0.0) ** self.power[:, None, None]
+        pressure *= np.maximum(1 + self.tilt[:, 0, None, None] * u + self.tilt[:, 1, None, None] * v, 0.0)
+        shares = pressure / pressure.sum(axis=(1, 2), keepdims=True)
+        return Grids(self.center[:, :1] + across, self.center[:, 1:] + along, shares)
+
+
+def _reach(half: Floats, angle: Floats, square: Bools) -> Floats:
+    cos, sin = np.abs(np.cos(angle)), np.abs(np.sin(angle))
+    ways = np.stack([np.stack([half[:, 0] * cos, half[:, 1] * sin]), np.stack([half[:, 0] * sin, half[:, 1] * cos])])
+    return np.asarray(np.where(square, ways.sum(axis=1), np.hypot(ways[:, 0], ways[:, 1])).T)
+
+
+def random_loads(sensor: SensorArray, count: int, rng: np.random.Generator) -> Loads:
+    """Loads anywhere on the block of ``sensor``."""
+    pitch, block = np.array([sensor.pitch_x, sensor.pitch_y]), np.array([sensor.size_x, sensor.size_y])
+    half = rng.uniform(SMALLEST * pitch, np.maximum(LARGEST * pitch, SHARE * block), size=(count, 2))
+    angle = rng.uniform(0.0, np.pi, count) * (rng.random(count) < ROTATED)
+    power = np.where(rng.random(count) < 0.5, rng.choice(POWERS, count), rng.uniform(POWERS[0], POWERS[-1], count))
+    square = rng.random(count) < 0.5
+    tilt = rng.uniform(-1.0, 1.0, (count, 2)) * (rng.random((count, 1)) < TILTED)
+    reach = _reach(half, angle, square)
+    shrunk = np.minimum(1.0, 0.45 * block / reach).min(axis=1, keepdims=True)
+    free = block / 2 - shrunk * reach
+    center = (block - pitch) / 2 + rng.uniform(-1.0, 1.0, (count, 2)) * free
+    return Loads(center, shrunk * half, angle, power, square, tilt)
+
+
+def random_cover(sensor: SensorArray, rng: np.random.Generator) -> Cover:
+    """A cover of either side condition, with taxels that sample or average."""
+    thickness = sensor.thickness * (1 + rng.uniform(-THICKNESS, THICKNESS))
+    margin = MARGIN * thickness * (rng.random() < CONTINUED)
+    layer = ElasticLayer(
+        sensor.size_x + 2 * margin,
+        sensor.size_y + 2 * margin,
+        thickness,
+        rng.uniform(*POISSON),
+        -sensor.pitch_x / 2 - margin,
+        -sensor.pitch_y / 2 - margin,
+    )
+    return Cover(layer, (sensor.pitch_x, sensor.pitch_y) if rng.random() < AREA else (0.0, 0.0))
