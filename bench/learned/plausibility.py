@@ -118,7 +118,7 @@ def fine_residual(sensor: SensorArray, stress: Floats, mu_x: Floats, mu_y: Float
     left = []
     for b, along_x, along_y in zip(stress.reshape(len(stress), -1), mu_x, mu_y, strict=True):
         matrix = (along_x * x + along_y * y - z) * sensor.taxel_area
-        left.append(nnls(matrix, b / np.linalg.norm(b))[1])
+        left.append(nnls(matrix, b / np.linalg.norm(b), maxiter=30 * matrix.shape[1])[1])
     return np.array(left)
 
 
