@@ -7,9 +7,9 @@ import pytest
 
 from tests.hdl.serial.designs import DESIGNS
 from tfra.hdl.serial.isa import Dest
-from tfra.hdl.serial.program.memory import MemoryMap
 from tfra.hdl.serial.program.routines import label
 from tfra.hdl.serial.program.tfra.frame import ANALYSIS, RESULT, program
+from tfra.hdl.serial.program.tfra.memory import TfraMap
 from tfra.hdl.serial.trace import trace
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.butterfly import butterfly
@@ -17,7 +17,7 @@ from tfra.model.fixed.tfra.pipeline import FixedTfra
 
 DESIGN = DESIGNS["3×4"]
 CODES = contact_codes(DESIGN, 1, seed=6)
-MAP = MemoryMap(DESIGN)
+MAP = TfraMap(DESIGN)
 Q = DESIGN.quads
 
 

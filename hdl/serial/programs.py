@@ -1,0 +1,17 @@
+"""The programs of the estimators.  Only this module knows which estimators the serial core computes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from tfra.hdl.serial.program.program import Program
+from tfra.hdl.serial.program.tfra.frame import program as tfra
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
+
+_PROGRAMS: dict[type[Design], Callable[[Design], Program]] = {TfraDesign: tfra}
+
+
+def program(design: Design) -> Program:
+    """The program of ``design``; raises ``ValueError`` when it does not fit the memories."""
+    return _PROGRAMS[type(design)](design)
