@@ -95,7 +95,7 @@ def parities(w: Writer, quads: int, products: int) -> None:
         a.sub(Dest.SH, R1, mem(0, 1))
         a.emit(start)
         if groups > 1:
-            a.nop(turn - 2)
+            a.nop(turn - 1 - (groups > 2))  # the loop begins with an instruction, unless it has one iteration
             with a.loop(groups - 1):
                 a.emit(start)
                 a.nop(read - 1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import takewhile
 
-from tfra.hdl.serial.isa import NOTHING, R0, R1, ZERO, Dest, Left, Op, Operand, When, imm
+from tfra.hdl.serial.isa import LIMITED, NOTHING, R0, R1, ZERO, Dest, Left, Op, Operand, When, imm
 from tfra.hdl.serial.program.routines import Writer
 from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.tfra import Status
@@ -32,3 +32,15 @@ def add_bit(w: Writer, bit: Status, left: Operand | Left, fact: Operand, when: W
     a.move(R1, NOTHING)
     a.move(R1, imm(bit), When.F0)
     a.add(R0, R0, R1, when)
+
+
+def last(w: Writer) -> None:
+    """The status word in R0, with OUTPUT_SATURATED, ends the frame; frames without contact keep no limit."""
+    a = w.assembler
+    a.move(R1, imm(-1))
+    a.sub(R1, R1, w.at("limits_kept"))
+    a.op(Op.AND, Dest.NONE, R1, w.at("contact"), flag=1)
+    a.move(R1, LIMITED)
+    a.move(R1, imm(-1), When.F0)
+    add_bit(w, Status.OUTPUT_SATURATED, ZERO, R1)
+    a.move(Dest.LAST, R0)

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tfra.hdl.serial.program import cordic, gain, scaling, words
+from tfra.hdl.serial.program import gain, scaling, words
 from tfra.hdl.serial.program.program import Program, write
 from tfra.hdl.serial.program.tfra import (
+    angle,
     centroids,
     combine,
     dependent,
@@ -56,7 +57,7 @@ ANALYSIS: tuple[Stage, ...] = (
     gain.factors,
     gain.shifts,
     gain.mu,
-    cordic.angle,
+    angle.angle,
 )
 """From a frame's last taxel to its first result word."""
 

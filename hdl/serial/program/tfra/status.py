@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from tfra.hdl.serial.isa import LIMITED, NOTHING, R0, R1, ZERO, Dest, Op, When, imm
+from tfra.hdl.serial.isa import NOTHING, R0, R1, ZERO, When, imm
 from tfra.hdl.serial.program.tfra.memory import TfraWriter
-from tfra.hdl.serial.program.words import add_bit
+from tfra.hdl.serial.program.words import add_bit, last
 from tfra.model.tfra import Status
 
 
@@ -21,10 +21,4 @@ def status(w: TfraWriter) -> None:
     add_bit(w, Status.VANISHING_DENOMINATOR, R1, w.at("determined"), When.F1)
     add_bit(w, Status.DEPENDENT_OUT_OF_RANGE, ZERO, w.at("out_of_range"), When.F1)
     add_bit(w, Status.INPUT_SATURATED, ZERO, w.at("input_saturated"))
-    a.move(R1, imm(-1))
-    a.sub(R1, R1, w.at("limits_kept"))
-    a.op(Op.AND, Dest.NONE, R1, w.at("contact"), flag=1)
-    a.move(R1, LIMITED)
-    a.move(R1, imm(-1), When.F0)
-    add_bit(w, Status.OUTPUT_SATURATED, ZERO, R1)
-    a.move(Dest.LAST, R0)
+    last(w)
