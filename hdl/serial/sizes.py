@@ -51,6 +51,7 @@ def sizes(design: Design, *, word: int, multiplicand: int, multiplier: int) -> S
     word, of a source of MUL and of Y; what the shared stages need is added here.
     """
     w, fmt = design.widths, design.formats
+    left = w.alignment, w.division, fmt.operand + 2, design.adc.bits - 1 + fmt.vector_fraction
     shared = w.accumulator + 1, w.vector + 2, w.division + fmt.operand + 5, 2 * fmt.operand + 3
     return Sizes(
         word=max(word, *shared),
@@ -59,9 +60,9 @@ def sizes(design: Design, *, word: int, multiplicand: int, multiplier: int) -> S
         result=w.output,
         lanes=lane_count(design),
         accumulator=w.accumulator,
-        multiplicand=max(multiplicand, w.division),
+        multiplicand=max(multiplicand, w.division + 1),
         multiplier=max(multiplier, fmt.operand + 1),
-        reach=1 << max(w.division, fmt.operand + 2, design.adc.bits - 1 + fmt.vector_fraction).bit_length(),
+        reach=1 << max(left).bit_length(),
         shift=8,
         quotient=max(fmt.operand + 3, ADDRESS_BITS),
     )

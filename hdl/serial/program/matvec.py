@@ -62,7 +62,8 @@ def product(w: Writer, name: str, words: int, significant: Operand, stride: int)
     table = [word for source in sources for word in (words + source * products, significant.immediate + source)]
     w.assembler.move(Dest.SP, w.const(bases(w.design)[name]))
     w.points(p5=w.map.constants(*table))
-    w.assembler.move(R1, imm(operator.fraction + w.operand - 1))
+    longest = (1 << (w.sizes.shift - 1)) - 1  # where more would be needed, all sums are rounded to zero
+    w.assembler.move(R1, imm(min(operator.fraction + w.operand - 1, longest)))
     w.call(parities, stride, products)
 
 
@@ -95,7 +96,8 @@ def parities(w: Writer, quads: int, products: int) -> None:
         a.sub(Dest.SH, R1, mem(0, 1))
         a.emit(start)
         if groups > 1:
-            a.nop(turn - 1 - (groups > 2))  # the loop begins with an instruction, unless it has one iteration
+            # A loop begins with an instruction.  One iteration needs none, and nothing is stored before it.
+            a.nop(turn - 2 if groups > 2 else max(products, late - read) - 1)
             with a.loop(groups - 1):
                 a.emit(start)
                 a.nop(read - 1)

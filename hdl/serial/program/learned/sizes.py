@@ -15,6 +15,6 @@ def sizes(design: Design) -> Sizes:
     return shared.sizes(
         design,
         word=max(w.vector + THRESHOLD_BITS + 1, w.force + fmt.operand + 2, total_bits(design, w) + 1),
-        multiplicand=max(w.vector, w.force),
+        multiplicand=max(w.vector + 1, w.force),
         multiplier=THRESHOLD_BITS + 1,
     )
