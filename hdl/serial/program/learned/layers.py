@@ -64,8 +64,10 @@ def _units(w: LearnedWriter, name: str) -> None:
 
 
 def _output(w: LearnedWriter, name: str) -> None:
+    """A product's part of the outputs, which have no parity after the last of PLACES."""
+    wanted = 1 + max(parity for _, parity in PLACES)
     w.points(p2=w.map.outputs[name])
-    product(w, name, w.map.operand, w.at("bits", 4), padded(w.design, name))
+    product(w, name, w.map.operand, w.at("bits", 4), padded(w.design, name), wanted)
 
 
 def _place(w: LearnedWriter, name: str, quad: int, parity: int) -> Operand:
