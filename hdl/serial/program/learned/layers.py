@@ -37,7 +37,7 @@ def read(w: LearnedWriter) -> None:
 
 
 def total(w: LearnedWriter) -> None:
-    """F in ``force`` and its uncertainty in ``uncertain``, on the vector grid; zero in frames without contact."""
+    """F in ``force``, and in R0, R1 and R2, and its uncertainty in ``uncertain``; zero in frames without contact."""
     a = w.assembler
     w.set_flag(1, w.at("contact"))
     for register, place in zip((R0, R1, R2, R3), PLACES, strict=True):

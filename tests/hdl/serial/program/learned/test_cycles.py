@@ -60,7 +60,7 @@ def cycles(taxel_forces):
 def test_every_phase(taxel_forces):
     seen, products = cycles(taxel_forces)
     told = rows()
-    assert list(told) == [*PHASES, "frame"]
+    assert list(told) == [*PHASES, "whole frame"]
     for phase, stages in PHASES.items():
         assert told[phase][taxel_forces] == sum(seen[stage] for stage in stages), phase
         if taxel_forces:
@@ -74,7 +74,7 @@ def test_every_stage_is_in_a_phase():
 
 def test_the_frame():
     designs = LEARNED_TEN, replace(LEARNED_TEN, taxel_forces=True)
-    assert rows()["frame"][:2] == [program(design).interval for design in designs]
+    assert rows()["whole frame"][:2] == [program(design).interval for design in designs]
     (latency,) = re.findall(r"first word is ([\d,]+) cycles", PAGE)
     assert int(latency.replace(",", "")) == Serial(LEARNED_TEN).latency
     (instructions, words, store) = re.findall(r"([\d,]+) instructions, ([\d,]+) words of data and ([\d,]+)", PAGE)[0]
