@@ -17,8 +17,6 @@ from tfra.model.errors import InputError
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
     from tfra.model.arrays import Floats, Ints
-    from tfra.model.fixed.learned.design import LearnedDesign
-    from tfra.model.learned.learned import Learned
     from tfra.model.tfra import Result
 
 CHUNK = 512  # frames between two steps of the progress bar
@@ -87,20 +85,10 @@ def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
 
 def double(engine: Engine, project: Project) -> Callable[[Floats], Result]:
     """Return the model of one of the engines ``DOUBLE``: a function of frames ``(n, rows, columns)`` in Pa."""
-    from tfra.model.fixed.learned.design import LearnedDesign
-    from tfra.model.tfra import Tfra
     from tfra.model.two_variable import TwoVariable
 
     design = project.design
-    if engine is Engine.TWO_VARIABLE:
-        return TwoVariable.of(design)
-    return _learned(design) if isinstance(design, LearnedDesign) else Tfra.of(design)
-
-
-def _learned(design: LearnedDesign) -> Learned:
-    from tfra.model.learned.learned import Learned
-
-    return Learned(design.sensor, design.weights, design.threshold, design.adc.threshold * design.adc.lsb)
+    return TwoVariable.of(design) if engine is Engine.TWO_VARIABLE else design.float_model
 
 
 def _fixed(project: Project, codes: Ints, advance: Advance) -> Result:
