@@ -14,7 +14,7 @@ from threading import Condition
 
 import numpy as np
 
-from tfra.codegen.streams import broken
+from tfra.codegen.streams import reason
 from tfra.model.arrays import Floats
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Result
@@ -101,7 +101,7 @@ class Feed:
                     self._changed.notify_all()
             state, said = "ended", ""
         except OSError as error:
-            state, said = "broken", broken(error)
+            state, said = "broken", reason(error)
         with self._changed:
             self._state, self._said = state, said
             self._changed.notify_all()
