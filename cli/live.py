@@ -72,7 +72,7 @@ def live(
     def warn(fault: str) -> None:
         say(f"warning: {InputError(name, '', fault)}")
 
-    feed = Feed(name, engine.value, project.design, estimate)
+    feed = Feed(name, engine.value, project.design, estimate, project.weights is None)
     try:
         with serving(render_live(feed), feed, port) as address:
             with progress(f"getting the {engine.value} engine ready"):

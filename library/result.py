@@ -170,7 +170,8 @@ class Result:
     def _recorded(self, name: str) -> Recorded:
         from tfra.view.resultfile import Recorded
 
-        return Recorded(name, self.engine, self.project.design, self.found, self.stress, self.time)
+        of = self.project
+        return Recorded(name, self.engine, of.design, self.found, self.stress, self.time, of.weights is None)
 
 
 def _require_frames(call: str, truth: Contact, count: int) -> None:

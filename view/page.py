@@ -54,9 +54,10 @@ _ROWS = {
     "f_z": "F<sub>z</sub> / N",
     "c": "c (x, y) / mm",
     "t": "t (x, y) / mm",
+    "residual": "residual / %",
     "status": "status",
 }
-"""Rows of the table of a frame."""
+"""Rows of the table of a frame; the page hides one that no result has."""
 
 _TAXEL_ROWS = {
     "taxel-stress": "stress / <span data-unit=stress></span>",

@@ -12,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.codegen.arrays import Archive, Shape, archive
-from tfra.codegen.config import load
+from tfra.codegen.config import Project, load
 from tfra.codegen.framesfile import REFERENCES, read_references
+from tfra.codegen.resultfile import OPTIONAL
 from tfra.codegen.shapes import FRAMES
 from tfra.model.arrays import Floats
 from tfra.model.errors import InputError, shortened
@@ -38,7 +39,7 @@ class Recorded:
     """A result as ``tfra estimate`` wrote it.
 
     ``stress (n, rows, columns)`` is what its engine saw, in Pa, compression negative; ``time (n,)`` in seconds, where
-    the recording has it.
+    the recording has it.  ``swept``: CONFIG's estimator is TFRA, whose sweep is shown beside the result.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Recorded:
     found: Result
     stress: Floats
     time: Floats | None
+    swept: bool = True
 
 
 @dataclass(frozen=True)
@@ -112,20 +114,22 @@ def _result(path: Path) -> Recorded:
             if key not in found.keys:
                 raise InputError(path, key, OLD)
         engine, config = (found.text(key) for key in ("engine", "config"))
-        design = _design(path, config)
+        project = _project(path, config)
+        design = project.design
         frame = design.sensor.rows, design.sensor.columns
         stress = _numbers(found, "stress", (None, *frame))
         count = len(stress)
         if not count:
             raise InputError(path, "stress", "at least one frame is needed, got none")
         values: dict[str, Any] = {key: _numbers(found, key, (count, *shape)) for key, shape in VALUES.items()}
+        values |= {key: _numbers(found, key, (count,)) for key in OPTIONAL if key in found.keys}
         forces = _numbers(found, "forces", (count, 3, *frame))
         time = _numbers(found, "time", (count,)) if "time" in found.keys else None
     values |= {key: values[key].astype(np.int64) for key in ("sweep_index", "status")}
     _require_known(path, values["status"] & ~_BITS != 0, "status", "is no status")
     outside = (values["sweep_index"] < -1) | (values["sweep_index"] > design.search.steps)
     _require_known(path, outside, "sweep_index", f"is no candidate of {design.search.steps + 1}")
-    return Recorded(path.name, engine, design, Result(forces, **values), stress, time)
+    return Recorded(path.name, engine, design, Result(forces, **values), stress, time, project.weights is None)
 
 
 def _require_known(path: Path, wrong: npt.NDArray[np.bool_], key: str, reason: str) -> None:
@@ -158,12 +162,12 @@ def _wrong(needed: tuple[int | None, ...], shape: Shape) -> str | None:
     return f"shape ({wanted}) is needed, got {shortened(str(shape))}"
 
 
-def _design(path: Path, config: str) -> Design:
-    """The design that a CONFIG describes; complaints name the result that it stands in."""
+def _project(path: Path, config: str) -> Project:
+    """What a CONFIG describes; complaints name the result that it stands in."""
     with scratch(temporary()) as folder:
         file = folder / "sensor.toml"
         file.write_text(config, encoding="utf-8")
         try:
-            return load(file).design
+            return load(file)
         except InputError as error:
             raise InputError(path, "config", str(error).removeprefix(f"{file}: ")) from None
