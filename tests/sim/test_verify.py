@@ -104,11 +104,11 @@ def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
 
 
 def test_a_good_core_passes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
+    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 6)
     told: list[tuple[int, int]] = []
     report = verify(DESIGN, simulator="icarus", random=62, progress=lambda *now: told.append(now))
     assert report.passed
-    assert report.kinds == {"contact": 12, "random": 62, "directed": len(directed_codes(DESIGN))}
+    assert report.kinds == {"contact": 6, "random": 62, "directed": len(directed_codes(DESIGN))}
     assert report.frames == sum(done for done, _ in told) == sum(report.kinds.values())
     assert {every for _, every in told} == {report.frames}
     assert report.compared == report.words == report.frames * (DESIGN.layout[-1].start + 1)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.browser import Browser, browser
+from tests.marks import long
 from tests.view.made import CONFIG, NO_CONTACT, project, recording, write
 from tests.view.test_live import curve, open_page, sending
 from tests.view.test_page import WIDER, cells, choose, go, numbers, show
@@ -83,7 +84,7 @@ def test_it_alone(tab: Browser, folder: Path) -> None:
     assert tab.messages == []
 
 
-@pytest.mark.parametrize("width", [1280, 390])
+@pytest.mark.parametrize("width", [390, *long(1280)])
 def test_beside_a_result_of_tfra(tab: Browser, folder: Path, width: int) -> None:
     show_all(tab, folder, "learned", "float", width=width)
     go(tab, 7)
@@ -95,13 +96,6 @@ def test_beside_a_result_of_tfra(tab: Browser, folder: Path, width: int) -> None
     assert tab.evaluate("document.getElementById('sweep').data.length") == 6
     assert tab.evaluate(WIDER) == []
     assert tab.messages == []
-
-
-def test_a_page_of_tfra_has_no_residual(tab: Browser, folder: Path) -> None:
-    show_all(tab, folder, "float")
-    assert not is_shown(tab, "[data-row=residual]")
-    assert is_shown(tab, "#swept")
-    assert "residual" not in {meta for _, meta in panels(tab)}
 
 
 def test_live(tab: Browser, tmp_path: Path) -> None:

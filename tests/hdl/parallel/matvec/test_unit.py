@@ -14,7 +14,7 @@ from tfra.model.choices import FORMATS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
-from tfra.sim.harness import PATTERNS, Recording, bursts, random_stalls, run
+from tfra.sim.harness import Recording, bursts, random_stalls, run
 
 SMALL = [
     make(2, 2, 4),
@@ -123,7 +123,7 @@ def test_extreme_operands(design):
 
 
 @pytest.mark.parametrize("design", SMALL, ids=label)
-@pytest.mark.parametrize("stall", PATTERNS[1:])
+@pytest.mark.parametrize("stall", [random_stalls, *long(bursts)])
 def test_random_operands_with_stalls(design, stall):
     check(design, draw(design, 2, 5), seed=5, stall_in=stall, stall_out=stall)
 
