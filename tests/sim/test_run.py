@@ -174,6 +174,7 @@ def test_a_broken_rule_is_an_error(
     pytest.fail(f"fault {fault} went unseen")
 
 
+@pytest.mark.long
 def test_a_dropped_word_shifts_what_is_compared(cache: Path, codes: Ints, words: Ints, standin: Maker) -> None:
     with pytest.raises(ProtocolError) as caught:
         simulate(DESIGN, codes, "icarus", build_dir=cache, expected=words, core=standin(DROP, 7))

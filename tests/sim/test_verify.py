@@ -104,11 +104,11 @@ def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
 
 
 def test_a_good_core_passes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 6)
+    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
     told: list[tuple[int, int]] = []
     report = verify(DESIGN, simulator="icarus", random=62, progress=lambda *now: told.append(now))
     assert report.passed
-    assert report.kinds == {"contact": 6, "random": 62, "directed": len(directed_codes(DESIGN))}
+    assert report.kinds == {"contact": 12, "random": 62, "directed": len(directed_codes(DESIGN))}
     assert report.frames == sum(done for done, _ in told) == sum(report.kinds.values())
     assert {every for _, every in told} == {report.frames}
     assert report.compared == report.words == report.frames * (DESIGN.layout[-1].start + 1)
@@ -180,8 +180,8 @@ def test_every_probe_shows_the_models_stage(cache: Path) -> None:
 
 @pytest.mark.usefixtures("few")
 def test_wrong_coefficients_are_traced_to_their_stage(cache: Path) -> None:
-    other = replace(DESIGN, sensor=replace(DESIGN.sensor, thickness=3.3e-3))
-    wrong = generated(other, cache)
+    first = f"18'h{lane_images(DESIGN)[0, 0] & 0x3FFFF:05x}"
+    wrong = tampered(cache, first, "18'h00000")
     report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
     assert not report.passed
     assert report.mismatches > 0

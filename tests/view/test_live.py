@@ -196,6 +196,7 @@ def test_nothing_is_wider_than_the_window(tab: Browser, made: tuple[Any, Floats]
         assert tab.evaluate(UNNAMED) == []
 
 
+@pytest.mark.long
 def test_accessibility(tab: Browser, made: tuple[Any, Floats]) -> None:
     """Before the first frame, and while frames come."""
     design, frames = made

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.serial.designs import DESIGNS
+from tests.marks import long
 from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes, directed_codes
@@ -44,7 +45,7 @@ def test_latency():
 
 
 @pytest.mark.parametrize(
-    ("name", "stall_in", "stall_out"), [("2×3", random_stalls, bursts), ("short", bursts, random_stalls)]
+    ("name", "stall_in", "stall_out"), [("2×3", random_stalls, bursts), *long(("short", bursts, random_stalls))]
 )
 def test_stalls_change_nothing(name, stall_in, stall_out):
     design = DESIGNS[name]

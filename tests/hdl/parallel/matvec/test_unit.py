@@ -117,7 +117,7 @@ def check(design: Design, frames: np.ndarray, seed: int = 0, **stalls) -> None:
         assert by_operator(design, seen) == expected(design, some), f"{label(design)}, seed {seed}"
 
 
-@pytest.mark.parametrize("design", [*SMALL[:3], *long(*SMALL[3:])], ids=label)
+@pytest.mark.parametrize("design", [*SMALL[:2], *long(*SMALL[2:])], ids=label)
 def test_extreme_operands(design):
     check(design, corners(design))
 
