@@ -53,8 +53,8 @@ def run(
     """Return the result of ``frames (n, rows, columns)`` in Pa.
 
     ``converted`` gives the engines of ``DOUBLE`` the converter's codes, in Pa, instead of exact stress.  Raises
-    ``InputError`` naming ``source`` for frames over full scale, and ``SimulationError`` or ``ProtocolError`` of
-    ``tfra.sim.run`` for a failed simulation.
+    ``InputError`` naming ``source`` for frames over full scale, or CONFIG where an engine needs a core and there can be
+    none, and ``SimulationError`` or ``ProtocolError`` of ``tfra.sim.run`` for a failed simulation.
     """
     import numpy as np
 
@@ -68,15 +68,10 @@ def run(
 
 
 def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
-    """Return the converter codes of ``frames`` in Pa; raises ``InputError`` naming ``source`` for one over full scale.
-
-    Formats that can overflow are an ``InputError`` too, naming the CONFIG file, except for an estimator without a core.
-    """
+    """Return the converter codes of ``frames`` in Pa; raises ``InputError`` naming ``source`` beyond full scale."""
     from tfra.model.converter import quantise
     from tfra.model.diagnosis import over_full_scale
 
-    if project.weights is None:
-        check_core(project)
     try:
         return quantise(project.design, frames)
     except ValueError as error:  # over full scale
