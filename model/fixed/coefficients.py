@@ -21,7 +21,8 @@ from tfra.model.fixed.butterfly import EE, HADAMARD, distinct, taxel_index
 class Operator:
     """One quantised operator in folded form.
 
-    ``rows (n, 4, Q)``: row (i, parity) of result quad i; it multiplies the operand's parity ``parity ^ flip``.
+    ``rows (n, 4, K)``: row (i, parity) of result quad i; it multiplies the K words of the operand's parity
+    ``parity ^ flip``.
     A coefficient is worth ``rows / 2^fraction``; one that is shorter than a lane's ends in zeros.  ``gain`` bounds
     |result| / |operand| in the taxel domain, ``folded_gain`` in the parity domain.
     """
@@ -54,6 +55,11 @@ class Stack:
     def quads(self) -> int:
         """Result quads of the whole stack."""
         return sum(op.quads for op in self.operators)
+
+    @property
+    def operand_quads(self) -> int:
+        """Quads of the operand, the same for all operators."""
+        return int(self.operators[0].rows.shape[-1])
 
     def split(self, results: Ints) -> dict[str, Ints]:
         """Result quads ``(n, quads, 4)`` of a product by the name of their operator."""

@@ -72,7 +72,7 @@ class Combine(wiring.Component):
                 "products": In(vector),
                 "bank_token": In(stream.Signature(TOKEN)),
                 "frame_token": Out(stream.Signature(TOKEN)),
-                "vector": Out(always_ready_stream(operand(design))),
+                "vector": Out(always_ready_stream(operand(design, "force"))),
                 "forces": Out(vector),
             }
         )
