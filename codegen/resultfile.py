@@ -25,7 +25,7 @@ from tfra.model.tfra import Result
 KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status")
 """Keys of RESULT.npz that are fields of ``tfra.model.tfra.Result``."""
 
-OPTIONAL = ("residual",)
+OPTIONAL = ("uncertainty", "residual")
 """Such keys that only some estimators have."""
 
 _ROWS = 10_000  # of a CSV at a time

@@ -34,7 +34,7 @@ from tfra.model.sensor import SensorArray
 COMMAND = "train"
 """The command that writes such files."""
 
-FORMAT = 1
+FORMAT = 2
 """Version of the file's content."""
 
 _AGAIN = "run tfra train again"
@@ -44,9 +44,9 @@ _AGAIN = "run tfra train again"
 class Trained:
     """Weights, and what is known of them.
 
-    ``threshold``: the residual above which a frame is implausible.  ``prior``: the distribution of the frames of the
-    training, in plain JSON types.  ``held_out``: errors on other frames, by names with units.  ``curve (k, 3)``: step,
-    loss in training, loss on held-out frames.
+    ``threshold``: the uncertainty over the normal force above which a frame is implausible.  ``prior``: the
+    distribution of the frames of the training, in plain JSON types.  ``held_out``: errors on other frames, by names
+    with units.  ``curve (k, 3)``: step, loss in training, loss on held-out frames.
     """
 
     sensor: SensorArray

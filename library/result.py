@@ -79,6 +79,11 @@ class Result:
         return self.found.status
 
     @property
+    def uncertainty(self) -> Floats | None:
+        """``(n,)``: the estimator's own estimate of the resultant's error, N; only the learned one has it."""
+        return self.found.uncertainty
+
+    @property
     def residual(self) -> Floats | None:
         """``(n,)``: share of the stress that the forces leave unexplained; only the learned estimator has it."""
         return self.found.residual

@@ -11,7 +11,6 @@ from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
-from tfra.model.learned.field import residual, spread
 from tfra.model.metrics import errors
 from tfra.model.resultant import direction, friction
 from tfra.model.sensor import SensorArray
@@ -28,10 +27,10 @@ TABLE = {"mu": "mu_abs", "phi_deg": "phi_deg", "force_percent": "force_percent_o
 """Names of the errors, and their keys in :data:`tfra.model.metrics.ERRORS`."""
 
 FALSE_ALARMS, LIMIT_SEED = 0.01, 10_000
-"""Share of single contacts, at the largest noise, whose residual may be over the threshold; seed of these contacts."""
+"""Share of single contacts, at the largest noise, that may be over the threshold; seed of these contacts."""
 
 Estimate = Callable[[Floats], Floats]
-"""Function of normal forces ``(n, m)`` at every taxel that returns resultants ``(n, 3)``; all in N."""
+"""Function of normal forces ``(n, m)`` at every taxel that returns outputs ``(n, 4)`` of the network; all in N."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +56,7 @@ def held_out(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> dic
     truth = Resultants(np.array([contact.force for contact in contacts]))
     found = {}
     for level in NOISES:
-        every = errors(truth, Resultants(estimate(exact + level * noise)))
+        every = errors(truth, Resultants(estimate(exact + level * noise)[:, :3]))
         for key, name in TABLE.items():
             for share in PERCENTILES:
                 found[f"{key}_{share}_at_{level:g}"] = float(np.percentile(every[name], share))
@@ -65,11 +64,10 @@ def held_out(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> dic
 
 
 def threshold(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> float:
-    """Return the residual that ``FALSE_ALARMS`` of single contacts exceed at the largest noise."""
+    """Return the uncertainty over |F_z| that ``FALSE_ALARMS`` of single contacts exceed at the largest noise."""
     _, exact, noise = _frames(sensor, count, LIMIT_SEED)
-    n = exact + NOISES[-1] * noise
-    b = n / sensor.taxel_area
-    return float(np.quantile(residual(sensor, b, spread(sensor, b, estimate(n))), 1 - FALSE_ALARMS))
+    outputs = estimate(exact + NOISES[-1] * noise)
+    return float(np.quantile(outputs[:, 3] / np.abs(outputs[:, 2]), 1 - FALSE_ALARMS))
 
 
 def _frames(sensor: SensorArray, count: int, seed: int) -> tuple[list[Contact], Floats, Floats]:

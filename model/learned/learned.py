@@ -16,8 +16,9 @@ from tfra.model.tfra import Result, Status, check_frames, in_contact, unit_scale
 class Learned:
     """The estimator of one sensor.
 
-    ``threshold`` is the residual above which a frame is ``IMPLAUSIBLE``; ``contact_threshold`` in Pa is ``Tfra``'s.
-    Frames without traction are estimated as all others.  There is no sweep: ``sweep_index`` is -1.
+    ``threshold`` is the uncertainty over the normal force above which a frame is ``IMPLAUSIBLE``, as one that pulls is;
+    ``contact_threshold`` in Pa is ``Tfra``'s.  Frames without traction are estimated as all
+    others.  There is no sweep: ``sweep_index`` is -1.
 
     Raises ``ValueError`` that starts with the name of what is wrong.
     """
@@ -39,11 +40,12 @@ class Learned:
         b = check_frames(self.sensor, frames).reshape(-1, self.sensor.taxels)
         contact = in_contact(b, self.contact_threshold)
         scaled, exponent = unit_scaled(np.where(contact[:, None], b, 0.0))
-        unit = self._network(scaled * self.sensor.taxel_area)
+        outputs = self._network(scaled * self.sensor.taxel_area)
+        unit, uncertainty = outputs[:, :3], np.maximum(outputs[:, 3], 0.0)
         spreads = spread(self.sensor, scaled, unit)
         left = residual(self.sensor, scaled, spreads)
         phi, still = direction(unit)
-        implausible = (left > self.threshold) | (unit[:, 2] >= 0)
+        implausible = (uncertainty > self.threshold * np.abs(unit[:, 2])) | (unit[:, 2] >= 0)
         status = (
             np.where(contact, 0, Status.NO_CONTACT)
             | np.where(contact & still, Status.NO_DIRECTION, 0)
@@ -61,5 +63,6 @@ class Learned:
             mu_y=mu_y,
             sweep_index=np.full(len(b), -1, dtype=np.int64),
             status=status,
+            uncertainty=np.ldexp(uncertainty, exponent),
             residual=left,
         )

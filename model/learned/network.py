@@ -5,7 +5,7 @@ A sum over the group of mirrors becomes a product for each parity (EE, OX, OY, O
 
     four products, one a parity  ->  butterfly  ->  ReLU at each mirror  ->  butterfly.
 
-F_x is odd in x, F_y odd in y and F_z even in both, so each component reads one parity alone.
+F_x is odd in x, F_y odd in y, F_z and the uncertainty are even in both, so each output reads one parity alone.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from tfra.model.fixed.butterfly import EE, OX, OY, butterfly, taxel_index, to_qu
 from tfra.model.learned.weights import MIRRORS, Weights
 from tfra.model.sensor import SensorArray
 
-READ = (OX, OY, EE)
-"""Parity that F_x, F_y and F_z read."""
+READ = (OX, OY, EE, EE)
+"""Parity that each output reads."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Folded:
     """Weights in the basis of parities, for Q quads.
 
     ``first (4, Q, C1)`` and ``second (4, C1, C2)`` have the parity first and multiply from the right; a quarter in them
-    undoes the factor of two butterflies.  ``read2 (3, C2)``, ``read1 (3, C1)``, ``direct (3, Q)``.
+    undoes the factor of two butterflies.  ``read2 (4, C2)``, ``read1 (4, C1)``, ``direct (4, Q)``.
     """
 
     first: Floats
@@ -50,7 +50,7 @@ class Folded:
             second=np.ascontiguousarray(second.transpose(2, 1, 0)) / MIRRORS,
             read2=weights.read2,
             read1=weights.read1,
-            direct=np.stack([direct[axis, :, parity] for axis, parity in enumerate(READ)]),
+            direct=np.stack([direct[output, :, parity] for output, parity in enumerate(READ)]),
         )
 
 
@@ -73,13 +73,13 @@ class Network:
         return sum(matrix.size for matrix in vars(self._folded).values())
 
     def __call__(self, n: Floats) -> Floats:
-        """F ``(frames, 3)`` in N for the normal forces ``n (frames, m)`` in N, compression negative."""
+        """Outputs ``(frames, 4)`` in N for the normal forces ``n (frames, m)`` in N, compression negative."""
         taken = np.moveaxis(butterfly(to_quads(self._choices, n)), -1, 0)
         h1 = _layer(taken, self._folded.first)
         h2 = _layer(h1, self._folded.second)
         terms = (h2, self._folded.read2), (h1, self._folded.read1), (taken, self._folded.direct)
         return np.stack(
-            [sum(h[parity] @ read[axis] for h, read in terms) for axis, parity in enumerate(READ)], axis=1
+            [sum(h[parity] @ read[output] for h, read in terms) for output, parity in enumerate(READ)], axis=1
         )
 
 

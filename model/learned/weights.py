@@ -8,7 +8,7 @@ force at every taxel in N (compression negative), flattened row by row,
     h2[g, c] = ReLU( sum over g', c' of second[g g', c, c'] h1[g', c'] )
     F[o]     = sum over g of chi[o, g] ( read2[o] . h2[g] + read1[o] . h1[g] + direct[o] . (g n) )
 
-is the resultant in N.  chi is -1 for F_x under X and XY and for F_y under Y and XY, else 1.
+are the outputs of :data:`OUTPUTS` in N.  chi is -1 for F_x under X and XY and for F_y under Y and XY, else 1.
 """
 
 from __future__ import annotations
@@ -22,6 +22,9 @@ from tfra.model.arrays import Floats
 MIRRORS = 4
 """Elements of the group."""
 
+OUTPUTS = ("F_x", "F_y", "F_z", "uncertainty")
+"""The resultant, and the network's own estimate of its error's modulus; where that is negative, it stands for zero."""
+
 NAMES = ("first", "second", "read2", "read1", "direct")
 """Names of the arrays."""
 
@@ -30,7 +33,7 @@ NAMES = ("first", "second", "read2", "read1", "direct")
 class Weights:
     """One network of m taxels, C1 orbits of units in its first layer and C2 in its second; float64 arrays.
 
-    ``first (C1, m)``, ``second (4, C2, C1)``, ``read2 (3, C2)``, ``read1 (3, C1)``, ``direct (3, m)``.  Raises
+    ``first (C1, m)``, ``second (4, C2, C1)``, ``read2 (4, C2)``, ``read1 (4, C1)``, ``direct (4, m)``.  Raises
     ``ValueError`` that starts with the name of an array of another shape, or with a number that is not finite.
     """
 
@@ -48,7 +51,9 @@ class Weights:
             if len(shape) != axes or 0 in shape:
                 raise ValueError(f"{name}: an array of {axes} axes is needed, none of them empty, got shape {shape}")
         c2, (c1, taxels) = self.second.shape[1], self.first.shape
-        needed = {"second": (MIRRORS, c2, c1), "read2": (3, c2), "read1": (3, c1), "direct": (3, taxels)}
+        outputs = len(OUTPUTS)
+        layers = {"second": (MIRRORS, c2, c1)}
+        needed = layers | {"read2": (outputs, c2), "read1": (outputs, c1), "direct": (outputs, taxels)}
         for name, shape in needed.items():
             if getattr(self, name).shape != shape:
                 raise ValueError(f"{name}: shape {shape} is needed, got {getattr(self, name).shape}")

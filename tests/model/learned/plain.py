@@ -8,7 +8,7 @@ from tfra.model.arrays import Floats
 from tfra.model.learned.weights import Weights
 from tfra.model.sensor import SensorArray
 
-CHI = np.array([[1, -1, 1, -1], [1, 1, -1, -1], [1, 1, 1, 1]])
+CHI = np.array([[1, -1, 1, -1], [1, 1, -1, -1], [1, 1, 1, 1], [1, 1, 1, 1]])
 
 
 def mirrored(sensor: SensorArray, n: Floats, g: int) -> Floats:
@@ -20,7 +20,7 @@ def mirrored(sensor: SensorArray, n: Floats, g: int) -> Floats:
 
 
 def plain(sensor: SensorArray, weights: Weights, n: Floats, signed: bool = True) -> Floats:
-    """F ``(frames, 3)``; not ``signed``: with chi = 1 everywhere."""
+    """Outputs ``(frames, 4)``; not ``signed``: with chi = 1 everywhere."""
     images = [mirrored(sensor, n, g) for g in range(4)]
     h1 = [np.maximum(image @ weights.first.T, 0.0) for image in images]
     h2 = [np.maximum(sum(h1[k] @ weights.second[g ^ k].T for k in range(4)), 0.0) for g in range(4)]

@@ -8,5 +8,5 @@ from tfra.model.learned.weights import Weights
 
 
 def random_weights(rng: np.random.Generator, taxels: int, c1: int, c2: int) -> Weights:
-    shapes = (c1, taxels), (4, c2, c1), (3, c2), (3, c1), (3, taxels)
+    shapes = (c1, taxels), (4, c2, c1), (4, c2), (4, c1), (4, taxels)
     return Weights(*(rng.normal(size=shape) for shape in shapes))

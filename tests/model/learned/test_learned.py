@@ -24,10 +24,10 @@ SENSOR = SensorArray(5, 4, 4e-3, 3e-3, 2e-3)
 def sums(sensor: SensorArray, along_x: float = 0.0) -> Weights:
     """F_z is the sum of b over the array; F_x the first moment along x of b, in units of ``along_x``."""
     m = sensor.taxels
-    direct = np.zeros((3, m))
+    direct = np.zeros((4, m))
     direct[2] = 0.25
     direct[0] = along_x * np.tile(np.linspace(-1, 1, sensor.columns), sensor.rows)
-    return Weights(np.zeros((1, m)), np.zeros((4, 1, 1)), np.zeros((3, 1)), np.zeros((3, 1)), direct)
+    return Weights(np.zeros((1, m)), np.zeros((4, 1, 1)), np.zeros((4, 1)), np.zeros((4, 1)), direct)
 
 
 def even_loads(count: int) -> Floats:
@@ -69,7 +69,11 @@ def test_the_resultant_is_the_networks_at_any_scale(seed: int, exponent: int) ->
     estimator = Learned(SENSOR, weights, 0.3)
     found, scaled = estimator(b), estimator(np.ldexp(b, exponent))
     expected = plain(SENSOR, weights, b.reshape(4, -1) * SENSOR.taxel_area)
-    assert np.allclose(found.resultant, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    assert np.allclose(found.resultant, expected[:, :3], rtol=0, atol=1e-9 * np.abs(expected).max())
+    assert found.uncertainty is not None
+    assert scaled.uncertainty is not None
+    assert np.allclose(found.uncertainty, np.maximum(expected[:, 3], 0), rtol=0, atol=1e-9 * np.abs(expected).max())
+    assert np.array_equal(scaled.uncertainty, np.ldexp(found.uncertainty, exponent))
     assert np.allclose(found.forces.sum(axis=(2, 3)), found.resultant)
     assert np.array_equal(scaled.resultant, np.ldexp(found.resultant, exponent))
     for key in ("phi_deg", "mu", "status", "residual"):
@@ -87,17 +91,21 @@ def test_no_contact_as_tfra_has_it() -> None:
         assert np.array_equal(none, expected)
         assert 0 < none.sum() < len(b)
         assert (found.status[none] == Status.NO_CONTACT).all()
-        for key in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "residual"):
+        for key in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "uncertainty", "residual"):
             assert (getattr(found, key)[none] == 0).all(), key
 
 
 def test_implausible() -> None:
-    explained, noise = even_loads(3), np.random.default_rng(1).normal(size=(3, 5, 4))
-    b = np.concatenate([explained, noise * np.abs(explained).max()])
-    found = Learned(SENSOR, sums(SENSOR), 0.3)(b)
-    assert (found.status & Status.IMPLAUSIBLE != 0).tolist() == [False] * 3 + [True] * 3
+    explained, weights = even_loads(3), sums(SENSOR)
+    weights.direct[3] = -0.1 * weights.direct[2]  # the uncertainty is a tenth of the normal force
+    for threshold, implausible in ((0.099, True), (0.101, False)):
+        found = Learned(SENSOR, weights, threshold)(explained)
+        assert ((found.status & Status.IMPLAUSIBLE != 0) == implausible).all()
+        assert found.uncertainty == pytest.approx(-0.1 * found.resultant[:, 2])
+    noise = np.random.default_rng(1).normal(size=(3, 5, 4)) * np.abs(explained).max()
+    found = Learned(SENSOR, sums(SENSOR), 0.3)(noise)
     assert found.residual is not None
-    assert (found.residual[3:] > 0.3).all()
+    assert (found.residual > 0.3).all()
     lifted = Weights(*(np.negative(value) for value in vars(sums(SENSOR)).values()))
     assert (Learned(SENSOR, lifted, 1e9)(explained).status & Status.IMPLAUSIBLE != 0).all()  # forces that pull
 

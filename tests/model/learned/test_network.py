@@ -15,8 +15,8 @@ from tfra.model.learned.network import Network
 from tfra.model.learned.weights import NAMES, Weights
 from tfra.model.sensor import SensorArray
 
-SIGNS = np.array([[1, 1, 1], [-1, 1, 1], [1, -1, 1], [-1, -1, 1]])
-"""What each mirror does to F."""
+SIGNS = np.array([[1, 1, 1, 1], [-1, 1, 1, 1], [1, -1, 1, 1], [-1, -1, 1, 1]])
+"""What each mirror does to the outputs."""
 
 sizes = st.integers(2, 9)
 seeds = st.integers(0, 2**32 - 1)
@@ -71,11 +71,11 @@ def test_by_hand(n: Floats) -> None:
     one = np.zeros((1, 6))
     one[0, 0] = 1.0
     nothing = np.zeros((4, 1, 1))
-    read1 = np.array([[2.0], [0.0], [3.0]])
-    network = Network(sensor, Weights(one, nothing, np.zeros((3, 1)), read1, np.zeros((3, 6))))
+    read1 = np.array([[2.0], [0.0], [3.0], [-1.0]])
+    network = Network(sensor, Weights(one, nothing, np.zeros((4, 1)), read1, np.zeros((4, 6))))
     top = np.maximum(n[0], 0.0)
     left, right = top[0] + top[3], top[2] + top[5]
-    assert network(n)[0] == pytest.approx([2 * (left - right), 0.0, 3 * (left + right)], abs=1e-9)
+    assert network(n)[0] == pytest.approx([2 * (left - right), 0.0, 3 * (left + right), -left - right], abs=1e-9)
 
 
 def test_a_changed_weight_changes_the_force() -> None:
@@ -90,8 +90,8 @@ def test_a_changed_weight_changes_the_force() -> None:
 
 def test_the_number_of_products() -> None:
     rng = np.random.default_rng(0)
-    assert Network(array(10, 10), random_weights(rng, 100, 48, 24)).products == 4800 + 4608 + 3 * (24 + 48 + 25)
-    assert Network(array(5, 7), random_weights(rng, 35, 2, 1)).products == 4 * 12 * 2 + 4 * 2 + 3 * (1 + 2 + 12)
+    assert Network(array(10, 10), random_weights(rng, 100, 48, 24)).products == 4800 + 4608 + 4 * (24 + 48 + 25)
+    assert Network(array(5, 7), random_weights(rng, 35, 2, 1)).products == 4 * 12 * 2 + 4 * 2 + 4 * (1 + 2 + 12)
 
 
 def test_weights_of_another_array() -> None:

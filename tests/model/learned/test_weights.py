@@ -25,9 +25,9 @@ def test_counts() -> None:
         ("second", (2, 3)),
         ("second", (3, 2, 3)),
         ("second", (4, 2, 4)),
-        ("read2", (3, 3)),
-        ("read1", (2, 3)),
-        ("direct", (3, 5)),
+        ("read2", (4, 3)),
+        ("read1", (3, 3)),
+        ("direct", (4, 5)),
     ],
 )
 def test_another_shape(name: str, shape: tuple[int, ...]) -> None:
