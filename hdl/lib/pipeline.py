@@ -157,6 +157,18 @@ def registered_product(m: Module, value: Value, factor: int) -> Value:
     return terms[0][0]
 
 
+def busy_after(m: Module, start: Value, cycles: int) -> Signal:
+    """High for ``cycles`` cycles from the one after ``start``."""
+    left = Signal(counter_shape(cycles))  # remaining cycles
+    busy = Signal()  # TIMING: left -> users of busy: some are left
+    m.d.sync += busy.eq(start | (busy & (left != 1)))
+    with m.If(start):
+        m.d.sync += left.eq(cycles)
+    with m.Elif(busy):
+        m.d.sync += left.eq(left - 1)
+    return busy
+
+
 def serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value, name: str) -> Value:
     """``word * constant``, a digit of the constant for each ``busy`` cycle after ``start``.
 

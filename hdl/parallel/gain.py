@@ -8,9 +8,8 @@ from amaranth import Const, Module, Mux, Shape, Signal, Value, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.divider import Divider
-from tfra.hdl.lib.pipeline import TOP, delayed, register, serial_product, to_top
+from tfra.hdl.lib.pipeline import TOP, busy_after, delayed, register, serial_product, to_top
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import cordic_latency, cordic_modulus, cordic_vector
@@ -219,13 +218,7 @@ class Gain(wiring.Component):
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
         assert digits < self._turn
-        left = Signal(counter_shape(digits))  # remaining digits
-        busy = Signal()  # TIMING: left -> normal, numerator: some are left
-        m.d.sync += busy.eq(start | (busy & (left != 1)))
-        with m.If(start):
-            m.d.sync += left.eq(digits)
-        with m.Elif(busy):
-            m.d.sync += left.eq(left - 1)
+        busy = busy_after(m, start, digits)
         z = Signal(design.widths.division, reset_less=True)
         with m.If(start):
             m.d.sync += z.eq(abs(self.total.p.words[2]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from amaranth import Array, Shape, Value
@@ -47,11 +47,13 @@ class Plan:
     """The sources, the one first whose products help the oldest frame, and the tokens that products take.
 
     ``needs`` has, by stack, the tokens without which a product may not begin, since its results have no place.
-    Tokens of a source that no product needs are for the sender of its operands.
+    Tokens of a source that no product needs are for the sender of its operands.  ``follows`` has, by the name of a
+    token, the stack whose launch gives it: the products that need it come after those of this stack, frame by frame.
     """
 
     sources: tuple[Source, ...]
     needs: Mapping[str, tuple[str, ...]]
+    follows: Mapping[str, str] = field(default_factory=dict)
 
     def source(self, stack: str) -> Source:
         """Where the operands of a stack come from."""
@@ -66,7 +68,7 @@ class Plan:
     @property
     def taken(self) -> tuple[str, ...]:
         """Tokens that others give to the unit."""
-        own = {source.token for source in self.sources}
+        own = {source.token for source in self.sources} | set(self.follows)
         return tuple(token for tokens in self.needs.values() for token in tokens if token not in own)
 
 

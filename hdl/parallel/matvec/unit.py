@@ -63,6 +63,8 @@ FULL = MEASURE + 1
 """Cycles from the last operand quad's transfer to the choice that finds it."""
 CHOICE = 1
 """Cycles from there to the launch."""
+_FOLLOWING = 2
+"""Products that may have begun before the one that follows the first of them: an operand of that fills a bank."""
 _ADDRESS = PREPARE + 2
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
 CAPTURE = PREPARE + 7
@@ -232,6 +234,10 @@ class MatVec(wiring.Component):
             if source.token:
                 m.submodules[f"{source.token}s"] = banks[source.name]
                 tokens[source.token] = banks[source.name].o
+        following = {name: Tokens(_FOLLOWING, full=False) for name in plan.follows}
+        for name, begun in following.items():
+            m.submodules[f"{name}s"] = begun
+            tokens[name] = begun.o
         for name in plan.given:
             wiring.connect(m, tokens[name], wiring.flipped(getattr(self, name)))
         wanted = [self._wanted(m, source, buffers[source.name], tokens, schedule) for source in plan.sources]
@@ -245,6 +251,7 @@ class MatVec(wiring.Component):
             schedule.wanted.eq(sum(each << place for place, each in enumerate(wanted))),
             *(tokens[name].ready.eq(starts[stack]) for stack, names in plan.needs.items() for name in names),
             *(free.give.eq(buffers[name].free) for name, free in reversed(banks.items())),
+            *(begun.give.eq(starts[plan.follows[name]]) for name, begun in following.items()),
             *(buffers[source.name].free.eq(schedule.free[place]) for place, source in enumerate(plan.sources)),
         ]
 
