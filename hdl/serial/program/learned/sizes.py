@@ -1,0 +1,20 @@
+"""Word lengths of the learned estimator's program."""
+
+from __future__ import annotations
+
+from tfra.hdl.serial import sizes as shared
+from tfra.hdl.serial.sizes import Sizes
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.bounds import total_bits
+from tfra.model.fixed.learned.resultant import THRESHOLD_BITS
+
+
+def sizes(design: Design) -> Sizes:
+    """Sizes of ``design``; a word is as long as the longest value that a stage of a frame stores in one."""
+    w, fmt = design.widths, design.formats
+    return shared.sizes(
+        design,
+        word=max(w.vector + THRESHOLD_BITS + 1, w.force + fmt.operand + 2, total_bits(design, w) + 1),
+        multiplicand=max(w.vector + 1, w.force),
+        multiplier=THRESHOLD_BITS + 1,
+    )
