@@ -136,7 +136,7 @@ class Schedule(wiring.Component):
         busy = Signal(2)
         waits = [spacing(self._design, name) - 1 for name in self._design.stacks]
         # Before the first pass, too: the drain captures the sums' start values.
-        left = Signal(counter_shape(max(waits)), init=max(waits))
+        left = Signal(counter_shape(max(waits)), init=min(waits))
         due = Signal()
         with m.If(self.launch):
             m.d.sync += [left.eq(of_number(waits, self.stack)), due.eq(0)]
