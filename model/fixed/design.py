@@ -115,7 +115,7 @@ class Design(Choices, ABC):
     @property
     def multiplications(self) -> int:
         """Real products of a frame."""
-        return sum(4 * self.stacks[name].quads * self.quads for name in self.products)
+        return sum(op.rows.size for name in self.products for op in self.stacks[name].operators)
 
     @property
     def nonzero_products(self) -> int:
