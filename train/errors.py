@@ -26,8 +26,8 @@ PERCENTILES = (50, 95)
 TABLE = {"mu": "mu_abs", "phi_deg": "phi_deg", "force_percent": "force_percent_of_resultant"}
 """Names of the errors, and their keys in :data:`tfra.model.metrics.ERRORS`."""
 
-FALSE_ALARMS, LIMIT_SEED = 0.01, 10_000
-"""Share of single contacts, at the largest noise, that may be over the threshold; seed of these contacts."""
+FALSE_ALARMS, QUIET, LIMIT_SEED = 0.02, 1e-3, 10_000
+"""Share of single contacts that may be over the threshold, the noise that they have, and their seed."""
 
 Estimate = Callable[[Floats], Floats]
 """Function of normal forces ``(n, m)`` at every taxel that returns outputs ``(n, 4)`` of the network; all in N."""
@@ -64,9 +64,9 @@ def held_out(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> dic
 
 
 def threshold(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> float:
-    """Return the uncertainty over |F_z| that ``FALSE_ALARMS`` of single contacts exceed at the largest noise."""
+    """Return the uncertainty over |F_z| that ``FALSE_ALARMS`` of quiet single contacts exceed."""
     _, exact, noise = _frames(sensor, count, LIMIT_SEED)
-    outputs = estimate(exact + NOISES[-1] * noise)
+    outputs = estimate(exact + QUIET * noise)
     return float(np.quantile(outputs[:, 3] / np.abs(outputs[:, 2]), 1 - FALSE_ALARMS))
 
 
