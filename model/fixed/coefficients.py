@@ -7,7 +7,7 @@ With x^ = fold(x), every operator that commutes with the mirrors maps parity to 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,8 @@ from tfra.model.fixed.butterfly import EE, HADAMARD, distinct, taxel_index
 class Operator:
     """One quantised operator in folded form.
 
-    ``rows (n, 4, Q)``: row (i, parity) of result quad i; it multiplies the operand's parity ``parity ^ flip``.
+    ``rows (n, 4, K)``: row (i, parity) of result quad i; it multiplies the operand's parity ``parity ^ flip``.  The
+    operand has K quads: Q if it is a vector over the array.
     A coefficient is worth ``rows / 2^fraction``; one that is shorter than a lane's ends in zeros.  ``gain`` bounds
     |result| / |operand| in the taxel domain, ``folded_gain`` in the parity domain.
     """
@@ -59,6 +60,17 @@ class Stack:
         """Result quads ``(n, quads, 4)`` of a product by the name of their operator."""
         parts = np.split(results, np.cumsum([op.quads for op in self.operators])[:-1], axis=1)
         return {op.name: part for op, part in zip(self.operators, parts, strict=True)}
+
+
+def stacked(choices: Choices, operators: Sequence[Operator], names: Mapping[str, Sequence[str]]) -> dict[str, Stack]:
+    """Stacks by their names; ``names`` are those of each stack's ``operators`` in order.
+
+    Shorter coefficients are aligned to the top of a lane's word.
+    """
+    lengths = {op.name: choices.formats.bits(f"coefficient.{op.name}") for op in operators}
+    word = max(lengths.values())
+    by_name = {op.name: op.longer(word - lengths[op.name]) for op in operators}
+    return {stack: Stack(stack, tuple(by_name[name] for name in held)) for stack, held in names.items()}
 
 
 class Folding:
@@ -113,13 +125,23 @@ def quantise_rows(choices: Choices, rows: Floats, bits: int) -> tuple[Ints, int]
     error, so errors cancel for operands that are smooth over the array, as stress is.  A coefficient differs from its
     exact value by at most one, so it fits its word.
     """
-    largest = np.abs(rows).max()
-    fraction = int(np.floor(np.log2(((1 << (bits - 1)) - 2) / largest)))
-    order = _serpentine(choices)
+    fraction, order = most_fraction(rows, bits), _serpentine(choices)
     running = np.rint(np.cumsum(rows[..., order] * 2.0**fraction, axis=-1))
     words = np.empty(rows.shape, dtype=np.int64)
     words[..., order] = np.diff(running, axis=-1, prepend=0.0)
     return words, fraction
+
+
+def nearest_rows(rows: Floats, bits: int) -> tuple[Ints, int]:
+    """The same for coefficients whose neighbours multiply words that have nothing to do with each other."""
+    fraction = most_fraction(rows, bits)
+    return np.rint(rows * 2.0**fraction).astype(np.int64), fraction
+
+
+def most_fraction(rows: Floats, bits: int) -> int:
+    """Most fraction bits with which ``rows`` fit words of ``bits``, each one less than one unit off."""
+    largest = float(np.abs(rows).max()) or 1.0
+    return int(np.floor(np.log2(((1 << (bits - 1)) - 2) / largest)))
 
 
 def _serpentine(choices: Choices) -> Ints:

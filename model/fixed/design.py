@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -23,8 +24,15 @@ class Design(Choices, ABC):
     """Choices with what follows from them; each subclass is an estimator, an algorithm with its operators and bounds.
 
     Everything is computed on first access and stays with the object; a pickled design carries its choices
-    alone.
+    alone.  Raises ``ValueError`` for formats of signals that the estimator does not have.
     """
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, _ in self.formats.signals:
+            if name not in self.signals:
+                nearest = difflib.get_close_matches(name, self.signals, n=1, cutoff=0)[0]
+                raise ValueError(f"formats.signals.{name}: unknown signal, the nearest is {nearest}")
 
     @property
     @abstractmethod
@@ -40,6 +48,11 @@ class Design(Choices, ABC):
     @abstractmethod
     def signals(self) -> tuple[str, ...]:
         """Signals that may have a word length of their own in ``formats``."""
+
+    @property
+    @abstractmethod
+    def result_fields(self) -> tuple[str, ...]:
+        """Names of the fields of a result frame, in order."""
 
     @property
     @abstractmethod
@@ -65,7 +78,7 @@ class Design(Choices, ABC):
     @cached_property
     def layout(self) -> tuple[Field, ...]:
         """Fields of a result frame in order."""
-        return make_layout(self, self.widths.output)
+        return make_layout(self, self.widths.output, self.result_fields)
 
     @property
     def frame_words(self) -> int:

@@ -11,7 +11,7 @@ from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.cordic import cordic, cordic_gain, iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import Normalised
-from tfra.model.fixed.numbers import bit_length, divide
+from tfra.model.fixed.numbers import bit_length, divide, to_top
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import MU_LIMIT, force_drop
 
@@ -66,7 +66,7 @@ def gain(design: Design, total: Resultant, frame: Normalised) -> Gain:
     modulus, _ = cordic(design, tangential, normal)
     numerator = frame.magnitude * second
     n_bits, m_bits = bit_length(numerator), bit_length(modulus)
-    quotient = divide(_top(numerator, n_bits, bits), np.maximum(_top(modulus, m_bits, bits), 1), scalar - 1)
+    quotient = divide(to_top(numerator, n_bits, bits), np.maximum(to_top(modulus, m_bits, bits), 1), scalar - 1)
     regular = frame.regular
     mantissa = np.where(regular, np.minimum(quotient, (1 << scalar) - 1), normal_gain(design)[0])
     # numerator / modulus = quotient * 2^(n_bits - m_bits - scalar + 1); numerator has rotations - 3 fraction bits
@@ -82,9 +82,3 @@ def gain(design: Design, total: Resultant, frame: Normalised) -> Gain:
     mu = np.where(regular, np.where(unbounded, top_mu, np.minimum(ratio, top_mu)), 0)
     overflow = unbounded | (regular & (modulus == 0)) | (force_shift < 0) | (resultant_shift < 0)
     return Gain(mantissa, np.maximum(force_shift, 0), np.maximum(resultant_shift, 0), mu, overflow)
-
-
-def _top(value: Ints, length: Ints, bits: int) -> Ints:
-    """``value`` moved so that its top bit is bit ``bits - 1``; bits below are cut off."""
-    shift = bits - length
-    return np.where(shift >= 0, value << np.maximum(shift, 0), value >> np.maximum(-shift, 0))

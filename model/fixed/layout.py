@@ -1,7 +1,8 @@
-"""The result stream: one frame is a header, three planes of forces and the status, one word per transfer."""
+"""The result stream: one frame is a header, the forces at the taxels and the status, one word per transfer."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from tfra.model.choices import Choices
@@ -30,8 +31,8 @@ class Field:
         return self.scale * 2.0**-self.fraction
 
 
-def make_layout(choices: Choices, out: int) -> tuple[Field, ...]:
-    """Fields of a result frame in order; words of forces have ``out`` bits.
+def make_layout(choices: Choices, out: int, names: Sequence[str]) -> tuple[Field, ...]:
+    """Fields ``names`` of a result frame in order; words of forces have ``out`` bits.
 
     Forces and resultants are worth ``lsb * 2^-exponent``; planes are f_x, f_y, f_z, each row-major.
     """
@@ -47,11 +48,13 @@ def make_layout(choices: Choices, out: int) -> tuple[Field, ...]:
         ("mu_x", 1, scalar, True, fraction, 1.0, "1"),
         ("mu_y", 1, scalar, True, fraction, 1.0, "1"),
         ("resultant", 3, out, True, grid, force, "N"),
+        ("uncertainty", 1, out, True, grid, force, "N"),
         ("forces", 3 * m, out, True, grid, force, "N"),
         ("status", 1, STATUS_BITS, False, 0, 1.0, "1"),
     ]
     fields, start = [], 0
-    for name, count, bits, signed, point, scale, unit in rows:
+    by_name = {row[0]: row for row in rows}
+    for name, count, bits, signed, point, scale, unit in (by_name[name] for name in names):
         fields.append(Field(name, start, count, bits, signed, point, scale, unit))
         start += count
     return tuple(fields)

@@ -61,6 +61,12 @@ def normalise(value: npt.ArrayLike, significant: npt.ArrayLike, bits: int) -> In
     return saturate(round_shift(value, shift), bits)
 
 
+def to_top(value: Ints, length: Ints, bits: int) -> Ints:
+    """``value`` moved so that its top bit is bit ``bits - 1``; bits below are cut off."""
+    shift = bits - length
+    return np.where(shift >= 0, value << np.maximum(shift, 0), value >> np.maximum(-shift, 0))
+
+
 def divide(numerator: npt.ArrayLike, denominator: npt.ArrayLike, fraction: int) -> Ints:
     """``numerator / denominator`` with ``fraction`` bits, magnitudes rounded half up, sign last.
 

@@ -1,4 +1,4 @@
-"""Word lengths of a core; :mod:`tfra.model.fixed.tfra.bounds` proves how many bits each quantity needs.
+"""Word lengths of a core; an estimator's ``bounds`` prove how many bits each quantity needs.
 
 All vectors live on one grid: one LSB is ``2^-vector_fraction`` of a converter code of the normalised frame.  Since no
 vector can overflow its word, only the result words and one scalar can saturate.
@@ -16,7 +16,7 @@ MU_LIMIT = 4
 
 @dataclass(frozen=True, slots=True)
 class Widths:
-    """Word lengths in bits, all signed unless said otherwise."""
+    """Word lengths in bits, all signed unless said otherwise; the last ones are TFRA's alone, 0 for others."""
 
     stress: int
     """Normalised taxel stress: as wide as a converter code."""
@@ -26,24 +26,24 @@ class Widths:
     """Exact sum of one row's products."""
     alignment: int
     """Zeros appended to an accumulator so that its dynamic shift to the vector grid only goes right."""
-    moment: int
-    """Unsigned first moment of the compressed (or stretched) taxels, in codes times taxels."""
-    direction: int
-    """Exact c - t cleared of its denominators."""
-    candidate: int
-    """K * (p + mu q) of one taxel, times four."""
-    b_z: int
-    """Unsigned sum of a candidate's positive parts."""
-    b_xy: int
-    """Unsigned |sum - sum| of Eq. 25."""
     force: int
-    """Unscaled force of one taxel on the vector grid times four, less ``force_drop`` bits."""
+    """Unscaled force of one taxel: TFRA's on the vector grid times four, less ``force_drop`` bits; else on the grid."""
     magnitude: int
     """Unsigned sum of |b| over the normalised frame, in codes."""
     division: int
     """Numerators and denominators of quotients; words of the CORDIC at its entry."""
     output: int
     """Scaled force or resultant in a result word."""
+    moment: int = 0
+    """Unsigned first moment of the compressed (or stretched) taxels, in codes times taxels."""
+    direction: int = 0
+    """Exact c - t cleared of its denominators."""
+    candidate: int = 0
+    """K * (p + mu q) of one taxel, times four."""
+    b_z: int = 0
+    """Unsigned sum of a candidate's positive parts."""
+    b_xy: int = 0
+    """Unsigned |sum - sum| of Eq. 25."""
 
 
 def force_drop(choices: Choices) -> int:

@@ -22,18 +22,19 @@ def field(design: Design, words: Ints, name: str) -> Ints:
 
 
 def decode(design: Design, words: Ints) -> Result:
-    """Result frames ``(n, frame_words)`` in SI units."""
+    """Result frames ``(n, frame_words)`` in SI units; forces at the taxels that a core does not send are NaN."""
     raw = {f.name: field(design, words, f.name) for f in design.layout}
     value = {f.name: np.multiply(raw[f.name], f.lsb, dtype=np.float64) for f in design.layout}
-    scale = 2.0 ** -raw["exponent"]
-    forces = (value["forces"] * scale).reshape(len(words), 3, design.sensor.rows, design.sensor.columns)
+    count, scale = len(words), 2.0 ** -raw["exponent"]
+    shape = (count, 3, design.sensor.rows, design.sensor.columns)
     return Result(
-        forces,
-        value["resultant"] * scale,
-        value["phi"][:, 0],
-        value["mu"][:, 0],
-        value["mu_x"][:, 0],
-        value["mu_y"][:, 0],
-        raw["sweep_index"][:, 0],
-        raw["status"][:, 0],
+        forces=(value["forces"] * scale).reshape(shape) if "forces" in value else np.full(shape, np.nan),
+        resultant=value["resultant"] * scale,
+        phi_deg=value["phi"][:, 0],
+        mu=value["mu"][:, 0],
+        mu_x=value["mu_x"][:, 0],
+        mu_y=value["mu_y"][:, 0],
+        sweep_index=raw["sweep_index"][:, 0] if "sweep_index" in raw else np.full(count, -1, dtype=np.int64),
+        status=raw["status"][:, 0],
+        uncertainty=(value["uncertainty"] * scale)[:, 0] if "uncertainty" in value else None,
     )

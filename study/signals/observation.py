@@ -9,13 +9,13 @@ import numpy.typing as npt
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.combine import products
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import accumulate, operand
 from tfra.model.fixed.numbers import round_shift, saturate, significant_bits
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.bounds import bounds
 from tfra.model.fixed.tfra.centroids import moments, offset, pitch_ratio
-from tfra.model.fixed.tfra.combine import products
 from tfra.model.fixed.tfra.dependent import gather_sums, quotients
 from tfra.model.fixed.tfra.forces import friction_forces, scalars
 from tfra.model.fixed.tfra.pipeline import Trace, ordered

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -22,19 +21,19 @@ SIGNALS = (
 """Signals that may have a word length of their own: operators' coefficients, products' operands, scalars."""
 
 
+RESULT_FIELDS = (
+    "frame", "exponent", "sweep_index", "phi", "mu", "mu_x", "mu_y", "resultant", "forces", "status",
+)  # fmt: skip
+"""Fields of a result frame."""
+
+
 @dataclass(frozen=True)
 class TfraDesign(Design):
     """The estimator of doi:10.1016/j.mechatronics.2023.103070."""
 
     products = PRODUCTS
     signals = SIGNALS
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        for name, _ in self.formats.signals:
-            if name not in SIGNALS:
-                nearest = difflib.get_close_matches(name, SIGNALS, n=1, cutoff=0)[0]
-                raise ValueError(f"formats.signals.{name}: unknown signal, the nearest is {nearest}")
+    result_fields = RESULT_FIELDS
 
     @cached_property
     def stacks(self) -> dict[str, Stack]:

@@ -6,10 +6,10 @@ import numpy as np
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.combine import combine
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import round_shift
 from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.tfra.combine import combine
 from tfra.model.fixed.tfra.friction import Friction
 from tfra.model.fixed.widths import force_drop
 

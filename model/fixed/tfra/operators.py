@@ -17,7 +17,7 @@ import numpy as np
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.choices import Choices
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
-from tfra.model.fixed.coefficients import Folding, Stack
+from tfra.model.fixed.coefficients import Folding, Stack, stacked
 from tfra.model.sparse import filtered
 
 OPERATORS = {
@@ -67,7 +67,4 @@ def make_stacks(choices: Choices) -> dict[str, Stack]:
         fold.matrix("pinv2", pinv2, OY),
         fold.matrix("pinv3", pinv3),
     )
-    lengths = {operator.name: choices.formats.bits(f"coefficient.{operator.name}") for operator in found}
-    word = max(lengths.values())  # a lane's, in which shorter ones are aligned to the top
-    by_name = {operator.name: operator.longer(word - lengths[operator.name]) for operator in found}
-    return {stack: Stack(stack, tuple(by_name[name] for name in names)) for stack, names in OPERATORS.items()}
+    return stacked(choices, found, OPERATORS)

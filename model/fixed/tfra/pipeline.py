@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
+from tfra.model.fixed.combine import combine
 from tfra.model.fixed.cordic import cordic
-from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Gain, Resultant, gain
 from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.matvec import matvec
+from tfra.model.fixed.model import FixedModel
 from tfra.model.fixed.normaliser import Normalised, normaliser
-from tfra.model.fixed.result import FixedResult
 from tfra.model.fixed.scaling import Scaled, scaling
 from tfra.model.fixed.tfra.centroids import Direction, centroids
-from tfra.model.fixed.tfra.combine import combine
 from tfra.model.fixed.tfra.dependent import Dependent, dependent, gather_sums
 from tfra.model.fixed.tfra.forces import forces
 from tfra.model.fixed.tfra.friction import Friction, friction
@@ -28,8 +26,6 @@ from tfra.model.fixed.tfra.sweep import Sweep, sweep
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.fixed.words import encode
 from tfra.model.tfra import Status
-
-_CHUNK = 512  # frames at once: bounds memory, and keeps their vectors in a cache
 
 
 @dataclass(frozen=True)
@@ -66,39 +62,12 @@ class Trace:
     scaled: Scaled
 
 
-class FixedTfra:
+class FixedTfra(FixedModel[Trace]):
     """Bit-accurate model of one design."""
-
-    def __init__(self, design: Design) -> None:
-        self.design = design
-
-    def __call__(self, codes: Ints, first_frame: int = 0) -> FixedResult:
-        """Result words of converter ``codes (n, rows, columns)``; frames count from ``first_frame``."""
-        words: list[Ints] = []
-        parts: list[dict[str, Ints]] = []
-        for trace in self.traces(codes):
-            words.append(self._words(trace, first_frame))
-            parts.append(stages(trace, words[-1]))
-            first_frame += len(words[-1])
-        return FixedResult(np.concatenate(words), tuple(parts))
-
-    def words(self, codes: Ints) -> Ints:
-        """Only the result words, in less time and memory."""
-        first, words = 0, []
-        for trace in self.traces(codes):
-            words.append(self._words(trace, first))
-            first += len(words[-1])
-        return np.concatenate(words)
 
     def product(self, stack: str, vector: Ints) -> Ints:
         """Result quads of a stack's operators, on the vector grid."""
         return matvec(self.design, stack, vector)
-
-    def traces(self, codes: Ints) -> Iterator[Trace]:
-        """Results of every block for converter ``codes (n, rows, columns)``, some frames at a time."""
-        flat = np.asarray(codes, dtype=np.int64).reshape(-1, self.design.sensor.taxels)
-        for start in range(0, max(1, len(flat)), _CHUNK):
-            yield self._trace(flat[start : start + _CHUNK])
 
     def _trace(self, codes: Ints) -> Trace:
         design = self.design
@@ -152,25 +121,24 @@ class FixedTfra:
             },
         )
 
-
-def stages(trace: Trace, words: Ints) -> dict[str, Ints]:
-    """Output stream of every block: the frame first, the words of a transfer last."""
-    direction, affine, chosen, factor = trace.direction, trace.affine, trace.chosen, trace.factor
-    return {
-        Stage.NORMALISER: trace.stress,
-        Stage.CENTROIDS: np.stack([direction.cos, direction.sin], axis=1),
-        Stage.MATVEC: np.concatenate([trace.contact, trace.residual, *trace.normal, trace.force], axis=1),
-        Stage.WEIGHTS: trace.n,
-        Stage.DEPENDENT: np.stack([affine.alpha, affine.beta], axis=1),
-        Stage.COMBINE: np.concatenate([trace.e0, trace.e1, trace.d], axis=1),
-        Stage.SWEEP: trace.found.index[:, None],
-        Stage.FRICTION: np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
-        Stage.RESULTANT: trace.total.words,
-        Stage.GAIN: np.stack([factor.mantissa, factor.mu], axis=1),
-        Stage.FORCES: trace.planes.reshape(len(trace.planes), 3 * trace.planes.shape[2], 1),
-        Stage.ANGLE: trace.phi[:, None],
-        Stage.SCALING: words,
-    }
+    def _stages(self, trace: Trace, words: Ints) -> dict[str, Ints]:
+        """Output stream of every block: the frame first, the words of a transfer last."""
+        direction, affine, chosen, factor = trace.direction, trace.affine, trace.chosen, trace.factor
+        return {
+            Stage.NORMALISER: trace.stress,
+            Stage.CENTROIDS: np.stack([direction.cos, direction.sin], axis=1),
+            Stage.MATVEC: np.concatenate([trace.contact, trace.residual, *trace.normal, trace.force], axis=1),
+            Stage.WEIGHTS: trace.n,
+            Stage.DEPENDENT: np.stack([affine.alpha, affine.beta], axis=1),
+            Stage.COMBINE: np.concatenate([trace.e0, trace.e1, trace.d], axis=1),
+            Stage.SWEEP: trace.found.index[:, None],
+            Stage.FRICTION: np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
+            Stage.RESULTANT: trace.total.words,
+            Stage.GAIN: np.stack([factor.mantissa, factor.mu], axis=1),
+            Stage.FORCES: trace.planes.reshape(len(trace.planes), 3 * trace.planes.shape[2], 1),
+            Stage.ANGLE: trace.phi[:, None],
+            Stage.SCALING: words,
+        }
 
 
 def ordered(direction: Direction, d1: Ints, d2: Ints) -> tuple[Ints, Ints]:

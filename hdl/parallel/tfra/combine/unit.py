@@ -24,7 +24,7 @@ from tfra.model.fixed.design import Design
 
 
 class Combine(wiring.Component):
-    """The one unit for ``z + s * x``; the model is :func:`tfra.model.fixed.tfra.combine.combine`, W words at a time.
+    """The one unit for ``z + s * x``; the model is :func:`tfra.model.fixed.combine.combine`, W words at a time.
 
     ::
 

@@ -12,10 +12,10 @@ from tests.marks import long
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
 from tfra.model.fixed.butterfly import butterfly
+from tfra.model.fixed.combine import combine
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import centroids
-from tfra.model.fixed.tfra.combine import combine
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.sim.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 

@@ -1,4 +1,4 @@
-"""Vector updates ``z + s * x``: candidates' residuals and the weights of the forces (Eqs. 7, 8, 10)."""
+"""Vector updates ``z + s * x``: residuals of candidates, weights of forces (Eqs. 7, 8, 10), and sheared fields."""
 
 from __future__ import annotations
 

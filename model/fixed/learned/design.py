@@ -1,0 +1,75 @@
+"""A design that the learned estimator computes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from tfra.model.choices import SCALARS
+from tfra.model.fixed.coefficients import Stack
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.bounds import make_widths
+from tfra.model.fixed.learned.operators import OPERATORS, make_stacks, names
+from tfra.model.fixed.learned.pipeline import FixedLearned
+from tfra.model.fixed.learned.resultant import threshold_word
+from tfra.model.fixed.widths import Widths
+from tfra.model.learned.weights import Weights
+
+SIGNALS = (
+    *(f"coefficient.{name}" for held in OPERATORS.values() for name in held),
+    *(f"operand.{name}" for name in (*OPERATORS, "combine")),
+    *SCALARS,
+)
+"""Signals that may have a word length of their own: operators' coefficients, products' operands, scalars."""
+
+
+@dataclass(frozen=True)
+class LearnedDesign(Design):
+    """The network of :mod:`tfra.model.learned` with its ``weights``.
+
+    ``threshold``: of the uncertainty over the normal force.  ``taxel_forces``: the core gives forces at the taxels.
+    Raises ``ValueError`` that starts with ``estimator.weights:`` for weights of another number of taxels.
+    """
+
+    signals = SIGNALS
+
+    weights: Weights = field(kw_only=True)
+    threshold: float = field(kw_only=True)
+    taxel_forces: bool = field(default=True, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.weights.taxels != self.sensor.taxels:
+            reason = f"are for {self.weights.taxels} taxels, the sensor has {self.sensor.taxels}"
+            raise ValueError(f"estimator.weights: {reason}")
+
+    @property
+    def products(self) -> tuple[str, ...]:
+        """The stack of each product of a frame, in order."""
+        return tuple(names(self.taxel_forces))
+
+    @property
+    def result_fields(self) -> tuple[str, ...]:
+        """Names of the fields of a result frame, in order."""
+        header = ("frame", "exponent", "phi", "mu", "mu_x", "mu_y", "resultant", "uncertainty")
+        return (*header, "forces", "status") if self.taxel_forces else (*header, "status")
+
+    @property
+    def threshold_word(self) -> int:
+        """The threshold as the core compares with it."""
+        return threshold_word(self.threshold)
+
+    @cached_property
+    def stacks(self) -> dict[str, Stack]:
+        """Quantised operators by the name of their stack, in the order of the coefficient memories."""
+        return make_stacks(self, self.weights, self.taxel_forces)
+
+    @cached_property
+    def widths(self) -> Widths:
+        """Word lengths; raises ``ValueError`` as :func:`tfra.model.fixed.learned.bounds.make_widths`."""
+        return make_widths(self, self.stacks)
+
+    @property
+    def model(self) -> FixedLearned:
+        """The bit-accurate model."""
+        return FixedLearned(self, self.threshold_word, self.taxel_forces)

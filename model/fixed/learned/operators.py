@@ -1,0 +1,132 @@
+"""The operators of the learned estimator and the order of its products.
+
+Stacks group the operators that share an operand:
+
+    first   b^  -> the first layer, the part of the outputs that is linear in b, and -K b for the field
+    second  h1^ -> the second layer, and its part of the outputs
+    read    h2^ -> its part of the outputs
+    field   p^  -> K G_x p and K G_y p
+
+K is the inverse of the normal influence G_z (:mod:`tfra.model.learned.field`).  The outputs are two quads: F_z, F_x and
+F_y in the parities that they read, and the uncertainty.  A quarter in every operator in front of an activation undoes
+the factor of its butterfly.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tfra.model.arrays import Floats, Ints
+from tfra.model.choices import Choices
+from tfra.model.fixed.butterfly import EE, HADAMARD, OX, OY
+from tfra.model.fixed.coefficients import Folding, Operator, Stack, nearest_rows, quantise_rows, stacked
+from tfra.model.learned.field import influence
+from tfra.model.learned.network import Folded
+from tfra.model.learned.weights import MIRRORS, Weights
+
+OPERATORS = {
+    "first": ("first", "direct", "inverse"),
+    "second": ("second", "read1"),
+    "read": ("read2",),
+    "field": ("shear_x", "shear_y"),
+}
+"""Names of the operators of each stack, in the order of the coefficient memories."""
+
+OF_FORCES = ("inverse", *OPERATORS["field"])
+"""Operators that only the forces at the taxels need."""
+
+PLACES = ((0, OX), (0, OY), (0, EE), (1, EE))
+"""Quad and parity of every output: the resultant in the first quad, the uncertainty in the second."""
+
+
+def names(taxel_forces: bool) -> dict[str, tuple[str, ...]]:
+    """Names of the operators of each stack of a design with or without forces at the taxels."""
+    held = {
+        stack: tuple(name for name in all_names if taxel_forces or name not in OF_FORCES)
+        for stack, all_names in OPERATORS.items()
+    }
+    return {stack: found for stack, found in held.items() if found}
+
+
+def make_stacks(choices: Choices, weights: Weights, taxel_forces: bool) -> dict[str, Stack]:
+    """Every stack by its name, in the order of ``OPERATORS``."""
+    layers = Layers.of(Folded.of(choices, weights))
+    found = [
+        _operator(choices, "first", layers.first, over_array=True),
+        _operator(choices, "direct", layers.direct, over_array=True),
+        _operator(choices, "second", layers.second),
+        _operator(choices, "read1", layers.read1),
+        _operator(choices, "read2", layers.read2),
+    ]
+    if taxel_forces:
+        g, fold = influence(choices.sensor), Folding(choices)
+        found += [
+            fold.matrix("inverse", -g.inverse / choices.sensor.taxel_area / MIRRORS),
+            fold.matrix("shear_x", g.inverse @ g.x / MIRRORS, OX),
+            fold.matrix("shear_y", g.inverse @ g.y / MIRRORS, OY),
+        ]
+    return stacked(choices, found, names(taxel_forces))
+
+
+@dataclass(frozen=True, eq=False)
+class Layers:
+    """The network as rows ``(n, 4, K)`` of operators, each layer's units brought to the same range.
+
+    A unit of a layer can be made smaller and its weights in the next layers larger, without another result.  Here no
+    unit exceeds the largest word of its layer's input, so all of them share one grid.
+    """
+
+    first: Floats
+    second: Floats
+    read2: Floats
+    read1: Floats
+    direct: Floats
+
+    @classmethod
+    def of(cls, folded: Folded) -> Layers:
+        """Rows of the ``folded`` weights."""
+        first, second = np.moveaxis(folded.first, -1, 0), np.moveaxis(folded.second, -1, 0)
+        size1 = unit_gain(first)
+        second = second * size1
+        size2 = unit_gain(second)
+        return cls(
+            first / size1[:, None, None],
+            second / size2[:, None, None],
+            output_rows(folded.read2 * size2),
+            output_rows(folded.read1 * size1),
+            output_rows(folded.direct),
+        )
+
+
+def unit_gain(rows: Floats | Ints) -> Floats:
+    """Largest magnitude ``(n,)`` of a mirror's word, for operands whose taxels do not exceed one; ``rows (n, 4, K)``.
+
+    Zero rows have the gain one.
+    """
+    gain = np.abs(np.einsum("npk,pt->nkt", rows, HADAMARD)).sum(axis=(1, 2))
+    return np.where(gain > 0, gain, 1.0)
+
+
+def output_rows(read: Floats) -> Floats:
+    """Rows ``(2, 4, K)`` of two quads from those of the outputs, ``(4, K)``."""
+    rows = np.zeros((1 + max(quad for quad, _ in PLACES), MIRRORS, read.shape[1]))
+    for (quad, parity), row in zip(PLACES, read, strict=True):
+        rows[quad, parity] = row
+    return rows
+
+
+def outputs(quads: Ints) -> Ints:
+    """The outputs ``(n, 4)`` in two quads ``(n, 2, 4)``."""
+    return np.stack([quads[:, quad, parity] for quad, parity in PLACES], axis=1)
+
+
+def _operator(choices: Choices, name: str, rows: Floats, over_array: bool = False) -> Operator:
+    """Quantise; ``over_array``: the operand is a vector over the array."""
+    bits = choices.formats.bits(f"coefficient.{name}")
+    words, fraction = quantise_rows(choices, rows, bits) if over_array else nearest_rows(rows, bits)
+    gain, folded = unit_gain(words).max() / MIRRORS, np.abs(words).sum(axis=-1).max()
+    return Operator(name, words, EE, fraction, float(gain) / 2.0**fraction, float(folded) / 2.0**fraction)
+
+
