@@ -49,10 +49,13 @@ RATIOS = [
 ]
 """Ratios on either side of 2 and 4, of all signs, and of a force with none."""
 
+TWISTED = np.array([[500, -500], [-500, 500]])
+"""A contact without force."""
+
 
 def test_friction_at_its_limits():
-    """2 limits the friction of the field, 4 the words."""
-    design, codes = sums(), frames(RATIOS)
+    """2 limits the friction of the field, 4 the words; a pulling frame and one without any force have no limit."""
+    design, codes = sums(), np.concatenate([frames([*RATIOS, (300, 200, 150)]), TWISTED[None]])
     check(design, codes)
     words = design.model(codes).words
     top = (1 << (BITS - 1)) - 1
@@ -85,7 +88,7 @@ def test_an_uncertainty_at_the_threshold(threshold, implausible):
 def test_shares(inverse):
     """With p = 0 everywhere shares are even: four taxels have a power of two, which the last frame almost has, too."""
     design, codes = sums(inverse), frames([(0, 0, -5), (100, 20, -300)])
-    codes = np.concatenate([codes, [[[-2048, -2048], [-2048, -2047]]]])
+    codes = np.concatenate([codes, TWISTED[None] - 1, [[[-2048, -2048], [-2048, -2047]]]])
     assert next(iter(design.model.traces(codes))).field.share.even.all() == (inverse == 0)
     check(design, codes)
 
