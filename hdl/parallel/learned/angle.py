@@ -53,7 +53,7 @@ class Angle(wiring.Component):
     @property
     def angle_latency(self) -> int:
         """Cycles from the transfer of ``force`` to that of ``angle``: the sum is a register behind the rotations."""
-        return self._cordic.latency + 2
+        return self._cordic.latency + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
