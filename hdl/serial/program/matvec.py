@@ -51,9 +51,10 @@ def normalise_parities(w: Writer, quads: int) -> None:
 # Products
 
 
-def product(w: Writer, name: str, words: int, significant: Operand, stride: int) -> None:
+def product(w: Writer, name: str, words: int, significant: Operand, stride: int, wanted: int = 4) -> None:
     """Results of operator ``name`` for the operand ``words``, written from pointer 2 on, ``stride`` words for a parity.
 
+    The ``wanted`` parities are the first ones: those after them are not computed.
     Changes R0, R1, T, SH, SP and pointers 0, 1, 2 and 5.
     """
     operator = operator_of(w.design, name)
@@ -64,12 +65,12 @@ def product(w: Writer, name: str, words: int, significant: Operand, stride: int)
     w.points(p5=w.map.constants(*table))
     longest = (1 << (w.sizes.shift - 1)) - 1  # where more would be needed, all sums are rounded to zero
     w.assembler.move(R1, imm(min(operator.fraction + w.operand - 1, longest)))
-    w.call(parities, stride, products)
+    w.call(parities, stride, products, wanted)
 
 
-def parities(w: Writer, quads: int, products: int) -> None:
-    """Body of :func:`product`: ``quads`` results of each parity, sums of ``products``, in groups of as many as there
-    are lanes.
+def parities(w: Writer, quads: int, products: int, wanted: int) -> None:
+    """Body of :func:`product`: ``quads`` results of each wanted parity, in groups of as many as there are lanes; each
+    is a sum of ``products``.
 
     The program and the lanes work in parallel, and each group takes ``turn`` cycles:
 
@@ -92,7 +93,7 @@ def parities(w: Writer, quads: int, products: int) -> None:
     turn = max(products, late - read, read + store)
     start = Instruction(Op.MAC, left=lengths(w.design).index(products), pointer=0)
     _next_parity(w)
-    with a.loop(4):
+    with a.loop(wanted):
         a.sub(Dest.SH, R1, mem(0, 1))
         a.emit(start)
         if groups > 1:

@@ -43,7 +43,7 @@ DESIGNS = {
 }
 
 LEARNED = {
-    "2×2": made(2, 2, (1, 1), architecture=SERIAL),
+    "2×2": made(2, 2, (1, 1), architecture=SERIAL, threshold=300.0),
     "2×3, forces": made(2, 3, (3, 2), seed=1, architecture=SERIAL),
     "3×5": made(3, 5, (7, 4), seed=2, architecture=SERIAL, taxel_forces=False),
     "5×7, forces": made(5, 7, (6, 13), seed=3, architecture=SERIAL, threshold=1.5),

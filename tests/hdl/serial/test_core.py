@@ -50,7 +50,7 @@ def test_latency(design):
     ("design", "stall_in", "stall_out"),
     [
         (DESIGNS["2×3"], random_stalls, bursts),
-        (DESIGNS["short"], bursts, random_stalls),
+        *long((DESIGNS["short"], bursts, random_stalls)),
         (LEARNED["2×2"], bursts, random_stalls),
     ],
 )

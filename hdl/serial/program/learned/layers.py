@@ -37,7 +37,7 @@ def read(w: LearnedWriter) -> None:
 
 
 def total(w: LearnedWriter) -> None:
-    """F in ``force`` and its uncertainty in ``uncertain``, on the vector grid; zero in frames without contact."""
+    """F in ``force``, and in R0, R1 and R2, and its uncertainty in ``uncertain``; zero in frames without contact."""
     a = w.assembler
     w.set_flag(1, w.at("contact"))
     for register, place in zip((R0, R1, R2, R3), PLACES, strict=True):
@@ -64,8 +64,10 @@ def _units(w: LearnedWriter, name: str) -> None:
 
 
 def _output(w: LearnedWriter, name: str) -> None:
+    """A product's part of the outputs, which have no parity after the last of PLACES."""
+    wanted = 1 + max(parity for _, parity in PLACES)
     w.points(p2=w.map.outputs[name])
-    product(w, name, w.map.operand, w.at("bits", 4), padded(w.design, name))
+    product(w, name, w.map.operand, w.at("bits", 4), padded(w.design, name), wanted)
 
 
 def _place(w: LearnedWriter, name: str, quad: int, parity: int) -> Operand:

@@ -8,10 +8,8 @@ from tfra.model.fixed.learned.resultant import THRESHOLD_FRACTION
 
 
 def resultant(w: LearnedWriter) -> None:
-    """F normalised together, in ``total``, and the bits it needed."""
+    """F, which is in R0, R1 and R2, normalised together, in ``total``, and the bits it needed."""
     a, registers = w.assembler, (R0, R1, R2)
-    for register, word in zip(registers, w.three("force"), strict=True):
-        a.move(register, word)
     w.normalise(registers, w.division, w.at("significant"))
     for word, register in zip(w.three("total"), registers, strict=True):
         a.move(word, register)

@@ -14,7 +14,7 @@ from tfra.model.choices import FORMATS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
-from tfra.sim.harness import PATTERNS, Recording, bursts, random_stalls, run
+from tfra.sim.harness import Recording, bursts, random_stalls, run
 
 SMALL = [
     make(2, 2, 4),
@@ -117,13 +117,13 @@ def check(design: Design, frames: np.ndarray, seed: int = 0, **stalls) -> None:
         assert by_operator(design, seen) == expected(design, some), f"{label(design)}, seed {seed}"
 
 
-@pytest.mark.parametrize("design", [*SMALL[:3], *long(*SMALL[3:])], ids=label)
+@pytest.mark.parametrize("design", [*SMALL[:2], *long(*SMALL[2:])], ids=label)
 def test_extreme_operands(design):
     check(design, corners(design))
 
 
 @pytest.mark.parametrize("design", SMALL, ids=label)
-@pytest.mark.parametrize("stall", PATTERNS[1:])
+@pytest.mark.parametrize("stall", [random_stalls, *long(bursts)])
 def test_random_operands_with_stalls(design, stall):
     check(design, draw(design, 2, 5), seed=5, stall_in=stall, stall_out=stall)
 
