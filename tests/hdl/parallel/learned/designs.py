@@ -6,6 +6,7 @@ import random
 from typing import Any
 
 import numpy as np
+from hypothesis import Phase
 
 from tests.model.fixed.learned.cases import made
 from tfra.hdl.parallel.learned.core import LearnedCore
@@ -21,6 +22,9 @@ DESIGNS = {
     "mixed": made(4, 6, formats=Formats("mixed", 12, 20, 9, 2, (("cordic", 24), ("division", 27), ("scalar", 14)))),
 }
 """With forces at the taxels."""
+
+NO_SHRINKING = (Phase.explicit, Phase.reuse, Phase.generate)
+"""Of hypothesis: a smaller seed tells no more, and each try is a simulation."""
 
 CASES = list(DESIGNS.values())
 

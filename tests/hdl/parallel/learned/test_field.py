@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.hdl.parallel.learned.designs import CASES, label, words_of
+from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
 from tests.model.fixed.learned.cases import made
 from tfra.hdl.parallel.learned.field import Field
 from tfra.hdl.parallel.learned.plan import FRAMES
-from tfra.model.fixed.butterfly import to_quads
+from tfra.model.fixed.butterfly import distinct, to_quads
 from tfra.model.fixed.learned.field import bounded, field
 from tfra.model.fixed.learned.friction import Friction
 from tfra.model.fixed.scalars import scalar_fraction
@@ -35,6 +35,11 @@ def expected(design, vectors, scalars):
     zero = np.zeros(NUMBER, dtype=np.int64)
     found = Friction(zero, scalars[0], scalars[1], zero > 0)
     return to_quads(design, field(design, vectors[0], (vectors[1], vectors[2]), found))
+
+
+def first_of(design, quads):
+    """Words of quads that are the first to hold their taxel: vectors here have odd parts on the middle line, too."""
+    return np.reshape(quads, (NUMBER, design.quads, 4))[:, distinct(design)].tolist()
 
 
 def send(design, vectors, scalars, stall_in=flowing, seed=0):
@@ -62,12 +67,13 @@ def send(design, vectors, scalars, stall_in=flowing, seed=0):
     )
 
 
-@settings(max_examples=6, deadline=None)
-@given(st.integers(0, 1 << 32), st.sampled_from(CASES), st.sampled_from(PATTERNS))
-def test_equals_the_model(seed, design, stall):
+@settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
+@given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.sampled_from(PATTERNS))
+def test_equals_the_model(seed, name, stall):
+    design = DESIGNS[name]
     vectors, scalars = draw(design, seed)
     seen = send(design, vectors, scalars, stall, seed)
-    assert seen.values["p"] == expected(design, vectors, scalars).reshape(-1, 4).tolist()
+    assert first_of(design, seen.values["p"]) == first_of(design, expected(design, vectors, scalars))
 
 
 @pytest.mark.parametrize("design", CASES, ids=label)
@@ -94,4 +100,4 @@ def test_a_wrong_bit_is_noticed():
     vectors, scalars = draw(design, 2)
     seen = send(design, vectors, scalars)
     vectors[0] += 4
-    assert seen.values["p"] != expected(design, vectors, scalars).reshape(-1, 4).tolist()
+    assert first_of(design, seen.values["p"]) != first_of(design, expected(design, vectors, scalars))
