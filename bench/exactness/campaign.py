@@ -54,12 +54,12 @@ def learned() -> tuple[tuple[Design, int], ...]:
     """Designs of the learned estimator: the presets with their weights, and others with random ones."""
     fast, small = (load(ROOT / "examples" / f"learned_{name}.toml").design for name in ("fast", "small"))
     return (
-        (fast, 340),
-        (replace(fast, name="learned_short", taxel_forces=False), 340),
-        (small, 340),
-        (untrained(7, 12, (24, 12), architecture=Architecture(28, 1), images="load"), 340),
-        (untrained(5, 6, (6, 4), architecture=Architecture(12, 2), formats=FORMATS["wide"]), 400),
-        (untrained(3, 5, (5, 7), architecture=SERIAL, adc=Adc(12)), 400),
+        (fast, 100),
+        (replace(fast, name="learned_short", taxel_forces=False), 100),
+        (small, 20),
+        (untrained(7, 12, (24, 12), architecture=Architecture(28, 1), images="load"), 100),
+        (untrained(5, 6, (6, 4), architecture=Architecture(12, 2), formats=FORMATS["wide"]), 900),
+        (untrained(3, 5, (5, 7), architecture=SERIAL, adc=Adc(12)), 900),
     )
 
 
