@@ -24,8 +24,8 @@ _WORD = READ + 1
 """Cycles from an address to p of its taxel."""
 _PRODUCT = _WORD + Multiplier.latency
 """... to its product with the mantissa."""
-_RESULT = _PRODUCT + 3
-"""... to the result word: two steps of the shift, rounding and limit."""
+_RESULT = _PRODUCT + 4
+"""... to the result word: two steps of the shift, rounding, limit."""
 
 
 class Forces(wiring.Component):
@@ -110,7 +110,8 @@ class Forces(wiring.Component):
         _, fine = two_steps(register(m, shift, "fine"), _FINE)
         moved = register(m, shift_right(multiplier.product, coarse), "moved")
         shifted = register(m, moved >> fine, "shifted")
-        wide = round_half(shifted)
+        # TIMING: rounding -> limit
+        wide = register(m, round_half(shifted), "wide")
         m.d.comb += [
             multiplier.a.eq(Cat(p, Const(0, 1)).as_signed()),
             multiplier.b.eq(delayed(m, given.mantissa, _WORD, "mantissa")),
