@@ -7,12 +7,17 @@ import inspect
 import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from tests.model.fixed.learned.cases import made
+from tfra.hdl.parallel.learned import blocks as learned
+from tfra.hdl.parallel.learned.probes import probes as learned_probes
 from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.hdl.parallel.tfra.probes import probes
 from tfra.model.choices import Architecture
+from tfra.model.fixed.learned.stages import Stage as LearnedStage
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.sensor import SensorArray
@@ -23,6 +28,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 PICTURE = "<!-- rooms -->\n"
 DESIGN = TfraDesign(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4))
+LEARNED = made(2, 2)
 
 
 def rooms() -> list[list[str]]:
@@ -121,24 +127,47 @@ def test_files_and_functions_are_short() -> None:
     assert long == []
 
 
+def block_tables() -> list[list[tuple[str, ...]]]:
+    """Rows of the guide's tables of blocks: TFRA's, then those of the learned estimator."""
+    guide = (ROOT / "docs" / "development.md").read_text()
+    row = re.compile(r"^\| `(\w+)` \| `(hdl/\S+)` \| `(model/\S+)` \| `(tests/\S+)` \|$", re.MULTILINE)
+    return [found for part in guide.split("\n\n") if (found := row.findall(part))]
+
+
 def test_every_block_has_its_places() -> None:
     """Model, stage, gateware, probe, timeline, test and rows of every block, by the table of the guide."""
-    guide = (ROOT / "docs" / "development.md").read_text()
-    rows = re.findall(r"^\| `(\w+)` \| `(hdl/\S+)` \| `(model/\S+)` \| `(tests/\S+)` \|$", guide, re.MULTILINE)
+    rows, _ = block_tables()
     blocks = dict(Blocks.of(DESIGN))
-    assert [row[0] for row in rows] == list(blocks)
     picture = (ROOT / "docs" / "architecture.md").read_text()
     assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) == set(blocks)
     watched = [probe.stage for probe in probes(DESIGN)]
     timeline = "".join(file.read_text() for file in (ROOT / "hdl/parallel/tfra").rglob("timeline*/*.py"))
+    check_places(rows, blocks, watched, set(Stage), {"fold", Stage.SCALING})
+    assert [name for name in blocks if type(blocks[name]).__name__ not in timeline] == ["fold", "angle"]
+    assert [*watched, Stage.SCALING] == list(Stage)
+
+
+def test_every_block_of_the_learned_estimator_has_its_places() -> None:
+    _, rows = block_tables()
+    blocks = dict(learned.Blocks.of(LEARNED))
+    picture = (ROOT / "docs" / "learned.md").read_text().partition("## The parallel core")[2]
+    assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) >= set(blocks) - {"normaliser", "fold"}
+    watched = [probe.stage for probe in learned_probes(LEARNED)]
+    check_places(rows, blocks, watched, {*LearnedStage, "forces"}, {"fold", "forces", LearnedStage.WORDS})
+    assert [*watched, LearnedStage.WORDS] == list(LearnedStage)
+
+
+def check_places(
+    rows: list[tuple[str, ...]], blocks: dict[str, Any], watched: list[str], stages: set[str], unwatched: set[str]
+) -> None:
+    """Files of every block, in the order of the blocks; a stage and a probe, or one of ``unwatched``."""
+    assert [row[0] for row in rows] == list(blocks)
     for name, gateware, model, test in rows:
         assert inspect.getfile(type(blocks[name])) == str(ROOT / gateware), name
         assert (ROOT / model).exists(), name
         assert (ROOT / test).exists(), name
-        assert name == "fold" or name in set(Stage), name
-        assert name in watched or name in ("fold", Stage.SCALING), name
-        assert type(blocks[name]).__name__ in timeline or name in ("fold", "angle"), name
-    assert [*watched, Stage.SCALING] == list(Stage)
+        assert name == "fold" or name in stages, name
+        assert name in watched or name in unwatched, name
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))

@@ -62,9 +62,9 @@ _FINE = 2
 """Bits of a headroom by which the second step of a shift moves: a word's whole shift would be a long path."""
 
 
-def beat_headroom(design: Design, words: int) -> data.ArrayLayout:
-    """For each of the ``words`` of a beat, the headroom of its parity over the whole vector."""
-    return data.ArrayLayout(counter_shape(design.widths.vector - 1), words)
+def beat_headroom(bits: int, words: int) -> data.ArrayLayout:
+    """For each of the ``words`` of a beat, of ``bits``, the headroom of its parity over the whole vector."""
+    return data.ArrayLayout(counter_shape(bits - 1), words)
 
 
 class ScaleAdd(wiring.Component):
@@ -80,6 +80,7 @@ class ScaleAdd(wiring.Component):
 
     Arguments:
         words: of a beat.
+        bits: of a word; those of a vector, or fewer where all words and the sum fit them.
 
     Members:
         x: of the beat in stage ``X_CHOSEN``.
@@ -89,13 +90,13 @@ class ScaleAdd(wiring.Component):
         sum: of the beat in stage ``SUM``.
     """
 
-    def __init__(self, design: Design, words: int) -> None:
-        self._design = design
-        beat = data.ArrayLayout(signed(design.widths.vector), words)
+    def __init__(self, design: Design, words: int, bits: int) -> None:
+        self._design, self._bits = design, bits
+        beat = data.ArrayLayout(signed(bits), words)
         super().__init__(
             {
                 "x": In(beat),
-                "headroom": In(beat_headroom(design, words)),
+                "headroom": In(beat_headroom(bits, words)),
                 "scalar": In(signed(design.formats.bits("scalar"))),
                 "z": In(beat),
                 "sum": Out(beat),
@@ -134,10 +135,10 @@ class ScaleAdd(wiring.Component):
     def _multiply(self, m: Module, operands: Any, scalar: Value, headroom: dict[Stage, Any]) -> Any:
         """Products on the grid of z with one bit below the point, shifted right by the headroom of x in two steps."""
         size, bits = len(operands), self._design.formats.bits("operand.combine")
-        drop = scalar_fraction(self._design) + bits - self._design.widths.vector
+        drop = scalar_fraction(self._design) + bits - self._bits
         # A register for each word: yosys packs one of all words into the SB_MAC16 of the first and loses the rest.
         product = [Signal(signed(bits + len(scalar)), name=f"product{k}", reset_less=True) for k in range(size)]
-        shifted = Signal(data.ArrayLayout(signed(self._design.widths.vector + 1), size), reset_less=True)
+        shifted = Signal(data.ArrayLayout(signed(self._bits + 1), size), reset_less=True)
         for k in range(size):
             # TIMING: multiplier -> shift back
             # Of the bits that are read alone: yosys packs a register of all into an SB_MAC16 and loses it.

@@ -14,6 +14,7 @@ from functools import partial
 import pytest
 
 from tests.marks import long
+from tests.model.fixed.learned.cases import made
 from tfra.codegen import testbench
 from tfra.codegen.sidecar import LOADED
 from tfra.codegen.verilog import to_verilog
@@ -34,6 +35,8 @@ DESIGNS = {
     "two candidates": parallel(1, 4),
     "four candidates": parallel(3, 1, 1.5),
     "eight candidates": parallel(7, 4),
+    "learned": made(2, 3, adc=Adc(8)),
+    "learned, without forces": made(3, 2, adc=Adc(8), taxel_forces=False),
     "serial": TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), adc=Adc(8), search=Search(3), architecture=SERIAL),
 }
 
@@ -103,7 +106,9 @@ def _few_frames(monkeypatch):
     ("name", "seeds"),
     [
         ("eight candidates", (None, 1)),
-        *long(*((name, (None, 1, 2)) for name in DESIGNS if name != "eight candidates"), ("eight candidates", (2, 3))),
+        ("learned", (None, 1)),
+        *long(*((name, (None, 1, 2)) for name in DESIGNS if name not in ("eight candidates", "learned"))),
+        *long(("eight candidates", (2, 3)), ("learned", (2, 3))),
     ],
 )
 def test_nothing_is_left_of_what_was_before_a_reset(name, seeds, tmp_path):

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Value
-from amaranth.lib import wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import always_ready_stream
-from tfra.hdl.parallel.learned.plan import UNITS
+from tfra.hdl.parallel.learned.plan import UNITS, mirror_bits
 from tfra.hdl.parallel.payloads import product
 from tfra.model.fixed.learned.design import LearnedDesign
 
@@ -23,9 +23,9 @@ class Activation(wiring.Component):
 
         result -> Butterfly -> max(0, .) -> Butterfly -> units
 
-    One block for all layers, since no more than one quad leaves the lanes in a cycle.  A unit at a mirror is two bits
-    shorter than a vector word, by the bounds of :mod:`tfra.model.fixed.learned.bounds`.  Nothing waits; no multiplier,
-    sixteen adders.
+    One block for all layers, since no more than one quad leaves the lanes in a cycle.  Sums in front of a unit are no
+    longer than that at a mirror, by the bounds of :mod:`tfra.model.fixed.learned.bounds`.  Nothing waits; no
+    multiplier, sixteen adders.
 
     Members:
         result: results of all products; those of ``UNITS`` are looked at.
@@ -34,9 +34,10 @@ class Activation(wiring.Component):
 
     def __init__(self, design: LearnedDesign) -> None:
         self._kinds = [number for number, name in enumerate(design.kinds) if name in UNITS]
-        self._unfold, self._fold = Butterfly(design.widths.vector), Butterfly(design.widths.vector - 2)
-        payload = always_ready_stream(product(design))
-        super().__init__({"result": In(payload), "units": Out(payload)})
+        self._unfold, self._fold = (Butterfly(mirror_bits(design)) for _ in range(2))
+        result = product(design)
+        units = data.StructLayout(result.members | {"words": self._fold.o.p.shape()})
+        super().__init__({"result": In(always_ready_stream(result)), "units": Out(always_ready_stream(units))})
 
     @property
     def latency(self) -> int:
@@ -51,7 +52,7 @@ class Activation(wiring.Component):
         bits = len(fold.i.p[0])
         m.d.comb += [
             unfold.i.valid.eq(here),
-            unfold.i.payload.eq(result.p.words),
+            *(into.eq(word) for into, word in zip(unfold.i.p, result.p.words, strict=True)),
             unfold.o.ready.eq(1),
             fold.i.valid.eq(unfold.o.valid),
             *(fold.i.p[k].eq(Mux(word[-1], 0, word[:bits])) for k, word in enumerate(unfold.o.p)),

@@ -106,6 +106,10 @@ class LearnedCore(wiring.Component):
     def _wire_scalars(self, m: Module, blocks: Blocks) -> None:
         """Outputs to the header of a frame, which is complete when its friction is."""
         force, friction = blocks.resultant.force, blocks.friction
+        # What the header takes when friction is found is complete by then.
+        found = blocks.resultant.latency + friction.latency
+        assert found >= blocks.resultant.judged_latency + self.design.cycles_per_quad
+        assert friction.latency >= blocks.angle.angle_latency
         connect(m, blocks.total.total, blocks.resultant.total)
         for user in (blocks.angle, friction):
             m.d.comb += [user.force.valid.eq(force.valid), user.force.payload.eq(force.payload)]

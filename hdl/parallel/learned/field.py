@@ -79,8 +79,9 @@ class Field(wiring.Component):
         still, *sheared = (self._vectors(m, name) for name in ("inverse", "shear_x", "shear_y"))
         running, number, place = self._run(m, sheared[1].complete)
         sums: list[Value] = [still.word]
+        bits = self._design.widths.force
         for late, axis in enumerate("xy"):
-            m.submodules[f"add_{axis}"] = add = ScaleAdd(self._design, 1)
+            m.submodules[f"add_{axis}"] = add = ScaleAdd(self._design, 1, bits)
             m.d.comb += [
                 add.x[0].eq(sheared[late].word),
                 add.headroom[0].eq(sheared[late].headroom),
@@ -98,7 +99,8 @@ class Field(wiring.Component):
         """Memory of the results of an operator."""
         m.submodules[name] = vectors = Vectors(self._design, headroom=name != "inverse")
         here = self.result.valid & self.result.p.kind[self._design.kinds.index(name)]
-        m.d.comb += [vectors.write.valid.eq(here), vectors.write.payload.eq(self.result.p.words)]
+        m.d.comb += vectors.write.valid.eq(here)
+        m.d.comb += (into.eq(word) for into, word in zip(vectors.write.p, self.result.p.words, strict=True))
         return vectors
 
     def _run(self, m: Module, complete: Value) -> tuple[Signal, Signal, Signal]:
@@ -129,7 +131,7 @@ class Field(wiring.Component):
         bits = self._design.widths.force
         words = Signal(4 * bits, reset_less=True)
         with m.If(valid):
-            m.d.sync += words.eq(Cat(words, word[:bits])[bits:])
+            m.d.sync += words.eq(Cat(words, word)[bits:])
         _, ends = wrapping_counter(m, valid, 4, "parity")
         p = driver(m, self.p.payload)
         m.d.comb += [

@@ -22,10 +22,10 @@ _FINE = 3
 """Bits of a shift by which its second step moves."""
 _WORD = READ + 1
 """Cycles from an address to p of its taxel."""
-_PRODUCT = _WORD + Multiplier.latency
-"""... to its product with the mantissa."""
-_RESULT = _PRODUCT + 3
-"""... to the result word: two steps of the shift, rounding and limit."""
+_PRODUCT = _WORD + Multiplier.latency + 1
+"""... to its product with the mantissa, in a register."""
+_RESULT = _PRODUCT + 4
+"""... to the result word: two steps of the shift, rounding, limit."""
 
 
 class Forces(wiring.Component):
@@ -108,9 +108,11 @@ class Forces(wiring.Component):
         shift = delayed(m, given.shift, _PRODUCT, "shift")
         coarse, _ = two_steps(shift, _FINE)
         _, fine = two_steps(register(m, shift, "fine"), _FINE)
-        moved = register(m, shift_right(multiplier.product, coarse), "moved")
+        product = register(m, multiplier.product, "product")  # TIMING: sum of a wide product's digits -> shift
+        moved = register(m, shift_right(product, coarse), "moved")
         shifted = register(m, moved >> fine, "shifted")
-        wide = round_half(shifted)
+        # TIMING: rounding -> limit
+        wide = register(m, round_half(shifted), "wide")
         m.d.comb += [
             multiplier.a.eq(Cat(p, Const(0, 1)).as_signed()),
             multiplier.b.eq(delayed(m, given.mantissa, _WORD, "mantissa")),

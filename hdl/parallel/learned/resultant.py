@@ -108,16 +108,21 @@ class Resultant(wiring.Component):
     def _judge(self, m: Module, start: Value, f: list[Signal], u: Signal) -> None:
         """Result words, and the verdict."""
         found = driver(m, self.judged)
-        wide = [self._on_result_grid(word) for word in (*f, u)]
-        narrow = [saturate(word, self._design.widths.output) for word in wide]
+        output = self._design.widths.output
+        # TIMING: rounding -> limit
+        wide = [register(m, self._on_result_grid(word), "wide") for word in (*f, u)]
+        beyond = [register(m, ~(word[output - 1 :] == 0) & ~word[output - 1 :].all(), "beyond") for word in wide]
         f_z = f[-1]
         size = register(m, abs(f_z), "size")
         busy = busy_after(m, start, self._digits)
         product = serial_product(m, size, self._design.threshold_word, self._digits, start, busy, "allowed")
         doubtful = register(m, Cat(Const(0, THRESHOLD_FRACTION), u[:-1]) > product, "doubtful")
         m.d.sync += [
-            *(into.eq(word) for into, word in zip((*found.words, found.uncertainty), narrow, strict=True)),
-            found.limited.eq(Cat(a != b for a, b in zip(wide, narrow, strict=True)).any()),
+            *(
+                into.eq(saturate(word, output))
+                for into, word in zip((*found.words, found.uncertainty), wide, strict=True)
+            ),
+            found.limited.eq(Cat(beyond).any()),
             found.implausible.eq(doubtful | ~f_z[-1]),
         ]
 

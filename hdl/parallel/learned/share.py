@@ -40,8 +40,8 @@ class Share(wiring.Component):
     """
 
     def __init__(self, design: LearnedDesign) -> None:
-        self._design, self._sum_bits = design, total_bits(design, design.widths)
         bits, scalar = design.widths.division, design.formats.bits("scalar")
+        self._design, self._sum_bits = design, max(bits, total_bits(design, design.widths))
         self._divider = Divider(bits, bits, scalar - 1)
         super().__init__(
             {

@@ -8,7 +8,7 @@ from amaranth import Cat, Module, Mux, Signal
 from amaranth.lib import memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.pipeline import register, wrapping_counter
+from tfra.hdl.lib.pipeline import delayed, register, wrapping_counter
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.learned.plan import FRAMES
 from tfra.hdl.parallel.payloads import frame_facts, product, vector_quad
@@ -26,11 +26,12 @@ class Total(wiring.Component):
 
     ::
 
-        result ---> + ---> sum ---> total, after the last part
-             memory -'      '-> memory, after the others
+        result -> part ----> + ---> sum ---> total, after the last part
+        memory -> before ---'         '-> memory, after the others
 
     Parts of several frames interleave.  At most ``FRAMES`` are between their first and their last part, and the sums
-    of each have a place in the memory after the first part, and another one after the second.  No multiplier.
+    of each have a place in the memory after the first part, and another one after the second.  A part of a frame comes
+    a product later than the one before, at least a cycle after its last quad.  No multiplier.
 
     Members:
         result: results of all products; those of ``PARTS`` are looked at.
@@ -38,7 +39,7 @@ class Total(wiring.Component):
         total: two quads a frame.
     """
 
-    latency = 1
+    latency = 2
     """Cycles from the transfer of a quad of the last part to that of its sum."""
 
     def __init__(self, design: LearnedDesign) -> None:
@@ -61,17 +62,19 @@ class Total(wiring.Component):
             wrapping_counter(m, part, FRAMES * QUADS, f"{name}_quad")[0]
             for name, part in zip(PARTS, here, strict=True)
         )
-        lost = here[2] & ~self.frame.p.contact
+        lost = register(m, here[2] & ~self.frame.p.contact, "lost")
         total = Signal(quad, name="sum", reset_less=True)
         for word, part, before in zip(total, self.result.p.words, read.data, strict=True):
-            m.d.sync += word.eq(Mux(lost, 0, part + Mux(here[0], 0, before)))
+            # TIMING: memory -> sum
+            part, before = register(m, part, "part"), register(m, Mux(here[0], 0, before), "before")
+            m.d.sync += word.eq(Mux(lost, 0, part + before))
         m.d.comb += [
             read.addr.eq(Mux(here[2], Cat(third, 1), Cat(second, 0))),
-            write.en.eq(register(m, here[0] | here[1], "again", control=True)),
-            write.addr.eq(register(m, Mux(here[1], Cat(second, 1), Cat(first, 0)), "write_place")),
+            write.en.eq(delayed(m, here[0] | here[1], self.latency, "again", control=True)),
+            write.addr.eq(delayed(m, Mux(here[1], Cat(second, 1), Cat(first, 0)), self.latency, "write_place")),
             write.data.eq(total),
             self.frame.ready.eq(here[2] & third[0]),
-            self.total.valid.eq(register(m, here[2], "last_part", control=True)),
+            self.total.valid.eq(delayed(m, here[2], self.latency, "last_part", control=True)),
             self.total.payload.eq(total),
         ]
         return m

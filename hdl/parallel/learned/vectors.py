@@ -1,4 +1,7 @@
-"""A vector of each frame in flight, read a word at a time, with the headroom of its parities."""
+"""A vector of each frame in flight, read a word at a time, with the headroom of its parities.
+
+Its words are no longer than those of p, by the bounds of :mod:`tfra.model.fixed.learned.bounds`.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,8 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
 from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter, zeros_later
 from tfra.hdl.lib.streams import always_ready_stream
+from tfra.hdl.parallel.learned.payloads import taxel_quad
 from tfra.hdl.parallel.learned.plan import FRAMES
-from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.learned.design import LearnedDesign
 
 MEASURE = 3
@@ -35,7 +38,7 @@ class Vectors(wiring.Component):
 
     def __init__(self, design: LearnedDesign, *, headroom: bool) -> None:
         self._design, self._headroom = design, headroom
-        vector = vector_quad(design)
+        vector = taxel_quad(design)
         super().__init__(
             {
                 "write": In(always_ready_stream(vector)),
@@ -43,7 +46,7 @@ class Vectors(wiring.Component):
                 "quad": In(counter_shape(design.quads - 1)),
                 "parity": In(2),
                 "word": Out(vector.elem_shape),
-                "headroom": Out(counter_shape(design.widths.vector - 1)),
+                "headroom": Out(counter_shape(design.widths.force - 1)),
                 "complete": Out(1),
             }
         )

@@ -9,7 +9,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, quad, round_top, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_top, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, driver, register, wrapping_counter, zeros_later
 from tfra.hdl.parallel.matvec.plan import Source, stack_number
 from tfra.hdl.parallel.payloads import vector_quad
@@ -30,9 +30,9 @@ _FINE = 2
 class OperandBuffer(wiring.Component):
     """Banks of operand quads, and the left shift of each parity that fills its word; banks are used in turn.
 
-    Words of codes have fewer bits than a vector's, those of its fraction.  Where they are ``flowing``, quads of the
-    bank, which is the only one, come in every cycle from the first to the last: it is read while they come, and nothing
-    is measured.
+    Words may have fewer bits than a vector's: codes have no fraction, units have fewer above the point.  Where they are
+    ``flowing``, quads of the bank, which is the only one, come in every cycle from the first to the last: it is read
+    while they come, and nothing is measured.
 
     Members:
         operand: stream in, a bank's quads one after the other.
@@ -49,7 +49,7 @@ class OperandBuffer(wiring.Component):
     def __init__(self, design: Design, source: Source) -> None:
         self._design, self._banks, self._flowing = design, source.banks, source.flowing(design)
         self._quads, self._fraction = source.quads(design), 0 if source.token else design.formats.vector_fraction
-        shape = vector_quad(design) if source.token else quad(design.adc.bits + 2)
+        shape = source.words(design)
         super().__init__(
             {
                 "operand": In(stream.Signature(shape)),

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from amaranth import Array, Shape, Value
+from amaranth.lib import data
 
-from tfra.hdl.lib.arithmetic import counter_shape
+from tfra.hdl.lib.arithmetic import counter_shape, quad
 from tfra.hdl.parallel.payloads import operand, vector_quad
 from tfra.model.fixed.design import Design
 
@@ -25,6 +26,8 @@ class Source:
     """Operands that it holds, one or two."""
     token: str = ""
     """Name of the tokens that stand for its free banks; none for the codes of frames, which wait for ready instead."""
+    bits: int = 0
+    """Of a word; 0 for those of a vector."""
 
     def quads(self, design: Design) -> int:
         """Quads of an operand."""
@@ -32,7 +35,13 @@ class Source:
 
     def payload(self, design: Design) -> Any:
         """Shape of a transfer, where there are tokens."""
-        return operand(design, *self.stacks[1:]) if self.stacks[1:] else vector_quad(design)
+        return operand(design, *self.stacks[1:]) if self.stacks[1:] else self.words(design)
+
+    def words(self, design: Design) -> data.ArrayLayout:
+        """Shape of a quad: folded codes, or words as long as they may be."""
+        if not self.token:
+            return quad(design.adc.bits + 2)
+        return quad(self.bits) if self.bits else vector_quad(design)
 
     def flowing(self, design: Design) -> bool:
         """Whether a product may begin with the first quad, because no word of the operand is shifted or rounded.

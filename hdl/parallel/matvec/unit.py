@@ -39,7 +39,6 @@ from amaranth import Array, Cat, Elaboratable, Module, Mux, Signal, Value, signe
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.pipeline import READ, delayed, register
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
@@ -107,7 +106,7 @@ class MatVec(wiring.Component):
         """The stream of a source's operands."""
         if source.token:
             return always_ready_stream(source.payload(self._design))
-        return stream.Signature(quad(self._design.adc.bits + 2))
+        return stream.Signature(source.words(self._design))
 
     def _load_ports(self) -> dict[str, Any]:
         coefficient = signed(self._design.coefficient_word)

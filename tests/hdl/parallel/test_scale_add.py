@@ -50,7 +50,7 @@ def test_rounds_the_exact_sum_half_up(design):
         cycles[number + Stage.X_CHOSEN] |= {"x": x, "headroom": headroom}
         cycles[number + Stage.ROUNDED] |= {"scalar": scalar}
         cycles[number + Stage.Z] |= {"z": z}
-    seen = play(ScaleAdd(design, design.architecture.vector_words), cycles, ["sum"])
+    seen = play(ScaleAdd(design, design.architecture.vector_words, design.widths.vector), cycles, ["sum"])
     for number, (_, _, _, z, added) in enumerate(rows):
         expected = [base + _half_up(value) for base, value in zip(z, added, strict=True)]
         assert seen[number + Stage.SUM]["sum"] == expected, f"beat {number}"

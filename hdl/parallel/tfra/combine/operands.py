@@ -39,7 +39,7 @@ class Multiplicand(wiring.Component):
                 "address": In(tag_layout(design)),
                 "job": In(Job),
                 "words": Out(vector_beat(design)),
-                "headroom": Out(beat_headroom(design, design.architecture.vector_words)),
+                "headroom": Out(beat_headroom(design.widths.vector, design.architecture.vector_words)),
             }
         )
 

@@ -62,7 +62,7 @@ class Store(wiring.Component):
                 "write": In(store_write(design, vectors)),
                 "read": In(store_address(design, vectors)),
                 "beat": Out(vector_beat(design)),
-                "headroom": Out(beat_headroom(design, design.architecture.vector_words)),
+                "headroom": Out(beat_headroom(design.widths.vector, design.architecture.vector_words)),
             }
         )
 
@@ -114,7 +114,7 @@ class Store(wiring.Component):
         """Memory of the headroom, written with the beats of a vector's last quad."""
         design = self._design
         depth = FRAMES * self._vectors * design.cycles_per_quad
-        shape = beat_headroom(design, design.architecture.vector_words)
+        shape = beat_headroom(design.widths.vector, design.architecture.vector_words)
         m.submodules.headrooms = headrooms = memory.Memory(shape=shape, depth=depth, init=[])
         write = headrooms.write_port()
         read = headrooms.read_port(transparent_for=[write])  # a vector is used as soon as it is complete

@@ -124,7 +124,7 @@ class Combine(wiring.Component):
             addend.address.eq(tag[Stage.Z_ADDRESS]),
             addend.job.eq(tag[Stage.Z_READ].job),
         ]
-        m.submodules.scale_add = scale_add = ScaleAdd(design, design.architecture.vector_words)
+        m.submodules.scale_add = scale_add = ScaleAdd(design, design.architecture.vector_words, design.widths.vector)
         m.d.comb += [
             scale_add.x.eq(multiplicand.words),
             scale_add.headroom.eq(multiplicand.headroom),

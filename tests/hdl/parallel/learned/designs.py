@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,8 @@ from hypothesis import Phase
 from tests.model.fixed.learned.cases import made
 from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.model.arrays import Ints
-from tfra.model.choices import FORMATS, Adc, Architecture, Formats
-from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.choices import FORMATS, SCALARS, Adc, Architecture, Formats
+from tfra.model.fixed.learned.design import SIGNALS, LearnedDesign
 from tfra.sim.harness import run
 
 DESIGNS = {
@@ -45,6 +46,20 @@ def random_design(seed: int, **choices: Any) -> LearnedDesign:
         "taxel_forces": rng.random() < 0.6,
     }
     return made(rows, columns, (rng.randrange(1, 9), rng.randrange(1, 5)), seed, **given | choices)
+
+
+def mixed_design(seed: int) -> LearnedDesign:
+    """A random design whose signals have word lengths of their own: the first draw that fits together."""
+    design, rng = random_design(seed), random.Random(seed)
+    while True:
+        own = tuple((name, rng.randrange(10 if name in SCALARS else 6, 28)) for name in SIGNALS if rng.random() < 0.5)
+        lengths = rng.randrange(6, 28), rng.randrange(design.adc.bits, 28), rng.randrange(17), rng.randrange(17)
+        try:
+            mixed = replace(design, formats=Formats("mixed", *lengths, own))
+            _ = mixed.widths
+        except ValueError:
+            continue
+        return mixed
 
 
 def words_of(rng: np.random.Generator, bits: int, shape: tuple[int, ...]) -> Ints:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
 from tests.model.fixed.learned.cases import made
 from tfra.hdl.parallel.learned.activation import Activation
-from tfra.hdl.parallel.learned.plan import UNITS
+from tfra.hdl.parallel.learned.plan import UNITS, mirror_bits
 from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.learned.activation import activation
 from tfra.model.fixed.learned.design import LearnedDesign
@@ -33,16 +33,16 @@ def check(design: LearnedDesign, quads: np.ndarray, kinds: list[int], stall=flow
 def test_equals_the_model(seed, name, stall):
     design = DESIGNS[name]
     rng = np.random.default_rng(seed)
-    taxels = words_of(rng, design.widths.vector - 4, (30, 4))
+    taxels = words_of(rng, mirror_bits(design) - 2, (30, 4))
     quads = butterfly(taxels) // 4 + rng.integers(-3, 4, taxels.shape)
-    quads = np.concatenate([quads, words_of(rng, design.widths.vector - 5, (30, 4))])
+    quads = np.concatenate([quads, words_of(rng, mirror_bits(design) - 3, (30, 4))])
     check(design, quads, rng.integers(0, len(design.kinds), len(quads)).tolist(), stall)
 
 
 @pytest.mark.parametrize("design", CASES, ids=label)
 def test_ends_of_the_range(design):
     """A mirror's word is as long as it may be, alone and beside others."""
-    most = (1 << (design.widths.vector - 5)) - 1
+    most = (1 << (mirror_bits(design) - 3)) - 1
     rows = [[most, 0, 0, 0], [-most] * 4, [most] * 4, [most, -most, most, -most], [0, 0, 0, -most], [0] * 4]
     mirrors = np.array(rows)
     check(design, butterfly(mirrors), [design.kinds.index("first")] * len(mirrors))

@@ -10,7 +10,7 @@ import pytest
 from amaranth import ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from tests.hdl.parallel.learned.designs import random_design, stream
+from tests.hdl.parallel.learned.designs import mixed_design, random_design, stream
 from tests.marks import long
 from tests.model.fixed.learned.cases import codes_of, made
 from tfra.codegen.config import load
@@ -60,7 +60,15 @@ def test_everything_has_its_place_while_the_output_sleeps(seed, forces):
 @pytest.mark.parametrize("seed", [3, 4, 11, *long(*range(30, 42))])
 def test_timing_is_what_the_gateware_does(seed):
     """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
-    design = random_design(seed)
+    check_timing(random_design(seed), seed)
+
+
+@pytest.mark.parametrize("seed", [104, 110, *long(*range(111, 119))])
+def test_signals_with_word_lengths_of_their_own(seed):
+    check_timing(mixed_design(seed), seed)
+
+
+def check_timing(design, seed):
     words, want, _, taken, cycles = stream(design, codes_of(design, 8, seed))
     assert (words == want).all()
     timeline = LearnedParallel(design).timeline(8)
@@ -145,7 +153,7 @@ def test_figures_of_the_ten_by_ten_array():
         core = microarchitecture(design)
         assert isinstance(core, LearnedParallel)
         sizes[forces] = core.latency, core.initiation_interval
-    assert sizes == {False: (362, 221), True: (380, 371)}
+    assert sizes == {False: (363, 221), True: (381, 371)}
 
 
 def test_choices_are_the_cores_with_other_lanes():

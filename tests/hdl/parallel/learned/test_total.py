@@ -32,13 +32,13 @@ def order(rng: random.Random) -> list[tuple[int, int]]:
 
 
 def send(design, parts, contact, seed, stall=flowing):
-    """``parts (3, n, 2, 4)``; quads of other operators come between."""
+    """``parts (3, n, 2, 4)``; one quad or more of other operators come between."""
     rng = random.Random(seed)
     sent = []
     for part, frame in order(rng):
         kind = 1 << design.kinds.index(PARTS[part])
         sent += [{"words": quad, "kind": kind} for quad in parts[part, frame].tolist()]
-        sent += [{"words": [1, 2, 3, 4], "kind": 1 << design.kinds.index("first")}] * rng.randrange(4)
+        sent += [{"words": [1, 2, 3, 4], "kind": 1 << design.kinds.index("first")}] * rng.randrange(1, 4)
     facts = [ZERO | {"contact": int(bit)} for bit in contact]
     return run(
         Total(design), {"result": sent, "frame": facts}, {"total": QUADS * NUMBER}, stall_in=stall, steady=("frame",)

@@ -33,7 +33,8 @@ PLAN = Plan(
         Source("long", ("long",), 2, "long_token"),
         Source("codes", ("codes",), 1),
     ),
-    {"mid": ("place",), "other": ("room",), "codes": ("frame", "long_token")},
+    {"mid": ("place",), "other": ("room", "begun"), "codes": ("frame", "long_token")},
+    {"begun": "short"},
 )
 
 
@@ -113,7 +114,7 @@ def send(design: Mixed, drawn: dict[str, np.ndarray], **stalls) -> Recording:
 @pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.architecture.mac_lanes}-{d.architecture.vector_words}")
 @pytest.mark.parametrize("stall", [flowing, random_stalls, bursts])
 def test_every_product_of_every_length_is_the_models(design, stall):
-    drawn = draw(design, 3, 7)
+    drawn = draw(design, 2, 7)
     seen = send(design, drawn, stall_in=stall, stall_out=stall, seed=3)
     half = 1 << (design.widths.vector - 1)
     for number, name in enumerate(SIZES):
@@ -121,6 +122,22 @@ def test_every_product_of_every_length_is_the_models(design, stall):
         want = (matvec(design, name, drawn[name] << shift).reshape(-1, 4) + half) % (2 * half) - half
         found = [value["words"] for value in seen.values["result"] if value["kind"] == 1 << number]
         assert found == want.tolist(), name
+
+
+def test_a_product_follows_another():
+    """The operand of ``other`` waits until a product of ``short`` has begun."""
+    design = DESIGNS[0]
+    drawn = draw(design, 1, 8)
+    late = {"words": [0] * 4, "other": 1}
+
+    def offer(count, **more):
+        inputs = {"pair": [late] * 3, "room": [0], "short": drawn["short"][0].tolist() * count}
+        return run(MatVec(design, PLAN), inputs, {"result": design.stacks["other"].quads + 3 * count}, **more)
+
+    kinds = [value["kind"].bit_length() - 1 for value in offer(1).values["result"]]
+    assert kinds == [list(SIZES).index("short")] * 3 + [list(SIZES).index("other")] * design.stacks["other"].quads
+    with pytest.raises(AssertionError, match="no end"):
+        offer(0, limit=1000)
 
 
 def test_a_wrong_bit_is_noticed():
