@@ -35,7 +35,7 @@ class Total(wiring.Component):
 
     Members:
         result: results of all products; those of ``PARTS`` are looked at.
-        frame: fact of the frame, there before its last part, taken with the last quad.
+        frame: fact of the frame, there before its last part, taken a cycle after the last quad.
         total: two quads a frame.
     """
 
@@ -73,7 +73,7 @@ class Total(wiring.Component):
             write.en.eq(delayed(m, here[0] | here[1], self.latency, "again", control=True)),
             write.addr.eq(delayed(m, Mux(here[1], Cat(second, 1), Cat(first, 0)), self.latency, "write_place")),
             write.data.eq(total),
-            self.frame.ready.eq(here[2] & third[0]),
+            self.frame.ready.eq(register(m, here[2] & third[0], "taken", control=True)),
             self.total.valid.eq(delayed(m, here[2], self.latency, "last_part", control=True)),
             self.total.payload.eq(total),
         ]
