@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -24,6 +25,12 @@ def core(lanes):
 @cache
 def preset(name):
     return microarchitecture(load(ROOT / "examples" / f"{name}.toml").design)
+
+
+@cache
+def learned(name, **choices):
+    """A preset of the learned estimator, with other ``choices``."""
+    return microarchitecture(replace(load(ROOT / "examples" / f"learned_{name}.toml").design, **choices))
 
 
 @cache
@@ -53,6 +60,31 @@ TOLD = [
     ("docs/serial.md", r"to the first word, is ([\d,]+) cycles", lambda: preset("small").latency),
     ("docs/serial.md", r"to the last word ([\d,]+)\.", lambda: preset("small").frame_latency),
     ("docs/studies/schedule.md", r"\| `matvec` \| ([\d,]+) \| 100% \|", lambda: preset("fast").initiation_interval),
+    (
+        "docs/learned.md", r"direction, friction \| (\d+) \| \d+ \| \d+ \|",
+        lambda: learned("fast", taxel_forces=False).latency,
+    ),
+    (
+        "docs/learned.md", r"direction, friction \| \d+ \| (\d+) \| \d+ \|",
+        lambda: learned("fast", taxel_forces=False).frame_latency,
+    ),
+    (
+        "docs/learned.md", r"direction, friction \| \d+ \| \d+ \| (\d+) \|",
+        lambda: learned("fast", taxel_forces=False).initiation_interval,
+    ),
+    ("docs/learned.md", r"and forces at the taxels \| (\d+) \| \d+ \| \d+ \|", lambda: learned("fast").latency),
+    ("docs/learned.md", r"forces at the taxels \| \d+ \| (\d+) \| \d+ \|", lambda: learned("fast").frame_latency),
+    (
+        "docs/learned.md", r"and forces at the taxels \| \d+ \| \d+ \| (\d+) \|",
+        lambda: learned("fast").initiation_interval,
+    ),
+    ("docs/learned.md", r"units, (\d+) lanes, in cycles", lambda: learned("fast").lanes),
+    ("examples/learned_fast.toml", r"frame every (\d+) cycles, its", lambda: learned("fast").initiation_interval),
+    ("examples/learned_fast.toml", r"first word (\d+) cycles", lambda: learned("fast").latency),
+    (
+        "examples/learned_fast.toml", r"alone: a frame every (\d+) cycles",
+        lambda: learned("fast", taxel_forces=False).initiation_interval,
+    ),
     ("examples/small.toml", r"a frame every ([\d,]+) cycles", lambda: preset("small").initiation_interval),
 ]
 """Where a number is told, the one group that finds it, and what it has to be."""

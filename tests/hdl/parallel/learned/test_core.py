@@ -13,8 +13,6 @@ from amaranth.sim import Simulator
 from tests.hdl.parallel.learned.designs import mixed_design, random_design, stream
 from tests.marks import long
 from tests.model.fixed.learned.cases import codes_of, made
-from tfra.codegen.config import load
-from tfra.hdl.cores import microarchitecture
 from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.hdl.parallel.learned.parallel import LearnedParallel
 from tfra.model.choices import FORMATS, Adc, Architecture
@@ -142,18 +140,6 @@ def test_every_probe_shows_the_models_stage(forces, tmp_path: Path):
         assert list(found.probes) == [stage for stage in Stage if stage in model.stages and stage != Stage.WORDS]
         for stage, words in found.probes.items():
             np.testing.assert_array_equal(words, model.stages[Stage(stage)].reshape(1, -1), stage)
-
-
-def test_figures_of_the_ten_by_ten_array():
-    """The example's network, 48 and 24 orbits of units, on 52 lanes."""
-    example = load(Path(__file__).parents[4] / "examples" / "hertz_40x20.toml").design
-    sizes = {}
-    for forces in (False, True):
-        design = made(10, 10, (48, 24), lanes=52, taxel_forces=forces, adc=example.adc)
-        core = microarchitecture(design)
-        assert isinstance(core, LearnedParallel)
-        sizes[forces] = core.latency, core.initiation_interval
-    assert sizes == {False: (363, 221), True: (381, 371)}
 
 
 def test_choices_are_the_cores_with_other_lanes():
