@@ -34,6 +34,9 @@ OPERATORS = {
 }
 """Names of the operators of each stack, in the order of the coefficient memories."""
 
+FINER = 3
+"""Bits above those of b: the terms of a unit cancel, so it is far smaller than it might be, and needs a finer grid."""
+
 OF_FORCES = ("inverse", *OPERATORS["field"])
 """Operators that only the forces at the taxels need."""
 
@@ -74,8 +77,9 @@ def make_stacks(choices: Choices, weights: Weights, taxel_forces: bool) -> dict[
 class Layers:
     """The network as rows ``(n, 4, K)`` of operators, each layer's units brought to the same range.
 
-    A unit of a layer can be made smaller and its weights in the next layers larger, without another result.  Here no
-    unit exceeds the largest word of its layer's input, so all of them share one grid.
+    A unit of a layer can be made smaller and its weights in the next layers larger, without another result.  Here all
+    units share one grid: those of the first layer exceed a word of b by ``FINER`` bits at most, those of the second do
+    not exceed the first's.
     """
 
     first: Floats
@@ -88,7 +92,7 @@ class Layers:
     def of(cls, folded: Folded) -> Layers:
         """Rows of the ``folded`` weights."""
         first, second = np.moveaxis(folded.first, -1, 0), np.moveaxis(folded.second, -1, 0)
-        size1 = unit_gain(first)
+        size1 = unit_gain(first) / 2**FINER
         second = second * size1
         size2 = unit_gain(second)
         return cls(
