@@ -1,4 +1,4 @@
-"""What a real array adds to a frame: spread of gains, a dead taxel, a common offset, noise.
+"""What a real array adds to a frame: spread of gains, a dead taxel, a common offset, noise; and taxels that are broken.
 
 Offsets that differ from taxel to taxel can't be told from noise in a single frame, so both are one white term.
 """
@@ -6,23 +6,27 @@ Offsets that differ from taxel to taxel can't be told from noise in a single fra
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from tfra.train.simulator import Singles
 
-GAIN, GAINED = 0.05, 0.5
+GAIN, GAINED = 0.03, 0.3
 """Largest standard deviation of the gains, and the share of frames that have any."""
 
-DEAD = 0.1
+DEAD = 0.05
 """Share of frames with a taxel that reads zero."""
 
 OFFSET, SHIFTED = 0.01, 0.5
 """Largest common offset over the frame's peak, and the share of frames that have one."""
 
-QUIET, LOUD = 3e-4, 1e-2
+QUIET, LOUD = 1e-4, 1e-2
 """Limits of the noise's standard deviation over the peak, distributed evenly in its logarithm."""
 
-UNTARED, UNTARED_SHARE = 5e-3, 0.1
+UNTARED, UNTARED_SHARE = 5e-3, 0.05
 """Largest standard deviation of the taxels' own offsets over the peak, and the share of frames that have them."""
+
+BROKEN = 0.05
+"""Share of frames whose most pressed taxel is dead, or any taxel stuck at a value up to the peak, half of each."""
 
 
 def augmented(frames: Singles, rng: np.random.Generator) -> Singles:
@@ -30,15 +34,24 @@ def augmented(frames: Singles, rng: np.random.Generator) -> Singles:
     count, taxels = frames.shape
     peak = np.abs(frames).max(axis=1, keepdims=True)
     gain = _some(rng, count, GAINED) * rng.uniform(0.0, GAIN, (count, 1)).astype(np.float32)
-    found = frames * (1 + gain * rng.standard_normal(frames.shape, np.float32))
     own = _some(rng, count, UNTARED_SHARE) * rng.uniform(0.0, UNTARED, (count, 1))
     white = np.hypot(np.exp(rng.uniform(np.log(QUIET), np.log(LOUD), (count, 1))), own)
     shift = _some(rng, count, SHIFTED) * rng.uniform(-OFFSET, OFFSET, (count, 1))
-    found += peak * shift.astype(np.float32)
-    found += (peak * white.astype(np.float32)) * rng.standard_normal(frames.shape, np.float32)
+    deviation = np.sqrt((frames * gain) ** 2 + (peak * white.astype(np.float32)) ** 2)  # both are normal
+    found = frames + peak * shift.astype(np.float32) + deviation * rng.standard_normal(frames.shape, np.float32)
     dead = np.flatnonzero(rng.random(count) < DEAD)
     found[dead, rng.integers(taxels, size=len(dead))] = 0.0
     return np.asarray(found)
+
+
+def broken(frames: Singles, rng: np.random.Generator) -> npt.NDArray[np.intp]:
+    """Break a taxel in some of ``frames (n, m)``, in place; return which."""
+    which = np.flatnonzero(rng.random(len(frames)) < BROKEN)
+    magnitudes = np.abs(frames[which])
+    stuck = rng.random(len(which)) < 0.5
+    taxel = np.where(stuck, rng.integers(frames.shape[1], size=len(which)), magnitudes.argmax(axis=1))
+    frames[which, taxel] = magnitudes.max(axis=1) * rng.uniform(-1.0, 1.0, len(which)) * stuck
+    return which
 
 
 def _some(rng: np.random.Generator, count: int, share: float) -> Singles:

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tfra.model.arrays import Floats
-from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
-from tfra.model.cover.scenes import random_contacts
+from tfra.model.cover.scenes import any_contacts
 from tfra.model.metrics import errors
 from tfra.model.resultant import direction, friction
 from tfra.model.sensor import SensorArray
@@ -21,13 +20,16 @@ NOISES = (0.0, 1e-3, 1e-2)
 COUNT, SEED = 2000, 20_000
 """Held-out contacts and their seed."""
 
+BITS, LEVELS = 14, (0.1, 0.95)
+"""Of the converter; range of the peaks, as shares of its full scale."""
+
 PERCENTILES = (50, 95)
 
 TABLE = {"mu": "mu_abs", "phi_deg": "phi_deg", "force_percent": "force_percent_of_resultant"}
 """Names of the errors, and their keys in :data:`tfra.model.metrics.ERRORS`."""
 
-FALSE_ALARMS, LIMIT_SEED = 0.01, 10_000
-"""Share of single contacts, at the largest noise, that may be over the threshold; seed of these contacts."""
+FALSE_ALARMS, QUIET, LIMIT_SEED = 0.02, 1e-3, 10_000
+"""Share of single contacts that may be over the threshold, the noise that they have, and their seed."""
 
 Estimate = Callable[[Floats], Floats]
 """Function of normal forces ``(n, m)`` at every taxel that returns outputs ``(n, 4)`` of the network; all in N."""
@@ -50,13 +52,38 @@ class Resultants:
         return direction(self.resultant)[0]
 
 
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Exact frames ``(n, m)`` in N of contacts with resultants ``force (n, 3)``.
+
+    ``noise (n, m)`` has the size of each frame's peak, ``step (n, 1)`` is that of the converter, both in N.
+    """
+
+    force: Floats
+    exact: Floats
+    noise: Floats
+    step: Floats
+
+    @classmethod
+    def of(cls, sensor: SensorArray, count: int, seed: int) -> Series:
+        """Random contacts anywhere on ``sensor``."""
+        rng = np.random.default_rng(seed)
+        contacts = any_contacts(sensor, count, rng)
+        exact = frames(sensor, contacts).reshape(count, -1) * sensor.taxel_area
+        peak = np.abs(exact).max(axis=1, keepdims=True)
+        step = peak / (rng.uniform(*LEVELS, (count, 1)) * 2 ** (BITS - 1))
+        return cls(contacts.force, exact, peak * rng.normal(size=exact.shape), step)
+
+    def read(self, level: float) -> Floats:
+        """Frames with noise of ``level``, as the converter reads them."""
+        return np.asarray(np.rint((self.exact + level * self.noise) / self.step) * self.step)
+
+
 def held_out(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> dict[str, float]:
     """Return median and 95th percentile of every error of ``TABLE`` at every noise, named like ``mu_95_at_0.001``."""
-    contacts, exact, noise = _frames(sensor, count, SEED)
-    truth = Resultants(np.array([contact.force for contact in contacts]))
-    found = {}
+    series, found = Series.of(sensor, count, SEED), {}
     for level in NOISES:
-        every = errors(truth, Resultants(estimate(exact + level * noise)[:, :3]))
+        every = errors(Resultants(series.force), Resultants(estimate(series.read(level))[:, :3]))
         for key, name in TABLE.items():
             for share in PERCENTILES:
                 found[f"{key}_{share}_at_{level:g}"] = float(np.percentile(every[name], share))
@@ -64,15 +91,6 @@ def held_out(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> dic
 
 
 def threshold(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> float:
-    """Return the uncertainty over |F_z| that ``FALSE_ALARMS`` of single contacts exceed at the largest noise."""
-    _, exact, noise = _frames(sensor, count, LIMIT_SEED)
-    outputs = estimate(exact + NOISES[-1] * noise)
+    """Return the uncertainty over |F_z| that ``FALSE_ALARMS`` of quiet single contacts exceed."""
+    outputs = estimate(Series.of(sensor, count, LIMIT_SEED).read(QUIET))
     return float(np.quantile(outputs[:, 3] / np.abs(outputs[:, 2]), 1 - FALSE_ALARMS))
-
-
-def _frames(sensor: SensorArray, count: int, seed: int) -> tuple[list[Contact], Floats, Floats]:
-    """Contacts, their exact frames ``(n, m)`` in N, and noise as large as the peak of each."""
-    rng = np.random.default_rng(seed)
-    contacts = random_contacts(sensor, count, rng)
-    exact = frames(sensor, contacts).reshape(count, -1) * sensor.taxel_area
-    return contacts, exact, np.abs(exact).max(axis=1, keepdims=True) * rng.normal(size=exact.shape)

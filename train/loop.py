@@ -17,9 +17,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from tfra.model.sensor import SensorArray
-from tfra.train.augment import augmented
+from tfra.train.augment import augmented, broken
 from tfra.train.network import Shape, loss_and_gradient, outputs
-from tfra.train.pool import Pool
+from tfra.train.pool import Frames, Pool
 from tfra.train.simulator import Singles
 
 BATCH = 512
@@ -73,13 +73,13 @@ class Trainer:
     """The frames of a training of C1, C2 = ``counts``; ``advance(1)`` is called for each of ``COVERS`` covers."""
 
     def __init__(self, sensor: SensorArray, counts: tuple[int, int], seed: int, advance: Callable[[int], None]) -> None:
-        self.shape = Shape.of(sensor, counts)
+        self.shape = Shape(sensor, counts)
         self._scale = self.shape.scale
         self._seed = seed
         with threadpool_limits(1):
             self._pool = Pool.made(sensor, CHUNKS, (seed, _LOADS), advance)
             checks = Pool.made(sensor, VALIDATION, (seed, _CHECKS), advance)
-        self._validation = _batch(checks, len(checks.responses), np.random.default_rng((seed, _CHECKS)))
+        self._validation = self._batch(checks, len(checks.responses), np.random.default_rng((seed, _CHECKS)))
 
     def first(self) -> State:
         """The state before the first step."""
@@ -95,7 +95,7 @@ class Trainer:
             following = thread.submit(self._draw, state.step)
             while state.step < steps and state.patient(steps):
                 batch, following = following.result(), thread.submit(self._draw, state.step + 1)
-                self._advance(steps, state, *batch)
+                self._advance(steps, state, batch)
                 if state.step % CHECK == 0 or state.step == steps:
                     self._check(state)
                 report(state)
@@ -106,13 +106,21 @@ class Trainer:
         self.run(steps, self.first(), lambda state: None)
         return (time.perf_counter() - start) / steps
 
-    def _draw(self, step: int) -> tuple[Singles, Singles]:
-        return _batch(self._pool, BATCH, np.random.default_rng((self._seed, _STEP, step)))
+    def _draw(self, step: int) -> Frames:
+        return self._batch(self._pool, BATCH, np.random.default_rng((self._seed, _STEP, step)))
 
-    def _advance(self, steps: int, state: State, n: Singles, forces: Singles) -> None:
+    def _batch(self, pool: Pool, count: int, rng: np.random.Generator) -> Frames:
+        """The parities of augmented frames and their resultants, both over the sum of the frame's magnitudes."""
+        n, forces, weight = pool.draw(count, rng)
+        n = augmented(n, rng)
+        weight[broken(n, rng)] = 0.0
+        scale = 1 / np.abs(n).sum(axis=1, keepdims=True)
+        return Frames(self.shape.folded(n * scale), forces * scale, weight)
+
+    def _advance(self, steps: int, state: State, batch: Frames) -> None:
         with np.errstate(all="ignore"):  # what is not finite is told below
-            loss, dense = loss_and_gradient(self.shape.spread(state.vector), n, forces)
-        gradient = self.shape.gather(dense) / np.float32(BATCH)
+            loss, parts = loss_and_gradient(self.shape.split(state.vector), *batch)
+        gradient = np.concatenate([part.ravel() for part in parts]) / np.float32(BATCH)
         if not (math.isfinite(loss) and np.isfinite(gradient).all()):
             raise DivergedError(f"the loss is not a number after {state.step} steps")
         state.step += 1
@@ -124,23 +132,16 @@ class Trainer:
         state.vector -= rate * mean / (np.sqrt(square) + np.float32(1e-8))
 
     def _check(self, state: State) -> None:
-        n, forces = self._validation
-        found = outputs(self.shape.spread(state.vector), n)[:, :3]
-        error = np.linalg.norm(found - forces, axis=1) / np.linalg.norm(forces, axis=1)
+        taken, forces, weight = self._validation
+        found = outputs(self.shape.split(state.vector), taken)[:, :3]
+        each = np.linalg.norm(found - forces, axis=1) / np.linalg.norm(forces, axis=1)
+        error = np.average(each, weights=weight[:, 0])
         since = state.step - (state.curve[-1][0] if state.curve else 0)
-        if all(error.mean() < row[2] for row in state.curve):
+        if all(error < row[2] for row in state.curve):
             state.best[:] = state.vector
-        state.curve.append((state.step, state.loss / since, float(error.mean())))
+        state.curve.append((state.step, state.loss / since, float(error)))
         state.loss = 0.0
 
 
 def _rate(step: int, steps: int) -> float:
     return RATE * min(1.0, step / WARM) * 0.5 * (1 + math.cos(math.pi * step / (steps + 1)))
-
-
-def _batch(pool: Pool, count: int, rng: np.random.Generator) -> tuple[Singles, Singles]:
-    """Augmented frames and their resultants, both over the sum of the frame's magnitudes."""
-    frames, forces = pool.draw(count, rng)
-    frames = augmented(frames, rng)
-    scale = 1 / np.abs(frames).sum(axis=1, keepdims=True)
-    return frames * scale, forces * scale

@@ -1,17 +1,20 @@
-"""The network as an ordinary dense one in single precision, and the gradient of its loss, by hand.
+"""The network in single precision, folded by the mirrors, and the gradient of its loss, by hand.
 
-Every matrix of :class:`tfra.model.learned.weights.Weights` is spread over the mirrors, which only copies and signs its
-numbers.  So a gradient of the spread matrices is gathered by the transposed copies.
+The parameters are those of :class:`tfra.model.learned.network.Folded`: a matrix for each parity (EE, OX, OY, OO), which
+takes a quarter of the products that a matrix over all mirrors would take.  The parity is the first axis of all vectors.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from tfra.model.arrays import Ints
+from tfra.model.choices import SERIAL, Choices
+from tfra.model.fixed.butterfly import HADAMARD, taxel_index
+from tfra.model.learned.network import READ
 from tfra.model.learned.weights import MIRRORS, OUTPUTS, Weights
 from tfra.model.sensor import SensorArray
 from tfra.train.simulator import Singles
@@ -22,121 +25,122 @@ SMOOTH = 1e-3
 DOUBT = 0.1
 """Weight of the uncertainty's own error, over |F|, beside that of the forces."""
 
-PRODUCT = np.bitwise_xor.outer(np.arange(MIRRORS), np.arange(MIRRORS))
-"""Number of the product of two mirrors."""
+_SIGNS = HADAMARD.astype(np.float32)
 
-CHARACTER = np.array([[1, -1, 1, -1], [1, 1, -1, -1], [1, 1, 1, 1], [1, 1, 1, 1]], np.float32)
-"""Signs of F_x, F_y, F_z and the uncertainty under e, X, Y, XY."""
+_READS = np.equal.outer(range(MIRRORS), READ).astype(np.float32)
+"""1 where an output reads a parity, ``(parities, 1, outputs)``."""
 
 
-class Dense(NamedTuple):
-    """Spread matrices; the network is F = ReLU(ReLU(n first') second') read2' + ReLU(n first') read1' + n direct'."""
+class Parameters(NamedTuple):
+    """The arrays of ``Folded``, or the gradient of each."""
 
-    first: Singles  # (4 C1, m)
-    second: Singles  # (4 C2, 4 C1)
-    read2: Singles  # (4, 4 C2)
-    read1: Singles  # (4, 4 C1)
-    direct: Singles  # (4, m)
+    first: Singles  # (4, Q, C1)
+    second: Singles  # (4, C1, C2)
+    read2: Singles  # (4, C2), the output first
+    read1: Singles  # (4, C1)
+    direct: Singles  # (4, Q)
 
 
 @dataclass(frozen=True)
 class Shape:
-    """The network of an array: its taxels under the four mirrors ``(4, m)``, and its counts C1, C2."""
+    """The network of an array and its counts C1, C2."""
 
-    mirrored: Ints
+    sensor: SensorArray
     counts: tuple[int, int]
 
-    @classmethod
-    def of(cls, sensor: SensorArray, counts: tuple[int, int]) -> Shape:
-        """The network of ``sensor``."""
-        places = np.arange(sensor.taxels).reshape(sensor.rows, sensor.columns)
-        ways = (places, places[:, ::-1], places[::-1], places[::-1, ::-1])
-        return cls(np.stack([way.ravel() for way in ways]), counts)
+    @cached_property
+    def _places(self) -> np.typing.NDArray[np.int64]:
+        """Taxels of every quad, ``(4, Q)``."""
+        return taxel_index(Choices(self.sensor, architecture=SERIAL)).T  # which reads the array alone
 
     @property
-    def sizes(self) -> dict[str, tuple[int, ...]]:
-        """Shapes of the arrays of ``Weights`` by their names."""
-        (c1, c2), taxels, outputs = self.counts, self.mirrored.shape[1], len(OUTPUTS)
-        read = {"read2": (outputs, c2), "read1": (outputs, c1), "direct": (outputs, taxels)}
-        return {"first": (c1, taxels), "second": (4, c2, c1), **read}
+    def sizes(self) -> list[tuple[int, ...]]:
+        """Shapes of the parameters."""
+        (c1, c2), quads, outputs = self.counts, self._places.shape[1], len(OUTPUTS)
+        return [(MIRRORS, quads, c1), (MIRRORS, c1, c2), (outputs, c2), (outputs, c1), (outputs, quads)]
 
     @property
     def length(self) -> int:
         """Number of parameters."""
-        return sum(int(np.prod(size)) for size in self.sizes.values())
+        return sum(int(np.prod(size)) for size in self.sizes)
 
-    def split(self, vector: Singles) -> dict[str, Singles]:
-        """Views of a vector of parameters by the names of ``Weights``."""
-        ends = np.cumsum([int(np.prod(size)) for size in self.sizes.values()])
+    def split(self, vector: Singles) -> Parameters:
+        """Views of a vector of parameters."""
+        ends = np.cumsum([int(np.prod(size)) for size in self.sizes])
         parts = np.split(vector, ends[:-1])
-        return {name: part.reshape(size) for (name, size), part in zip(self.sizes.items(), parts, strict=True)}
-
-    def weights(self, vector: Singles) -> Weights:
-        """The parameters as ``Weights``."""
-        return Weights(**{name: part.astype(np.float64) for name, part in self.split(vector).items()})
+        return Parameters(*(part.reshape(size) for part, size in zip(parts, self.sizes, strict=True)))
 
     @property
     def scale(self) -> Singles:
         """Typical size of every parameter: He's for the layers, for frames over the sum of their magnitudes."""
-        c1, c2 = self.counts
-        taxels = self.mirrored.shape[1]
-        sizes = 4.0, np.sqrt(2 / (4 * c1)), 1 / np.sqrt(4 * c2), 1 / np.sqrt(4 * c1), 1 / np.sqrt(taxels)
-        return np.repeat(np.array(sizes, np.float32), [int(np.prod(size)) for size in self.sizes.values()])
+        (c1, c2), taxels = self.counts, self.sensor.taxels
+        sizes = 2.0, np.sqrt(2 / c1) / 4, 1 / np.sqrt(4 * c2), 1 / np.sqrt(4 * c1), 1 / np.sqrt(4 * taxels)
+        return np.repeat(np.array(sizes, np.float32), [int(np.prod(size)) for size in self.sizes])
 
     def start(self, rng: np.random.Generator) -> Singles:
         """Random parameters of these sizes."""
         return self.scale * rng.standard_normal(self.length, np.float32)
 
-    def spread(self, vector: Singles) -> Dense:
-        """Spread the parameters over the mirrors."""
+    def folded(self, n: Singles) -> Singles:
+        """Parities ``(4, k, Q)`` of frames ``n (k, m)``."""
+        return _butterfly(n[:, self._places].transpose(1, 0, 2))
+
+    def weights(self, vector: Singles) -> Weights:
+        """The parameters as ``Weights``: every sum over parities is linear in the taxels, so unit frames tell it."""
         part = self.split(vector)
-        c1, c2 = self.counts
-        return Dense(
-            np.concatenate([part["first"][:, way] for way in self.mirrored]),
-            part["second"][PRODUCT].transpose(0, 2, 1, 3).reshape(4 * c2, 4 * c1),
-            (CHARACTER[:, :, None] * part["read2"][:, None]).reshape(len(OUTPUTS), -1),
-            (CHARACTER[:, :, None] * part["read1"][:, None]).reshape(len(OUTPUTS), -1),
-            np.asarray(
-                sum(CHARACTER[:, g, None] * part["direct"][:, way] for g, way in enumerate(self.mirrored)), np.float32
-            ),
-        )
-
-    def gather(self, dense: Dense) -> Singles:
-        """Return the transposed ``spread`` of a gradient: a vector of parameters."""
-        c1, c2 = self.counts
-        blocks = dense.second.reshape(4, c2, 4, c1)
-        mirrors = range(MIRRORS)
-        parts = (
-            sum(dense.first[g * c1 : (g + 1) * c1][:, way] for g, way in enumerate(self.mirrored)),
-            np.stack([sum(blocks[g, :, g ^ k] for g in mirrors) for k in mirrors]),
-            (dense.read2.reshape(-1, 4, c2) * CHARACTER[:, :, None]).sum(axis=1),
-            (dense.read1.reshape(-1, 4, c1) * CHARACTER[:, :, None]).sum(axis=1),
-            sum(CHARACTER[:, g, None] * dense.direct[:, way] for g, way in enumerate(self.mirrored)),
-        )
-        return np.concatenate([np.asarray(part, np.float32).ravel() for part in parts])
+        units = self.folded(np.eye(self.sensor.taxels, dtype=np.float32))
+        direct = np.stack([units[parity] @ row for parity, row in zip(READ, part.direct, strict=True)]) / MIRRORS
+        layers = (units @ part.first).sum(axis=0).T, _butterfly(part.second).transpose(0, 2, 1)
+        return Weights(*(each.astype(np.float64) for each in (*layers, part.read2, part.read1, direct)))
 
 
-def outputs(dense: Dense, n: Singles) -> Singles:
-    """Outputs ``(k, 4)`` of the network for frames ``n (k, m)``."""
-    h1 = np.maximum(n @ dense.first.T, 0)
-    return np.asarray(np.maximum(h1 @ dense.second.T, 0) @ dense.read2.T + h1 @ dense.read1.T + n @ dense.direct.T)
+def outputs(parameters: Parameters, taken: Singles) -> Singles:
+    """Outputs ``(k, 4)`` of the network for the parities ``taken (4, k, Q)`` of frames."""
+    h1, _ = _layer(taken, parameters.first)
+    h2, _ = _layer(h1, parameters.second)
+    return _read(parameters, h2, h1, taken)
 
 
-def loss_and_gradient(dense: Dense, n: Singles, forces: Singles) -> tuple[float, Dense]:
-    """Sum the smoothed |dF|/|F| over frames ``n (k, m)`` with resultants ``forces (k, 3)``; return it and its gradient.
+def loss_and_gradient(
+    parameters: Parameters, taken: Singles, forces: Singles, weight: Singles
+) -> tuple[float, Parameters]:
+    """Sum ``weight (k, 1)`` times the smoothed |dF|/|F| over frames; return it and its gradient.
 
-    Both are to be divided by the same scale of each frame before.  The gradient is that of the sum and of
-    ``DOUBT`` times | uncertainty - |dF| | / |F|, in which |dF| counts as given.
+    ``taken (4, k, Q)`` are the parities of the frames, ``forces (k, 3)`` their resultants, over the same scale of each.
+    The gradient is that of the sum and of ``DOUBT`` times | uncertainty - |dF| | / |F| of all frames, in which |dF|
+    counts as given.
     """
-    h1 = np.maximum(n @ dense.first.T, 0)
-    h2 = np.maximum(h1 @ dense.second.T, 0)
+    h1, above1 = _layer(taken, parameters.first)
+    h2, above2 = _layer(h1, parameters.second)
+    found = _read(parameters, h2, h1, taken)
     modulus = np.linalg.norm(forces, axis=1, keepdims=True)
-    found = h2 @ dense.read2.T + h1 @ dense.read1.T + n @ dense.direct.T
     error = (found[:, :3] - forces) / modulus
     each = np.sqrt((error * error).sum(axis=1, keepdims=True) + np.float32(SMOOTH**2))
     doubt = np.float32(DOUBT) * np.sign(found[:, 3:] / modulus - each)
-    back = np.concatenate([error / each, doubt], axis=1) / modulus
-    back2 = (back @ dense.read2) * (h2 > 0)
-    back1 = (back @ dense.read1 + back2 @ dense.second) * (h1 > 0)
-    gradient = Dense(back1.T @ n, back2.T @ h1, back.T @ h2, back.T @ h1, back.T @ n)
-    return float(each.sum()), gradient
+    back = np.concatenate([weight * error / each, doubt], axis=1) / modulus
+    to_h2, to_h1 = (back @ (_READS[:, :, None] * read) for read in (parameters.read2, parameters.read1))
+    back2 = _butterfly(_butterfly(to_h2) * above2)
+    back1 = _butterfly(_butterfly(to_h1 + back2 @ parameters.second.swapaxes(1, 2)) * above1)
+    gradient = Parameters(
+        taken.swapaxes(1, 2) @ back1,
+        h1.swapaxes(1, 2) @ back2,
+        *((back.T @ h)[READ, range(len(OUTPUTS))] for h in (h2, h1, taken)),
+    )
+    return float((weight * each).sum()), gradient
+
+
+def _layer(parities: Singles, matrices: Singles) -> tuple[Singles, np.typing.NDArray[np.bool_]]:
+    """Parities ``(4, k, C)`` of a layer from those of its input, and where its units at the mirrors are above zero."""
+    mirrors = _butterfly(parities @ matrices)
+    return _butterfly(np.maximum(mirrors, 0)), mirrors > 0
+
+
+def _read(parameters: Parameters, h2: Singles, h1: Singles, taken: Singles) -> Singles:
+    """Outputs ``(k, 4)``: each reads one parity."""
+    terms = (h2, parameters.read2), (h1, parameters.read1), (taken, parameters.direct)
+    return np.stack([sum(h[parity] @ read[o] for h, read in terms) for o, parity in enumerate(READ)], axis=1)
+
+
+def _butterfly(parities: Singles) -> Singles:
+    """The butterfly over the first axis, as one small product."""
+    return np.asarray((_SIGNS @ parities.reshape(MIRRORS, -1)).reshape(parities.shape))

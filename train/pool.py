@@ -8,9 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from tfra.model.arrays import Bools
 from tfra.model.sensor import SensorArray
 from tfra.train.prior import random_cover, random_loads
 from tfra.train.simulator import Singles, grid_count, responses
@@ -21,34 +23,43 @@ CHUNK = 512
 FRICTION = 1.05
 """Largest mu."""
 
-PAIRED, LIGHTEST = 0.12, 0.2
-"""Share of frames with two contacts, and the smallest ratio of their normal forces."""
+PAIRED, LIGHTEST, PAIR_WEIGHT = 0.12, 0.2, 0.3
+"""Share of frames with two contacts, the smallest ratio of their normal forces, and the weight of such a frame."""
+
+
+class Frames(NamedTuple):
+    """Frames ``(n, m)``, the normal force at every taxel, and their resultants ``(n, 3)``, N.
+
+    ``weight (n, 1)`` is that of the force's error: 0 for frames that only the uncertainty is to tell.
+    """
+
+    n: Singles
+    forces: Singles
+    weight: Singles
 
 
 @dataclass(frozen=True, eq=False)
 class Pool:
-    """Responses ``(n, 3, m)`` of loads to unit forces, n a multiple of ``CHUNK``."""
+    """Responses ``(n, 3, m)`` of loads to unit forces, n a multiple of ``CHUNK``; which chunks have a wrong cover."""
 
     responses: Singles
+    wrong: Bools
 
     @classmethod
     def made(cls, sensor: SensorArray, chunks: int, seed: tuple[int, ...], advance: Callable[[int], None]) -> Pool:
         """Loads of ``chunks`` covers; each chunk follows from ``seed`` and its number, on any number of threads."""
-        held = np.empty((chunks * CHUNK, 3, sensor.taxels), np.float32)
+        held, wrong = np.empty((chunks * CHUNK, 3, sensor.taxels), np.float32), np.empty(chunks, np.bool_)
 
         def fill(number: int) -> None:
-            held[number * CHUNK : (number + 1) * CHUNK] = _chunk(sensor, (*seed, number))
+            held[number * CHUNK : (number + 1) * CHUNK], wrong[number] = _chunk(sensor, (*seed, number))
 
         with ThreadPoolExecutor(2) as threads:
             for _ in threads.map(fill, range(chunks)):
                 advance(1)
-        return cls(held)
+        return cls(held, wrong)
 
-    def draw(self, count: int, rng: np.random.Generator) -> tuple[Singles, Singles]:
-        """Return random frames ``(count, m)``, the normal force at every taxel, and their resultants ``(count, 3)``, N.
-
-        The first contact of each has F_z = -1 N.
-        """
+    def draw(self, count: int, rng: np.random.Generator) -> Frames:
+        """Return random frames; the first contact of each has F_z = -1 N."""
         first = rng.integers(len(self.responses), size=count)
         forces = _forces(count, rng)
         frames = self._frames(first, forces)
@@ -57,7 +68,10 @@ class Pool:
         added = _forces(len(two), rng) * rng.uniform(LIGHTEST, 1.0, (len(two), 1)).astype(np.float32)
         frames[two] += self._frames(second, added)
         forces[two] += added
-        return frames, forces
+        weight = np.ones((count, 1), np.float32)
+        weight[two] = PAIR_WEIGHT
+        weight[self.wrong[first // CHUNK]] = 0.0
+        return Frames(frames, forces, weight)
 
     def _frames(self, which: np.typing.NDArray[np.int64], forces: Singles) -> Singles:
         units = forces * np.array([1, 1, -1], np.float32)
@@ -69,8 +83,8 @@ def _forces(count: int, rng: np.random.Generator) -> Singles:
     return np.stack([mu * np.cos(phi), mu * np.sin(phi), -np.ones(count)], axis=1).astype(np.float32)
 
 
-def _chunk(sensor: SensorArray, seed: tuple[int, ...]) -> Singles:
+def _chunk(sensor: SensorArray, seed: tuple[int, ...]) -> tuple[Singles, bool]:
     rng = np.random.default_rng(seed)
-    cover, loads = random_cover(sensor, rng), random_loads(sensor, CHUNK, rng)
+    (cover, wrong), loads = random_cover(sensor, rng), random_loads(sensor, CHUNK, rng)
     points = grid_count(float(2 * loads.reach.max()), cover.layer.thickness)
-    return responses(sensor, cover, loads.grids(points)).reshape(CHUNK, 3, -1)
+    return responses(sensor, cover, loads.grids(points)).reshape(CHUNK, 3, -1), wrong

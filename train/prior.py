@@ -36,6 +36,9 @@ MARGIN = 3.0
 THICKNESS, POISSON = 0.03, (0.45, 0.49)
 """Largest relative deviation of the thickness, and limits of nu."""
 
+WRONG, WRONGLY = 0.06, (0.1, 0.3)
+"""Share of the covers whose thickness is wrong, and by how much, relative, in either direction."""
+
 
 @dataclass(frozen=True, eq=False)
 class Loads:
@@ -94,9 +97,11 @@ def random_loads(sensor: SensorArray, count: int, rng: np.random.Generator) -> L
     return Loads(center, shrunk * half, angle, power, square, tilt)
 
 
-def random_cover(sensor: SensorArray, rng: np.random.Generator) -> Cover:
-    """A cover of either side condition, with taxels that sample or average."""
-    thickness = sensor.thickness * (1 + rng.uniform(-THICKNESS, THICKNESS))
+def random_cover(sensor: SensorArray, rng: np.random.Generator) -> tuple[Cover, bool]:
+    """A cover of either side condition, with taxels that sample or average, and whether its thickness is wrong."""
+    wrong = rng.random() < WRONG
+    deviation = rng.choice((-1, 1)) * rng.uniform(*WRONGLY) if wrong else rng.uniform(-THICKNESS, THICKNESS)
+    thickness = sensor.thickness * (1 + deviation)
     margin = MARGIN * thickness * (rng.random() < CONTINUED)
     layer = ElasticLayer(
         sensor.size_x + 2 * margin,
@@ -106,4 +111,4 @@ def random_cover(sensor: SensorArray, rng: np.random.Generator) -> Cover:
         -sensor.pitch_x / 2 - margin,
         -sensor.pitch_y / 2 - margin,
     )
-    return Cover(layer, (sensor.pitch_x, sensor.pitch_y) if rng.random() < AREA else (0.0, 0.0))
+    return Cover(layer, (sensor.pitch_x, sensor.pitch_y) if rng.random() < AREA else (0.0, 0.0)), wrong

@@ -23,8 +23,9 @@ from tfra.codegen.config import load
 from tfra.engines import Engine, double
 from tfra.model.arrays import Floats
 from tfra.model.cover.cells import taxel_forces
-from tfra.model.cover.contact import Contacts, ContactShape
+from tfra.model.cover.contact import Contacts
 from tfra.model.cover.layer import frames
+from tfra.model.cover.scenes import any_contacts
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Tfra
 
@@ -42,16 +43,6 @@ class Scene:
 
     stress: Floats
     force: Floats
-
-
-def draw(sensor: SensorArray, count: int, rng: np.random.Generator) -> Contacts:
-    """Random contacts that fit on the cover."""
-    pitch, size = np.array([sensor.pitch_x, sensor.pitch_y]), np.array([sensor.size_x, sensor.size_y])
-    half = np.minimum(rng.uniform(0.3, 3, (count, 2)) * pitch, 0.45 * size)
-    center = half - pitch / 2 + rng.random((count, 2)) * (size - 2 * half)
-    mu, phi, normal = rng.uniform(0, 1, count), rng.uniform(0, 2 * np.pi, count), rng.uniform(1, 8, count)
-    force = np.stack([mu * normal * np.cos(phi), mu * normal * np.sin(phi), -normal], axis=1)
-    return Contacts(rng.choice([shape.value for shape in ContactShape], count), center, half, force)
 
 
 def noisy(stress: Floats, share: float, rng: np.random.Generator) -> Floats:
@@ -126,7 +117,7 @@ def measure(config: str) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
     """Every scene's errors and residuals, and the errors of the field."""
     project = load(config)
     sensor, model, rng = project.design.sensor, double(Engine.FLOAT, project), np.random.default_rng(SEED)
-    contacts, rows, field = draw(sensor, COUNT, rng), {}, {}
+    contacts, rows, field = any_contacts(sensor, COUNT, rng), {}, {}
     limits = [np.inf, np.inf]
     for name, scene in scenes(sensor, contacts, rng):
         found = model(scene.stress)

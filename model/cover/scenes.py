@@ -8,7 +8,7 @@ import numpy as np
 
 from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Choices
-from tfra.model.cover.contact import Contact, ContactShape
+from tfra.model.cover.contact import Contact, Contacts, ContactShape
 from tfra.model.cover.layer import frames
 from tfra.model.sensor import SensorArray
 
@@ -40,6 +40,19 @@ def random_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -
         mu, phi = rng.uniform(0.05, 0.9), rng.uniform(0, 2 * np.pi)
         found.append(Contact(shape, x, y, half_x, half_y, -5.0, mu, phi))
     return found
+
+
+def any_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -> Contacts:
+    """Contacts from smaller than a cell to many cells: half sizes of 0.3 to 3 pitches, or 45 % of the block.
+
+    Any shape and direction, anywhere on the block, F_z = -1 to -8 N, mu = 0 to 1.
+    """
+    pitch, size = np.array([sensor.pitch_x, sensor.pitch_y]), np.array([sensor.size_x, sensor.size_y])
+    half = np.minimum(rng.uniform(0.3, 3, (count, 2)) * pitch, 0.45 * size)
+    center = half - pitch / 2 + rng.random((count, 2)) * (size - 2 * half)
+    mu, phi, normal = rng.uniform(0, 1, count), rng.uniform(0, 2 * np.pi, count), rng.uniform(1, 8, count)
+    force = np.stack([mu * normal * np.cos(phi), mu * normal * np.sin(phi), -normal], axis=1)
+    return Contacts(rng.choice([shape.value for shape in ContactShape], count), center, half, force)
 
 
 def local_contacts(sensor: SensorArray, count: int, rng: np.random.Generator, span: int = 10) -> list[Contact]:

@@ -12,7 +12,7 @@ from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.cover.scenes import SENSORS, random_contacts
 from tfra.model.sensor import SensorArray
-from tfra.train.pool import CHUNK, Pool
+from tfra.train.pool import CHUNK, PAIR_WEIGHT, Pool
 from tfra.train.prior import LARGEST, MARGIN, SHARE, Loads, random_cover, random_loads
 from tfra.train.simulator import Cover, grid_count, responses
 
@@ -103,10 +103,13 @@ def test_a_rotation_by_a_right_angle_exchanges_the_half_sizes() -> None:
 
 def test_covers_are_of_both_kinds() -> None:
     sensor, rng = next(iter(SENSORS.values())), np.random.default_rng(6)
-    covers = [random_cover(sensor, rng) for _ in range(60)]
+    covers, wrong = zip(*(random_cover(sensor, rng) for _ in range(200)), strict=True)
     assert {cover.layer.size_x > sensor.size_x for cover in covers} == {False, True}
     assert {cover.window for cover in covers} == {(0.0, 0.0), (sensor.pitch_x, sensor.pitch_y)}
-    assert all(abs(cover.layer.thickness / sensor.thickness - 1) <= 0.03 for cover in covers)
+    deviation = np.array([abs(cover.layer.thickness / sensor.thickness - 1) for cover in covers])
+    assert 0.02 < np.mean(wrong) < 0.12
+    assert deviation[~np.array(wrong)].max() <= 0.03
+    assert 0.1 <= deviation[np.array(wrong)].min() < deviation[np.array(wrong)].max() <= 0.3
 
 
 def test_a_pool_follows_from_its_seed_and_its_frames_have_their_resultants() -> None:
@@ -117,9 +120,11 @@ def test_a_pool_follows_from_its_seed_and_its_frames_have_their_resultants() -> 
     assert pool.responses.shape == (2 * CHUNK, 3, 72)
     assert np.array_equal(pool.responses, again.responses)
     assert not np.array_equal(pool.responses, other.responses)
-    frames, forces = pool.draw(4000, np.random.default_rng(7))
-    assert np.array_equal(frames, again.draw(4000, np.random.default_rng(7))[0])
+    frames, forces, weight = pool.draw(4000, np.random.default_rng(7))
+    assert np.array_equal(frames, again.draw(4000, np.random.default_rng(7)).n)
     two = forces[:, 2] < -1
+    assert np.array_equal(weight[:, 0], np.where(two, np.float32(PAIR_WEIGHT), np.float32(1)))
+    assert not Pool(pool.responses, ~pool.wrong).draw(4000, np.random.default_rng(7)).weight.any()
     assert 0.09 < two.mean() < 0.15
     assert np.hypot(*forces.T[:2])[~two].max() <= 1.05 + 1e-6
     near = np.abs(frames.sum(axis=1) - forces[:, 2])  # the base carries the normal force, whatever the friction
