@@ -1,4 +1,4 @@
-"""The training: Adam with cosine decay on batches that are drawn, augmented and forgotten.
+"""The training: steps with a cosine decay of the rate, on batches that are drawn, augmented and forgotten.
 
 Everything random in a step follows from the seed and the step's number, so a state between two steps is all that a
 continuation needs.  A second thread prepares the next batch; matrix products take one thread each, since their sums
@@ -21,14 +21,12 @@ from tfra.train.augment import augmented, broken
 from tfra.train.network import Shape, loss_and_gradient, outputs
 from tfra.train.pool import Frames, Pool
 from tfra.train.simulator import Singles
+from tfra.train.update import update
 
 BATCH = 512
 
 RATE, WARM = 0.05, 500
 """Largest learning rate, relative to each parameter's typical size, and the steps until it is reached."""
-
-MEAN, SQUARE = 0.9, 0.999
-"""Decay rates of Adam's moments."""
 
 CHUNKS, VALIDATION = 256, 8
 """Covers of the training's pool and of the validation set's."""
@@ -51,7 +49,7 @@ class DivergedError(ArithmeticError):
 
 @dataclass
 class State:
-    """The training between two steps: parameters and Adam's moments, and the parameters of the best look so far.
+    """The training between two steps: parameters, running means of the gradient and its square, best parameters so far.
 
     ``curve`` has a row for each look: steps done, mean loss since the last look, mean |dF|/|F| of the validation set.
     """
@@ -120,16 +118,14 @@ class Trainer:
     def _advance(self, steps: int, state: State, batch: Frames) -> None:
         with np.errstate(all="ignore"):  # what is not finite is told below
             loss, parts = loss_and_gradient(self.shape.split(state.vector), *batch)
-        gradient = np.concatenate([part.ravel() for part in parts]) / np.float32(BATCH)
+        gradient: Singles = np.concatenate([part.ravel() for part in parts])
+        gradient /= np.float32(BATCH)
         if not (math.isfinite(loss) and np.isfinite(gradient).all()):
             raise DivergedError(f"the loss is not a number after {state.step} steps")
         state.step += 1
         state.loss += loss / BATCH
-        state.mean += np.float32(1 - MEAN) * (gradient - state.mean)
-        state.square += np.float32(1 - SQUARE) * (gradient * gradient - state.square)
-        mean, square = state.mean / (1 - MEAN**state.step), state.square / (1 - SQUARE**state.step)
-        rate = np.float32(_rate(state.step, steps)) * self._scale
-        state.vector -= rate * mean / (np.sqrt(square) + np.float32(1e-8))
+        found = update(self.shape, gradient, state.mean, state.square, state.step)
+        state.vector -= np.float32(_rate(state.step, steps)) * self._scale * found
 
     def _check(self, state: State) -> None:
         taken, forces, weight = self._validation

@@ -22,8 +22,11 @@ from tfra.train.simulator import Singles
 SMOOTH = 1e-3
 """The loss of a frame is (|dF|^2 + SMOOTH^2 |F|^2)^(1/2) / |F|."""
 
-DOUBT = 0.1
-"""Weight of the uncertainty's own error, over |F|, beside that of the forces."""
+DOUBT = 1.0
+"""Weight of the uncertainty's own squared error, over |F|, beside the error of the forces."""
+
+UNEXPLAINED = 0.0
+"""Least |dF|/|F| that the uncertainty is to tell for frames that no single contact explains."""
 
 _SIGNS = HADAMARD.astype(np.float32)
 
@@ -107,8 +110,8 @@ def loss_and_gradient(
     """Sum ``weight (k, 1)`` times the smoothed |dF|/|F| over frames; return it and its gradient.
 
     ``taken (4, k, Q)`` are the parities of the frames, ``forces (k, 3)`` their resultants, over the same scale of each.
-    The gradient is that of the sum and of ``DOUBT`` times | uncertainty - |dF| | / |F| of all frames, in which |dF|
-    counts as given.
+    The gradient is that of the sum and of ``DOUBT`` / 2 times (uncertainty - |dF|)^2 / |F|^2 of all frames, in which
+    |dF| counts as given, and as ``UNEXPLAINED`` |F| at least where the weight is below one.
     """
     h1, above1 = _layer(taken, parameters.first)
     h2, above2 = _layer(h1, parameters.second)
@@ -116,7 +119,8 @@ def loss_and_gradient(
     modulus = np.linalg.norm(forces, axis=1, keepdims=True)
     error = (found[:, :3] - forces) / modulus
     each = np.sqrt((error * error).sum(axis=1, keepdims=True) + np.float32(SMOOTH**2))
-    doubt = np.float32(DOUBT) * np.sign(found[:, 3:] / modulus - each)
+    told = np.maximum(each, np.float32(UNEXPLAINED) * (weight < 1))
+    doubt = np.float32(DOUBT) * (found[:, 3:] / modulus - told)
     back = np.concatenate([weight * error / each, doubt], axis=1) / modulus
     to_h2, to_h1 = (back @ (_READS[:, :, None] * read) for read in (parameters.read2, parameters.read1))
     back2 = _butterfly(_butterfly(to_h2) * above2)

@@ -1,11 +1,12 @@
-"""What the residual of the learned estimator notices, and what one with finer cells would.
+"""What the learned estimator's uncertainty notices, and what two residuals of the forward model do.
 
     python -m bench.learned.plausibility CONFIG
 
-CONFIG has the learned estimator.  Its table goes to docs/learned.md.  Contacts are random, with half sizes of 0.3 to 3
+CONFIG has the learned estimator.  Its tables go to docs/learned.md.  Contacts are random, with half sizes of 0.3 to 3
 pitches and mu from 0 to 1, anywhere on the cover.  Each threshold is exceeded by 2 % of the single contacts with 0.1 %
-noise.  The finer residual splits each cell into 3 x 3 and finds the pressure >= 0 that leaves least, for the mu_x and
-mu_y of the network; it takes too long for a core, and shows what is possible.
+noise.  The residual is that of the forces at the taxels.  The finer one splits each cell into 3 x 3 and finds the
+pressure >= 0 that leaves least, for the mu_x and mu_y of the network; it takes too long for a core, and shows what is
+possible.
 """
 
 from __future__ import annotations
@@ -27,12 +28,14 @@ from tfra.model.cover.contact import Contacts
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import any_contacts
 from tfra.model.sensor import SensorArray
-from tfra.model.tfra import Tfra
+from tfra.model.tfra import Result, Tfra
 
 COUNT, FINE_COUNT, SEED = 1000, 300, 99
 FALSE_ALARMS = 0.02
 SPLIT = 3
-QUIET = "one contact, 0.1 % noise"
+ALARMS = (0.01, 0.02, 0.05, 0.1, 0.2)
+QUIET, TWO = "one contact, 0.1 % noise", "two contacts"
+JUDGES = ("uncertainty", "residual", "finer residual")
 WIDE = 20
 """Percent of |F|: a resultant this far off misleads."""
 
@@ -66,7 +69,7 @@ def scenes(sensor: SensorArray, contacts: Contacts, rng: np.random.Generator) ->
     both = Scene(clean + weight[:, None] * clean[other], force + weight * force[other])
     both = replace(both, stress=noisy(both.stress, 1e-3, rng))
     apart = np.linalg.norm((contacts.center - contacts.center[other]) / (sensor.pitch_x, sensor.pitch_y), axis=1) > 4
-    yield "two contacts", both
+    yield TWO, both
     yield "two contacts, more than 4 pitches apart", Scene(both.stress[apart], both.force[apart])
     for factor in (0.8, 1.2):
         swollen = frames(replace(sensor, thickness=factor * sensor.thickness), contacts)
@@ -114,30 +117,46 @@ def fine_residual(sensor: SensorArray, stress: Floats, mu_x: Floats, mu_y: Float
 
 
 def measure(config: str) -> tuple[dict[str, dict[str, Any]], dict[str, Any]]:
-    """Every scene's errors and residuals, and the errors of the field."""
+    """Every scene's errors and figures; thresholds, the curve, and the errors of the field."""
     project = load(config)
     sensor, model, rng = project.design.sensor, double(Engine.FLOAT, project), np.random.default_rng(SEED)
-    contacts, rows, field = any_contacts(sensor, COUNT, rng), {}, {}
-    limits = [np.inf, np.inf]
+    contacts, rows, judged, field = any_contacts(sensor, COUNT, rng), {}, {}, {}
+    limits: dict[str, float] = {}
     for name, scene in scenes(sensor, contacts, rng):
         found = model(scene.stress)
-        if found.residual is None:
-            raise ValueError(f"{config}: the learned estimator is needed")
         off = 100 * np.linalg.norm(found.resultant - scene.force, axis=1) / np.linalg.norm(scene.force, axis=1)
-        coarse = found.residual
-        few = slice(FINE_COUNT)
-        fine = fine_residual(sensor, scene.stress[few], found.mu_x[few], found.mu_y[few])
+        figures = judged[name] = judges(config, sensor, scene.stress, found)
         if name == QUIET:
-            limits = [float(np.quantile(each, 1 - FALSE_ALARMS)) for each in (coarse, fine)]
+            limits = {judge: float(np.quantile(each, 1 - FALSE_ALARMS)) for judge, each in figures.items()}
             true = taxel_forces(sensor, contacts)
             others = {"TFRA": Tfra(sensor)(scene.stress).forces, "learned": found.forces}
             field = {label: two(100 * distance(forces, true)) for label, forces in others.items()}
-        flags = coarse > limits[0], fine > limits[1]
         rows[name] = {"force_percent": two(off), "wide": share(off > WIDE)}
-        for key, each, flag in zip(("residual", "fine"), (coarse, fine), flags, strict=True):
-            far = off[: len(flag)] > WIDE
-            rows[name] |= {key: two(100 * each), f"{key}_flagged": share(flag), f"{key}_wide": share(flag[far])}
-    return rows, {"thresholds": limits, "field_percent": field}
+        for judge, each in figures.items():
+            flag, far = each > limits[judge], off[: len(each)] > WIDE
+            rows[name][judge] = {"percent": two(100 * each), "flagged": share(flag), "if_wide": share(flag[far])}
+    return rows, {"thresholds": limits, "curve": curve(judged), "field_percent": field}
+
+
+def judges(config: str, sensor: SensorArray, stress: Floats, found: Result) -> dict[str, Floats]:
+    """The uncertainty over the normal force, the residual and the finer residual of each frame."""
+    if found.residual is None or found.uncertainty is None:
+        raise ValueError(f"{config}: the learned estimator is needed")
+    few = slice(FINE_COUNT)
+    fine = fine_residual(sensor, stress[few], found.mu_x[few], found.mu_y[few])
+    own = found.uncertainty / np.abs(found.resultant[:, 2])
+    return dict(zip(JUDGES, (own, found.residual, fine), strict=True))
+
+
+def curve(judged: dict[str, dict[str, Floats]]) -> dict[str, dict[str, float]]:
+    """Share in percent of the frames with two contacts that each judge flags, by its share of false alarms."""
+    return {
+        f"{100 * alarms:g}": {
+            judge: 100 * float(np.mean(judged[TWO][judge] > np.quantile(single, 1 - alarms)))
+            for judge, single in judged[QUIET].items()
+        }
+        for alarms in ALARMS
+    }
 
 
 def distance(forces: Floats, true: Floats) -> Floats:
@@ -158,19 +177,26 @@ def share(flags: Any) -> float | None:
 
 def table(rows: dict[str, dict[str, Any]], more: dict[str, Any]) -> str:
     """Markdown."""
-    coarse, fine = more["thresholds"]
+    heads = " | ".join(f"{judge}, % | flagged" for judge in JUDGES)
     lines = [
-        "| frames | \\|ΔF\\|/\\|F\\|, % | residual, % | flagged | finer residual, % | flagged | if over 20 % off |",
-        "|---|---:|---:|---:|---:|---:|---:|",
+        f"| frames | \\|ΔF\\|/\\|F\\|, % | {heads} | if over 20 % off |",
+        f"|---|{'---:|' * (2 + 2 * len(JUDGES))}",
     ]
     for name, row in rows.items():
-        force, residual, finer = ("{:.1f} / {:.1f}".format(*row[key]) for key in ("force_percent", "residual", "fine"))
-        wide = "" if row["fine_wide"] is None else f"{row['residual_wide']:.0f} %, {row['fine_wide']:.0f} %"
-        flagged = f"{row['residual_flagged']:.0f} %", f"{row['fine_flagged']:.0f} %"
-        lines.append(f"| {name} | {force} | {residual} | {flagged[0]} | {finer} | {flagged[1]} | {wide} |")
+        cells = [name, "{:.1f} / {:.1f}".format(*row["force_percent"])]
+        for judge in JUDGES:
+            cells += ["{:.1f} / {:.1f}".format(*row[judge]["percent"]), f"{row[judge]['flagged']:.0f} %"]
+        wide = [row[judge]["if_wide"] for judge in JUDGES]
+        cells.append(", ".join("–" if each is None else f"{each:.0f} %" for each in wide) if row["wide"] else "")
+        lines.append(f"| {' | '.join(cells)} |")
+    limits = (f"{judge} {100 * limit:.2g} %" for judge, limit in more["thresholds"].items())
     field = ("{} {:.1f} / {:.1f} %".format(label, *value) for label, value in more["field_percent"].items())
-    lines += ["", f"Thresholds: {100 * coarse:.1f} % and {100 * fine:.2f} %."]
-    return "\n".join([*lines, f"Error of the forces at the taxels, {QUIET}: {', '.join(field)}."])
+    lines += ["", f"Thresholds: {', '.join(limits)}."]
+    lines += [f"Error of the forces at the taxels, {QUIET}: {', '.join(field)}.", ""]
+    lines += [f"| false alarms | {' | '.join(JUDGES)} |", f"|---:|{'---:|' * len(JUDGES)}"]
+    for alarms, found in more["curve"].items():
+        lines.append(f"| {alarms} % | {' | '.join(f'{found[judge]:.0f} %' for judge in JUDGES)} |")
+    return "\n".join(lines)
 
 
 if __name__ == "__main__":
