@@ -15,6 +15,8 @@ from bench.accuracy.cases import SEED, Case, cases
 from bench.accuracy.figure import plot
 from bench.accuracy.tables import tables
 from bench.publish import insert, store
+from tfra.codegen.configfile import millimetres
+from tfra.model.learned.network import Network
 
 PAGE = "docs/accuracy.md"
 COUNT = 1000
@@ -27,7 +29,7 @@ def record(every: Sequence[Case], count: int) -> dict[str, Any]:
     together = measure.pooled(observed.values())
     sensors = {
         case.name: {
-            "pitch_over_thickness": round(case.coarseness, 3),
+            **described(case),
             "scenes": measure.percentiles(observed[case.name]),
             "fixed": measure.agreement(observed[case.name]),
             "paper": measure.paper(case) if case.name in measure.PAPER else None,
@@ -36,6 +38,19 @@ def record(every: Sequence[Case], count: int) -> dict[str, Any]:
     }
     pooled, curves = measure.percentiles(together), measure.curves(together)
     return {"seed": SEED, "contacts": count, "sensors": sensors, "pooled": pooled, "curves": curves}
+
+
+def described(case: Case) -> dict[str, Any]:
+    """What the page says of a sensor and its network."""
+    sensor, weights = case.design.sensor, case.design.weights
+    return {
+        "taxels": [sensor.rows, sensor.columns],
+        "pitch_mm": [millimetres(sensor.pitch_x), millimetres(sensor.pitch_y)],
+        "thickness_mm": millimetres(sensor.thickness),
+        "pitch_over_thickness": round(case.coarseness, 3),
+        "units": list(weights.counts),
+        "products": Network(sensor, weights).products,
+    }
 
 
 def main() -> None:

@@ -25,8 +25,8 @@ class Array:
     """What the taxels add, as shares of each frame's peak.
 
     ``noise``: standard deviation; ``offset``: of all taxels; ``gain``: standard deviation of the taxels' gains, drawn
-    for each frame; ``dead``: a taxel reads zero; ``frames``: the mean of so many is a frame; ``unsigned``: tension reads
-    zero.
+    for each frame; ``dead``: a taxel reads zero; ``frames``: a frame is the mean of so many; ``unsigned``: tension
+    reads zero.
     """
 
     noise: float = 1e-3

@@ -18,7 +18,12 @@ Record = Mapping[str, Any]
 
 def tables(record: Record) -> dict[str, str]:
     """Markdown by the names of the marks in the page."""
-    found = {"accuracy short": short(record), "accuracy targets": targets(record), "accuracy paper": paper(record)}
+    found = {
+        "accuracy short": short(record),
+        "accuracy sensors": sensors(record),
+        "accuracy targets": targets(record),
+        "accuracy paper": paper(record),
+    }
     for measure in HEADS:
         found[f"accuracy {measure}"] = noises(record, measure)
         found[f"accuracy robust {measure}"] = robust(record, measure)
@@ -31,13 +36,31 @@ def markdown(heads: Sequence[str], rows: Iterable[Sequence[str]], words: int = 1
     return "\n".join([*lines, *(f"| {' | '.join(row)} |" for row in rows)])
 
 
+def sensors(record: Record) -> str:
+    """Rows: sensors, with what their network takes."""
+    heads = ["sensor", "taxels", "pitch, mm", "thickness, mm", "mean pitch / thickness", "units", "products"]
+    rows = (
+        [
+            f"`{name}`",
+            "×".join(map(str, one["taxels"])),
+            "×".join(f"{pitch:g}" for pitch in one["pitch_mm"]),
+            f"{one['thickness_mm']:g}",
+            f"{one['pitch_over_thickness']:.2f}",
+            "/".join(map(str, one["units"])),
+            f"{one['products']:,}",
+        ]
+        for name, one in record["sensors"].items()
+    )
+    return markdown(heads, rows)
+
+
 def noises(record: Record, measure: str) -> str:
     """Rows: sensors and noises; columns: estimators."""
     heads = ["sensor", f"error of {HEADS[measure]}", *NAMES]
-    sensors = {name: sensor["scenes"] for name, sensor in record["sensors"].items()}
+    single = {name: sensor["scenes"] for name, sensor in record["sensors"].items()}
     rows = [
         [name, noise, *_cells(scenes[noise], measure)]
-        for name, scenes in (sensors | {"**all**": record["pooled"]}).items()
+        for name, scenes in (single | {"**all**": record["pooled"]}).items()
         for noise in NOISES
     ]
     return markdown(heads, rows, words=2)
@@ -60,10 +83,10 @@ def both(values: Sequence[float], digits: int) -> str:
 
 def paper(record: Record) -> str:
     """Rows: true friction of the paper's contacts; columns: sensors and estimators."""
-    sensors = {name: sensor["paper"] for name, sensor in record["sensors"].items() if sensor["paper"]}
+    pressed = {name: sensor["paper"] for name, sensor in record["sensors"].items() if sensor["paper"]}
     rows = [
         [name, noise, who, *(f"{by_mu[f'{mu:g}'][who]:.2f}" for mu in FRICTIONS)]
-        for name, by_noise in sensors.items()
+        for name, by_noise in pressed.items()
         for noise, by_mu in by_noise.items()
         for who in NAMES
     ]
@@ -72,33 +95,33 @@ def paper(record: Record) -> str:
 
 def targets(record: Record) -> str:
     """Rows: targets; columns: sensors."""
-    sensors = record["sensors"]
-    rows = [*_errors(sensors), *_papers(sensors), *_agreements(sensors)]
+    every = record["sensors"]
+    rows = [*_errors(every), *_papers(every), *_agreements(every)]
     cells = [cell for row in rows for cell in row[2:] if cell]
     met = f"Met: {sum('✓' in cell for cell in cells)} of {len(cells)}."
-    return markdown(["target", "at most", *sensors], rows, words=2) + f"\n\n{met}"
+    return markdown(["target", "at most", *every], rows, words=2) + f"\n\n{met}"
 
 
-def _errors(sensors: Record) -> Iterator[list[str]]:
+def _errors(every: Record) -> Iterator[list[str]]:
     for target in TARGETS:
         digits, part = DIGITS[target.measure], "median" if target.percentile == 50 else "95 %"
         limits = f"{target.limit:g}" + ("" if target.coarse is None else f", coarse {target.coarse:g}")
         cells = (
             verdict(target.found(sensor), target.limit_of(sensor["pitch_over_thickness"]), digits)
-            for sensor in sensors.values()
+            for sensor in every.values()
         )
         yield [f"{target.scene}: {HEADS[target.measure]}, {part}", limits, *cells]
 
 
-def _papers(sensors: Record) -> Iterator[list[str]]:
+def _papers(every: Record) -> Iterator[list[str]]:
     for noise in NOISES[:2]:
-        cells = (verdict(furthest(s["paper"][noise]), PAPER, 3) if s["paper"] else "" for s in sensors.values())
+        cells = (verdict(furthest(s["paper"][noise]), PAPER, 3) if s["paper"] else "" for s in every.values())
         yield [f"contacts of the paper, {noise}: median μ", f"{PAPER:g}", *cells]
 
 
-def _agreements(sensors: Record) -> Iterator[list[str]]:
+def _agreements(every: Record) -> Iterator[list[str]]:
     for measure, limit in AGREEMENT.items():
-        cells = (verdict(sensor["fixed"][measure], limit, 4 if measure == "mu" else 3) for sensor in sensors.values())
+        cells = (verdict(sensor["fixed"][measure], limit, 4 if measure == "mu" else 3) for sensor in every.values())
         yield [f"fixed against float: {HEADS[measure]}, 99 %", f"{limit:g}", *cells]
 
 
