@@ -7,6 +7,7 @@ docs/accuracy.md.  Sensors without weights are left out.
 from __future__ import annotations
 
 import argparse
+import hashlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -17,6 +18,7 @@ from bench.accuracy.tables import tables
 from bench.publish import insert, store
 from tfra.codegen.configfile import millimetres
 from tfra.model.learned.network import Network
+from tfra.model.learned.weights import NAMES
 
 PAGE = "docs/accuracy.md"
 COUNT = 1000
@@ -50,6 +52,7 @@ def described(case: Case) -> dict[str, Any]:
         "pitch_over_thickness": round(case.coarseness, 3),
         "units": list(weights.counts),
         "products": Network(sensor, weights).products,
+        "weights_sha256": hashlib.sha256(b"".join(getattr(weights, name).tobytes() for name in NAMES)).hexdigest(),
     }
 
 

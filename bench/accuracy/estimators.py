@@ -64,10 +64,10 @@ def estimators(case: Case) -> dict[str, Estimator]:
     learned = Learned(design.sensor, design.weights, design.threshold, two_variable.contact_threshold)
     mapped = fit(case, tfra)
     return {
-        TFRA: lambda codes: tfra(codes * design.adc.lsb),
-        TWO_VARIABLE: lambda codes: two_variable(codes * design.adc.lsb),
-        MAPPED: lambda codes: mapped(codes * design.adc.lsb),
-        LEARNED: lambda codes: learned(codes * design.adc.lsb),
+        TFRA: lambda codes: tfra(_stress(case, codes)),
+        TWO_VARIABLE: lambda codes: two_variable(_stress(case, codes)),
+        MAPPED: lambda codes: mapped(_stress(case, codes)),
+        LEARNED: lambda codes: learned(_stress(case, codes)),
         FIXED: lambda codes: decode(design, design.model.words(codes)),
     }
 
@@ -77,4 +77,9 @@ def fit(case: Case, tfra: Tfra) -> Mapped:
     rng = case.generator("map")
     contacts = any_contacts(case.design.sensor, FITTED, rng)
     codes, force = observed(case.design, SCENES[QUIET], contacts, rng)
-    return Mapped.fitted(tfra, codes * case.design.adc.lsb, force)
+    return Mapped.fitted(tfra, _stress(case, codes), force)
+
+
+def _stress(case: Case, codes: Ints) -> Floats:
+    """In Pa."""
+    return np.multiply(codes, case.design.adc.lsb, dtype=np.float64)

@@ -140,7 +140,7 @@ def punch(u: Floats, v: Floats, angle: Floats, mu: Floats) -> Floats:
 def slip(u: Floats, v: Floats, angle: Floats, mu: Floats) -> Floats:
     """Tangential load of Mindlin's partial slip where the surfaces' friction is 1: the middle sticks, carries less."""
     sticks = np.maximum(np.cbrt(1 - mu), 1e-3)
-    return np.sqrt(_inside(u, v)) - sticks * np.sqrt(_inside(u / sticks, v / sticks))
+    return np.asarray(np.sqrt(_inside(u, v)) - sticks * np.sqrt(_inside(u / sticks, v / sticks)))
 
 
 def tilted(u: Floats, v: Floats, angle: Floats, mu: Floats) -> Floats:

@@ -43,11 +43,12 @@ def observe(case: Case, count: int) -> dict[str, dict[str, Values]]:
     observed = {}
     for name, codes, force in scenes(case, count):
         truth = Resultants(force)
-        observed[name] = {who: _values(truth, estimate(codes)) for who, estimate in every.items()}
+        observed[name] = {who: compared(truth, estimate(codes)) for who, estimate in every.items()}
     return observed
 
 
-def _values(truth: Contact, found: Contact) -> Values:
+def compared(truth: Contact, found: Contact) -> Values:
+    """The errors, the friction and the direction of what is ``found``."""
     every = errors(truth, found)
     own = {"mu_true": truth.mu, "mu_found": found.mu, "phi_found": found.phi_deg}
     return {measure: every[key] for measure, key in MEASURES.items()} | own

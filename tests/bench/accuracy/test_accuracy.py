@@ -12,7 +12,7 @@ import pytest
 
 from bench.accuracy import accuracy, cases, estimators, figure, measure
 from bench.accuracy.estimators import FIXED, LEARNED, NAMES
-from bench.accuracy.scenes import NOISES, QUIET, SCENES
+from bench.accuracy.scenes import NOISES, QUIET, SCENES, scenes
 from bench.accuracy.tables import tables
 from bench.accuracy.targets import TARGETS, Target, furthest, verdict
 from bench.publish import ROOT
@@ -55,8 +55,21 @@ def test_the_kept_record_is_of_this_list(kept: dict[str, Any]) -> None:
     for row in (kept["pooled"], *(sensor["scenes"] for sensor in kept["sensors"].values())):
         assert list(row) == list(SCENES)
         assert all(list(scene) == list(NAMES) for scene in row.values())
-    known = {config.stem for config in cases.files() if config.with_suffix(".weights.npz").exists()}
-    assert set(kept["sensors"]) == known
+    every = cases.cases()
+    assert [case.name for case in every] == list(kept["sensors"])
+    for case in every:
+        assert accuracy.described(case).items() <= kept["sensors"][case.name].items()
+
+
+def test_today_the_learned_estimators_are_as_accurate(kept: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(estimators, "FITTED", 50)
+    for case in cases.cases():
+        every = estimators.estimators(case)
+        name, codes, force = next(scenes(case, accuracy.COUNT))
+        for who in (LEARNED, FIXED):
+            off = measure.percentiles({name: {who: measure.compared(Resultants(force), every[who](codes))}})
+            for key, both in off[name][who].items():
+                assert both == pytest.approx(kept["sensors"][case.name]["scenes"][name][who][key], rel=0.01), key
 
 
 def test_a_whole_record(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -111,7 +124,7 @@ def test_agreement_notices_single_frames() -> None:
 
 def test_values_are_distances_to_the_truth() -> None:
     truth, found = Resultants(np.array([[3.0, 0, -5]])), Resultants(np.array([[0.0, 3, -5]]))
-    values = measure._values(truth, found)
+    values = measure.compared(truth, found)
     assert values["mu"] == pytest.approx([0])
     assert values["phi_deg"] == pytest.approx([90])
     assert values["force_percent"] == pytest.approx([100 * np.sqrt(18 / 34)])
