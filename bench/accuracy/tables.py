@@ -10,7 +10,8 @@ from bench.accuracy.measure import FRICTIONS
 from bench.accuracy.scenes import NOISES, SCENES
 from bench.accuracy.targets import AGREEMENT, PAPER, TARGETS, furthest, verdict
 
-HEADS = {"mu": "μ", "phi_deg": "φ, °", "force_percent": "\\|ΔF\\|/\\|F\\|, %"}
+SYMBOLS = {"mu": "μ", "phi_deg": "φ", "force_percent": "\\|ΔF\\|/\\|F\\|"}
+UNITS = {"mu": "", "phi_deg": "°", "force_percent": " %"}
 DIGITS = {"mu": 3, "phi_deg": 1, "force_percent": 1}
 
 Record = Mapping[str, Any]
@@ -24,7 +25,7 @@ def tables(record: Record) -> dict[str, str]:
         "accuracy targets": targets(record),
         "accuracy paper": paper(record),
     }
-    for measure in HEADS:
+    for measure in SYMBOLS:
         found[f"accuracy {measure}"] = noises(record, measure)
         found[f"accuracy robust {measure}"] = robust(record, measure)
     return found | {"accuracy fixed": fixed(record)}
@@ -56,7 +57,7 @@ def sensors(record: Record) -> str:
 
 def noises(record: Record, measure: str) -> str:
     """Rows: sensors and noises; columns: estimators."""
-    heads = ["sensor", f"error of {HEADS[measure]}", *NAMES]
+    heads = ["sensor", heading(measure), *NAMES]
     single = {name: sensor["scenes"] for name, sensor in record["sensors"].items()}
     rows = [
         [name, noise, *_cells(scenes[noise], measure)]
@@ -69,7 +70,13 @@ def noises(record: Record, measure: str) -> str:
 def robust(record: Record, measure: str) -> str:
     """Rows: scenes of all sensors; columns: estimators."""
     rows = ([scene, *_cells(record["pooled"][scene], measure)] for scene in SCENES)
-    return markdown([f"error of {HEADS[measure]}", *NAMES], rows)
+    return markdown([heading(measure), *NAMES], rows)
+
+
+def heading(measure: str) -> str:
+    """Of the column whose rows have errors of ``measure``."""
+    unit = UNITS[measure].strip()
+    return f"error of {SYMBOLS[measure]}" + (f", {unit}" if unit else "")
 
 
 def _cells(row: Mapping[str, Mapping[str, Sequence[float]]], measure: str) -> list[str]:
@@ -104,13 +111,14 @@ def targets(record: Record) -> str:
 
 def _errors(every: Record) -> Iterator[list[str]]:
     for target in TARGETS:
-        digits, part = DIGITS[target.measure], "median" if target.percentile == 50 else "95 %"
-        limits = f"{target.limit:g}" + ("" if target.coarse is None else f", coarse {target.coarse:g}")
+        digits, unit = DIGITS[target.measure], UNITS[target.measure]
+        part = "median" if target.percentile == 50 else "95th percentile"
+        limits = f"{target.limit:g}{unit}" + ("" if target.coarse is None else f", coarse {target.coarse:g}{unit}")
         cells = (
             verdict(target.found(sensor), target.limit_of(sensor["pitch_over_thickness"]), digits)
             for sensor in every.values()
         )
-        yield [f"{target.scene}: {HEADS[target.measure]}, {part}", limits, *cells]
+        yield [f"{target.scene}: {SYMBOLS[target.measure]}, {part}", limits, *cells]
 
 
 def _papers(every: Record) -> Iterator[list[str]]:
@@ -122,7 +130,7 @@ def _papers(every: Record) -> Iterator[list[str]]:
 def _agreements(every: Record) -> Iterator[list[str]]:
     for measure, limit in AGREEMENT.items():
         cells = (verdict(sensor["fixed"][measure], limit, 4 if measure == "mu" else 3) for sensor in every.values())
-        yield [f"fixed against float: {HEADS[measure]}, 99 %", f"{limit:g}", *cells]
+        yield [f"fixed against float: {SYMBOLS[measure]}, 99th percentile", f"{limit:g}{UNITS[measure]}", *cells]
 
 
 def fixed(record: Record) -> str:
@@ -139,12 +147,11 @@ def short(record: Record) -> str:
     """Pooled errors of the float estimators."""
     shown = {TFRA: TFRA, TWO_VARIABLE: TWO_VARIABLE, MAPPED: "TFRA, mapped", LEARNED: LEARNED}
     rows = (
-        [name, *(", ".join(_cell(record["pooled"][noise][who], measure) for measure in HEADS) for noise in NOISES[1:])]
+        [name, *(", ".join(_cell(record["pooled"][noise][who], measure) for measure in SYMBOLS) for noise in NOISES[1:])]
         for who, name in shown.items()
     )
     return markdown(["medians of all sensors", *(f"{noise}: μ, φ, \\|ΔF\\|/\\|F\\|" for noise in NOISES[1:])], rows)
 
 
 def _cell(row: Mapping[str, Sequence[float]], measure: str) -> str:
-    unit = {"mu": "", "phi_deg": "°", "force_percent": " %"}[measure]
-    return f"{row[measure][0]:.{DIGITS[measure]}f}{unit}"
+    return f"{row[measure][0]:.{DIGITS[measure]}f}{UNITS[measure]}"
