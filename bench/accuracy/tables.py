@@ -130,7 +130,8 @@ def _papers(every: Record) -> Iterator[list[str]]:
 def _agreements(every: Record) -> Iterator[list[str]]:
     for measure, limit in AGREEMENT.items():
         cells = (verdict(sensor["fixed"][measure], limit, 4 if measure == "mu" else 3) for sensor in every.values())
-        yield [f"fixed against float: {SYMBOLS[measure]}, 99th percentile", f"{limit:g}{UNITS[measure]}", *cells]
+        name = f"fixed against float: {SYMBOLS[measure]}, 99th percentile"
+        yield [name, f"{limit:g}{UNITS[measure]}", *cells]
 
 
 def fixed(record: Record) -> str:
