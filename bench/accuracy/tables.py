@@ -146,12 +146,12 @@ def fixed(record: Record) -> str:
 
 def short(record: Record) -> str:
     """Pooled errors of the float estimators."""
-    shown = {TFRA: TFRA, TWO_VARIABLE: TWO_VARIABLE, MAPPED: "TFRA, mapped", LEARNED: LEARNED}
+    shown, measured = (TFRA, TWO_VARIABLE, MAPPED, LEARNED), ", ".join(SYMBOLS.values())
     rows = (
-        [name, *(", ".join(_cell(record["pooled"][noise][who], measure) for measure in SYMBOLS) for noise in NOISES[1:])]
-        for who, name in shown.items()
+        [who, *(", ".join(_cell(record["pooled"][noise][who], measure) for measure in SYMBOLS) for noise in NOISES[1:])]
+        for who in shown
     )
-    return markdown(["medians of all sensors", *(f"{noise}: μ, φ, \\|ΔF\\|/\\|F\\|" for noise in NOISES[1:])], rows)
+    return markdown(["medians of all sensors", *(f"{noise}: {measured}" for noise in NOISES[1:])], rows)
 
 
 def _cell(row: Mapping[str, Sequence[float]], measure: str) -> str:
