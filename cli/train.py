@@ -47,13 +47,13 @@ def train(
         raise InputError("tfra train", "", "threadpoolctl is missing, please run: pip install 'tfra[train]'")
     if minutes is not None and steps is not None:
         raise InputError("tfra train", "--minutes", "and --steps exclude each other")
-    from tfra.codegen.config import load
+    from tfra.codegen.config import load_tfra
     from tfra.codegen.files import check_archive
     from tfra.codegen.weightsfile import write_weights
     from tfra.train.loop import DivergedError
     from tfra.train.run import Budget, run
 
-    sensor = load(config).design.sensor
+    sensor = load_tfra(config).design.sensor
     check_archive(out, "train", [config])
     try:
         trained = run(sensor, Budget(channels, seed, steps, minutes), work or Path(f"{out}.work"), _progress)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -30,11 +30,13 @@ from tfra.codegen.schema import (
     exact,
 )
 from tfra.codegen.tomlfile import read_toml
-from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Formats, Search
+from tfra.codegen.weightsfile import read_weights
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Choices, Formats, Search
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.errors import InputError, quoted
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.recording import PLAIN, Input, overridden
 from tfra.model.sensor import SensorArray
@@ -81,8 +83,17 @@ def load(path: str | Path) -> Project:
     return made(read_toml(file), file)
 
 
+def load_tfra(path: str | Path) -> Project:
+    """The same with TFRA in its usual word lengths, whatever CONFIG says: for what needs neither weights nor a core."""
+    file = Path(path)
+    return made(read_toml(file) | {"estimator": {}, "formats": {}}, file)
+
+
 def made(content: Mapping[str, object], file: Path) -> Project:
-    """Check the ``content`` of a CONFIG file; raises ``InputError`` naming ``file`` for anything wrong with it."""
+    """Check the ``content`` of a CONFIG file; raises ``InputError`` naming ``file`` for anything wrong with it.
+
+    The learned estimator's weights are read, so an error can name their file, too.
+    """
     document = _document(content, file)
     sensor = _sensor(file, document.sensor)
     with _blame(file, "layer"):
@@ -151,8 +162,10 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
         search = Search(document.search.steps, document.search.plateau_tolerance)
     with _blame(file, "formats"):
         formats = _formats(document.formats)
+    weights = _weights(file, document.estimator)
+    trained = None if weights is None else read_weights(file.parent / weights, sensor)
     with _blame(file, ""):
-        return TfraDesign(
+        choices = Choices(
             sensor=sensor,
             name=name_from(file.stem) if document.name is None else checked(document.name),
             adc=adc,
@@ -162,6 +175,11 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
             images=document.target.images,
             target=document.target.name,
         )
+        given = {each.name: getattr(choices, each.name) for each in fields(choices)}
+        if trained is None:
+            return TfraDesign(**given)
+        forces = document.estimator.taxel_forces is not False
+        return LearnedDesign(**given, weights=trained.weights, threshold=trained.threshold, taxel_forces=forces)
 
 
 def _input(file: Path, section: InputSection) -> Input:
@@ -174,8 +192,9 @@ def _weights(file: Path, section: EstimatorSection) -> str | None:
     with _blame(file, "estimator"):
         if section.kind == "learned" and section.weights is None:
             raise ValueError('weights: is missing: kind = "learned" needs a file of tfra train')
-        if section.kind == "tfra" and section.weights is not None:
-            raise ValueError('weights: belongs to kind = "learned"')
+        for key in ("weights", "taxel_forces"):
+            if section.kind == "tfra" and getattr(section, key) is not None:
+                raise ValueError(f'{key}: belongs to kind = "learned"')
     return section.weights
 
 

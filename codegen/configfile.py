@@ -9,6 +9,7 @@ from fractions import Fraction
 from tfra.codegen.cover import LayerSpec
 from tfra.model.choices import FORMATS, Formats
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.design import LearnedDesign
 
 Value = str | int | float | Mapping[str, int]
 
@@ -22,8 +23,7 @@ def config_text(design: Design, layer: LayerSpec, comment: str, weights: str | N
     ``weights`` names the file of the learned estimator; with None, the estimator is TFRA.
     """
     lines = [f"# {line}" for line in comment.splitlines()]
-    estimator = {} if weights is None else {"estimator": {"kind": "learned", "weights": weights}}
-    for title, keys in (sections(design, layer) | estimator).items():
+    for title, keys in (sections(design, layer) | _estimator(design, weights)).items():
         if keys:
             lines += [*(["", f"[{title}]"] if title else []), *(assignment(key, keys[key]) for key in keys)]
     return "\n".join(lines) + "\n"
@@ -57,7 +57,14 @@ def assignment(key: str, value: Value) -> str:
     """``key = value`` in TOML."""
     if isinstance(value, Mapping):
         return f"{key} = {{ {', '.join(assignment(*pair) for pair in value.items())} }}"
-    return f"{key} = " + (json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value))
+    return f"{key} = " + (json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(value))
+
+
+def _estimator(design: Design, weights: str | None) -> Sections:
+    """The section of the learned estimator, where ``design`` has it."""
+    if not isinstance(design, LearnedDesign) or weights is None:
+        return {}
+    return {"estimator": {"kind": "learned", "weights": weights, "taxel_forces": design.taxel_forces}}
 
 
 def _formats(formats: Formats) -> Mapping[str, Value]:

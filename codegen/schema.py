@@ -124,10 +124,11 @@ class TargetSection(Section):
 
 
 class EstimatorSection(Section):
-    """``[estimator]``: the algorithm, and the file of the learned one's weights."""
+    """``[estimator]``: the algorithm; of the learned one the file of its weights, and what its core gives."""
 
     kind: Literal["tfra", "learned"] = "tfra"
     weights: Annotated[str, Field(min_length=1)] | None = None
+    taxel_forces: bool | None = None
 
 
 class LayerSection(Section):

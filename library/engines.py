@@ -17,6 +17,7 @@ from tfra.model.errors import InputError
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
     from tfra.model.arrays import Floats, Ints
+    from tfra.model.fixed.learned.design import LearnedDesign
     from tfra.model.learned.learned import Learned
     from tfra.model.tfra import Result
 
@@ -85,25 +86,21 @@ def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
 
 
 def double(engine: Engine, project: Project) -> Callable[[Floats], Result]:
-    """Return the model of one of the engines ``DOUBLE``: a function of frames ``(n, rows, columns)`` in Pa.
-
-    Raises ``InputError`` for a file of weights that can't be read, or that is not the sensor's.
-    """
+    """Return the model of one of the engines ``DOUBLE``: a function of frames ``(n, rows, columns)`` in Pa."""
+    from tfra.model.fixed.learned.design import LearnedDesign
     from tfra.model.tfra import Tfra
     from tfra.model.two_variable import TwoVariable
 
+    design = project.design
     if engine is Engine.TWO_VARIABLE:
-        return TwoVariable.of(project.design)
-    return Tfra.of(project.design) if project.weights is None else _learned(project, project.weights)
+        return TwoVariable.of(design)
+    return _learned(design) if isinstance(design, LearnedDesign) else Tfra.of(design)
 
 
-def _learned(project: Project, weights: str) -> Learned:
-    from tfra.codegen.weightsfile import read_weights
+def _learned(design: LearnedDesign) -> Learned:
     from tfra.model.learned.learned import Learned
 
-    design = project.design
-    trained = read_weights(project.path.parent / weights, design.sensor)
-    return Learned(design.sensor, trained.weights, trained.threshold, design.adc.threshold * design.adc.lsb)
+    return Learned(design.sensor, design.weights, design.threshold, design.adc.threshold * design.adc.lsb)
 
 
 def _fixed(project: Project, codes: Ints, advance: Advance) -> Result:

@@ -14,7 +14,7 @@ from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import ADDRESS_BITS, NO_RESULT, Dest, Instruction, Op
 from tfra.hdl.serial.program.interpreter import wrap
 from tfra.hdl.serial.serial import Serial
-from tfra.hdl.serial.sizes import Sizes, sizes
+from tfra.hdl.serial.sizes import Sizes
 from tfra.hdl.serial.trace import TracedStep, trace
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
@@ -119,7 +119,7 @@ def _watcher(
     core: SerialCore, steps: Iterator[TracedStep], patience: int, found: list[Difference]
 ) -> Callable[[Any], Any]:
     """Compare every executed instruction with the next of ``steps``; the first difference goes to ``found``."""
-    path, size = core.datapath, sizes(core.design)
+    path, size = core.datapath, core.program.sizes
 
     async def process(ctx: Any) -> None:
         ctx.set(core.result.ready, 1)

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.codegen.arrays import Archive, Shape, archive
-from tfra.codegen.config import load
+from tfra.codegen.config import load_tfra
 from tfra.codegen.framesfile import REFERENCES, read_references
 from tfra.codegen.shapes import FRAMES
 from tfra.model.arrays import Floats
@@ -164,6 +164,6 @@ def _design(path: Path, config: str) -> Design:
         file = folder / "sensor.toml"
         file.write_text(config, encoding="utf-8")
         try:
-            return load(file).design
+            return load_tfra(file).design
         except InputError as error:
             raise InputError(path, "config", str(error).removeprefix(f"{file}: ")) from None

@@ -16,9 +16,8 @@ from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import Dest, Op, Src
 from tfra.hdl.serial.lanes import Lanes
 from tfra.hdl.serial.product import Product
-from tfra.hdl.serial.program.tfra.frame import Program
+from tfra.hdl.serial.program.program import Program
 from tfra.hdl.serial.sequencer import Sequencer
-from tfra.hdl.serial.sizes import sizes
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 
@@ -46,15 +45,13 @@ class SerialCore(wiring.Component):
                 "result": Out(stream.Signature(ports.result(design))),
             }
         )
-        self.datapath = Datapath(sizes(design), self.taxel.payload.shape())
+        self.datapath = Datapath(program.sizes, self.taxel.payload.shape())
 
     def elaborate(self, platform: Any) -> Module:
-        m, size, depth = Module(), sizes(self.design), len(self._store)
+        m, code, size, depth = Module(), self.program, self.program.sizes, len(self._store)
         m.submodules.datapath = self.datapath
-        m.submodules.sequencer = sequencer = Sequencer(self.program.instructions)
-        m.submodules.lanes = lanes = Lanes(
-            size, self.design.quads, self.program.operands, depth, self.design.target
-        )
+        m.submodules.sequencer = sequencer = Sequencer(code.instructions)
+        m.submodules.lanes = lanes = Lanes(size, code.lengths, code.operands, depth, self.design.target)
         m.submodules.product = product = Product(size.multiplicand, size.multiplier, size.word)
         loading = self._load(m, lanes)
         self._wire_streams(m, loading)
@@ -66,7 +63,7 @@ class SerialCore(wiring.Component):
 
     def _load(self, m: Module, lanes: Lanes) -> Signal:
         """Collect coefficients into words of the store; high until the last one has arrived."""
-        depth, count, bits = len(self._store), sizes(self.design).lanes, self.design.formats.coefficient
+        depth, count, bits = len(self._store), self.program.sizes.lanes, self.design.formats.coefficient
         loading = Signal(init=1)
         lane = Signal(counter_shape(count - 1))
         word = Signal(bits * (count - 1))  # the coefficients of the lanes before
@@ -113,7 +110,7 @@ class SerialCore(wiring.Component):
     def _wire_memory(self, m: Module, sequencer: Sequencer, lanes: Lanes) -> None:
         """The data memory, and the lanes' copy of its lowest words; a result is written when it is in ``last``."""
         path, code = self.datapath, self.program
-        shape = signed(sizes(self.design).word)
+        shape = signed(code.sizes.word)
         m.submodules.memory = memory = Memory(shape=shape, depth=len(code.memory), init=code.memory)
         read, write = memory.read_port(), memory.write_port()
         m.d.comb += [
@@ -149,3 +146,5 @@ class SerialCore(wiring.Component):
             lanes.pointer.eq(path.total),
             path.sum.eq(lanes.sum),
         ]
+        if len(self.program.lengths) > 1:
+            m.d.comb += lanes.length.eq(i.left)

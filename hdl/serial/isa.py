@@ -21,7 +21,8 @@ Rules of the pipeline for a program (the assembler inserts pauses between consec
 * P and K are read ``SETTLE`` instructions after they were written at the earliest, a memory word ``STORED``;
 * R and T are read by the next instruction, unless that is one of ``LATE`` or the writer is DIV;
 * SH is read by SHIFT, two instructions after it was written at the earliest;
-* a product is available ``MUL_DELAY`` instructions after MUL, sums of products ``MAC_DELAY`` + Q after MAC;
+* a product is available ``MUL_DELAY`` instructions after MUL, sums of products as
+  many and ``MAC_DELAY`` after MAC;
 * the instruction after the one that ends a loop, jumps, calls or returns is still executed: a delay slot.
 """
 
@@ -73,7 +74,7 @@ class Op(IntEnum):
     MUL = 12
     """product = source * Y"""
     MAC = 13
-    """start the sums of Q products: operands from the address, coefficients from SP on"""
+    """start the sums of products: operands from the address, coefficients from SP on; left numbers how many"""
     DO = 14
     """the loop that starts after this instruction runs immediate + 1 times"""
     JUMP = 15

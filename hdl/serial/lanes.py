@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, Value, signed
+from amaranth import Array, Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
@@ -24,7 +25,7 @@ assert MAC_DELAY == 2 + _ARRIVAL
 
 
 class Lanes(wiring.Component):
-    """Every lane multiplies Q operand words by its coefficients and sums up the products.
+    """Every lane multiplies the words of an operand by its coefficients and sums up the products.
 
     ::
 
@@ -36,6 +37,7 @@ class Lanes(wiring.Component):
     Members:
         start: in, begin a group.
         address: in, of the group's first operand.
+        length: in, which of ``lengths`` is the number of the group's products; only if there is more than one.
         next: in, shift out the next lane's sum.
         sum: ``signed(accumulator)``, out, of the lanes in their order.
         set_pointer: in, ``pointer`` is the address of the next coefficients.
@@ -47,8 +49,8 @@ class Lanes(wiring.Component):
         write_data: ``signed(operand)``, in.
     """
 
-    def __init__(self, sizes: Sizes, quads: int, operands: int, depth: int, target: str) -> None:
-        self._sizes, self._quads, self._depth, self._target = sizes, quads, depth, target
+    def __init__(self, sizes: Sizes, lengths: Sequence[int], operands: int, depth: int, target: str) -> None:
+        self._sizes, self._lengths, self._depth, self._target = sizes, lengths, depth, target
         self._operands = 1 << max(1, (operands - 1).bit_length())
         super().__init__(
             {
@@ -64,6 +66,7 @@ class Lanes(wiring.Component):
                 "write_address": In(range(self._operands)),
                 "write_data": In(signed(sizes.operand)),
             }
+            | ({"length": In(range(len(lengths)))} if len(lengths) > 1 else {})
         )
 
     def elaborate(self, platform: Any) -> Module:
@@ -94,7 +97,8 @@ class Lanes(wiring.Component):
         """Whether a product begins, and whether the one that arrives is the first, or the last, of its group."""
         running = Signal()
         is_first = Signal()
-        products_left = Signal(counter_shape(self._quads - 1))
+        following = Array(length - 1 for length in self._lengths)  # products after a group's first
+        products_left = Signal(counter_shape(max(self._lengths) - 1))
         marks = Signal(2 * _ARRIVAL)  # first and last of each product on its way
         m.d.sync += marks.eq(Cat(running & is_first, running & (products_left == 0), marks))
         with m.If(running):
@@ -108,7 +112,7 @@ class Lanes(wiring.Component):
             m.d.sync += [
                 running.eq(1),
                 operand_address.eq(self.address),
-                products_left.eq(self._quads - 1),
+                products_left.eq(following[self.length] if len(following) > 1 else following[0]),
                 is_first.eq(1),
             ]
         return running, marks[-2], marks[-1]

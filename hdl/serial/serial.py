@@ -9,9 +9,10 @@ from pathlib import Path
 from tfra.hdl.interface.microarchitecture import Probe
 from tfra.hdl.primitives import models
 from tfra.hdl.serial.core import SerialCore
-from tfra.hdl.serial.program.memory import store_image
-from tfra.hdl.serial.program.tfra.frame import Program, program
-from tfra.hdl.serial.sizes import sizes
+from tfra.hdl.serial.program.memory import lengths, store_image
+from tfra.hdl.serial.program.program import Program
+from tfra.hdl.serial.programs import program
+from tfra.hdl.serial.sizes import lane_count
 from tfra.hdl.serial.store import cells
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
@@ -73,7 +74,7 @@ class Serial:
     @property
     def lanes(self) -> int:
         """Multiply-accumulate lanes."""
-        return sizes(self.design).lanes
+        return lane_count(self.design)
 
     def choices(self) -> Iterator[Serial]:
         """This core alone: its lanes follow from its word lengths."""
@@ -97,7 +98,8 @@ class Serial:
     @property
     def load_order(self) -> str:
         """The order of :attr:`loaded` in words."""
+        times = " or ".join(map(str, lengths(self.design)))
         return (
             f"for every operator, parity of its results and group of {self.lanes} result quads (the last one filled up "
-            f"with zeros): {self.design.quads} times a coefficient of each quad of the group"
+            f"with zeros): {times} times, once for each quad of the operand, a coefficient of each quad of the group"
         )

@@ -39,35 +39,30 @@ class Sizes:
     """K, unsigned."""
 
 
-def sizes(design: Design) -> Sizes:
-    """Sizes of ``design``; a word is as long as the longest value that a stage of a frame stores in one."""
+def lane_count(design: Design) -> int:
+    """Multiplier lanes: as many as a word of the store has coefficients for."""
+    return STORE_BITS // design.formats.coefficient
+
+
+def sizes(design: Design, *, word: int, multiplicand: int, multiplier: int) -> Sizes:
+    """Sizes of ``design``.
+
+    ``word``, ``multiplicand`` and ``multiplier`` are the least bits that the estimator's own stages need of a data
+    word, of a source of MUL and of Y; what the shared stages need is added here.
+    """
     w, fmt = design.widths, design.formats
-    word = max(
-        w.direction,
-        max(w.b_xy, w.b_z) + 2,
-        w.candidate + 2,
-        w.accumulator + 1,
-        w.vector + 2,
-        w.force + fmt.operand + 2,
-        w.division + fmt.operand + 5,
-        2 * fmt.operand + 3,
-        w.magnitude + fmt.operand + 1,
-    )
+    left = w.alignment, w.division, fmt.operand + 2, design.adc.bits - 1 + fmt.vector_fraction
+    shared = w.accumulator + 1, w.vector + 2, w.division + fmt.operand + 5, 2 * fmt.operand + 3
     return Sizes(
-        word=word,
+        word=max(word, *shared),
         coefficient=fmt.coefficient,
         operand=fmt.operand,
         result=w.output,
-        lanes=STORE_BITS // fmt.coefficient,
+        lanes=lane_count(design),
         accumulator=w.accumulator,
-        multiplicand=max(w.vector + 1, w.force, w.division, w.moment + 1, w.stress + fmt.vector_fraction),
-        multiplier=max(fmt.operand, w.magnitude, design.search.steps.bit_length()) + 1,
-        reach=1 << max(w.division, fmt.operand + 2, design.adc.bits - 1 + fmt.vector_fraction).bit_length(),
+        multiplicand=max(multiplicand, w.division + 1),
+        multiplier=max(multiplier, fmt.operand + 1),
+        reach=1 << max(left).bit_length(),
         shift=8,
         quotient=max(fmt.operand + 3, ADDRESS_BITS),
     )
-
-
-def sweep_bits(design: Design) -> int:
-    """Bits of a candidate's number, 0 ... K, or of their count, K + 1; unsigned."""
-    return design.candidates.bit_length()

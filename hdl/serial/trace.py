@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from tfra.hdl.serial.program.disassembler import destination, disassemble
 from tfra.hdl.serial.program.interpreter import Interpreter, Step
 from tfra.hdl.serial.program.memory import store_image
-from tfra.hdl.serial.program.tfra.frame import program
-from tfra.hdl.serial.sizes import sizes
+from tfra.hdl.serial.programs import program
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 
@@ -42,7 +41,7 @@ def trace(design: Design, codes: Ints) -> Iterator[TracedStep]:
     """
     code = program(design)
     store = store_image(design).tolist()
-    machine = Interpreter(sizes(design), design.quads, code.instructions, list(code.memory), store)
+    machine = Interpreter(code.sizes, code.lengths, code.instructions, list(code.memory), store)
     caller = ""
     for step in machine.steps(iter(codes.ravel().tolist())):
         i = step.instruction

@@ -7,12 +7,17 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
-from tfra.codegen.config import LayerSpec, Project, load
+from tests.model.learned.random_weights import random_weights
+from tfra.codegen.config import LayerSpec, Project, load, load_tfra
+from tfra.codegen.configfile import config_text
+from tfra.codegen.weightsfile import Trained, write_weights
 from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.errors import InputError
+from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.recording import PLAIN, Input
 from tfra.model.sensor import SensorArray
@@ -106,15 +111,35 @@ def test_input(read: Any, tmp_path: Path) -> None:
     assert read(SENSOR + '[input]\ntare = "/rest.npy"\n').input.tare == Path("/rest.npy")
 
 
-def test_estimator(read: Any, complaint: Any) -> None:
+def test_estimator(read: Any, complaint: Any, tmp_path: Path) -> None:
+    weights = random_weights(np.random.default_rng(0), 100, 3, 2)
+    (tmp_path / "lab").mkdir()
+    write_weights(tmp_path / "lab" / "w.npz", Trained(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), weights, 0.25))
     assert read(SENSOR).weights is None
     assert read(SENSOR + '[estimator]\nkind = "tfra"\n').weights is None
-    assert read(SENSOR + '[estimator]\nkind = "learned"\nweights = "lab/w.npz"\n').weights == "lab/w.npz"
+    learned = SENSOR + '[estimator]\nkind = "learned"\nweights = "lab/w.npz"\n'
+    found = read(learned)
+    assert found.weights == "lab/w.npz"
+    assert isinstance(found.design, LearnedDesign)
+    assert np.array_equal(found.design.weights.first, weights.first.astype(np.float32))
+    assert (found.design.threshold, found.design.taxel_forces) == (0.25, True)
+    short = read(learned + "taxel_forces = false\n[formats.signals]\noperand.second = 14\n")
+    assert short.design.result_fields == tuple(name for name in found.design.result_fields if name != "forces")
+    again = read(config_text(short.design, short.layer, "", short.weights))
+    assert (again.design.taxel_forces, again.design.threshold) == (False, 0.25)
+    assert isinstance(load_tfra(tmp_path / "sensor.toml").design, TfraDesign)
+    other = complaint(learned.replace("columns = 10", "columns = 9"))
+    assert other == "lab/w.npz: sensor.columns: is trained for 10, CONFIG has 9: run tfra train again"
+    assert complaint(learned.replace("w.npz", "none.npz")) == "lab/none.npz: cannot be read: No such file or directory"
+    assert complaint(learned + "[formats.signals]\ncoefficient.normal = 14\n") == (
+        "sensor.toml: formats.signals.coefficient.normal: unknown signal, the nearest is coefficient.read2"
+    )
     assert complaint(SENSOR + '[estimator]\nkind = "learned"\n') == (
         'sensor.toml: estimator.weights: is missing: kind = "learned" needs a file of tfra train'
     )
-    belongs = 'sensor.toml: estimator.weights: belongs to kind = "learned"'
-    assert complaint(SENSOR + '[estimator]\nweights = "w.npz"\n') == belongs
+    for key, value in (("weights", '"w.npz"'), ("taxel_forces", "true")):
+        belongs = complaint(SENSOR + f"[estimator]\n{key} = {value}\n")
+        assert belongs == f'sensor.toml: estimator.{key}: belongs to kind = "learned"'
     wrong = complaint(SENSOR + '[estimator]\nkind = "best"\n')
     assert wrong == "sensor.toml: estimator.kind: 'tfra' or 'learned' is needed, got 'best'"
     empty = complaint(SENSOR + '[estimator]\nkind = "learned"\nweights = ""\n')

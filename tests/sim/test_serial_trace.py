@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from amaranth import Module
 
-from tests.hdl.serial.designs import DESIGNS
+from tests.hdl.serial.designs import DESIGNS, LEARNED
 from tfra.hdl.serial import alu, core, datapath
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.isa import Op, Src
@@ -18,14 +18,16 @@ from tfra.hdl.serial.product import Product
 from tfra.hdl.serial.serial import Serial
 from tfra.hdl.serial.trace import trace
 from tfra.model.cover.scenes import contact_codes
+from tfra.model.fixed.design import Design
 from tfra.sim.serial_trace import first_difference
 
 DESIGN = DESIGNS["2×3"]
 CODES = contact_codes(DESIGN, 1, seed=6)
 
 
-def test_an_intact_core() -> None:
-    assert first_difference(DESIGN, contact_codes(DESIGN, 2, seed=6)) is None
+@pytest.mark.parametrize("design", [DESIGN, LEARNED["2×2"]], ids=["TFRA", "learned"])
+def test_an_intact_core(design: Design) -> None:
+    assert first_difference(design, contact_codes(design, 2, seed=6)) is None
 
 
 class WrongProduct(Product):

@@ -54,9 +54,12 @@ def _across(w: Writer, halves: Sequence[Operand], targets: Sequence[Operand]) ->
     a.sub(targets[3], left_difference, right_difference)
 
 
-def quad(w: Writer, vector: int, number: int, post: Post = Post.UP) -> list[Operand]:
-    """The four parities of the quad of ``vector`` at pointer ``number``, which moves by ``post`` at the last one."""
-    return [mem(vector + k * w.quads, number, post if k == 3 else Post.KEEP) for k in range(4)]
+def quad(vector: int, quads: int, number: int, post: Post = Post.UP) -> list[Operand]:
+    """The four parities of the quad at pointer ``number`` of a ``vector`` of ``quads``.
+
+    The pointer moves by ``post`` at the last one.
+    """
+    return [mem(vector + k * quads, number, post if k == 3 else Post.KEEP) for k in range(4)]
 
 
 def mirrors() -> list[Operand]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from tfra.hdl.serial.isa import FLOOR, NOTHING, R0, R1, R2, R3, R4, ZERO, Dest, Op, Post, When, imm, mem
+from tfra.hdl.serial.isa import FLOOR, NOTHING, R0, R1, R2, R3, R4, ZERO, Dest, Op, Operand, Post, When, imm, mem
 from tfra.hdl.serial.program.routines import Writer
-from tfra.model.choices import DIVISION_GUARD
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
+
+ROUNDING = 1 << (ANGLE_GUARD - 1)
+"""What an angle starts with, so that its guard bits are rounded."""
 
 
 def cordic(w: Writer) -> None:
@@ -32,21 +34,20 @@ def rotations(w: Writer) -> None:
         a.add(R4, R4, imm(1))
 
 
-def angle(w: Writer) -> None:
-    """phi = atan2(sin, cos), zero where nothing is swept (Eq. 15); vectors of the left half plane are turned by pi."""
-    a, half = w.assembler, 1 << (ANGLE_GUARD - 1)
-    a.move(Dest.SH, imm(-DIVISION_GUARD))
-    a.move(R2, w.const(half))
-    w.shift(R0, w.at("cos"))
-    w.shift(R1, w.at("sin"))
+def direction(w: Writer, fact: Operand, zero: When) -> None:
+    """phi = angle of (R0, R1), zero where F1, the sign of ``fact``, is as ``zero`` says; R0 = the modulus.
+
+    R2 is ``ROUNDING`` before.  Vectors of the left half plane are turned by pi.  Changes all registers but R5.
+    """
+    a = w.assembler
     w.set_flag(0, R0)
-    a.move(R2, w.const(half + (1 << (w.operand + ANGLE_GUARD - 1))), When.F0)
+    a.move(R2, w.const(ROUNDING + (1 << (w.operand + ANGLE_GUARD - 1))), When.F0)
     a.sub(R0, ZERO, R0, When.F0)
     a.sub(R1, ZERO, R1, When.F0)
     cordic(w)
     a.move(Dest.SH, imm(ANGLE_GUARD))
-    w.set_flag(1, w.at("regular"))
+    w.set_flag(1, fact)
     w.shift(R2, R2)
     a.op(Op.AND, R2, R2, w.const((1 << w.operand) - 1))
-    a.move(R2, NOTHING, When.NOT_F1)
+    a.move(R2, NOTHING, zero)
     a.move(w.at("phi"), R2)

@@ -57,14 +57,15 @@ class Step:
 
 @dataclass
 class Interpreter:
-    """State of the machine; ``memory``, ``store`` (words of ``lanes`` coefficients) and ``program`` are given.
+    """State of the machine; ``lengths`` (from which MAC chooses), ``program``, ``memory`` and ``store`` (words of
+    ``lanes`` coefficients) are given.
 
     ``cycle`` counts instructions: a cycle each.  With ``strict`` a result that is too long for a word raises
     ``Hazard``.
     """
 
     sizes: Sizes
-    quads: int
+    lengths: Sequence[int]
     program: Sequence[Instruction]
     memory: list[int]
     store: Sequence[Sequence[int]]
@@ -193,7 +194,7 @@ class Interpreter:
         if i.op == Op.MUL:
             self._multiply(source)
         elif i.op == Op.MAC:
-            self._mac(address)
+            self._mac(address, self.lengths[i.left])
         if i.op in NO_RESULT:
             return address, None
         result = self._result(i, self._left(i), source)
@@ -253,15 +254,15 @@ class Interpreter:
             raise Hazard(f"instruction {self.pc}: {value} is longer than a word")
         return wrap(value, self.sizes.word)
 
-    def _mac(self, address: int) -> None:
+    def _mac(self, address: int, products: int) -> None:
         if self.cycle < self.lanes_free:
             raise Hazard(f"instruction {self.pc}: sums are still running")
-        self.lanes_free = self.cycle + self.quads
-        operands = [wrap(self.memory[address + j], self.sizes.operand) for j in range(self.quads)]
-        rows = [self.store[self.sp + j] for j in range(self.quads)]
+        self.lanes_free = self.cycle + products
+        operands = [wrap(self.memory[address + j], self.sizes.operand) for j in range(products)]
+        rows = [self.store[self.sp + j] for j in range(products)]
         sums = [sum(o * row[lane] for o, row in zip(operands, rows, strict=True)) for lane in range(self.sizes.lanes)]
-        self.coming_sums.append((self.cycle + self.quads + MAC_DELAY, sums))
-        self.sp += self.quads
+        self.coming_sums.append((self.cycle + products + MAC_DELAY, sums))
+        self.sp += products
 
     def _deliver(self, i: Instruction, address: int, result: int) -> int:
         """Write ``result``; returns it as stored in the destination."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Concatenate, ParamSpec
+from typing import Concatenate, ParamSpec, Self
 
 from tfra.hdl.serial.isa import (
     FLOOR,
@@ -31,7 +31,7 @@ from tfra.hdl.serial.isa import (
 )
 from tfra.hdl.serial.program.assembler import Assembler
 from tfra.hdl.serial.program.memory import MemoryMap
-from tfra.hdl.serial.sizes import sizes
+from tfra.hdl.serial.sizes import Sizes
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 
@@ -46,11 +46,11 @@ class Writer:
     A fact is a word that is negative if the fact is true, so that AND and the flags work on it.
     """
 
-    def __init__(self, design: Design) -> None:
+    def __init__(self, design: Design, map_: MemoryMap, sizes: Sizes) -> None:
         self.design = design
         self.assembler = Assembler()
-        self.map = MemoryMap(design)
-        self.sizes = sizes(design)
+        self.map = map_
+        self.sizes = sizes
         self.quads = design.quads
         self.operand = design.formats.operand
         self.fraction = scalar_fraction(design)
@@ -84,7 +84,7 @@ class Writer:
         self.assembler.sign(flag, ZERO, word, Op.ADD)
 
     def call(
-        self, body: Callable[Concatenate[Writer, _Arguments], None], *args: _Arguments.args, **kwargs: _Arguments.kwargs
+        self, body: Callable[Concatenate[Self, _Arguments], None], *args: _Arguments.args, **kwargs: _Arguments.kwargs
     ) -> None:
         """Call ``body`` as a subroutine, which is written once for equal arguments."""
         self.assembler.call(" ".join((label(body), *map(str, args))), partial(body, self, *args, **kwargs))

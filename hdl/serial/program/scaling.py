@@ -19,13 +19,13 @@ def resultant_words(w: Writer) -> None:
         a.op(Op.LIMIT, Dest.OUT, ZERO, word)
 
 
-def plane_words(w: Writer) -> None:
-    """A plane of forces, in d, times the word ``factor``, to the result stream.
+def plane_words(w: Writer, plane: int) -> None:
+    """A ``plane`` of forces, by taxels, times the word ``factor``, to the result stream.
 
     A product takes as long as an iteration of the loop, so two multiplications precede the loop.
     """
     a = w.assembler
-    w.points(p0=w.map.d)
+    w.points(p0=plane)
     a.move(Dest.Y, w.at("factor"))
     a.move(Dest.SH, w.at("force_shift"))
     a.act(Op.MUL, mem(0, 0, Post.UP))

@@ -1,6 +1,8 @@
-"""The first words of a result, and its status word (:mod:`tfra.model.fixed.words`)."""
+"""The first words of a result, and the bits of its status word (:mod:`tfra.model.fixed.words`)."""
 
 from __future__ import annotations
+
+from itertools import takewhile
 
 from tfra.hdl.serial.isa import LIMITED, NOTHING, R0, R1, ZERO, Dest, Left, Op, Operand, When, imm
 from tfra.hdl.serial.program.routines import Writer
@@ -9,40 +11,18 @@ from tfra.model.tfra import Status
 
 
 def header(w: Writer) -> None:
-    """Counter, exponent, index, phi and the coefficients of friction."""
+    """Counter, and the words up to the resultant, each from the scalar of its name."""
     a = w.assembler
     a.move(R0, w.at("counter"))
     a.move(Dest.OUT, R0)
     a.add(R0, R0, imm(1))
     a.op(Op.AND, R0, R0, w.const((1 << COUNTER_BITS) - 1))
     a.move(w.at("counter"), R0)
-    for name in ("exponent", "sweep_index", "phi", "mu", "mu_x", "mu_y"):
-        a.move(Dest.OUT, w.at(name))
+    for field in takewhile(lambda field: field.name != "resultant", w.design.layout[1:]):
+        a.move(Dest.OUT, w.at(field.name))
 
 
-def status(w: Writer) -> None:
-    """Status bits of the frame, collected in R0; F1 means that it is regular."""
-    a = w.assembler
-    w.set_flag(0, w.at("contact"))
-    w.set_flag(1, w.at("regular"))
-    a.move(R0, imm(Status.NO_CONTACT))
-    a.move(R0, imm(Status.COMPRESSION_ONLY), When.F0)
-    a.move(R0, NOTHING, When.F1)
-    _add(w, Status.NO_DIRECTION, ZERO, w.at("no_direction"), When.F1)
-    a.move(R1, imm(-1))
-    _add(w, Status.VANISHING_DENOMINATOR, R1, w.at("determined"), When.F1)
-    _add(w, Status.DEPENDENT_OUT_OF_RANGE, ZERO, w.at("out_of_range"), When.F1)
-    _add(w, Status.INPUT_SATURATED, ZERO, w.at("input_saturated"))
-    a.move(R1, imm(-1))
-    a.sub(R1, R1, w.at("limits_kept"))
-    a.op(Op.AND, Dest.NONE, R1, w.at("contact"), flag=1)
-    a.move(R1, LIMITED)
-    a.move(R1, imm(-1), When.F0)
-    _add(w, Status.OUTPUT_SATURATED, ZERO, R1)
-    a.move(Dest.LAST, R0)
-
-
-def _add(w: Writer, bit: Status, left: Operand | Left, fact: Operand, when: When = When.ALWAYS) -> None:
+def add_bit(w: Writer, bit: Status, left: Operand | Left, fact: Operand, when: When = When.ALWAYS) -> None:
     """Add ``bit`` to R0 if the fact holds and ``when``, which is F1, does; with R1 = -1 as ``left``, if it does not.
 
     -1 - fact is negative where the fact, a negative word, does not hold.
@@ -52,3 +32,15 @@ def _add(w: Writer, bit: Status, left: Operand | Left, fact: Operand, when: When
     a.move(R1, NOTHING)
     a.move(R1, imm(bit), When.F0)
     a.add(R0, R0, R1, when)
+
+
+def last(w: Writer) -> None:
+    """The status word in R0, with OUTPUT_SATURATED, ends the frame; frames without contact keep no limit."""
+    a = w.assembler
+    a.move(R1, imm(-1))
+    a.sub(R1, R1, w.at("limits_kept"))
+    a.op(Op.AND, Dest.NONE, R1, w.at("contact"), flag=1)
+    a.move(R1, LIMITED)
+    a.move(R1, imm(-1), When.F0)
+    add_bit(w, Status.OUTPUT_SATURATED, ZERO, R1)
+    a.move(Dest.LAST, R0)

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.hdl.serial.designs import DESIGNS
+from tests.hdl.serial.designs import DESIGNS, LEARNED
+from tests.marks import long
 from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes, directed_codes
-from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.tfra import Status
 from tfra.sim.harness import bursts, flowing, random_stalls, run
 
 
 def stream(design, codes, **stalls):
-    want = FixedTfra(design)(codes).words
+    want = design.model(codes).words
     inputs = {"load": store_image(design).ravel().tolist(), "taxel": codes.ravel().tolist()}
     seen = run(Serial(design).build(), inputs, {"result": want.size}, **stalls)
     words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
@@ -24,8 +24,11 @@ def stream(design, codes, **stalls):
     return Serial(design), words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
 
 
-def test_words_and_cycles():
-    design = DESIGNS["2×3"]
+CORES = {"TFRA": DESIGNS["2×3"], "learned": LEARNED["2×3, forces"], "learned, no forces": LEARNED["3×5"]}
+
+
+@pytest.mark.parametrize("design", CORES.values(), ids=CORES)
+def test_words_and_cycles(design):
     codes = np.concatenate([contact_codes(design, 1, seed=1), directed_codes(design)[[1, -3]]])
     timing, words, want, last, cycles, _ = stream(design, codes)
     assert (words == want).all()
@@ -35,8 +38,8 @@ def test_words_and_cycles():
     assert (np.diff(cycles[:, -1]) == timing.initiation_interval).all()
 
 
-def test_latency():
-    design = DESIGNS["2×3"]
+@pytest.mark.parametrize("design", CORES.values(), ids=CORES)
+def test_latency(design):
     timing, words, want, _, cycles, taken = stream(design, contact_codes(design, 1, seed=3), stall_in=flowing)
     assert (words == want).all()
     assert cycles[0, 0] - taken[0] == timing.latency
@@ -44,17 +47,21 @@ def test_latency():
 
 
 @pytest.mark.parametrize(
-    ("name", "stall_in", "stall_out"), [("2×3", random_stalls, bursts), ("short", bursts, random_stalls)]
+    ("design", "stall_in", "stall_out"),
+    [
+        (DESIGNS["2×3"], random_stalls, bursts),
+        (DESIGNS["short"], bursts, random_stalls),
+        (LEARNED["2×2"], bursts, random_stalls),
+    ],
 )
-def test_stalls_change_nothing(name, stall_in, stall_out):
-    design = DESIGNS[name]
+def test_stalls_change_nothing(design, stall_in, stall_out):
     codes = contact_codes(design, 1, seed=4)
     _, words, want, *_ = stream(design, codes, stall_in=stall_in, stall_out=stall_out, seed=5)
     assert (words == want).all()
 
 
-@pytest.mark.long
-def test_wide_words():
-    design = DESIGNS["wide"]
-    _, words, want, *_ = stream(design, contact_codes(design, 1, seed=2), stall_in=flowing)
+@pytest.mark.parametrize("design", long(DESIGNS["wide"], *LEARNED.values()))
+def test_any_words(design):
+    codes = np.concatenate([contact_codes(design, 1, seed=2), directed_codes(design)[:1]])
+    _, words, want, *_ = stream(design, codes, stall_in=flowing)
     assert (words == want).all()

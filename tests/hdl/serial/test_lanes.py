@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from itertools import pairwise
 
 import pytest
 from amaranth.sim import Simulator
@@ -14,14 +15,24 @@ from tfra.hdl.serial.sizes import Sizes
 SIZES = Sizes(24, 8, 12, 16, 3, 24, 16, 16, 16, 8, 16)
 
 
-@pytest.mark.parametrize("quads", [1, 2, 5])
-def test_two_groups_back_to_back(quads):
-    rng = random.Random(quads)
-    groups = 2
-    operands = [rng.randrange(-1 << 11, 1 << 11) for _ in range(quads)]
-    rows = [[rng.randrange(-1 << 7, 1 << 7) for _ in range(SIZES.lanes)] for _ in range(groups * quads)]
-    dut = Lanes(SIZES, quads, quads, len(rows), "portable")
-    interval = max(quads, SIZES.lanes)
+def schedule(lengths):
+    """First cycles of groups of these lengths that follow each other as soon as their sums can be told apart."""
+    starts = [0]
+    for length, following in pairwise(lengths):
+        starts.append(starts[-1] + length + max(0, SIZES.lanes - following))
+    return starts
+
+
+@pytest.mark.parametrize("lengths", [(1, 1), (2, 2), (5, 5), (5, 2, 3, 2, 5), (1, 7, 1)])
+def test_groups_back_to_back(lengths):
+    rng = random.Random(sum(lengths))
+    operands = [rng.randrange(-1 << 11, 1 << 11) for _ in range(max(lengths))]
+    rows = [[rng.randrange(-1 << 7, 1 << 7) for _ in range(SIZES.lanes)] for _ in range(sum(lengths))]
+    choices = tuple(dict.fromkeys(lengths))
+    dut = Lanes(SIZES, choices, len(operands), len(rows), "portable")
+    starts = dict(zip(schedule(lengths), lengths, strict=True))
+    firsts = [start + length + MAC_DELAY - 1 for start, length in starts.items()]
+    reading = {first + lane for first in firsts for lane in range(SIZES.lanes)}
 
     async def load(ctx):
         for row in rows:
@@ -43,19 +54,20 @@ def test_two_groups_back_to_back(quads):
     async def bench(ctx):
         await load(ctx)
         found = []
-        ready = [group * interval + quads + MAC_DELAY - 1 for group in range(groups)]
-        for cycle in range(ready[-1] + SIZES.lanes):
-            ctx.set(dut.start, cycle % interval == 0 and cycle < groups * interval)
-            reading = any(first <= cycle < first + SIZES.lanes for first in ready)
-            ctx.set(dut.next, reading)
-            if reading:
+        for cycle in range(max(reading) + 1):
+            ctx.set(dut.start, cycle in starts)
+            if len(choices) > 1:
+                ctx.set(dut.length, choices.index(starts.get(cycle, lengths[0])))
+            ctx.set(dut.next, cycle in reading)
+            if cycle in reading:
                 found.append(ctx.get(dut.sum))
             await ctx.tick()
-        products = [
-            [sum(a * row[lane] for a, row in zip(operands, rows[quads * g :], strict=False)) for lane in range(3)]
-            for g in range(groups)
-        ]
-        assert found == [value for group in products for value in group]
+        begin, want = 0, []
+        for length in lengths:
+            products = [[a * b for b in row] for a, row in zip(operands, rows[begin : begin + length], strict=False)]
+            want += [sum(column) for column in zip(*products, strict=True)]
+            begin += length
+        assert found == want
 
     simulator = Simulator(dut)
     simulator.add_clock(1e-6)

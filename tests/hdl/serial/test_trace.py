@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tests.hdl.serial.designs import DESIGNS
 from tfra.hdl.serial.isa import Dest
-from tfra.hdl.serial.program.tfra.frame import program
+from tfra.hdl.serial.programs import program
 from tfra.hdl.serial.trace import trace
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.pipeline import FixedTfra
@@ -26,7 +26,7 @@ def test_a_frame():
 
 
 def test_what_is_not_written_has_no_value():
-    kinds = {traced.text: str(traced) for traced in trace(DESIGN, CODES) if traced.stage == "words.status"}
+    kinds = {traced.text: str(traced) for traced in trace(DESIGN, CODES) if traced.stage == "status.status"}
     assert kinds["R0 = 0 if F1"].endswith("R0 <- 0")
     assert kinds["R0 = 2 if F0"].endswith("R0 <- 2")
     assert kinds["R1 = 16 if F0"].endswith("R1 = 16 if F0")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from tfra.hdl.serial.isa import R0, R1, R2, R3, R4, ZERO, Dest, Op, When, imm
-from tfra.hdl.serial.program.routines import Writer
+from tfra.hdl.serial.program.tfra.memory import TfraWriter
 from tfra.model.fixed.tfra.centroids import pitch_ratio
 
 
-def centroids(w: Writer) -> None:
+def centroids(w: TfraWriter) -> None:
     """c - t in R0 and R1, in taxels and then in the ratio of the pitches."""
     a = w.assembler
     a.move(Dest.Y, w.at("sum_c"))
@@ -23,7 +23,7 @@ def centroids(w: Writer) -> None:
             w.multiply_all((word, word))
 
 
-def direction(w: Writer) -> None:
+def direction(w: TfraWriter) -> None:
     """cos and sin, which axis is swept, and on which side (Fig. 3), from c - t in R0 and R1."""
     a = w.assembler
     a.op(Op.ABS, R2, ZERO, R0)

@@ -20,15 +20,15 @@ from tfra.hdl.serial.isa import (
     imm,
     mem,
 )
-from tfra.hdl.serial.program.memory import operator_of, stride
-from tfra.hdl.serial.program.routines import Writer
+from tfra.hdl.serial.program.memory import padded
+from tfra.hdl.serial.program.tfra.memory import TfraWriter
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 AXES = "xyz"
 
 
-def sums(w: Writer) -> None:
+def sums(w: TfraWriter) -> None:
     """All A_pq as operand words, in place of the sums of n, and the bits they needed (Eq. 12).
 
     The sums of b belong to A_p0; words between the sums are zero.
@@ -37,7 +37,7 @@ def sums(w: Writer) -> None:
     for number, parity in ((0, OX), (0, OY), (2, EE)):
         a.move(R0, _sum_of_b(w, parity))
         a.add(_sum_of_n(w, number, parity), R0, _sum_of_n(w, number, parity))
-    count = 4 * stride(w.design, operator_of(w.design, "sums_n"))
+    count = 4 * padded(w.design, "sums_n")
     w.points(p0=start)
     a.move(R5, NOTHING)
     with a.loop(count):
@@ -51,7 +51,7 @@ def sums(w: Writer) -> None:
         a.op(Op.FIT, mem(0, 0, Post.UP), T, NOTHING)
 
 
-def fractions(w: Writer) -> None:
+def fractions(w: TfraWriter) -> None:
     """Numerators of alpha and beta, and their denominator, which is negligible where a coefficient would be too long.
 
     (u_0, u_x, -u_y) = sin A_x - cos A_y; the swept axis determines their roles.  F1 says, at the end, that
@@ -86,7 +86,7 @@ def fractions(w: Writer) -> None:
     w.set_flag(1, R2)
 
 
-def dependent(w: Writer) -> None:
+def dependent(w: TfraWriter) -> None:
     """alpha and beta; zero where the denominator is negligible or nothing is swept."""
     a = w.assembler
     for name, numerator in (("alpha", "numerator0"), ("beta", "numerator1")):
@@ -102,7 +102,7 @@ def dependent(w: Writer) -> None:
         a.move(w.at(name), R0)
 
 
-def sum_words(w: Writer, axis: str) -> tuple[Operand, Operand, Operand]:
+def sum_words(w: TfraWriter, axis: str) -> tuple[Operand, Operand, Operand]:
     """A_p0, A_px and A_py of axis p (see :func:`tfra.model.fixed.tfra.dependent.gather_sums`)."""
     places = {
         "x": ((0, OX), (0, EE), (0, OO)),
@@ -113,9 +113,9 @@ def sum_words(w: Writer, axis: str) -> tuple[Operand, Operand, Operand]:
     return first, second, third
 
 
-def _sum_of_b(w: Writer, parity: int) -> Operand:
-    return mem(w.map.sums_b + parity * stride(w.design, operator_of(w.design, "sums_b")))
+def _sum_of_b(w: TfraWriter, parity: int) -> Operand:
+    return mem(w.map.sums_b + parity * padded(w.design, "sums_b"))
 
 
-def _sum_of_n(w: Writer, number: int, parity: int) -> Operand:
-    return mem(w.map.sums_n + parity * stride(w.design, operator_of(w.design, "sums_n")) + number)
+def _sum_of_n(w: TfraWriter, number: int, parity: int) -> Operand:
+    return mem(w.map.sums_n + parity * padded(w.design, "sums_n") + number)

@@ -19,10 +19,10 @@ from tfra.hdl.serial.isa import (
     When,
     imm,
 )
-from tfra.hdl.serial.program.routines import Writer
+from tfra.hdl.serial.program.tfra.memory import TfraWriter
 
 
-def friction(w: Writer) -> None:
+def friction(w: TfraWriter) -> None:
     """mu_ind on its grid, from the winner's number in R5; zero where nothing is swept."""
     a = w.assembler
     w.set_flag(1, w.at("regular"))
@@ -38,7 +38,7 @@ def friction(w: Writer) -> None:
     a.move(w.at("mu_ind"), R0)
 
 
-def dependent_friction(w: Writer) -> None:
+def dependent_friction(w: TfraWriter) -> None:
     """mu_dep = alpha + beta mu_ind, saturated to an operand, and both as mu_x and mu_y; mu_ind is in R0."""
     a, top = w.assembler, 1 << (w.operand - 1)
     a.move(Dest.Y, R0)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from tfra.hdl.serial.isa import FLOOR, NOTHING, R0, R1, R2, R3, R4, R5, Dest, Op, When, imm, mem
-from tfra.hdl.serial.program.routines import Writer
 from tfra.hdl.serial.program.tfra.dependent import AXES, sum_words
+from tfra.hdl.serial.program.tfra.memory import TfraWriter
 
 
-def resultant(w: Writer) -> None:
+def resultant(w: TfraWriter) -> None:
     """F*_p = A_p0 + mu_x A_px + mu_y A_py, with a common exponent; F*_x = F*_y = 0 where nothing is swept."""
     a, total = w.assembler, w.map.scalar("total", 3)
     registers = (R0, R1, R2), (R3, R4, R5)

@@ -34,23 +34,23 @@ from tfra.hdl.serial.isa import (
     pointer,
 )
 from tfra.hdl.serial.program.butterfly import butterfly, butterfly_of_difference, each_quad, mirrors, quad
-from tfra.hdl.serial.program.routines import Writer
-from tfra.hdl.serial.sizes import sweep_bits
+from tfra.hdl.serial.program.tfra.memory import TfraWriter
+from tfra.hdl.serial.program.tfra.sizes import sweep_bits
 from tfra.model.fixed.tfra.sweep import tolerance
 
 # Stages
 
 
-def unfold(w: Writer) -> None:
+def unfold(w: TfraWriter) -> None:
     """p = C33 A-dagger_3 e0 - g and q = C33 A-dagger_3 e1, taxel by taxel, in place of the normal products."""
     places = w.map
     with each_quad(w, places.p):
-        butterfly_of_difference(w, quad(w, places.result, 4), places.g - places.result, mirrors())
+        butterfly_of_difference(w, quad(places.result, w.quads, 4), places.g - places.result, mirrors())
     with each_quad(w, places.result):
-        butterfly(w, quad(w, places.dependent, 4), mirrors())
+        butterfly(w, quad(places.dependent, w.quads, 4), mirrors())
 
 
-def clear(w: Writer) -> None:
+def clear(w: TfraWriter) -> None:
     """Empty tables and sums; the measured sum of traction in the units of B^xy."""
     a = w.assembler
     a.move(Dest.Y, w.const(w.design.search.steps))
@@ -66,7 +66,7 @@ def clear(w: Writer) -> None:
             a.move(w.at(f"{sum_}_{what}"), NOTHING)
 
 
-def terms(w: Writer) -> None:
+def terms(w: TfraWriter) -> None:
     """Enter every taxel's term of B^z and of B^xy at the candidate where it begins or ends.
 
     A term is max(0, x + k q) at candidate k, or S - x and -q for B^xy.  With v = x or -x, so that the term changes at
@@ -88,7 +88,7 @@ def terms(w: Writer) -> None:
         _enter_taxel(w)
 
 
-def running_sums(w: Writer) -> None:
+def running_sums(w: TfraWriter) -> None:
     """B^z and |B^xy - measured| of every candidate, in the heights' tables; R5 = the smallest B^z."""
     a, (z_height, z_slope, xy_height, xy_slope) = w.assembler, w.map.tables
     a.move(R1, w.at("b_z_slope"))
@@ -113,7 +113,7 @@ def running_sums(w: Writer) -> None:
         a.op(Op.ABS, mem(xy_height, 0, Post.UP), ZERO, R2)
 
 
-def choose(w: Writer) -> None:
+def choose(w: TfraWriter) -> None:
     """R5 = the winner: the first candidate with the smallest B^xy among those within the tolerance of the least B^z.
 
     R0: limit of B^z; R1: smallest B^xy yet; R2: this candidate's, or R3, the largest word; R4: its number.
@@ -142,14 +142,14 @@ def choose(w: Writer) -> None:
 # One taxel
 
 
-def _fetch_taxel(w: Writer) -> None:
+def _fetch_taxel(w: TfraWriter) -> None:
     """q to R1 with its sign in F0, and p to R0."""
     a = w.assembler
     a.op(Op.ADD, R1, ZERO, mem(w.map.result, 0), flag=1)
     a.move(R0, mem(w.map.p, 0))
 
 
-def _enter_taxel(w: Writer) -> None:
+def _enter_taxel(w: TfraWriter) -> None:
     """Enter a taxel: x in R3, a quarter of its S in R4, q in R1, |q| in R2; F0 says that q is negative.
 
     A division waits for its own result in every other instruction.  Independent instructions fill these pauses: in the
@@ -175,7 +175,7 @@ def _enter_taxel(w: Writer) -> None:
     a.add(mem(xy_height, 1), R4, mem(xy_height, 1))
 
 
-def _dividend_of_xy(w: Writer) -> None:
+def _dividend_of_xy(w: TfraWriter) -> None:
     """R5 = S - x, R4 = the dividend for the term of B^xy."""
     a = w.assembler
     a.add(R4, R4, R4)
@@ -187,7 +187,7 @@ def _dividend_of_xy(w: Writer) -> None:
     a.add(R4, R4, imm(-1), When.NOT_F0)
 
 
-def _entry_of_z(w: Writer) -> None:
+def _entry_of_z(w: TfraWriter) -> None:
     """Enter the term of B^z at the candidate in pointer 1, and what counts from the first candidate on."""
     a, (z_height, z_slope, _, _) = w.assembler, w.map.tables
     a.add(w.at("b_z_start"), R3, w.at("b_z_start"), When.F0)
@@ -198,7 +198,7 @@ def _entry_of_z(w: Writer) -> None:
     a.add(w.at("b_xy_slope"), R2, w.at("b_xy_slope"), When.NOT_F0)
 
 
-def _divide(w: Writer, word: Operand, pauses: list[Instruction]) -> None:
+def _divide(w: TfraWriter, word: Operand, pauses: list[Instruction]) -> None:
     """K = word / R2, word = the remainder; one of ``pauses`` after every step, and the rest of them at the end."""
     a, steps = w.assembler, sweep_bits(w.design)
     a.act(Op.SHIFT, R2)

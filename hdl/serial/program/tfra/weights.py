@@ -5,10 +5,10 @@ from __future__ import annotations
 from tfra.hdl.serial.isa import R0, R1, R2, R3, R4, R5, ZERO, Dest, Op, Post, When, imm
 from tfra.hdl.serial.program.butterfly import butterfly, butterfly_of_registers, quad
 from tfra.hdl.serial.program.matvec import operand
-from tfra.hdl.serial.program.routines import Writer
+from tfra.hdl.serial.program.tfra.memory import TfraWriter
 
 
-def weights(w: Writer) -> None:
+def weights(w: TfraWriter) -> None:
     """n, folded, in place of C33^-1 b, and as multiplier words; frames that are not swept keep both signs."""
     a, result = w.assembler, w.map.result
     w.set_flag(1, w.at("regular"))
@@ -16,11 +16,11 @@ def weights(w: Writer) -> None:
     w.points(p4=0)
     taxels = (R1, R3, R4, R0)
     with a.loop(w.quads):
-        butterfly(w, quad(w, result, 4, Post.KEEP), taxels)
+        butterfly(w, quad(result, w.quads, 4, Post.KEEP), taxels)
         for word in taxels:
             w.round_shift(word, word)
         for word in taxels:
             a.op(Op.LESS, word, ZERO, word, When.F1)
             a.sub(word, ZERO, word, When.NOT_F1)
-        butterfly_of_registers(w, taxels, (R2, R5), quad(w, result, 4))
-    operand(w, result, w.map.weights, w.at("bits_n", 4))
+        butterfly_of_registers(w, taxels, (R2, R5), quad(result, w.quads, 4))
+    operand(w, result, w.quads, w.map.weights, w.at("bits_n", 4))

@@ -19,7 +19,7 @@ def execute(a: Assembler) -> tuple[Interpreter, int]:
     end = len(a.program)
     a.jump(end)
     a.link()
-    machine = Interpreter(SIZES, 1, a.program, [0] * 64, [])
+    machine = Interpreter(SIZES, (1,), a.program, [0] * 64, [])
     for step in machine.steps(iter([])):
         if step.pc == end:
             break
@@ -50,7 +50,7 @@ def test_pauses_are_as_long_as_needed(write, read):
     early = [i for i in a.program if i.op != Op.ADD or i.dest != Dest.NONE]
     assert len(early) < len(a.program) - 1
     with pytest.raises(Hazard):
-        list(Interpreter(SIZES, 1, early, [0] * 64, []).steps(iter([])))
+        list(Interpreter(SIZES, (1,), early, [0] * 64, []).steps(iter([])))
 
 
 @pytest.mark.parametrize("times", [1, 2, 3, 7])

@@ -8,38 +8,16 @@ import numpy as np
 import pytest
 
 from tests.hdl.serial.designs import DESIGNS, TEN, random_design
-from tfra.hdl.serial.program.interpreter import Interpreter
+from tests.hdl.serial.interpreted import check, interpret
 from tfra.hdl.serial.program.memory import bases, groups, store_image
 from tfra.hdl.serial.program.tfra.frame import program
-from tfra.hdl.serial.sizes import sizes
+from tfra.hdl.serial.sizes import lane_count
 from tfra.model.choices import SERIAL, Adc, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
-
-
-def interpret(design, codes, store=None):
-    """Result words ``(n, words)``, and the cycle of each frame's last word."""
-    code = program(design)
-    image = store_image(design) if store is None else store
-    machine = Interpreter(sizes(design), design.quads, code.instructions, list(code.memory), image.tolist())
-    words, ends = [], []
-    for value, last in machine.run(iter(codes.ravel().tolist())):
-        words.append(value)
-        if last:
-            ends.append(machine.cycle)
-    return np.array(words).reshape(len(codes), -1), np.array(ends)
-
-
-def check(design, codes):
-    want = FixedTfra(design)(codes).words
-    words, ends = interpret(design, codes)
-    names = [f.name for f in design.layout for _ in range(f.count)]
-    bad = np.argwhere(words != want)
-    assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
-    assert (np.diff(ends) == program(design).interval).all()
 
 
 def scenes(design, seed, contacts=3, wild=3):
@@ -96,7 +74,7 @@ def test_a_wrong_coefficient_is_noticed():
 
 @pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
 def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
-    image, start, lanes, q = store_image(design), bases(design), sizes(design).lanes, design.quads
+    image, start, lanes, q = store_image(design), bases(design), lane_count(design), design.quads
     for stack in STACKS:
         for op in design.stacks[stack].operators:
             for quad in range(op.quads):

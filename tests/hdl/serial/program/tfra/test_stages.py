@@ -2,52 +2,31 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from tests.hdl.serial.designs import DESIGNS
-from tfra.hdl.serial.isa import Dest
-from tfra.hdl.serial.program.memory import MemoryMap
+from tests.hdl.serial.memories import memories, scalars, three, vector
 from tfra.hdl.serial.program.routines import label
-from tfra.hdl.serial.program.tfra.frame import ANALYSIS, RESULT, program
-from tfra.hdl.serial.trace import trace
+from tfra.hdl.serial.program.tfra.frame import ANALYSIS, RESULT
+from tfra.hdl.serial.program.tfra.memory import TfraMap
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 
 DESIGN = DESIGNS["3×4"]
 CODES = contact_codes(DESIGN, 1, seed=6)
-MAP = MemoryMap(DESIGN)
+MAP = TfraMap(DESIGN)
 Q = DESIGN.quads
 
 
-@pytest.fixture(scope="module")
-def memories():
-    """Words of the memory at the end of every stage, by the stage's name."""
-    found, words, running = {}, list(program(DESIGN).memory), ""
-    for traced in trace(DESIGN, CODES):
-        stage = traced.stage.partition(",")[0]
-        if stage != running:
-            found[running], running = list(words), stage
-        step = traced.step
-        if step.instruction.written == Dest.M and step.value is not None:
-            words[step.address] = step.value
-    return found
+@pytest.fixture(scope="module", name="memories")
+def memories_of_the_frame():
+    return memories(DESIGN, CODES)
 
 
 @pytest.fixture(scope="module")
 def model():
     return {name: values[0] for name, values in FixedTfra(DESIGN)(CODES).stages.items()}
-
-
-def vector(words, start):
-    """Quads ``(Q, 4)`` of the vector at ``start``."""
-    return np.array(words[start : start + 4 * Q]).reshape(4, Q).T
-
-
-def scalars(words, *names):
-    places = {name: address for address, name in program(DESIGN).names.items()}
-    return [words[places[name]] for name in names]
 
 
 @pytest.mark.parametrize(
@@ -61,13 +40,13 @@ def scalars(words, *names):
 )
 def test_vectors(memories, model, stage, start, block, quads):
     want = model[block].reshape(-1, 4)[quads]
-    assert (vector(memories[stage], start) == want).all()
-    assert (vector(memories["normaliser.fold"], start) != want).any()
+    assert (vector(memories[stage], start, Q) == want).all()
+    assert (vector(memories["normaliser.fold"], start, Q) != want).any()
 
 
 def test_the_fold(memories, model):
     want = butterfly(model["normaliser"].reshape(-1, 4)) << DESIGN.formats.vector_fraction
-    assert (vector(memories["normaliser.fold"], MAP.d) == want).all()
+    assert (vector(memories["normaliser.fold"], MAP.d, Q) == want).all()
 
 
 @pytest.mark.parametrize(
@@ -81,13 +60,12 @@ def test_the_fold(memories, model):
     ],
 )
 def test_scalars(memories, model, stage, names, block):
-    assert scalars(memories[stage], *names) == model[block].tolist()
-    assert scalars(memories["reset"], *names) != model[block].tolist()
+    assert scalars(DESIGN, memories[stage], *names) == model[block].tolist()
+    assert scalars(DESIGN, memories["reset"], *names) != model[block].tolist()
 
 
 def test_the_resultant(memories, model):
-    (start,) = (address for address, name in program(DESIGN).names.items() if name == "total")
-    assert memories["resultant.resultant"][start : start + 3] == model["resultant"].tolist()
+    assert three(DESIGN, memories["resultant.resultant"], "total") == model["resultant"].tolist()
 
 
 def test_stages_follow_each_other_as_in_the_table(memories):

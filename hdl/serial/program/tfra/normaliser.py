@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from tfra.hdl.serial.isa import R0, R1, R2, R5, ZERO, Dest, Op, Post, When, imm, mem
 from tfra.hdl.serial.program.butterfly import butterfly, each_quad, mirrors, quad
-from tfra.hdl.serial.program.routines import Writer
+from tfra.hdl.serial.program.tfra.memory import TfraWriter
 
 
-def normaliser(w: Writer) -> None:
+def normaliser(w: TfraWriter) -> None:
     """Exponent, sums on the normalised grid, contact and regular; normalises the codes in place.
 
     R5 has the bit length of the largest code, F0 says that no code reaches the contact threshold.
@@ -32,7 +32,7 @@ def normaliser(w: Writer) -> None:
         a.rounded(mem(0, 0, Post.UP))
 
 
-def fold(w: Writer) -> None:
+def fold(w: TfraWriter) -> None:
     """b, folded: four parities of every quad of mirror taxels."""
     with each_quad(w, w.map.stress):
-        butterfly(w, mirrors(), quad(w, w.map.d, 4))
+        butterfly(w, mirrors(), quad(w.map.d, w.quads, 4))

@@ -1,0 +1,45 @@
+"""Normal forces at the taxels (:mod:`tfra.model.fixed.learned.field`)."""
+
+from __future__ import annotations
+
+from tfra.hdl.serial.isa import R0, R1, R3, R4, ZERO, Dest, Op, When
+from tfra.hdl.serial.program.butterfly import butterfly, each_quad, mirrors, quad
+from tfra.hdl.serial.program.combine import combine
+from tfra.hdl.serial.program.learned.activation import activation
+from tfra.hdl.serial.program.learned.layers import multiply
+from tfra.hdl.serial.program.learned.memory import LearnedWriter
+from tfra.hdl.serial.program.matvec import operand
+from tfra.model.learned.field import MOST_FRICTION
+
+
+def shear(w: LearnedWriter) -> None:
+    """The first pass, and its products: -K b + mu_x K G_x p0 + mu_y K G_y p0, folded, in place of -K b."""
+    places, bits = w.map, w.at("bits", 4)
+    activation(w, places.still, w.quads)
+    operand(w, places.vector, w.quads, places.operand, bits)
+    for name, result in (("shear_x", places.vector), ("shear_y", places.sheared)):
+        multiply(w, name, result)
+    for name, result in (("mu_x", places.vector), ("mu_y", places.sheared)):
+        operand(w, result, w.quads, places.operand, bits)
+        _bounded(w, name)
+        combine(w, places.still, places.operand, bits)
+
+
+def unfold(w: LearnedWriter) -> None:
+    """p at the taxels, none of it negative."""
+    words = (R1, R3, R4, R0)
+    with each_quad(w, w.map.p):
+        butterfly(w, quad(w.map.still, w.quads, 4), words)
+        for word, place in zip(words, mirrors(), strict=True):
+            w.assembler.op(Op.PLUS, place, ZERO, word)
+
+
+def _bounded(w: LearnedWriter, name: str) -> None:
+    """Y = the scalar ``name``, limited to the friction that the field may have; changes R0, R1 and F0."""
+    a, most = w.assembler, int(MOST_FRICTION * 2**w.fraction)
+    a.move(R1, w.at(name))
+    a.op(Op.ABS, R0, ZERO, w.at(name))
+    w.least(R0, most)
+    w.set_flag(0, R1)
+    a.sub(R0, ZERO, R0, When.F0)
+    a.move(Dest.Y, R0)

@@ -1,0 +1,34 @@
+"""Programs in the interpreter, compared with the model."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tfra.hdl.serial.program.interpreter import Interpreter
+from tfra.hdl.serial.program.memory import store_image
+from tfra.hdl.serial.programs import program
+from tfra.model.arrays import Ints
+from tfra.model.fixed.design import Design
+
+
+def interpret(design: Design, codes: Ints, store: Ints | None = None) -> tuple[Ints, Ints]:
+    """Result words ``(n, words)``, and the cycle of each frame's last word."""
+    code = program(design)
+    image = store_image(design) if store is None else store
+    machine = Interpreter(code.sizes, code.lengths, code.instructions, list(code.memory), image.tolist())
+    words, ends = [], []
+    for value, last in machine.run(iter(codes.ravel().tolist())):
+        words.append(value)
+        if last:
+            ends.append(machine.cycle)
+    return np.array(words).reshape(len(codes), -1), np.array(ends)
+
+
+def check(design: Design, codes: Ints) -> None:
+    """Every word is the model's, and every frame takes the stated cycles."""
+    want = design.model(codes).words
+    words, ends = interpret(design, codes)
+    names = [f.name for f in design.layout for _ in range(f.count)]
+    bad = np.argwhere(words != want)
+    assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
+    assert (np.diff(ends) == program(design).interval).all()

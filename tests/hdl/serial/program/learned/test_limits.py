@@ -1,0 +1,104 @@
+"""Limits of friction, shares and plausibility, by a network whose outputs are plain sums over four taxels."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.hdl.serial.interpreted import check
+from tests.model.fixed.learned.cases import made
+from tfra.model.choices import SERIAL, Adc, Formats
+from tfra.model.fixed.words import field
+from tfra.model.learned.weights import Weights
+from tfra.model.tfra import Status
+
+BITS = 12
+
+
+def sums(inverse: int = 1, factor: float = 1.0, **choices):
+    """2×2 taxels: F_x, F_y and F_z are sums with signs, the uncertainty is -F_z / 4.
+
+    ``inverse`` multiplies p, ``factor`` F_x.
+    """
+    direct = np.array([[1, -1, 1, -1], [1, 1, -1, -1], [1, 1, 1, 1], [-0.25] * 4])
+    direct[0] *= factor
+    given = {"adc": Adc(BITS, contact_threshold=0), "formats": Formats("sums", 16, BITS, 6, 3), "threshold": 0.25}
+    design = made(2, 2, (1, 1), architecture=SERIAL, **given | choices)
+    weights = Weights(np.zeros((1, 4)), np.zeros((4, 1, 1)), np.zeros((4, 1)), np.zeros((4, 1)), direct)
+    design = replace(design, weights=weights)
+    first = design.stacks["first"]
+    *others, last = first.operators
+    design.stacks["first"] = replace(first, operators=(*others, replace(last, rows=last.rows * inverse)))
+    return design
+
+
+def frames(resultants):
+    """Codes whose sums are four times ``resultants (n, 3)``."""
+    x, y, z = np.array(resultants).T[:, :, None, None]
+    return z + x * np.array([[1, -1], [1, -1]]) + y * np.array([[1, 1], [-1, -1]])
+
+
+RATIOS = [
+    (x, y, -z)
+    for z in (0, 1, 255)
+    for x in (0, 1, -1, 2 * z, -2 * z - 1, 4 * z - 1, 4 * z, 4 * z + 1)
+    for y in (0, z, -3, -4 * z)
+    if abs(x) + abs(y) + z < 1 << (BITS - 1)
+]
+"""Ratios on either side of 2 and 4, of all signs, and of a force with none."""
+
+
+def test_friction_at_its_limits():
+    """2 limits the friction of the field, 4 the words."""
+    design, codes = sums(), frames(RATIOS)
+    check(design, codes)
+    words = design.model(codes).words
+    top = (1 << (BITS - 1)) - 1
+    for name in ("mu", "mu_x", "mu_y"):
+        assert {0, top} <= set(np.abs(field(design, words, name)).ravel().tolist())
+    assert set(np.abs(field(design, words, "status") & Status.OUTPUT_SATURATED).ravel().tolist()) == {0, 64}
+
+
+def test_a_ratio_that_is_rounded_to_its_limit():
+    """4 - 2^-11 is not over the limit, but no scalar of 12 bits has it."""
+    design, codes = sums(factor=4 - 2.0**-11), frames([(200, 0, -200), (-200, 0, -200)])
+    check(design, codes)
+    assert field(design, design.model(codes).words, "mu_x").tolist() == [[2047], [-2047]]
+    x, _, z = np.abs(next(iter(design.model.traces(codes))).force.words).T
+    assert (x < 4 * z).all()
+
+
+@pytest.mark.parametrize(("threshold", "implausible"), [(64, False), (63, True)])
+def test_an_uncertainty_at_the_threshold(threshold, implausible):
+    """4 times the uncertainty is the normal force exactly; a frame that neither presses nor pulls is implausible."""
+    design, codes = sums(threshold=threshold / 256), frames([(3, 5, -7), (-1, 2, -1000), (5, 0, 0)])
+    check(design, codes)
+    found = field(design, design.model(codes).words, "status")[:, 0] & Status.IMPLAUSIBLE != 0
+    assert found.tolist() == [implausible, implausible, True]
+
+
+@pytest.mark.parametrize("inverse", [0, 1])
+def test_shares(inverse):
+    """With p = 0 everywhere shares are even: four taxels have a power of two, which the last frame almost has, too."""
+    design, codes = sums(inverse), frames([(0, 0, -5), (100, 20, -300)])
+    codes = np.concatenate([codes, [[[-2048, -2048], [-2048, -2047]]]])
+    assert next(iter(design.model.traces(codes))).field.share.even.all() == (inverse == 0)
+    check(design, codes)
+
+
+def test_shares_of_hardly_anything():
+    """p is not zero, but its sum is too short."""
+    design = sums()
+    first = design.stacks["first"]
+    *others, last = first.operators
+    found = []
+    for less in range(0, 30, 3):
+        operators = (*others, replace(last, fraction=last.fraction + less))
+        design.stacks["first"] = replace(first, operators=operators)
+        codes = frames([(20, 10, -900), (0, 0, -2000)])
+        check(design, codes)
+        at_taxels = next(iter(design.model.traces(codes))).field
+        found += zip(at_taxels.share.even.tolist(), (at_taxels.p.sum(axis=1) > 0).tolist(), strict=True)
+    assert {(False, True), (True, True), (True, False)} == set(found)
