@@ -10,19 +10,19 @@ import numpy.typing as npt
 
 from tfra.train.simulator import Singles
 
-GAIN, GAINED = 0.03, 0.3
+GAIN, GAINED = 0.03, 0.2
 """Largest standard deviation of the gains, and the share of frames that have any."""
 
-DEAD = 0.05
+DEAD = 0.04
 """Share of frames with a taxel that reads zero."""
 
-OFFSET, SHIFTED = 0.01, 0.5
+OFFSET, SHIFTED = 0.01, 0.4
 """Largest common offset over the frame's peak, and the share of frames that have one."""
 
 QUIET, LOUD = 1e-4, 1e-2
 """Limits of the noise's standard deviation over the peak, distributed evenly in its logarithm."""
 
-UNTARED, UNTARED_SHARE = 5e-3, 0.05
+UNTARED, UNTARED_SHARE = 5e-3, 0.03
 """Largest standard deviation of the taxels' own offsets over the peak, and the share of frames that have them."""
 
 BROKEN = 0.05

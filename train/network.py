@@ -19,14 +19,16 @@ from tfra.model.learned.weights import MIRRORS, OUTPUTS, Weights
 from tfra.model.sensor import SensorArray
 from tfra.train.simulator import Singles
 
-SMOOTH = 1e-3
-"""The loss of a frame is (|dF|^2 + SMOOTH^2 |F|^2)^(1/2) / |F|."""
+SMOOTH, TANGENTIAL = 1e-3, 1.5
+"""The loss of a frame is (|dF|^2 + SMOOTH^2 |F|^2)^(1/2) / |F|; dF_x and dF_y are multiplied by ``TANGENTIAL``."""
 
 DOUBT = 1.0
 """Weight of the uncertainty's own squared error, over |F|, beside the error of the forces."""
 
-UNEXPLAINED = 0.0
+UNEXPLAINED = 0.5
 """Least |dF|/|F| that the uncertainty is to tell for frames that no single contact explains."""
+
+_STRETCH = np.array([TANGENTIAL, TANGENTIAL, 1], np.float32)
 
 _SIGNS = HADAMARD.astype(np.float32)
 
@@ -107,7 +109,7 @@ def outputs(parameters: Parameters, taken: Singles) -> Singles:
 def loss_and_gradient(
     parameters: Parameters, taken: Singles, forces: Singles, weight: Singles
 ) -> tuple[float, Parameters]:
-    """Sum ``weight (k, 1)`` times the smoothed |dF|/|F| over frames; return it and its gradient.
+    """Sum ``weight (k, 1)`` times the loss of each frame; return the sum and its gradient.
 
     ``taken (4, k, Q)`` are the parities of the frames, ``forces (k, 3)`` their resultants, over the same scale of each.
     The gradient is that of the sum and of ``DOUBT`` / 2 times (uncertainty - |dF|)^2 / |F|^2 of all frames, in which
@@ -118,10 +120,11 @@ def loss_and_gradient(
     found = _read(parameters, h2, h1, taken)
     modulus = np.linalg.norm(forces, axis=1, keepdims=True)
     error = (found[:, :3] - forces) / modulus
-    each = np.sqrt((error * error).sum(axis=1, keepdims=True) + np.float32(SMOOTH**2))
-    told = np.maximum(each, np.float32(UNEXPLAINED) * (weight < 1))
+    stretched = error * _STRETCH
+    each = np.sqrt((stretched * stretched).sum(axis=1, keepdims=True) + np.float32(SMOOTH**2))
+    told = np.maximum(np.linalg.norm(error, axis=1, keepdims=True), np.float32(UNEXPLAINED) * (weight < 1))
     doubt = np.float32(DOUBT) * (found[:, 3:] / modulus - told)
-    back = np.concatenate([weight * error / each, doubt], axis=1) / modulus
+    back = np.concatenate([weight * stretched * _STRETCH / each, doubt], axis=1) / modulus
     to_h2, to_h1 = (back @ (_READS[:, :, None] * read) for read in (parameters.read2, parameters.read1))
     back2 = _butterfly(_butterfly(to_h2) * above2)
     back1 = _butterfly(_butterfly(to_h1 + back2 @ parameters.second.swapaxes(1, 2)) * above1)

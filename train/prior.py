@@ -21,13 +21,13 @@ SMALLEST, LARGEST = 0.3, 3.0
 
 SHARE = 0.3
 
-ROTATED, TILTED = 0.4, 0.3
+ROTATED, TILTED = 0.3, 0.2
 """Shares of the loads."""
 
 POWERS = (0.0, 0.5, 1.0, 2.0)
 """Exponents a of half of the loads; those of the other half lie anywhere between the first and the last."""
 
-CONTINUED, AREA = 0.25, 0.25
+CONTINUED, AREA = 0.2, 0.12
 """Shares of the covers that continue beyond the array, and of those whose taxels average over their cells."""
 
 MARGIN = 3.0

@@ -18,6 +18,7 @@ from tfra.model.sensor import SensorArray
 from tfra.train import augment, pool, prior
 from tfra.train.errors import held_out, threshold
 from tfra.train.loop import BATCH, CHUNKS, COVERS, RATE, State, Trainer
+from tfra.train.network import DOUBT, TANGENTIAL, UNEXPLAINED
 from tfra.train.work import opened_work
 
 STEPS = 60_000
@@ -94,5 +95,6 @@ def described(budget: Budget, steps: int) -> dict[str, JsonValue]:
         for name, value in vars(module).items()
         if name.isupper() and isinstance(value, float | int | tuple)
     }
-    training = {"steps": steps, "seed": budget.seed, "batch": BATCH, "rate": RATE, "covers": CHUNKS}
+    loss = {"tangential": TANGENTIAL, "doubt": DOUBT, "unexplained": UNEXPLAINED}
+    training = {"steps": steps, "seed": budget.seed, "batch": BATCH, "rate": RATE, "covers": CHUNKS, **loss}
     return numbers | {f"training.{name}": value for name, value in training.items()}

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.model.learned.plain import plain
 from tfra.model.sensor import SensorArray
 from tfra.train.augment import augmented, broken
-from tfra.train.network import DOUBT, SMOOTH, UNEXPLAINED, Shape, loss_and_gradient, outputs
+from tfra.train.network import DOUBT, SMOOTH, TANGENTIAL, UNEXPLAINED, Shape, loss_and_gradient, outputs
 
 
 def case(rows: int, columns: int, counts: tuple[int, int], seed: int) -> tuple[Shape, np.ndarray]:
@@ -41,10 +41,12 @@ def test_the_gradient_is_that_of_the_loss(rows: int, columns: int) -> None:
     def loss(at: np.ndarray) -> tuple[np.ndarray, float, float]:
         found = plain(shape.sensor, shape.weights(at), n)
         modulus = np.linalg.norm(forces, axis=1)
-        each = np.sqrt(((found[:, :3] - forces) ** 2).sum(axis=1) / modulus**2 + SMOOTH**2)
-        known, weighted = each if given is None else given, float((weight[:, 0] * each).sum())
-        told = np.maximum(known, UNEXPLAINED * (weight[:, 0] < 1))
-        return each, weighted, weighted + DOUBT / 2 * float(((found[:, 3] / modulus - told) ** 2).sum())
+        error = found[:, :3] - forces
+        stretched = ((error * [TANGENTIAL, TANGENTIAL, 1]) ** 2).sum(axis=1)
+        weighted = float((weight[:, 0] * np.sqrt(stretched / modulus**2 + SMOOTH**2)).sum())
+        off = np.linalg.norm(error, axis=1) / modulus
+        told = np.maximum(off if given is None else given, UNEXPLAINED * (weight[:, 0] < 1))
+        return off, weighted, weighted + DOUBT / 2 * float(((found[:, 3] / modulus - told) ** 2).sum())
 
     given: np.ndarray | None = None
     given, weighted, _ = loss(vector)
@@ -80,7 +82,7 @@ def test_augmentation_follows_its_seed_and_stays_small() -> None:
     assert not np.array_equal(found, other)
     dead = (found == 0).sum(axis=1)
     assert set(dead) == {0, 1}
-    assert 0.04 < dead.mean() < 0.06
+    assert 0.03 < dead.mean() < 0.05
     assert 0.005 < np.median(np.abs(found - frames).max(axis=1)) < 0.05
 
 

@@ -267,7 +267,7 @@ def test_the_weights_of_the_example_are_as_good_as_stated() -> None:
     network = Network(sensor, trained.weights)
     assert file.stat().st_size < 200_000
     assert errors.held_out(sensor, network) == pytest.approx(dict(trained.held_out), rel=1e-3)  # stored in float32
-    assert trained.threshold > 0
+    assert errors.threshold(sensor, network) == pytest.approx(trained.threshold, rel=1e-3)
     assert trained.held_out["mu_50_at_0.001"] < 0.03
     assert trained.held_out["force_percent_95_at_0.001"] < 12
     blind = Network(sensor, replace(trained.weights, second=0 * trained.weights.second))
