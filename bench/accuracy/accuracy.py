@@ -33,7 +33,7 @@ def record(every: Sequence[Case], count: int) -> dict[str, Any]:
         case.name: {
             **described(case),
             "scenes": measure.percentiles(observed[case.name]),
-            "fixed": measure.agreement(observed[case.name]),
+            "fixed": measure.agreement(case, count),
             "paper": measure.paper(case) if case.name in measure.PAPER else None,
         }
         for case in every

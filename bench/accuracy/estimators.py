@@ -59,17 +59,27 @@ class Mapped:
 
 def estimators(case: Case) -> dict[str, Estimator]:
     """Every estimator of one sensor, by ``NAMES``."""
-    design = case.design
-    tfra, two_variable = Tfra.of(design), TwoVariable.of(design)
-    learned = Learned(design.sensor, design.weights, design.threshold, two_variable.contact_threshold)
+    tfra, two_variable = Tfra.of(case.design), TwoVariable.of(case.design)
     mapped = fit(case, tfra)
     return {
         TFRA: lambda codes: tfra(_stress(case, codes)),
         TWO_VARIABLE: lambda codes: two_variable(_stress(case, codes)),
         MAPPED: lambda codes: mapped(_stress(case, codes)),
-        LEARNED: lambda codes: learned(_stress(case, codes)),
-        FIXED: lambda codes: decode(design, design.model.words(codes)),
+        LEARNED: learned(case),
+        FIXED: fixed(case),
     }
+
+
+def learned(case: Case) -> Estimator:
+    """The network in floating point."""
+    design = case.design
+    model = Learned(design.sensor, design.weights, design.threshold, design.adc.threshold * design.adc.lsb)
+    return lambda codes: model(_stress(case, codes))
+
+
+def fixed(case: Case) -> Estimator:
+    """The network in the integers of the case's design."""
+    return lambda codes: decode(case.design, case.design.model.words(codes))
 
 
 def fit(case: Case, tfra: Tfra) -> Mapped:

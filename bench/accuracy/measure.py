@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from bench.accuracy.cases import Case
-from bench.accuracy.estimators import FIXED, LEARNED, Estimator, estimators
+from bench.accuracy.estimators import Estimator, estimators, fixed, learned
 from bench.accuracy.scenes import NOISES, SCENES, scenes
 from tfra.model.arrays import Floats, Ints
 from tfra.model.cover.layer import frames
 from tfra.model.metrics import Contact, errors, turn_deg
+from tfra.model.resultant import friction
 from tfra.train.errors import Resultants
 
 MEASURES = {"mu": "mu_abs", "phi_deg": "phi_deg", "force_percent": "force_percent_of_resultant"}
@@ -30,6 +31,9 @@ PAPER = ("hertz_40x20", "rectangle_40x40")
 BINS = 10
 """Of the true friction, from 0 to 1, in the figure."""
 
+FRACTIONS = (9, 12)
+"""Fraction bits of vectors: those of the standard formats, and more."""
+
 STILL = 0.05
 """Below this friction a direction means little, so directions are also compared above it alone."""
 
@@ -38,7 +42,7 @@ Values = dict[str, Floats]
 
 
 def observe(case: Case, count: int) -> dict[str, dict[str, Values]]:
-    """By scene and estimator: the errors ``MEASURES``, the true friction ``mu_true``, ``mu_found``, ``phi_found``."""
+    """By scene and estimator: the errors ``MEASURES``, and the friction ``mu_true`` and ``mu_found``."""
     every = estimators(case)
     observed = {}
     for name, codes, force in scenes(case, count):
@@ -48,9 +52,9 @@ def observe(case: Case, count: int) -> dict[str, dict[str, Values]]:
 
 
 def compared(truth: Contact, found: Contact) -> Values:
-    """The errors, the friction and the direction of what is ``found``."""
+    """The errors and the friction of what is ``found``."""
     every = errors(truth, found)
-    own = {"mu_true": truth.mu, "mu_found": found.mu, "phi_found": found.phi_deg}
+    own = {"mu_true": truth.mu, "mu_found": found.mu}
     return {measure: every[key] for measure, key in MEASURES.items()} | own
 
 
@@ -94,16 +98,27 @@ def _binned(values: Values) -> list[Floats]:
     return [values["mu_found"][which == number] for number in range(BINS)]
 
 
-def agreement(observed: dict[str, dict[str, Values]]) -> dict[str, float]:
-    """99th percentiles of the difference between the fixed and the float estimator, over the frames of ``NOISES``."""
-    keys = "mu_found", "phi_found", "mu_true"
-    fixed, exact = (
-        {key: np.concatenate([observed[noise][who][key] for noise in NOISES]) for key in keys}
-        for who in (FIXED, LEARNED)
+def agreement(case: Case, count: int) -> dict[str, dict[str, float]]:
+    """By fraction bits: 99th percentiles of fixed against float, over the frames of ``NOISES``."""
+    codes, force = (
+        np.concatenate(parts)
+        for parts in zip(*(row[1:] for row in scenes(case, count) if row[0] in NOISES), strict=True)
     )
-    turn, moving = turn_deg(exact["phi_found"], fixed["phi_found"]), exact["mu_true"] > STILL
-    found = {"mu": np.abs(exact["mu_found"] - fixed["mu_found"]), "phi_deg": turn[moving], "phi_deg_of_all": turn}
-    return {key: round(float(np.percentile(values, 99)), 6) for key, values in found.items()}
+    exact, mu = learned(case)(codes), friction(force)
+    return {str(bits): differences(exact, fixed(with_fraction(case, bits))(codes), mu) for bits in FRACTIONS}
+
+
+def with_fraction(case: Case, bits: int) -> Case:
+    """The same sensor with other fraction bits of vectors."""
+    formats = replace(case.design.formats, name="custom", vector_fraction=bits)
+    return replace(case, design=replace(case.design, formats=formats))
+
+
+def differences(exact: Contact, other: Contact, mu: Floats) -> dict[str, float]:
+    """99th percentiles of the differences in friction and direction, for the true friction ``mu (n,)``."""
+    turn = turn_deg(exact.phi_deg, other.phi_deg)
+    found = {"mu": np.abs(exact.mu - other.mu), "phi_deg": turn[mu > STILL], "phi_deg_of_all": turn}
+    return {key: round(float(np.percentile(each, 99)), 6) for key, each in found.items()}
 
 
 def paper(case: Case) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from bench.accuracy.estimators import LEARNED, MAPPED, NAMES, TFRA, TWO_VARIABLE
-from bench.accuracy.measure import FRICTIONS
+from bench.accuracy.measure import FRACTIONS, FRICTIONS
 from bench.accuracy.scenes import NOISES, SCENES
 from bench.accuracy.targets import AGREEMENT, PAPER, TARGETS, furthest, verdict
 
@@ -129,17 +129,19 @@ def _papers(every: Record) -> Iterator[list[str]]:
 
 def _agreements(every: Record) -> Iterator[list[str]]:
     for measure, limit in AGREEMENT.items():
-        cells = (verdict(sensor["fixed"][measure], limit, 4 if measure == "mu" else 3) for sensor in every.values())
+        digits, bits = 4 if measure == "mu" else 3, str(FRACTIONS[0])
+        cells = (verdict(sensor["fixed"][bits][measure], limit, digits) for sensor in every.values())
         name = f"fixed against float: {SYMBOLS[measure]}, 99th percentile"
         yield [name, f"{limit:g}{UNITS[measure]}", *cells]
 
 
 def fixed(record: Record) -> str:
-    """Rows: sensors; columns: differences of fixed and float."""
-    heads = ["99th percentile of the difference", "μ", "φ where μ > 0.05, °", "φ of all frames, °"]
+    """Rows: sensors and fraction bits; columns: differences of fixed and float."""
+    heads = ["99th percentile of the difference", "fraction bits", "μ", "φ where μ > 0.05, °", "φ of all frames, °"]
     rows = [
-        [name, f"{found['mu']:.5f}", f"{found['phi_deg']:.3f}", f"{found['phi_deg_of_all']:.3f}"]
-        for name, found in ((name, sensor["fixed"]) for name, sensor in record["sensors"].items())
+        [name, bits, f"{found['mu']:.5f}", f"{found['phi_deg']:.3f}", f"{found['phi_deg_of_all']:.3f}"]
+        for name, sensor in record["sensors"].items()
+        for bits, found in sensor["fixed"].items()
     ]
     return markdown(heads, rows)
 

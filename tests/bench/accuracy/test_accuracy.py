@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -94,7 +95,7 @@ def test_a_whole_record(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None
 def observation(mu: float) -> dict[str, Any]:
     """A hundred frames with the error ``mu`` of a perfect estimator's friction."""
     true = np.linspace(0, 0.99, 100)
-    values = {"mu_true": true, "mu_found": true + mu, "phi_found": np.zeros(100), "mu": np.full(100, mu)}
+    values = {"mu_true": true, "mu_found": true + mu, "mu": np.full(100, mu)}
     values |= {"phi_deg": np.arange(100.0), "force_percent": np.zeros(100)}
     return {noise: dict.fromkeys(NAMES, values) for noise in NOISES}
 
@@ -109,17 +110,23 @@ def test_pooled_percentiles() -> None:
     assert np.array(curve)[:, 1] == pytest.approx(np.arange(10) / 10 + 0.045 + 0.1)
 
 
-def test_agreement_notices_single_frames() -> None:
-    seen = observation(0.0)
-    assert measure.agreement(seen) == {"mu": 0, "phi_deg": 0, "phi_deg_of_all": 0}
-    values = seen[QUIET][FIXED]
-    phi, mu = values["phi_found"].copy(), values["mu_found"].copy()
-    phi[:6], mu[-6:] = 359.0, 2.0  # the first six have a friction of 0.05 at most
-    seen[QUIET] = seen[QUIET] | {FIXED: values | {"phi_found": phi, "mu_found": mu}}
-    found = measure.agreement(seen)
+def test_differences_notice_single_frames() -> None:
+    mu = np.linspace(0, 0.99, 100)
+    exact = SimpleNamespace(mu=mu, phi_deg=np.zeros(100), resultant=np.zeros((100, 3)))
+    other = SimpleNamespace(mu=mu.copy(), phi_deg=np.zeros(100), resultant=np.zeros((100, 3)))
+    assert measure.differences(exact, other, mu) == {"mu": 0, "phi_deg": 0, "phi_deg_of_all": 0}
+    other.phi_deg[:6], other.mu[-6:] = 359.0, 2.0  # the first six have a friction of 0.05 at most
+    found = measure.differences(exact, other, mu)
     assert found["mu"] > 1
     assert found["phi_deg"] == 0
     assert found["phi_deg_of_all"] == pytest.approx(1)
+
+
+def test_more_fraction_bits_agree_better() -> None:
+    found = measure.agreement(random_case(), 100)
+    assert list(found) == ["9", "12"]
+    assert 0 < 2 * found["12"]["phi_deg"] < found["9"]["phi_deg"]
+    assert random_case().design.formats.vector_fraction == measure.FRACTIONS[0]
 
 
 def test_values_are_distances_to_the_truth() -> None:
