@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from bench.accuracy.estimators import LEARNED
 from bench.accuracy.measure import PERCENTILES
 from bench.accuracy.scenes import QUIET
@@ -60,7 +62,8 @@ AGREEMENT = {"mu": 0.002, "phi_deg": 0.1}
 
 def verdict(found: float, limit: float, digits: int) -> str:
     """``found`` with a tick, or with the amount that it is over the ``limit``."""
-    return f"{found:.{digits}f} " + ("✓" if found <= limit else f"({found - limit:+.2g})")
+    over = np.format_float_positional(found - limit, precision=2, fractional=False, trim="-")
+    return f"{found:.{digits}f} " + ("✓" if found <= limit else f"(+{over})")
 
 
 def furthest(rows: Mapping[str, Mapping[str, float]]) -> float:

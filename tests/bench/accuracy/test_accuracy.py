@@ -142,6 +142,7 @@ def test_verdicts() -> None:
     assert verdict(0.02, 0.02, 3) == "0.020 ✓"
     assert verdict(0.0313, 0.03, 3) == "0.031 (+0.0013)"
     assert verdict(2.5, 2.0, 1) == "2.5 (+0.5)"
+    assert verdict(0.03001, 0.03, 3) == "0.030 (+0.00001)"
     fine = Target(QUIET, "mu", 95, 0.09, 0.14)
     assert (fine.limit_of(1.29), fine.limit_of(1.3)) == (0.09, 0.14)
     sensor = {"scenes": {QUIET: {LEARNED: {"mu": [0.01, 0.08]}}}}
