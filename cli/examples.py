@@ -14,7 +14,7 @@ Name = Annotated[str | None, typer.Argument(metavar="NAME", help="An example; wi
 Out = Annotated[
     Path | None,
     typer.Option(
-        metavar="DIR", help="Write all examples, or NAME and the file it reads, to this new or empty directory."
+        metavar="DIR", help="Write all examples, or NAME and the files it reads, to this new or empty directory."
     ),
 ]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import signal
 import threading
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,6 +14,7 @@ from tfra.cli.common import Config, progress
 from tfra.cli.complaint import say
 from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_recording
 from tfra.codegen.core import check_core
+from tfra.codegen.packages import require
 from tfra.engines import DOUBLE, Engine, codes, double, run
 from tfra.model.errors import InputError
 
@@ -50,8 +50,7 @@ def live(
 
     Frames that the engine or the browser has no time for are dropped. Ctrl-C ends it.
     """
-    if find_spec("plotly") is None:
-        raise InputError("tfra live", "", "plotly is missing, please run: pip install 'tfra[view]'")
+    require("tfra live", "view", "plotly")
     from tfra.codegen.config import load
     from tfra.codegen.processes import Stopped
     from tfra.view.feed import Feed
@@ -63,6 +62,8 @@ def live(
     project = load(config)
     if engine not in DOUBLE:
         check_core(project)
+        if "forces" not in project.design.result_fields:
+            raise InputError(config, "estimator.taxel_forces", f"true is needed to show the {engine.value} engine")
     project, name, frames = _frames(project, source, rate, given or {}, engine)
 
     model = double(engine, project) if engine in DOUBLE else None
@@ -73,7 +74,7 @@ def live(
     def warn(fault: str) -> None:
         say(f"warning: {InputError(name, '', fault)}")
 
-    feed = Feed(name, engine.value, project.design, estimate)
+    feed = Feed(name, engine.value, project.design, estimate, project.design.sweeps)
     try:
         with serving(render_live(feed), feed, port) as address:
             with progress(f"getting the {engine.value} engine ready"):

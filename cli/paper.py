@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
-
 import typer
 
 from tfra.cli.common import Json, OutDirectory, print_json, progress
-from tfra.model.errors import InputError
+from tfra.codegen.packages import require
 
 
 def paper(out: OutDirectory, json: Json = False) -> None:
     """Recompute the paper's tables and figures: index.html with all of them, and CSV, PNG and SVG files."""
-    if find_spec("matplotlib") is None:
-        raise InputError("tfra paper", "", "matplotlib is missing, please run: pip install 'tfra[paper]'")
+    require("tfra paper", "paper", "matplotlib")
     from tfra.paper.report import PIECES, REPEATS, report
 
     with progress("computing tables and figures", PIECES) as advance:

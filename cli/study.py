@@ -6,13 +6,13 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from tfra.cli.common import Json, OutDirectory, print_json
+from tfra.codegen.packages import require
 from tfra.model.errors import InputError
 
 Study = Annotated[Path, typer.Argument(metavar="STUDY", help="CONFIG, frames and comparisons, in TOML.")]
@@ -53,7 +53,7 @@ def study(
 
     Writes index.html, tables in Parquet and the designs found. OUT.work/partial.html has the results while it runs.
     """
-    _require((*_EXTRAS, *(["distributed"] if scheduler else [])))
+    require("tfra study", "study", *_EXTRAS, *(["distributed"] if scheduler else []))
     from tfra.study.run import run
     from tfra.study.studyfile import load_study
     from tfra.study.workers import LostWorkerError, SchedulerError, cluster, processes
@@ -77,12 +77,6 @@ def study(
         return
     typer.echo(found["answer"])
     typer.echo(f"{out}: open index.html; {kept} speeds up a longer study, and may be removed")
-
-
-def _require(packages: tuple[str, ...]) -> None:
-    for name in packages:
-        if find_spec(name) is None:
-            raise InputError("tfra study", "", f"{name} is missing, please run: pip install 'tfra[study]'")
 
 
 @contextmanager

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tfra.cli.common import Config, Json, print_json, progress
+from tfra.codegen.packages import require
 from tfra.model.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,8 +43,7 @@ def train(
     json: Json = False,
 ) -> None:
     """Train the learned estimator of CONFIG's sensor on simulated contacts, and tell its errors on other ones."""
-    if find_spec("threadpoolctl") is None:
-        raise InputError("tfra train", "", "threadpoolctl is missing, please run: pip install 'tfra[train]'")
+    require("tfra train", "train", "threadpoolctl")
     if minutes is not None and steps is not None:
         raise InputError("tfra train", "--minutes", "and --steps exclude each other")
     from tfra.codegen.config import load_tfra

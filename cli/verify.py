@@ -1,4 +1,4 @@
-"""``tfra verify``: compares the core with the bit-accurate model, and the model with float TFRA."""
+"""``tfra verify``: compares the core with the bit-accurate model, and the model with double precision."""
 
 from __future__ import annotations
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from tfra.cli.common import Json, print_json
+from tfra.codegen.packages import require
 from tfra.model.errors import InputError, quoted
 
 Results = Annotated[
@@ -25,8 +25,7 @@ def view(results: Results, out: Out, every: Every = 1, frames: Frames = ":", jso
 
     The page is one self-contained file; open it in a browser.
     """
-    if find_spec("plotly") is None:
-        raise InputError("tfra view", "", "plotly is missing, please run: pip install 'tfra[view]'")
+    require("tfra view", "view", "plotly")
     from tfra.codegen.files import check_page, write_page
     from tfra.view.chosen import Chosen
     from tfra.view.page import render, require_few

@@ -13,11 +13,8 @@ if TYPE_CHECKING:
 def check_core(project: Project) -> None:
     """Prove that no word of the core overflows, and that a core of its kind can hold the design.
 
-    Raises ``InputError`` when the formats are too long or the sensor is too large, and for the learned estimator.
+    Raises ``InputError`` when the formats are too long or the sensor is too large.
     """
-    if project.weights is not None:
-        reason = "the learned estimator has no core yet: only the float engine of tfra estimate and live has it"
-        raise InputError(project.path, "estimator.kind", reason)
     from tfra.hdl.cores import microarchitecture
     from tfra.model.fixed.advice import advice, fits
 

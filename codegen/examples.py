@@ -1,4 +1,4 @@
-"""The example CONFIG and STUDY files and the recording that are installed with the program."""
+"""The example CONFIG and STUDY files, the recording and the weights that are installed with the program."""
 
 from __future__ import annotations
 
@@ -21,15 +21,26 @@ def title(text: str) -> str:
 
 
 def write_examples(path: Path, names: list[str]) -> list[str]:
-    """Write the examples ``names``, and those that they read, to the directory ``path``; returns their files' names.
+    """Write the examples ``names``, the files that they read and their sensors' weights to the directory ``path``.
 
-    Raises ``InputError`` as ``output_directory``.
+    Returns the names of the files.  Raises ``InputError`` as ``output_directory``.
     """
     known = examples()
-    studies = [name for name in names if not name.endswith(".csv")]
-    read = {str(tomllib.loads(known[name]).get("config", "")).removesuffix(".toml") for name in studies}
-    chosen = {name if name.endswith(".csv") else f"{name}.toml": known[name] for name in {*names, *read} & known.keys()}
+    chosen = {*names, *(_config(known[name]) for name in names if _file(name) != name)} & known.keys()
+    weights = [file for name in chosen if (file := files("tfra.examples") / f"{name}.weights.npz").is_file()]
     with output_directory(path, "examples") as folder:
-        for file, text in chosen.items():
-            (folder / file).write_text(text, encoding="utf-8", newline="\n")
-    return sorted(chosen)
+        for name in chosen:
+            (folder / _file(name)).write_text(known[name], encoding="utf-8", newline="\n")
+        for file in weights:
+            (folder / file.name).write_bytes(file.read_bytes())
+    return sorted([*map(_file, chosen), *(file.name for file in weights)])
+
+
+def _file(name: str) -> str:
+    """The file of the example ``name``."""
+    return name if name.endswith(".csv") else f"{name}.toml"
+
+
+def _config(text: str) -> str:
+    """The example that a STUDY reads, by its name; empty for a CONFIG."""
+    return str(tomllib.loads(text).get("config", "")).removesuffix(".toml")

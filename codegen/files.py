@@ -12,15 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tfra.codegen.ownership import (
-    directory_objection,
-    file_objection,
-    seal_archive,
-    seal_config,
-    seal_directory,
-    seal_page,
-    seal_waves,
-)
+from tfra.codegen.ownership import directory_objection, file_objection, seal_archive, seal_directory, seal_text
 from tfra.codegen.staging import staged
 from tfra.model.errors import InputError
 
@@ -87,21 +79,23 @@ def write_vcd(path: str | Path, waves: Path, command: str) -> None:
     """Write a copy of the VCD file ``waves``; ``path`` and errors as for ``write_npz``."""
     with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
         shutil.copyfile(waves, new)
-        seal_waves(new, command)
+        seal_text(new, command, ".vcd")
 
 
 def write_page(path: str | Path, page: str, command: str) -> None:
     """Write an HTML ``page``; ``path`` and errors as for ``write_npz``."""
-    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
-        new.write_text(page, encoding="utf-8", newline="\n")
-        seal_page(new, command)
+    _write_text(path, page, command, ".html")
 
 
 def write_config(path: str | Path, text: str, command: str) -> None:
     """Write the ``text`` of a CONFIG file; ``path`` and errors as for ``write_npz``."""
+    _write_text(path, text, command, ".toml")
+
+
+def _write_text(path: str | Path, text: str, command: str, suffix: str) -> None:
     with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
         new.write_text(text, encoding="utf-8", newline="\n")
-        seal_config(new, command)
+        seal_text(new, command, suffix)
 
 
 @contextmanager

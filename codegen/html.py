@@ -74,13 +74,18 @@ def grid(
 ) -> str:
     """A table of groups of rows that may be wider than the page; the columns ``names`` hold words.
 
-    ``label`` is its name for readers who do not see it, ``data`` are attributes for tests and scripts.
+    ``label`` is as in :func:`wide`, ``data`` are attributes for tests and scripts.
     """
     kinds = (' class="name"' if place in names else "" for place in range(len(header)))
     cells = (f'<th scope="col"{kind}>{text(cell)}</th>' for kind, cell in zip(kinds, header, strict=True))
     head = "".join(cells).replace("/ ", "/&nbsp;")
     bodies = "\n".join("<tbody>" + "\n".join(rows) + "</tbody>" for rows in groups)
     table = f"<table{_attributes(data)}><thead><tr>{head}</tr></thead>\n{bodies}</table>"
+    return wide(label, table)
+
+
+def wide(label: str, table: str) -> str:
+    """A ``table`` that scrolls where it is wider than the page; ``label`` is its name for readers who do not see it."""
     return f'<div class="wide" tabindex="0" role="region" aria-label="{escape(label)}">{table}</div>'
 
 

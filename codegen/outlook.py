@@ -1,5 +1,4 @@
-"""Expected accuracy of a design before it is built: condition number of its sensor, agreement with float's sweep
-index."""
+"""Expected accuracy of a design before it is built: its agreement with double precision."""
 
 from __future__ import annotations
 
@@ -11,13 +10,15 @@ from tfra.model.boussinesq import operators
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.words import decode
-from tfra.model.tfra import Tfra
 
 MOST_TAXELS = 1024
 """Most taxels for which singular values of a full matrix are computed."""
 
 DOUBTFUL = 0.95
-"""Share of equal indices below which longer words are advised; all format sets and sensors of the README are above."""
+"""Share of equal frames below which longer words are advised; all format sets and sensors of the README are above."""
+
+NEAR = 0.002
+"""Largest difference of frictions that counts as equal where there is no sweep index."""
 
 _WORK = 50_000
 """Taxels of all contacts that are tried, at most 500 contacts."""
@@ -25,11 +26,15 @@ _WORK = 50_000
 
 @dataclass(frozen=True)
 class Outlook:
-    """``condition`` of C33, None for large arrays; share of ``equal`` indices among the ``contacts`` that are swept."""
+    """``equal``: share of the ``contacts`` that end at float's sweep index, or without a sweep ``near`` its friction.
+
+    ``condition`` is that of C33; None for large arrays, and for an estimator that does not invert it.
+    """
 
     condition: float | None
     contacts: int
     equal: float
+    near: float | None = None
 
     @property
     def doubtful(self) -> bool:
@@ -38,15 +43,18 @@ class Outlook:
 
     def __str__(self) -> str:
         known = "" if self.condition is None else f"cond(C33) is {self.condition:,.3g}; "
-        return f"{known}{100 * self.equal:.1f} % of {self.contacts} random contacts end at float's sweep index"
+        end = "at float's sweep index" if self.near is None else f"within {self.near:g} of float's friction"
+        return f"{known}{100 * self.equal:.1f} % of {self.contacts} random contacts end {end}"
 
 
 def outlook(design: Design, seed: int = 0) -> Outlook:
     """Measure random contacts at 5 to 95 % of full scale, in the bit-accurate model and in float on the same codes."""
     sensor = design.sensor
     codes = contact_codes(design, min(500, max(20, _WORK // sensor.taxels)), seed)
-    exact, found = Tfra.of(design)(codes * design.adc.lsb), decode(design, design.model(codes).words)
-    swept = exact.status == 0
-    same = exact.sweep_index[swept] == found.sweep_index[swept]
-    condition = float(np.linalg.cond(operators(sensor).c33)) if sensor.taxels <= MOST_TAXELS else None
-    return Outlook(condition, int(swept.sum()), float(same.mean()) if len(same) else 1.0)
+    exact, found = design.float_model(codes * design.adc.lsb), decode(design, design.model(codes).words)
+    clear = exact.status == 0
+    same = exact.sweep_index == found.sweep_index if design.sweeps else np.abs(exact.mu - found.mu) <= NEAR
+    inverts = design.sweeps and sensor.taxels <= MOST_TAXELS
+    condition = float(np.linalg.cond(operators(sensor).c33)) if inverts else None
+    share = float(same[clear].mean()) if clear.any() else 1.0
+    return Outlook(condition, int(clear.sum()), share, None if design.sweeps else NEAR)

@@ -22,13 +22,18 @@ MANIFEST = "tfra-manifest.json"
 _COUNT = struct.Struct("<H")
 """The last field of a zip archive: the length of the comment that follows."""
 
-_SEAL = re.compile(rb"(?s)..tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})\Z")
+_COMMENTS = {".vcd": ("$comment ", " $end\n"), ".html": ("<!-- ", " -->\n"), ".toml": ("# ", "\n")}
+"""What begins and ends a comment in a text file, by the suffix of its name."""
 
-_WAVES_SEAL = re.compile(rb"\$comment tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64}) \$end\n\Z")
+_SEAL = rb"tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})"
+"""A seal says which command wrote the file, and the hash of everything before the seal."""
 
-_PAGE_SEAL = re.compile(rb"<!-- tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64}) -->\n\Z")
+_ARCHIVE_SEAL = re.compile(rb"(?s).." + _SEAL + rb"\Z")
 
-_CONFIG_SEAL = re.compile(rb"# tfra \S+ ([a-z-]+) sha256:([0-9a-f]{64})\n\Z")
+_TEXT_SEALS = [
+    re.compile(re.escape(begin.encode()) + _SEAL + re.escape(end.encode()) + rb"\Z")
+    for begin, end in _COMMENTS.values()
+]
 
 _SEAL_LONGEST = 256
 """Bytes at the end of a file in which its seal is looked for."""
@@ -47,24 +52,17 @@ def seal_archive(path: Path, command: str) -> None:
     """Append to the zip archive at ``path``, which has no comment, one with the hash of everything before it."""
     with open(path, "r+b") as stream:
         length = stream.seek(0, os.SEEK_END) - _COUNT.size
-        comment = f"tfra {version('tfra')} {command} sha256:{_digest_of(stream, length)}".encode()
+        comment = _seal(command, _digest_of(stream, length)).encode()
         stream.seek(length)
         stream.write(_COUNT.pack(len(comment)) + comment)
 
 
-def seal_waves(path: Path, command: str) -> None:
-    """Append to the VCD file at ``path`` a comment with the hash of everything before it."""
-    _append(path, f"$comment tfra {version('tfra')} {command} sha256:{_digest(path)} $end\n")
-
-
-def seal_page(path: Path, command: str) -> None:
-    """Append to the HTML file at ``path`` a comment with the hash of everything before it."""
-    _append(path, f"<!-- tfra {version('tfra')} {command} sha256:{_digest(path)} -->\n")
-
-
-def seal_config(path: Path, command: str) -> None:
-    """Append to the TOML file at ``path`` a comment with the hash of everything before it."""
-    _append(path, f"# tfra {version('tfra')} {command} sha256:{_digest(path)}\n")
+def seal_text(path: Path, command: str, suffix: str) -> None:
+    """Append to the .vcd, .html or .toml file at ``path`` a comment with the hash of everything before it."""
+    begin, end = _COMMENTS[suffix]
+    seal = begin + _seal(command, _digest(path)) + end
+    with open(path, "ab") as stream:
+        stream.write(seal.encode())
 
 
 def directory_objection(directory: Path, command: str | None = None) -> str | None:
@@ -95,8 +93,8 @@ def file_objection(file: Path, command: str | None = None) -> str | None:
             return None
         stream.seek(max(0, length - _SEAL_LONGEST))
         tail = stream.read()
-        zipped = _SEAL.search(tail)
-        seal = zipped or _WAVES_SEAL.search(tail) or _PAGE_SEAL.search(tail) or _CONFIG_SEAL.search(tail)
+        zipped = _ARCHIVE_SEAL.search(tail)
+        seal = next(filter(None, (zipped, *(text.search(tail) for text in _TEXT_SEALS))), None)
         if not seal:
             return "tfra did not write it"
         if command not in (None, seal[1].decode()):
@@ -185,9 +183,8 @@ def _entries(directory: Path, below: str = "") -> Iterator[tuple[str, bool]]:
             yield from _entries(directory / entry.name, f"{below}{entry.name}/")
 
 
-def _append(path: Path, seal: str) -> None:
-    with open(path, "ab") as stream:
-        stream.write(seal.encode())
+def _seal(command: str, digest: str) -> str:
+    return f"tfra {version('tfra')} {command} sha256:{digest}"
 
 
 def _is_regular(path: Path) -> bool:

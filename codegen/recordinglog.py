@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from tfra.codegen.inputfile import opened
+from tfra.codegen.packages import require
 from tfra.codegen.shapes import FRAMES, wrong_shape
 from tfra.model.arrays import Floats
 from tfra.model.errors import InputError, quoted, shortened
@@ -45,10 +46,9 @@ def read_log(path: Path, sensor: SensorArray, given: Input) -> tuple[Floats, Flo
     The topic is ``given.topic``, or the only one whose first message is a frame.  Raises ``InputError`` if there is no
     such topic or another of its messages is no frame, and for damaged logs.
     """
-    try:
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError:
-        raise _missing(path) from None
+    require(path, "robot", "mcap", "rosbags")
+    from rosbags.typesys import Stores, get_typestore
+
     store = get_typestore(Stores.ROS2_HUMBLE)
     frames: dict[str, list[Floats]] = {}
     times: dict[str, list[int]] = {}
@@ -109,8 +109,6 @@ def _messages(path: Path) -> Iterator[_Message]:
         yield from found
     except (InputError, OSError, MemoryError):
         raise
-    except ImportError:
-        raise _missing(path) from None
     except Exception as error:  # as above
         raise InputError(path, "", f"is not a readable log: {shortened(str(error), 100)}") from None
 
@@ -130,7 +128,3 @@ def _of_mcap(path: Path) -> Iterator[_Message]:
         for schema, channel, message in make_reader(stream, validate_crcs=True).iter_messages():
             kind = schema.name if schema and channel.message_encoding == "cdr" else channel.message_encoding
             yield _Message(channel.topic, kind, message.log_time, message.data)
-
-
-def _missing(path: Path) -> InputError:
-    return InputError(path, "", "mcap and rosbags are missing, please run: pip install 'tfra[robot]'")

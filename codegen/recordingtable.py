@@ -12,6 +12,7 @@ import numpy as np
 
 from tfra.codegen.arrays import Array
 from tfra.codegen.inputfile import opened
+from tfra.codegen.packages import require
 from tfra.codegen.processes import running
 from tfra.codegen.shapes import FRAMES, wrong_shape
 from tfra.model.arrays import Floats
@@ -47,10 +48,9 @@ def read_parquet(file: Path, sensor: SensorArray, given: Input) -> tuple[Array, 
 
 
 def _table(file: Path) -> pl.DataFrame:
-    try:
-        import polars as pl
-    except ImportError:
-        raise InputError(file, "", "polars is missing, please run: pip install 'tfra[tables]'") from None
+    require(file, "tables", "polars")
+    import polars as pl
+
     with opened(file) as stream:
         start, length = stream.read(len(_MAGIC)), stream.seek(0, os.SEEK_END)
         stream.seek(max(0, length - len(_MAGIC)))

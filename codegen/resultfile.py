@@ -10,7 +10,6 @@ from __future__ import annotations
 import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ import numpy.typing as npt
 
 from tfra.codegen.files import check_archive, check_directory, output_directory, write_npz
 from tfra.codegen.framesfile import Recording
+from tfra.codegen.packages import require
 from tfra.model.errors import InputError
 from tfra.model.tfra import Result
 
@@ -77,8 +77,8 @@ class Estimate:
 
 def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
     """Raise ``InputError`` now if ``write_result`` would, before a long computation."""
-    if path.suffix == ".parquet" and find_spec("polars") is None:
-        raise InputError(path, "", "polars is missing, please run: pip install 'tfra[tables]'")
+    if path.suffix == ".parquet":
+        require(path, "tables", "polars")
     if path.suffix in (".csv", ".parquet"):
         check_directory(path, command, inputs)
     elif path.suffix == ".npz":

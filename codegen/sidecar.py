@@ -15,6 +15,7 @@ from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
+from tfra.model.fixed.learned.design import LearnedDesign
 
 LOADED = "coefficients/load.hex"
 """The file with the coefficients that a core is loaded with after a reset."""
@@ -30,11 +31,12 @@ def sidecar(design: Design) -> dict[str, Any]:
         "name": design.name,
         "sensor": asdict(design.sensor),
         "adc": {**asdict(design.adc), "contact_threshold": design.adc.threshold, "lsb_pa": design.adc.lsb},
-        "search": asdict(design.search),
+        "estimator": estimator(design),
+        **({"search": asdict(design.search)} if design.sweeps else {}),
         "formats": {**asdict(design.formats), "signals": dict(design.formats.signals)},
         "architecture": asdict(design.architecture),
         "target": design.target,
-        "widths": asdict(design.widths),
+        "widths": {name: bits for name, bits in asdict(design.widths).items() if bits},
         "ports": ports(design, core.loaded is not None),
         **({} if core.loaded is None else {"load": load(core)}),
         "taxel": {"order": "row-major", "transfers_per_frame": design.sensor.taxels},
@@ -56,6 +58,14 @@ def sidecar(design: Design) -> dict[str, Any]:
         },
         "tools": {name: version(name) for name in TOOLS},
     }
+
+
+def estimator(design: Design) -> dict[str, Any]:
+    """The estimator; of the learned one what does not follow from the coefficients."""
+    if isinstance(design, LearnedDesign):
+        limit = {"threshold": design.threshold, "threshold_word": design.threshold_word}
+        return {"kind": "learned", "units": list(design.weights.counts), **limit, "taxel_forces": design.taxel_forces}
+    return {"kind": "tfra"}
 
 
 def fixed_point(field: Field) -> str:

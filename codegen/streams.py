@@ -8,9 +8,9 @@ import socket
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from importlib.util import find_spec
 from urllib.parse import parse_qsl, urlsplit
 
+from tfra.codegen.packages import require
 from tfra.model.errors import InputError, quoted, shortened
 
 STDIN = "-"
@@ -89,7 +89,7 @@ def _connection(source: str) -> Stream:
     try:
         connection = socket.create_connection((host, port), PATIENCE)
     except (OSError, UnicodeError) as error:
-        raise InputError(source, "", f"no connection: {_reason(error)}") from None
+        raise InputError(source, "", f"no connection: {reason(error)}") from None
     connection.settimeout(None)
     return Stream(source, lambda: connection.recv(_CHUNK))
 
@@ -101,18 +101,17 @@ def _serial_port(source: str) -> Stream:
         raise InputError(source, "", f"{_SHAPES} is needed")
     if not (baud.isascii() and baud.isdigit() and 0 < int(baud[:9]) == int(baud)):
         raise InputError(source, "baud", f"a whole number is needed, got {quoted(baud)}")
-    if find_spec("serial") is None:
-        raise InputError(source, "", "pyserial is missing, please run: pip install 'tfra[live]'")
+    require(source, "live", "pyserial")
     import serial
 
     try:
         port = serial.Serial(device, int(baud), timeout=None)
     except (OSError, ValueError) as error:
-        raise InputError(source, "", f"no serial port: {_reason(error)}") from None
+        raise InputError(source, "", f"no serial port: {reason(error)}") from None
     return Stream(source, lambda: bytes(port.read(max(1, port.in_waiting))), midway=True)
 
 
-def _reason(error: Exception) -> str:
+def reason(error: Exception) -> str:
     """What the system says, without the words of libraries around it."""
     code = getattr(error, "errno", None)
     if isinstance(error, TimeoutError):
@@ -120,8 +119,3 @@ def _reason(error: Exception) -> str:
     if isinstance(code, int) and code > 0:
         return os.strerror(code)
     return shortened(getattr(error, "strerror", None) or str(error), 120)
-
-
-def broken(error: OSError) -> str:
-    """What is to be said of a stream that broke."""
-    return _reason(error)

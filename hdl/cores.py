@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.parallel.learned.parallel import LearnedParallel
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.hdl.serial.serial import Serial
 from tfra.model.fixed.design import Design
-
-_KINDS: dict[str, type[Parallel] | type[Serial]] = {"parallel": Parallel, "serial": Serial}
+from tfra.model.fixed.learned.design import LearnedDesign
 
 
 def microarchitecture(design: Design) -> Microarchitecture:
     """The microarchitecture of ``design``, without building a core."""
-    return _KINDS[design.architecture.kind](design)
+    if design.architecture.kind == "serial":
+        return Serial(design)
+    return LearnedParallel(design) if isinstance(design, LearnedDesign) else Parallel(design)

@@ -17,8 +17,6 @@ from tfra.model.errors import InputError
 if TYPE_CHECKING:
     from tfra.codegen.config import Project
     from tfra.model.arrays import Floats, Ints
-    from tfra.model.fixed.learned.design import LearnedDesign
-    from tfra.model.learned.learned import Learned
     from tfra.model.tfra import Result
 
 CHUNK = 512  # frames between two steps of the progress bar
@@ -55,8 +53,8 @@ def run(
     """Return the result of ``frames (n, rows, columns)`` in Pa.
 
     ``converted`` gives the engines of ``DOUBLE`` the converter's codes, in Pa, instead of exact stress.  Raises
-    ``InputError`` naming ``source`` for frames over full scale, and ``SimulationError`` or ``ProtocolError`` of
-    ``tfra.sim.run`` for a failed simulation.
+    ``InputError`` naming ``source`` for frames over full scale, or CONFIG where an engine needs a core and there can be
+    none, and ``SimulationError`` or ``ProtocolError`` of ``tfra.sim.run`` for a failed simulation.
     """
     import numpy as np
 
@@ -70,15 +68,10 @@ def run(
 
 
 def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
-    """Return the converter codes of ``frames`` in Pa; raises ``InputError`` naming ``source`` for one over full scale.
-
-    Formats that can overflow are an ``InputError`` too, naming the CONFIG file, except for an estimator without a core.
-    """
+    """Return the converter codes of ``frames`` in Pa; raises ``InputError`` naming ``source`` beyond full scale."""
     from tfra.model.converter import quantise
     from tfra.model.diagnosis import over_full_scale
 
-    if project.weights is None:
-        check_core(project)
     try:
         return quantise(project.design, frames)
     except ValueError as error:  # over full scale
@@ -87,20 +80,10 @@ def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
 
 def double(engine: Engine, project: Project) -> Callable[[Floats], Result]:
     """Return the model of one of the engines ``DOUBLE``: a function of frames ``(n, rows, columns)`` in Pa."""
-    from tfra.model.fixed.learned.design import LearnedDesign
-    from tfra.model.tfra import Tfra
     from tfra.model.two_variable import TwoVariable
 
     design = project.design
-    if engine is Engine.TWO_VARIABLE:
-        return TwoVariable.of(design)
-    return _learned(design) if isinstance(design, LearnedDesign) else Tfra.of(design)
-
-
-def _learned(design: LearnedDesign) -> Learned:
-    from tfra.model.learned.learned import Learned
-
-    return Learned(design.sensor, design.weights, design.threshold, design.adc.threshold * design.adc.lsb)
+    return TwoVariable.of(design) if engine is Engine.TWO_VARIABLE else design.float_model
 
 
 def _fixed(project: Project, codes: Ints, advance: Advance) -> Result:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from html import escape
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +13,7 @@ import numpy as np
 from tfra.codegen.config import Project
 from tfra.codegen.configfile import config_text
 from tfra.codegen.framesfile import Recording
+from tfra.codegen.packages import require
 from tfra.codegen.resultfile import Estimate, check_result, write_result
 from tfra.model import tfra
 from tfra.model.arrays import Floats, Ints
@@ -117,9 +117,7 @@ class Result:
         ``print(errors)`` has the medians and 95th percentiles.  Raises ``tfra.InputError`` for a ``truth`` of another
         number of frames.
         """
-        if len(truth.mu) != len(self):
-            reason = f"is of {len(truth.mu)} frames, the result has {len(self)}"
-            raise InputError("Result.errors", "truth", reason)
+        _require_frames("Result.errors", truth, len(self))
         return Errors(errors(truth, self.found))
 
     def save(self, path: str | Path) -> None:
@@ -154,8 +152,7 @@ class Result:
         Raises ``tfra.InputError`` where plotly is missing (``pip install 'tfra[view]'``), for results of other frames
         or sensors, and when the file can't be written.
         """
-        if find_spec("plotly") is None:
-            raise InputError("Result.view", "", "plotly is missing, please run: pip install 'tfra[view]'")
+        require("Result.view", "view", "plotly")
         from tfra.codegen.files import check_page, write_page
         from tfra.view.chosen import Chosen
         from tfra.view.page import render, require_few
@@ -178,14 +175,19 @@ class Result:
     def _recorded(self, name: str) -> Recorded:
         from tfra.view.resultfile import Recorded
 
-        return Recorded(name, self.engine, self.project.design, self.found, self.stress, self.time)
+        of = self.project
+        return Recorded(name, self.engine, of.design, self.found, self.stress, self.time, of.design.sweeps)
+
+
+def _require_frames(call: str, truth: Contact, count: int) -> None:
+    if len(truth.mu) != count:
+        raise InputError(call, "truth", f"is of {len(truth.mu)} frames, the result has {count}")
 
 
 def _references(truth: Contact, count: int) -> References:
     from tfra.view.resultfile import References
 
-    if len(truth.mu) != count:
-        raise InputError("Result.view", "truth", f"is of {len(truth.mu)} frames, the result has {count}")
+    _require_frames("Result.view", truth, count)
     values = {"resultant_ref": truth.resultant, "mu_ref": truth.mu, "phi_ref_deg": truth.phi_deg}
     return References("truth", values)
 

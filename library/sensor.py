@@ -192,10 +192,12 @@ class Sensor:
         """
         if engine not in tuple(Engine):
             raise InputError("Sensor.estimate", "engine", f"one of {', '.join(Engine)} is needed, got {quoted(engine)}")
-        recording = frames if isinstance(frames, Recording) else Recording(self._stress(frames))
         if codes and engine not in DOUBLE:
             raise InputError("Sensor.estimate", "codes", f"the {engine} engine always sees the converter's codes")
-        self._stress(recording.frames)
+        if isinstance(frames, Recording):
+            recording = replace(frames, frames=self._stress(frames.frames))
+        else:
+            recording = Recording(self._stress(frames))
         project = replace(self.project, input=recording.given)
         with _keywords():
             found = run(Engine(engine), project, recording.frames, "Sensor.estimate", converted=codes)

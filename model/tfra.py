@@ -50,7 +50,7 @@ class Status(IntFlag):
     OUTPUT_SATURATED = 64
     """A result does not fit its output word and was limited."""
     IMPLAUSIBLE = 128
-    """The forces that were found leave much of the frame unexplained, or they pull (:mod:`tfra.model.learned`)."""
+    """The learned estimator is not sure of its resultant, or that pulls (:mod:`tfra.model.learned`)."""
 
 
 OF_CORES = tuple(flag for flag in Status if flag is not Status.IMPLAUSIBLE)

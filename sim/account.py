@@ -12,7 +12,7 @@ import numpy.typing as npt
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.metrics import errors
-from tfra.model.tfra import OF_CORES, Result, Status, Tfra
+from tfra.model.tfra import Result, Status
 from tfra.sim.pattern_run import PatternRun
 from tfra.sim.report import NOT_RETURNED, UNKNOWN, Account, ContactErrors, FloatErrors
 from tfra.sim.stimuli import Stimuli
@@ -66,13 +66,13 @@ def accounts(kinds: npt.NDArray[np.str_], why: Mapping[str, npt.NDArray[np.str_]
     return tuple(found)
 
 
-def histogram(result: Result) -> dict[str, int]:
+def histogram(design: Design, result: Result) -> dict[str, int]:
     counts = {"none": int((result.status == 0).sum())}
-    return counts | {str(flag.name): int((result.status & flag != 0).sum()) for flag in OF_CORES}
+    return counts | {str(flag.name): int((result.status & flag != 0).sum()) for flag in design.status_bits}
 
 
 def float_errors(design: Design, seen: Stimuli, result: Result, regular: Bools) -> dict[str, FloatErrors]:
-    exact = Tfra.of(design)(seen.codes * design.adc.lsb)
+    exact = design.float_model(seen.codes * design.adc.lsb)
     every = errors(exact, result)
     found = {}
     for kind in dict.fromkeys(seen.kinds.tolist()):
@@ -80,7 +80,9 @@ def float_errors(design: Design, seen: Stimuli, result: Result, regular: Bools) 
         if pick.any():
             distance = np.abs(exact.sweep_index - result.sweep_index)[pick]
             largest = {key: float(error[pick].max()) for key, error in every.items()}
-            found[kind] = FloatErrors(int(pick.sum()), float((distance == 0).mean()), int(distance.max()), largest)
+            equal, apart = float((distance == 0).mean()), int(distance.max())
+            index = (equal, apart) if design.sweeps else (None, None)
+            found[kind] = FloatErrors(int(pick.sum()), index[0], index[1], largest)
     return found
 
 

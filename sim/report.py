@@ -58,12 +58,12 @@ Largest = dict[str, float]
 
 @dataclass(frozen=True)
 class FloatErrors:
-    """The core against float TFRA on the same codes: the largest errors of ``frames`` frames."""
+    """The core against double precision on the same codes: the largest errors of ``frames`` frames."""
 
     frames: int
-    equal_index: float
-    """Share of equal sweep indices, 0 ... 1."""
-    index_distance: int
+    equal_index: float | None
+    """Share of equal sweep indices, 0 ... 1; None without a sweep, as the next one."""
+    index_distance: int | None
     largest: Largest
 
 

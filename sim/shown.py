@@ -16,7 +16,7 @@ from tfra.model.metrics import ERRORS
 from tfra.model.tfra import Status
 from tfra.sim.report import Report
 
-AGAINST = {"model": "model, every bit", "float": "float TFRA", "contact": "true values"}
+AGAINST = {"model": "model, every bit", "float": "double precision", "contact": "true values"}
 """References of frames, and their names in tables."""
 
 
@@ -131,13 +131,14 @@ def _accounts(report: Report) -> Table:
 
 def _float(report: Report) -> Table:
     found = list(report.against_float.values())
+    equal = [f"{100 * e.equal_index:.1f} %" for e in found if e.equal_index is not None]
+    apart = [str(e.index_distance) for e in found if e.index_distance is not None]
     rows = [
-        ("equal sweep index", *(f"{100 * e.equal_index:.1f} %" for e in found)),
-        ("sweep index, steps apart", *(str(e.index_distance) for e in found)),
+        *([("equal sweep index", *equal), ("sweep index, steps apart", *apart)] if equal else []),
         *((name, *(f"{e.largest[key]:.3g}" for e in found)) for key, name in ERRORS.items()),
     ]
     header = ("largest error", *(f"{kind} frames" for kind in report.against_float))
-    return Table("float", "The core against float TFRA on the same codes", header, rows)
+    return Table("float", "The core against double precision on the same codes", header, rows)
 
 
 def _contact(report: Report) -> Table:

@@ -24,7 +24,7 @@ from tfra.sim.run import Netlist
 from tfra.sim.stimuli import Stimuli, mixture
 
 SPECIAL = (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.OUTPUT_SATURATED)
-"""Frames with one of these are not compared with float TFRA: there was no sweep, or words were limited."""
+"""Frames with one of these are not compared with double precision: there was nothing to find, or words were limited."""
 
 
 def verify(
@@ -80,7 +80,7 @@ def verify(
         first=bad.located() if bad else None,
         violations=tuple(f"stalls {run.pattern}: {note}" for run in runs for note in run.violations),
         timing=_timing(design, runs[0], core),
-        status=histogram(result),
+        status=histogram(design, result),
         against_float=float_errors(design, seen, result, special == ""),
         against_contact=contact_errors(seen, result, unfit == ""),
         accounts=accounts(stimuli.kinds, why),

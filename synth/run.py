@@ -114,15 +114,8 @@ class Run:
 
     def _kept(self, name: str, key: str, fresh: Path, step: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """The result of ``step``, new or from the cache; the forecast ignores the time of the latter."""
-        done = False
-
-        def do() -> dict[str, Any]:
-            nonlocal done
-            done = True
-            return step()
-
-        found = once(f"{name}-{self.design.name}", key, fresh, do)
-        if not done:
+        found, was_kept = once(f"{name}-{self.design.name}", key, fresh, step)
+        if was_kept:
             self.forecast.kept.add(self.forecast.step)
         return found
 

@@ -36,7 +36,8 @@ def lines(sizing: Sizing) -> Iterator[str]:
 
 def facts(sizing: Sizing) -> dict[str, Any]:
     """The same for JSON; raises as :func:`lines`."""
-    chosen, rates = _chosen(sizing), prices(_chosen(sizing).architecture.kind)
+    chosen = _chosen(sizing)
+    rates = prices(chosen.architecture.kind)
     return {
         "target": sizing.target.name,
         "clock_mhz": sizing.bounds.clock_mhz,

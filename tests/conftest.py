@@ -16,4 +16,6 @@ settings.load_profile("tfra")
 def builds(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A cache that the processes of this run have in common: the same core is built once."""
     own = tmp_path_factory.getbasetemp()
-    return (own.parent if own.name.startswith("popen") else own) / "builds"
+    builds = (own.parent if own.name.startswith("popen") else own) / "builds"
+    builds.mkdir(exist_ok=True)
+    return builds

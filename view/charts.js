@@ -7,7 +7,7 @@ const SERIES = [
 const KNOWN = { colour: "#000", dash: "dot" };
 const PANELS = [
   ["phi", "φ / °"], ["mu", "μ"], ["f", "|F| / N"], ["f_x", "F<sub>x</sub> / N"], ["f_y", "F<sub>y</sub> / N"],
-  ["f_z", "F<sub>z</sub> / N"],
+  ["f_z", "F<sub>z</sub> / N"], ...(tested ? [["residual", "residual / %"]] : []),
 ];
 const PANEL = 118;
 const LANE = 26;
@@ -151,8 +151,12 @@ function moveCursor(cursor, chart, frame) {
   cursor.style.bottom = `${MARGIN.b}px`;
 }
 
+/** What stands for the sweep of a result without one. */
+const NO_SWEEP = { mu: [0, 1], b_z: [0, 0], b_xy: [0, 0], plateau: [false, false], winner: -1 };
+
 /** The sweep for a frame: its own, or that of the last frame before it that has one. */
 function sweepOf({ sweep, steps, index }, frame) {
+  if (!sweep) return { of: frame, ...NO_SWEEP };
   const place = Math.floor(frame / given.sweeps);
   const many = steps + 1;
   const part = (array, width) => array.subarray(place * width, (place + 1) * width);
@@ -169,7 +173,8 @@ function sweepOf({ sweep, steps, index }, frame) {
 
 function drawSweep(chart, result, frame) {
   const found = sweepOf(result, frame);
-  const none = has(result, found.of, given.bits.withoutForce);
+  const still = has(result, found.of, given.bits.withoutForce) ? "nothing is under traction,<br>or nothing presses" : "";
+  const none = result.sweep ? still : "the estimator of this result<br>does not search";
   const unit = unitFor(Math.max(...found.b_z, ...found.b_xy), "Pa");
   const scaled = (array) => Array.from(array, (value) => value / unit.size);
   const [b_z, b_xy] = [scaled(found.b_z), scaled(found.b_xy)];
@@ -201,7 +206,7 @@ function drawSweep(chart, result, frame) {
     yaxis: { ...AXIS, domain: [0.54, 1], title: { text: `B<sup>z</sup> / ${unit.name}` }, nticks: 5 },
     yaxis2: { ...AXIS, domain: [0, 0.46], title: { text: `B<sup>xy</sup> / ${unit.name}` }, nticks: 5 },
     shapes: none ? [] : [{ ...band, fillcolor: "#E69F00", opacity: 0.3, line: { color: "#E69F00", width: 1 } }],
-    annotations: none ? [{ text: "no sweep: nothing is under traction,<br>or nothing presses", x: 0.5, y: 0.77, xref: "paper", yref: "paper", showarrow: false }] : [],
+    annotations: none ? [{ text: `no sweep: ${none}`, x: 0.5, y: 0.77, xref: "paper", yref: "paper", showarrow: false }] : [],
   }, config(false));
   return found.of;
 }

@@ -29,7 +29,7 @@ class Chosen:
         total, taxels = len(results[0].stress), results[0].design.sensor.taxels
         thinned = _step(len(wanted), len(results) * frame_bytes(taxels), MOST_BYTES)
         shown = wanted[::thinned]
-        sweep = sum(sweep_bytes(result.design.search.steps) for result in results)
+        sweep = sum(sweep_bytes(result.design.search.steps) for result in results if result.swept)
         return cls(shown, total, _step(len(shown), sweep, MOST_SWEEP_BYTES), thinned > 1)
 
     def __str__(self) -> str:
@@ -47,7 +47,7 @@ class Chosen:
 
 
 def frame_bytes(taxels: int) -> int:
-    """Bytes of a frame: stress and three forces at every taxel, their scales, and the values of the frame."""
+    """Bytes of a frame: stress and three forces at every taxel, their scales, and the values that every frame has."""
     return 8 * taxels + 4 * 4 + 7 * 4 + 2 + 1 + 8
 
 
@@ -57,7 +57,7 @@ def sweep_bytes(steps: int) -> int:
 
 
 def _step(count: int, each: int, most: int) -> int:
-    return max(1, math.ceil(count / max(1, most // each)))
+    return max(1, math.ceil(count / max(1, most // max(1, each))))
 
 
 def _nth(number: int) -> str:

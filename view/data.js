@@ -19,11 +19,13 @@ const unpackResult = (result) => ({
   index: unpack(result.index),
   stress: unpackAll(result.stress),
   forces: result.forces.map(unpackAll),
-  sweep: unpackAll(result.sweep),
+  sweep: result.sweep && unpackAll(result.sweep),
 });
 
 const results = given.results.map(unpackResult);
 const references = given.references.map((known) => ({ ...known, values: unpackValues(known.values) }));
+const tested = results.some(({ values }) => values.residual);
+const swept = results.some(({ sweep }) => sweep);
 let times = given.time && unpack(given.time);
 let COUNT = results[0].status.length;
 
@@ -77,11 +79,11 @@ const has = (result, frame, bits) => (result.status[frame] & bits) !== 0;
 
 /** Whether a frame determines a value: without a tangential force there is no angle. */
 function tells(result, name, frame) {
-  if (["f_z", "f"].includes(name)) return !has(result, frame, given.bits.noContact);
+  if (["f_z", "f", "residual"].includes(name)) return !has(result, frame, given.bits.noContact);
   return !has(result, frame, given.bits.withoutForce | (name === "phi" ? given.bits.noDirection : 0));
 }
 
-const valueOf = (result, name, frame) => (tells(result, name, frame) ? result.values[name][frame] : undefined);
+const valueOf = (result, name, frame) => (tells(result, name, frame) ? result.values[name]?.[frame] : undefined);
 
 /** The position of a taxel in mm. */
 const placeOf = (k) => [(k % given.columns) * given.pitch[0], Math.floor(k / given.columns) * given.pitch[1]];

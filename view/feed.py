@@ -14,7 +14,7 @@ from threading import Condition
 
 import numpy as np
 
-from tfra.codegen.streams import broken
+from tfra.codegen.streams import reason
 from tfra.model.arrays import Floats
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Result
@@ -65,10 +65,15 @@ class Answer:
 
 
 class Feed:
-    """Frames of ``source`` on their way to pages.  Locked by ``_changed``, which is notified of changes."""
+    """Frames of ``source`` on their way to pages; ``swept`` as for ``Recorded``.
 
-    def __init__(self, source: str, engine: str, design: Design, estimate: Callable[[Floats], Result]) -> None:
-        self.source, self.engine, self.design = source, engine, design
+    Locked by ``_changed``, which is notified of changes.
+    """
+
+    def __init__(
+        self, source: str, engine: str, design: Design, estimate: Callable[[Floats], Result], swept: bool = True
+    ) -> None:
+        self.source, self.engine, self.design, self.swept = source, engine, design, swept
         self._estimate = estimate
         self._changed = Condition()
         self._waiting: deque[Came] = deque(maxlen=_WAITING)
@@ -83,7 +88,7 @@ class Feed:
     @property
     def most(self) -> int:
         """Frames that are kept."""
-        each = frame_bytes(self.design.sensor.taxels) + sweep_bytes(self.design.search.steps)
+        each = frame_bytes(self.design.sensor.taxels) + self.swept * sweep_bytes(self.design.search.steps)
         return max(_WAITING, min(MOST, MOST_BYTES // each))
 
     def read(self, frames: Iterable[Floats | str], told: Callable[[str], None]) -> None:
@@ -101,7 +106,7 @@ class Feed:
                     self._changed.notify_all()
             state, said = "ended", ""
         except OSError as error:
-            state, said = "broken", broken(error)
+            state, said = "broken", reason(error)
         with self._changed:
             self._state, self._said = state, said
             self._changed.notify_all()
@@ -133,7 +138,7 @@ class Feed:
     def _piece(self, frames: list[Came], found: Result) -> Piece:
         count, when = len(frames), np.array([frame.when for frame in frames])
         stress = np.stack([frame.stress for frame in frames])
-        recorded = Recorded(self.source, self.engine, self.design, found, stress, None)
+        recorded = Recorded(self.source, self.engine, self.design, found, stress, None, self.swept)
         content = {
             "numbers": packed(np.array([frame.number for frame in frames]), "float64"),
             "time": packed(when - self._begun, "float64"),

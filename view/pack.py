@@ -36,7 +36,7 @@ def scaled(planes: Floats) -> dict[str, Packed]:
 
 
 def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
-    """The chosen frames of a result."""
+    """The chosen frames of a result; ``sweep`` only beside results of TFRA."""
     shown, found = slice(chosen.shown.start, chosen.shown.stop, chosen.shown.step), recorded.found
     stress = recorded.stress[shown]
     count = len(stress)
@@ -50,6 +50,8 @@ def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
         "f_y": force[:, 1],
         "f_z": force[:, 2],
     }
+    if found.residual is not None:
+        values["residual"] = 100 * found.residual[shown]  # in percent
     forces = found.forces[shown].reshape(count, 3, -1)
     return {
         "values": {key: packed(value, "float32") for key, value in values.items()},
@@ -57,7 +59,7 @@ def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
         "index": packed(found.sweep_index[shown], "int16"),
         "stress": scaled(stress.reshape(count, -1)),
         "forces": [scaled(forces[:, axis]) for axis in range(3)],
-        "sweep": _sweep(recorded, stress[:: chosen.sweeps]),
+        **({"sweep": _sweep(recorded, stress[:: chosen.sweeps])} if recorded.swept else {}),
     }
 
 

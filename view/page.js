@@ -45,7 +45,7 @@ const pair = (place) => (place ? place.map((length) => length.toFixed(2)).join("
 
 /** The cells of a row of numbers: a function of result and scene, and the name of a reference value. */
 const ROWS = {
-  ...Object.fromEntries(["phi", "mu", "f", "f_x", "f_y", "f_z"].map((name) => [name, (result, frame) => figures(valueOf(result, name, frame))])),
+  ...Object.fromEntries(["phi", "mu", "f", "f_x", "f_y", "f_z", "residual"].map((name) => [name, (result, frame) => figures(valueOf(result, name, frame))])),
   mu_x: (result, frame) => figures(valueOf(result, "mu_x", frame)),
   mu_y: (result, frame) => figures(valueOf(result, "mu_y", frame)),
   c: (_, __, scene) => pair(scene.c),
@@ -98,6 +98,7 @@ function drawHeights(frame, scenes, peaks, root) {
 }
 
 function showSweep() {
+  if (!swept) return;
   const begun = performance.now();
   const of = drawSweep($("sweep"), detailed(), state.frame);
   $("sweep-of").textContent = of === state.frame ? "" : `The sweep shown is that of frame ${numberOf(of)}.`;
@@ -195,6 +196,8 @@ function strongest(frame) {
 function begin(frame) {
   $("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
   measure();
+  $("swept").hidden = !swept;
+  document.querySelector("[data-row=residual]").hidden = !tested;
   state.frame = frame;
   state.taxel = strongest(frame);
   listen();

@@ -10,7 +10,7 @@ from typing import Any
 
 from plotly.offline import get_plotlyjs
 
-from tfra.codegen.html import document
+from tfra.codegen.html import document, wide
 from tfra.model.errors import InputError
 from tfra.model.facts import MEANINGS, WITHOUT_FORCE, Facts, Spread, facts, words
 from tfra.model.fixed.design import Design
@@ -54,9 +54,10 @@ _ROWS = {
     "f_z": "F<sub>z</sub> / N",
     "c": "c (x, y) / mm",
     "t": "t (x, y) / mm",
+    "residual": "residual / %",
     "status": "status",
 }
-"""Rows of the table of a frame."""
+"""Rows of the table of a frame; the page hides one that no result has."""
 
 _TAXEL_ROWS = {
     "taxel-stress": "stress / <span data-unit=stress></span>",
@@ -228,5 +229,4 @@ def _numbers(labels: Sequence[str], rows: dict[str, str], caption: str) -> str:
 def _table(labels: Sequence[str], lines: str, caption: str) -> str:
     head = "".join(f"<th scope=col>{escape(label)}</th>" for label in labels)
     first = f'<td class="name"><strong>{caption}</strong></td>'
-    table = f"<table><thead><tr>{first}{head}</tr></thead><tbody>{lines}</tbody></table>"
-    return f'<div class="wide" tabindex="0" role="region" aria-label="{caption}">{table}</div>'
+    return wide(caption, f"<table><thead><tr>{first}{head}</tr></thead><tbody>{lines}</tbody></table>")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,6 +14,7 @@ import numpy.typing as npt
 from tfra.codegen.arrays import Archive, Shape, archive
 from tfra.codegen.config import load_tfra
 from tfra.codegen.framesfile import REFERENCES, read_references
+from tfra.codegen.resultfile import OPTIONAL
 from tfra.codegen.shapes import FRAMES
 from tfra.model.arrays import Floats
 from tfra.model.errors import InputError, shortened
@@ -38,7 +39,7 @@ class Recorded:
     """A result as ``tfra estimate`` wrote it.
 
     ``stress (n, rows, columns)`` is what its engine saw, in Pa, compression negative; ``time (n,)`` in seconds, where
-    the recording has it.
+    the recording has it.  ``swept``: CONFIG's estimator is TFRA, whose sweep is shown beside the result.
     """
 
     name: str
@@ -47,6 +48,7 @@ class Recorded:
     found: Result
     stress: Floats
     time: Floats | None
+    swept: bool = True
 
 
 @dataclass(frozen=True)
@@ -119,13 +121,14 @@ def _result(path: Path) -> Recorded:
         if not count:
             raise InputError(path, "stress", "at least one frame is needed, got none")
         values: dict[str, Any] = {key: _numbers(found, key, (count, *shape)) for key, shape in VALUES.items()}
-        forces = _numbers(found, "forces", (count, 3, *frame))
+        values |= {key: _numbers(found, key, (count,)) for key in OPTIONAL if key in found.keys}
+        forces = _numbers(found, "forces", (count, 3, *frame), _given)
         time = _numbers(found, "time", (count,)) if "time" in found.keys else None
     values |= {key: values[key].astype(np.int64) for key in ("sweep_index", "status")}
     _require_known(path, values["status"] & ~_BITS != 0, "status", "is no status")
     outside = (values["sweep_index"] < -1) | (values["sweep_index"] > design.search.steps)
     _require_known(path, outside, "sweep_index", f"is no candidate of {design.search.steps + 1}")
-    return Recorded(path.name, engine, design, Result(forces, **values), stress, time)
+    return Recorded(path.name, engine, design, Result(forces, **values), stress, time, "uncertainty" not in values)
 
 
 def _require_known(path: Path, wrong: npt.NDArray[np.bool_], key: str, reason: str) -> None:
@@ -140,11 +143,26 @@ def _references(path: Path, first: Recorded) -> References:
     return References(path.name, read_references(path, len(frames)))
 
 
-def _numbers(found: Archive, key: str, needed: tuple[int | None, ...]) -> Floats:
-    """The finite numbers of ``key``, whose shape is ``needed``, where None stands for any number of frames."""
+def _given(forces: Floats) -> str | None:
+    """Why there are no forces, or None."""
+    return "the core gave none (taxel_forces = false), and a page needs them" if np.isnan(forces).all() else None
+
+
+def _numbers(
+    found: Archive,
+    key: str,
+    needed: tuple[int | None, ...],
+    objection: Callable[[Floats], str | None] = lambda numbers: None,
+) -> Floats:
+    """The finite numbers of ``key``, whose shape is ``needed``, where None stands for any number of frames.
+
+    Raises ``InputError`` for others, and with the ``objection`` to the numbers.
+    """
     if key not in found.keys:
         raise InputError(found.file, key, "the key is missing")
     numbers = np.asarray(found.read(key, partial(_wrong, needed)), dtype=np.float64)
+    if reason := objection(numbers):
+        raise InputError(found.file, key, reason)
     bad = np.argwhere(~np.isfinite(numbers))
     if len(bad):
         raise InputError(found.file, key, f"frame {bad[0][0]} has a value that is not finite")
@@ -159,7 +177,7 @@ def _wrong(needed: tuple[int | None, ...], shape: Shape) -> str | None:
 
 
 def _design(path: Path, config: str) -> Design:
-    """The design that a CONFIG describes; complaints name the result that it stands in."""
+    """The design that a CONFIG describes, without its weights; complaints name the result that it stands in."""
     with scratch(temporary()) as folder:
         file = folder / "sensor.toml"
         file.write_text(config, encoding="utf-8")

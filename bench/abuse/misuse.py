@@ -29,6 +29,7 @@ from bench.abuse.mistakes import (
     written,
 )
 from bench.abuse.recordings import GOOD, NPY, NPZ, RECORDINGS, WRONG
+from bench.abuse.training import TRAINING
 from bench.abuse.views import PAGES
 from bench.publish import ROOT, publish
 from tfra.cli.main import main as tfra
@@ -260,7 +261,7 @@ STUDIES = [
     ),
 ]
 
-CASES = RECORDINGS + PAGES + FILES + DESCRIPTION + LEARNED + BEGINNING + OPTIONS + OUTPUTS + STUDIES
+CASES = RECORDINGS + PAGES + FILES + DESCRIPTION + LEARNED + TRAINING + BEGINNING + OPTIONS + OUTPUTS + STUDIES
 
 
 def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:

@@ -1,9 +1,9 @@
 """The verification campaign: generated Verilog against the model over many designs, in both simulators.
 
-``python -m bench.exactness.campaign [--scale S]`` verifies every design below in Icarus and in Verilator, with
-contacts, random and directed frames, a third of them each without stalls, with random and with bursty stalls on both
-ports.  It prints what was compared, writes ``bench/results/campaign.json`` and the table in README.md, and exits with 1
-if a bit differs.
+``python -m bench.exactness.campaign [--estimator learned] [--scale S]`` verifies every design of an estimator in Icarus
+and in Verilator, with contacts, random and directed frames, a third of them each without stalls, with random and with
+bursty stalls on both ports.  It prints what was compared, writes ``bench/results/campaign.json`` and the table in
+README.md, or ``campaign_learned.json`` and the table in docs/learned.md, and exits with 1 if a bit differs.
 """
 
 from __future__ import annotations
@@ -11,12 +11,18 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from dataclasses import replace
 from typing import Any
 
-from bench.publish import publish
-from tfra.model.choices import FORMATS, Adc, Architecture, Search
+import numpy as np
+
+from bench.publish import ROOT, publish
+from tfra.codegen.config import load
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.learned.weights import Weights
 from tfra.model.sensor import SensorArray
 from tfra.sim.verify import verify
 
@@ -30,7 +36,7 @@ def design(
     return TfraDesign(sensor, name, architecture=Architecture(lanes), **more)
 
 
-DESIGNS = (
+TFRA = (
     (design(10, 10, (4, 2), 3, 16), 120),
     (design(10, 10, (4, 4), 3, 64), 120),
     (design(10, 10, (4, 2), 3, 100, formats=FORMATS["wide"]), 60),
@@ -41,7 +47,38 @@ DESIGNS = (
     (design(4, 6, (5, 3), 2, 4, search=Search(10), adc=Adc(16)), 200),
     (design(16, 16, (1, 1), 1.5, 64), 20),
 )
-"""Designs, and the number of random frames of each, in addition to 60 contacts and the directed frames."""
+"""Designs of TFRA, and the number of random frames of each, in addition to 60 contacts and the directed frames."""
+
+
+def learned() -> tuple[tuple[Design, int], ...]:
+    """Designs of the learned estimator: the presets with their weights, and others with random ones."""
+    fast, small = (load(ROOT / "examples" / f"learned_{name}.toml").design for name in ("fast", "small"))
+    return (
+        (fast, 100),
+        (replace(fast, name="learned_short", taxel_forces=False), 100),
+        (small, 20),
+        (untrained(7, 12, (24, 12), architecture=Architecture(28, 1), images="load"), 100),
+        (untrained(5, 6, (6, 4), architecture=Architecture(12, 2), formats=FORMATS["wide"]), 900),
+        (untrained(3, 5, (5, 7), architecture=SERIAL, adc=Adc(12)), 900),
+    )
+
+
+def untrained(rows: int, columns: int, counts: tuple[int, int], **choices: Any) -> LearnedDesign:
+    """A design with random weights; the sum of the stress is in F_z, so that most frames press."""
+    (c1, c2), rng, m = counts, np.random.default_rng(rows), rows * columns
+    weights = Weights(*(rng.normal(size=shape) / m for shape in ((c1, m), (4, c2, c1), (4, c2), (4, c1), (4, m))))
+    weights.direct[2] += 0.25
+    sensor, name = SensorArray(rows, columns, 2.5e-3, 3e-3, 2.5e-3), f"learned_{rows}x{columns}"
+    return LearnedDesign(sensor, name, weights=weights, threshold=0.25, **choices)
+
+
+def core(of: Design) -> str:
+    """The core in a few words."""
+    if of.architecture.kind == "serial":
+        return "serial"
+    forces = "" if "forces" in of.result_fields else ", no forces at the taxels"
+    words = of.architecture.vector_words
+    return f"{of.architecture.mac_lanes} lanes, {words} word{'s' * (words > 1)} a cycle{forces}"
 
 
 def main() -> int:
@@ -49,18 +86,18 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scale", type=float, default=1.0, help="share of the random frames, for a shorter run")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--estimator", choices=("tfra", "learned"), default="tfra")
     options = parser.parse_args()
     rows, record, passed = [], [], True
-    for one, count in DESIGNS:
+    for one, count in learned() if options.estimator == "learned" else TFRA:
         for simulator in ("icarus", "verilator"):
             start = time.perf_counter()
             report = verify(one, None, simulator, options.seed, int(count * options.scale))
             passed &= report.passed
             facts = report.as_dict()
             record.append({**facts, "seconds": time.perf_counter() - start})
-            a, s = one.architecture, one.sensor
             rows.append(
-                f"| {s.rows}×{s.columns} | `{one.formats.name}` | {a.mac_lanes} | {simulator} "
+                f"| {one.sensor.rows}×{one.sensor.columns} | `{one.formats.name}` | {core(one)} | {simulator} "
                 f"| {report.frames} | {report.compared:,} | {report.mismatches} |"
             )
             print(f"{rows[-1]} {record[-1]['seconds']:.0f} s {'' if report.passed else 'FAILED'}", flush=True)
@@ -69,12 +106,14 @@ def main() -> int:
     frames = {name: sum(r["frames"] for r in record if r["simulator"] == name) for name in ("icarus", "verilator")}
     words = sum(r["compared"] for r in record)
     head = [
-        "| array | formats | MAC lanes | simulator | frames | words compared | words that differ |",
-        "|---|---|---:|---|---:|---:|---:|",
+        "| array | formats | core | simulator | frames | words compared | words that differ |",
+        "|---|---|---|---|---:|---:|---:|",
     ]
     total = " and ".join(f"{count:,} frames in {name}" for name, count in frames.items())
     table = "\n".join([f"{total}; {words:,} words compared, seed {options.seed}.", "", *head, *rows])
-    publish("campaign", {"seed": options.seed, "passed": passed, "reports": record}, table)
+    other = options.estimator == "learned"
+    name, page = ("campaign_learned", "docs/learned.md") if other else ("campaign", "README.md")
+    publish(name, {"seed": options.seed, "passed": passed, "reports": record}, table, page)
     return 0 if passed else 1
 
 

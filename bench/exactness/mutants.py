@@ -1,11 +1,11 @@
 """Mutation test of gateware and model: how many mutants ``make test`` detects, and how many all tests detect.
 
-``python -m bench.exactness.mutants [--count N] [--seed S] [--workers W] [--keep]`` changes one place at a time in a
-copy of the tree, spread evenly over the files, and runs tests until one fails that passes without the change.  The
-tests nearest to the file come first, then those of whole cores, then all others that can reach it; the long ones come
-last.  A mutant that the nearest tests do not detect and that does not change the fingerprint of any design is
-equivalent. ``bench/results/mutants.json`` grows with every mutant, and ``--keep`` continues from there; the table of
-docs/development.md comes at the end.
+``python -m bench.exactness.mutants [--count N] [--seed S] [--workers W] [--keep] [--room NAME]`` changes one place at a
+time in a copy of the tree, spread evenly over the files (those in folders called NAME), and runs tests until one fails
+that passes without the change.  The tests nearest to the file come first, then those of whole cores, then all others
+that can reach it; the long ones come last.  A mutant that the nearest tests do not detect and that does not change the
+fingerprint of any design is equivalent.  ``bench/results/mutants.json`` (``mutants_NAME.json``) grows with every
+mutant, and ``--keep`` continues from there; the table of docs/development.md comes at the end.
 """
 
 from __future__ import annotations
@@ -119,9 +119,10 @@ def described(file: str, text: str, mutation: Mutation) -> dict[str, Any]:
     return {"file": file, "line": mutation.line(text), "kind": mutation.kind, "before": before, "after": after}
 
 
-def sources() -> list[tuple[str, str]]:
-    """Files that are changed, with their texts."""
-    return [(name, text) for name, text in texts(ROOT).items() if name.startswith(MUTATED)]
+def sources(room: str) -> list[tuple[str, str]]:
+    """Files that are changed, with their texts; only those in folders called ``room``, unless that is empty."""
+    found = [(name, text) for name, text in texts(ROOT).items() if name.startswith(MUTATED)]
+    return [(name, text) for name, text in found if not room or room in Path(name).parts]
 
 
 def table(record: list[dict[str, Any]]) -> str:
@@ -160,14 +161,16 @@ def _row(name: str, record: list[dict[str, Any]]) -> str:
     return f"| {name} | {len(record)} | {every} | {short} |"
 
 
-def stored(seed: int) -> list[dict[str, Any]]:
-    """The mutants of this seed that were judged before."""
-    path = ROOT / "bench" / "results" / "mutants.json"
+def stored(name: str, seed: int) -> list[dict[str, Any]]:
+    """The mutants of this seed that the record ``name`` has."""
+    path = ROOT / "bench" / "results" / f"{name}.json"
     found = json.loads(path.read_text()) if path.exists() else {"seed": None}
     return list(found["mutants"]) if found["seed"] == seed else []
 
 
-def run(record: Sequence[dict[str, Any]], chosen: Sequence[tuple[str, Mutation]], seed: int, workers: int) -> None:
+def run(
+    name: str, record: Sequence[dict[str, Any]], chosen: Sequence[tuple[str, Mutation]], seed: int, workers: int
+) -> None:
     """Complete the lines of ``record``, a round after another, and store them as they come."""
     lock, judges = Lock(), SimpleQueue[Judge]()
 
@@ -180,7 +183,7 @@ def run(record: Sequence[dict[str, Any]], chosen: Sequence[tuple[str, Mutation]]
         with lock:
             record[place].update(fate)
             print("{file}:{line} {kind}: {status} {tier} {test} {seconds} s".format(**record[place]), flush=True)
-            store("mutants", {"seed": seed, "mutants": judged(record)})
+            store(name, {"seed": seed, "mutants": judged(record)})
 
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(workers) as pool:
         for number in range(workers):
@@ -203,19 +206,20 @@ def judged(record: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
 def main() -> int:
     """Judge all mutants; 1 if the short tests notice too few of them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=120)
+    parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--workers", type=int, default=1, help="mutants at a time")
     parser.add_argument("--keep", action="store_true", help="keep what was judged before with this seed")
+    parser.add_argument("--room", default="", help="only files in folders of this name")
     options = parser.parse_args()
-    files = dict(sources())
+    files, name = dict(sources(options.room)), "_".join(["mutants", *options.room.split()])
     chosen = choose(files.items(), options.count, options.seed)
-    record = [described(name, files[name], mutation) for name, mutation in chosen]
-    before = stored(options.seed) if options.keep else []
+    record = [described(file, files[file], mutation) for file, mutation in chosen]
+    before = stored(name, options.seed) if options.keep else []
     for one in record:
         one |= next((old for old in before if one.items() <= old.items()), {})
-    run(record, chosen, options.seed, options.workers)
-    insert("mutants", table(record), PAGE)
+    run(name, record, chosen, options.seed, options.workers)
+    insert(name, table(record), PAGE)
     every, short = _noticed(record)
     return 0 if short >= AIM * every else 1
 

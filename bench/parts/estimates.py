@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -97,16 +97,30 @@ def errors(rows: list[dict[str, Any]], rates: Prices) -> dict[str, Any]:
 
 def main(arguments: list[str]) -> None:
     """Measure, fit, write and print; with ``--refit`` the designs are counted anew, but not synthesised."""
+    designs = {"fitted": FITTED, "unseen": UNSEEN}
+    conclude(measured(arguments, DATA, designs, TARGET.family, measure), DATA, ("LUT", "FF"))
+
+
+def measured(
+    arguments: list[str],
+    path: Path,
+    designs: Mapping[str, Sequence[Design]],
+    family: Family,
+    measure: Callable[[Design], dict[str, Any]],
+) -> dict[str, Any]:
+    """The family, the versions of its tools, and what :func:`measure` returns for all ``designs``; printed as it comes.
+
+    With ``--refit`` these are the measurements in the file ``path``, and only the designs' features are new.
+    """
     if arguments == ["--refit"]:
-        record = recount(DATA, (*FITTED, *UNSEEN), TARGET.family)
-    else:
-        record = {"family": TARGET.family.name, "tools": versions(TARGET.family)}
-        for key, designs in (("fitted", FITTED), ("unseen", UNSEEN)):
-            record[key] = []
-            for subject in designs:
-                record[key].append(measure(subject))
-                print(record[key][-1], flush=True)
-    conclude(record, DATA, ("LUT", "FF"))
+        return recount(path, [subject for part in designs.values() for subject in part], family)
+    record: dict[str, Any] = {"family": family.name, "tools": versions(family)}
+    for key, subjects in designs.items():
+        record[key] = []
+        for subject in subjects:
+            record[key].append(measure(subject))
+            print(record[key][-1], flush=True)
+    return record
 
 
 def conclude(record: dict[str, Any], path: Path, uncertain: tuple[str, ...]) -> None:

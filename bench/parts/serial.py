@@ -12,7 +12,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from bench.parts.estimates import asked, conclude, recount
+from bench.parts.estimates import asked, conclude, measured
 from bench.publish import ROOT
 from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
 from tfra.model.fixed.design import Design
@@ -21,7 +21,7 @@ from tfra.model.sensor import SensorArray
 from tfra.synth.flow import NETLIST, synthesise
 from tfra.synth.run import netlist
 from tfra.synth.targets import find
-from tfra.synth.tools import run, versions
+from tfra.synth.tools import run
 
 DATA = ROOT / "synth" / "estimate_serial.json"
 TARGET = find("ice40up5k")
@@ -62,13 +62,8 @@ def measure(subject: Design) -> dict[str, Any]:
 
 def main(arguments: list[str]) -> None:
     """Measure, fit, write and print; with ``--refit`` the designs are counted anew, but not synthesised."""
-    if arguments == ["--refit"]:
-        record = recount(DATA, (*FITTED, *UNSEEN), TARGET.family)
-    else:
-        record = {"family": TARGET.family.name, "tools": versions(TARGET.family)}
-        for key, designs in (("fitted", FITTED), ("unseen", UNSEEN)):
-            record[key] = [measure(subject) for subject in designs]
-    conclude(record, DATA, ("LUT", "FF", "BRAM"))
+    designs = {"fitted": FITTED, "unseen": UNSEEN}
+    conclude(measured(arguments, DATA, designs, TARGET.family, measure), DATA, ("LUT", "FF", "BRAM"))
 
 
 if __name__ == "__main__":

@@ -155,3 +155,41 @@ def registered_product(m: Module, value: Value, factor: int) -> Value:
             level.append((word, sign))
         terms = level
     return terms[0][0]
+
+
+def busy_after(m: Module, start: Value, cycles: int) -> Signal:
+    """High for ``cycles`` cycles from the one after ``start``."""
+    left = Signal(counter_shape(cycles))  # remaining cycles
+    busy = Signal()  # TIMING: left -> users of busy: some are left
+    m.d.sync += busy.eq(start | (busy & (left != 1)))
+    with m.If(start):
+        m.d.sync += left.eq(cycles)
+    with m.Elif(busy):
+        m.d.sync += left.eq(left - 1)
+    return busy
+
+
+def serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value, name: str) -> Value:
+    """``word * constant``, a digit of the constant for each ``busy`` cycle after ``start``.
+
+    The product enters the register at the top while the constant leaves it at the bottom; the word must be stable.
+    """
+    shifter = Signal(len(word) + digits, name=name, reset_less=True)
+    with m.If(start):
+        m.d.sync += shifter.eq(constant)
+    with m.Elif(busy):
+        total = shifter[digits:] + Mux(shifter[0], word, 0)
+        m.d.sync += shifter.eq(Cat(shifter[1:digits], total))
+    return shifter
+
+
+TOP = 4
+"""Cycles from a word to its top bits: two for its length, two for the shift."""
+
+
+def to_top(m: Module, work: Value, bits: int) -> tuple[Value, Value]:
+    """Zeros above ``work`` two cycles later, and ``TOP`` later its ``bits`` top bits from the highest one."""
+    zeros = register(m, zeros_later(m, work), "length")
+    coarse, fine = two_steps(zeros, _FINE)
+    moved = register(m, (work << coarse)[max(0, len(work) - bits - (1 << _FINE)) : len(work)], "moved")
+    return zeros, register(m, (moved << register(m, fine, "fine"))[len(moved) - bits : len(moved)], "top")

@@ -193,20 +193,21 @@ class Tokens(wiring.Component):
     """Tokens: each stands for a free place downstream.
 
     Arguments:
-        number: tokens there are at first, and at most.
+        number: tokens there are at most.
         every: pulses of ``give`` that make a token.
+        full: whether they are there at first; otherwise all of them have to be given.
 
     Members: ``give``: a place, or a part of it, is returned; ``o``: stream of tokens, registered.
     """
 
-    def __init__(self, number: int, every: int = 1) -> None:
-        self._number, self._every = number, every
+    def __init__(self, number: int, every: int = 1, *, full: bool = True) -> None:
+        self._number, self._every, self._full = number, every, full
         super().__init__({"give": In(1), "o": Out(stream.Signature(TOKEN))})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         _, completes = wrapping_counter(m, self.give, self._every, "parts")
-        left = occupancy(m, self._number, self.give & completes, self.o.valid & self.o.ready, full=True)
+        left = occupancy(m, self._number, self.give & completes, self.o.valid & self.o.ready, full=self._full)
         m.d.comb += self.o.valid.eq(left[0])
         return m
 

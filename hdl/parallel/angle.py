@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, unsigned
+from amaranth import Cat, Module, Mux, Signal, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape
-from tfra.hdl.lib.pipeline import delayed, register
+from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import Buffer, always_ready_stream
 from tfra.hdl.parallel import payloads
-from tfra.hdl.parallel.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector
-from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
+from tfra.hdl.parallel.cordic import Cordic, cordic_latency, cordic_modulus, cordic_vector, summed_angle
+from tfra.model.fixed.cordic import ANGLE_GUARD, iterations
 from tfra.model.fixed.design import Design
 
 
@@ -73,7 +72,7 @@ class Angle(wiring.Component):
         for into, word in (("x", "cos"), ("y", "sin")):
             direction = waiting.o.p[word] << guard
             m.d.comb += cordic.vector.p[into].eq(Mux(self.vector.valid, self.vector.p[into], direction))
-        angle = self._add(m, enter, marks, cordic.negative, waiting.o.p.cos[-1])
+        angle = summed_angle(m, self._design, enter, marks, cordic.negative, waiting.o.p.cos[-1])
         m.d.comb += self.phi.payload.eq(angle[ANGLE_GUARD:])
         with m.If(self.phi.valid & self.phi.ready):
             m.d.sync += busy.eq(0)
@@ -85,22 +84,3 @@ class Angle(wiring.Component):
         with m.Elif(self.phi.ready):
             m.d.sync += self.phi.valid.eq(0)
         return m
-
-    def _add(self, m: Module, enter: Value, marks: Value, negative: Value, left: Value) -> Signal:
-        """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late.
-
-        ``rotation`` is the one whose turn is looked up: the next one of the direction.
-        """
-        table, half = angle_table(self._design), 1 << (ANGLE_GUARD - 1)
-        angle = Signal(iterations(self._design) + ANGLE_GUARD, name="angle_so_far", reset_less=True)
-        rotation = Signal(counter_shape(len(table)), reset_less=True)
-        table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared
-        step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")
-        up = register(m, (marks & negative).any(), "up")
-        going = register(m, marks.any(), "going", control=True)
-        m.d.sync += rotation.eq(Mux(enter, 0, rotation + 1))
-        with m.If(marks[0]):
-            m.d.sync += angle.eq(Mux(left, (1 << (len(angle) - 1)) + half, half))
-        with m.Elif(going):
-            m.d.sync += angle.eq(add_or_subtract(angle, step, up))
-        return angle

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Const, Module, Shape, Signal, Value, signed, unsigned
+from amaranth import Array, Const, Module, Mux, Shape, Signal, Value, signed, unsigned
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_or_subtract
-from tfra.hdl.lib.pipeline import delayed
+from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape
+from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import always_ready_stream
-from tfra.model.fixed.cordic import iterations
+from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
 from tfra.model.fixed.design import Design
 
 ENTRY_GUARD = 2
@@ -107,3 +107,25 @@ class Cordic(wiring.Component):
         word = Signal(signed(bits), name=name, reset_less=True)
         m.d.sync += word.eq(value)
         return word
+
+
+def summed_angle(
+    m: Module, design: Design, enter: Value, marks: Value, negative: Value, left: Value
+) -> Signal:
+    """The angle: half a turn for a vector of the left half plane, and the turn of each rotation, a cycle late.
+
+    ``rotation`` is the one whose turn is looked up: the next one of the direction.
+    """
+    table, half = angle_table(design), 1 << (ANGLE_GUARD - 1)
+    angle = Signal(iterations(design) + ANGLE_GUARD, name="angle_so_far", reset_less=True)
+    rotation = Signal(counter_shape(len(table)), reset_less=True)
+    table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared
+    step = register(m, Array(Const(value, len(angle)) for value in table)[rotation], "step")
+    up = register(m, (marks & negative).any(), "up")
+    going = register(m, marks.any(), "going", control=True)
+    m.d.sync += rotation.eq(Mux(enter, 0, rotation + 1))
+    with m.If(marks[0]):
+        m.d.sync += angle.eq(Mux(left, (1 << (len(angle) - 1)) + half, half))
+    with m.Elif(going):
+        m.d.sync += angle.eq(add_or_subtract(angle, step, up))
+    return angle

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from amaranth import Cat, Const, Module, Mux, Shape, Signal, Value, unsigned
+from amaranth import Const, Module, Mux, Shape, Signal, Value, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape, two_steps
 from tfra.hdl.lib.divider import Divider
-from tfra.hdl.lib.pipeline import delayed, register, zeros_later
+from tfra.hdl.lib.pipeline import TOP, busy_after, delayed, register, serial_product, to_top
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import cordic_latency, cordic_modulus, cordic_vector
@@ -18,12 +17,6 @@ from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import gain_constants, normal_gain
 from tfra.model.fixed.widths import force_drop
-
-_FINE = 2
-"""Bits of a shift by which its second step moves."""
-
-_TOP = 4
-"""Cycles from a word to its top bits: two for its length, two for the shift."""
 
 
 class _States(NamedTuple):
@@ -71,7 +64,7 @@ class Gain(wiring.Component):
     idle       1        any            0            0           ``start``: ``total`` and ``frame`` are valid
     first run  0        0              0            0           ``first``, the tangential force; a cycle later
                                                                 ``divide_mu`` begins mu's division
-    second run 0        1              0            0           ``second``, the modulus of F; ``_TOP + 1`` later
+    second run 0        1              0            0           ``second``, the modulus of F; ``TOP + 1`` later
                                                                 ``divide_mantissa`` begins the mantissa's division
     division   0        1              1            0           ``mantissa``, its quotient
     sending    0        1              0            1           ``gain.ready``; idle again a cycle later
@@ -108,9 +101,9 @@ class Gain(wiring.Component):
         """Cycles from the first in which ``total`` and ``frame`` are valid, the block idle, to the ``gain`` transfer.
 
         Two runs of the Cordic, one division; one cycle each to take magnitudes, to start either run and to start the
-        division; ``_TOP`` for the top bits of the modulus.
+        division; ``TOP`` for the top bits of the modulus.
         """
-        return 2 * self._turn + self._divider.latency + 4 + _TOP
+        return 2 * self._turn + self._divider.latency + 4 + TOP
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -138,7 +131,7 @@ class Gain(wiring.Component):
         quotient = self._divider.o.valid
         first, second = self.turned.valid & ~second_run, self.turned.valid & second_run
         divide_mu = register(m, first, "divide_mu", control=True)
-        divide_mantissa = delayed(m, second, _TOP + 1, "divide_mantissa", control=True)
+        divide_mantissa = delayed(m, second, TOP + 1, "divide_mantissa", control=True)
         mu, mantissa = quotient & ~dividing, quotient & dividing
         m.d.comb += [
             start.eq(idle & self.total.valid & self.frame.valid),
@@ -173,7 +166,7 @@ class Gain(wiring.Component):
         """Top bits of the numerator, kept while those of the modulus are found in the same way."""
         bits = self._design.widths.division
         work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
-        zeros, top = _normalise(m, work, bits)
+        zeros, top = to_top(m, work, bits)
         numerator_top = Signal.like(top, name="numerator_top", reset_less=True)
         numerator_zeros = Signal.like(zeros, name="numerator_zeros", reset_less=True)
         with m.If(~state.second_run):
@@ -225,18 +218,12 @@ class Gain(wiring.Component):
         first, second = gain_constants(design)
         digits = max(first, second).bit_length()
         assert digits < self._turn
-        left = Signal(counter_shape(digits))  # remaining digits
-        busy = Signal()  # TIMING: left -> normal, numerator: some are left
-        m.d.sync += busy.eq(start | (busy & (left != 1)))
-        with m.If(start):
-            m.d.sync += left.eq(digits)
-        with m.Elif(busy):
-            m.d.sync += left.eq(left - 1)
+        busy = busy_after(m, start, digits)
         z = Signal(design.widths.division, reset_less=True)
         with m.If(start):
             m.d.sync += z.eq(abs(self.total.p.words[2]))
-        normal = _serial_product(m, z, first, digits, start, busy, "normal")
-        numerator = _serial_product(m, self.frame.p.magnitude, second, digits, start, busy, "numerator")
+        normal = serial_product(m, z, first, digits, start, busy, "normal")
+        numerator = serial_product(m, self.frame.p.magnitude, second, digits, start, busy, "numerator")
         return normal[iterations(design) - 2 :], numerator
 
     def _shifts(self, m: Module, growth: Value, regular: Value) -> tuple[Value, Value, Value]:
@@ -249,28 +236,6 @@ class Gain(wiring.Component):
         force_shift = register(m, exponent + (2 - force_drop(design) - fraction), "force_shift")
         resultant_shift = register(m, exponent + exponent_total - fraction, "resultant_shift")
         return force_shift, resultant_shift, (force_shift < 0) | (resultant_shift < 0)
-
-
-def _serial_product(m: Module, word: Value, constant: int, digits: int, start: Value, busy: Value, name: str) -> Value:
-    """``word * constant``, a digit of the constant for each ``busy`` cycle after ``start``.
-
-    The product enters the register at the top while the constant leaves it at the bottom; the word must be stable.
-    """
-    shifter = Signal(len(word) + digits, name=name, reset_less=True)
-    with m.If(start):
-        m.d.sync += shifter.eq(constant)
-    with m.Elif(busy):
-        total = shifter[digits:] + Mux(shifter[0], word, 0)
-        m.d.sync += shifter.eq(Cat(shifter[1:digits], total))
-    return shifter
-
-
-def _normalise(m: Module, work: Value, bits: int) -> tuple[Value, Value]:
-    """Zeros above ``work`` two cycles later, and ``_TOP`` later its ``bits`` top bits from the highest one."""
-    zeros = register(m, zeros_later(m, work), "length")
-    coarse, fine = two_steps(zeros, _FINE)
-    moved = register(m, (work << coarse)[max(0, len(work) - bits - (1 << _FINE)) : len(work)], "moved")
-    return zeros, register(m, (moved << register(m, fine, "fine"))[len(moved) - bits : len(moved)], "top")
 
 
 def _limit(value: Value, shape: Shape) -> Value:

@@ -24,9 +24,9 @@ def vector_beat(design: Design) -> data.ArrayLayout:
     return data.ArrayLayout(signed(design.widths.vector), design.architecture.vector_words)
 
 
-def operand(design: Design) -> data.StructLayout:
-    """A quad of a candidate's or of the winner's residual; ``force`` marks the latter, d, which gives forces."""
-    return data.StructLayout({"words": vector_quad(design), "force": 1})
+def operand(design: Design, *marks: str) -> data.StructLayout:
+    """A quad of an operand for the matrix-vector unit, and bits that choose its product."""
+    return data.StructLayout({"words": vector_quad(design), **dict.fromkeys(marks, 1)})
 
 
 def product(design: Design) -> data.StructLayout:

@@ -56,6 +56,11 @@ class Stack:
         """Result quads of the whole stack."""
         return sum(op.quads for op in self.operators)
 
+    @property
+    def operand_quads(self) -> int:
+        """Quads of the operand, the same for all operators."""
+        return int(self.operators[0].rows.shape[-1])
+
     def split(self, results: Ints) -> dict[str, Ints]:
         """Result quads ``(n, quads, 4)`` of a product by the name of their operator."""
         parts = np.split(results, np.cumsum([op.quads for op in self.operators])[:-1], axis=1)

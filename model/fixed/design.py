@@ -10,6 +10,7 @@ from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from tfra.model.arrays import Ints
 from tfra.model.choices import Architecture, Choices
@@ -17,6 +18,7 @@ from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.layout import Field, make_layout
 from tfra.model.fixed.result import FixedResult
 from tfra.model.fixed.widths import Widths
+from tfra.model.tfra import Result, Status
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,21 @@ class Design(Choices, ABC):
     def model(self) -> Callable[[Ints], FixedResult]:
         """The bit-accurate model: from converter codes ``(n, rows, columns)`` to result words."""
 
+    @property
+    @abstractmethod
+    def float_model(self) -> Callable[[npt.ArrayLike], Result]:
+        """The estimator in double precision: from stress ``(n, rows, columns)`` in Pa to results."""
+
+    @property
+    @abstractmethod
+    def status_bits(self) -> tuple[Status, ...]:
+        """Status bits that the estimator sets."""
+
+    @property
+    def sweeps(self) -> bool:
+        """Whether the estimator chooses among candidates: its frames have a sweep index."""
+        return "sweep_index" in self.result_fields
+
     def built_as(self, architecture: Architecture, **choices: Any) -> Self:
         """The design in another ``architecture``, with other ``choices`` of where it goes: ``images``, ``target``.
 
@@ -98,7 +115,7 @@ class Design(Choices, ABC):
     @property
     def multiplications(self) -> int:
         """Real products of a frame."""
-        return sum(4 * self.stacks[name].quads * self.quads for name in self.products)
+        return sum(op.rows.size for name in self.products for op in self.stacks[name].operators)
 
     @property
     def nonzero_products(self) -> int:

@@ -13,6 +13,8 @@ from tfra.cli.main import main
 from tfra.codegen.config import load
 from tfra.codegen.examples import examples
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
+WEIGHTS = "hertz_40x20.weights.npz"
 SENSOR = ("--rows", "4", "--columns", "6", "--pitch-x", "3", "--pitch-y", "2.5")
 INIT = ("init", *SENSOR, "--thickness", "3")
 
@@ -123,12 +125,28 @@ def test_examples(capfd: pytest.CaptureFixture[str]) -> None:
     assert main(["examples", "skin_8x12"]) == main(["examples", "skin_8x12.toml"]) == 0
     assert capfd.readouterr().out == 2 * examples()["skin_8x12"]
     assert main(["examples", "--out", "all"]) == main(["examples", "--out", "all"]) == 0
-    assert {path.name.removesuffix(".toml") for path in Path("all").glob("[!t]*")} == set(examples())
+    assert {path.name.removesuffix(".toml") for path in Path("all").glob("[!t]*.[tc]*")} == set(examples())
     assert main(["examples", "study_quick", "--out", "one"]) == 0
-    assert {path.name for path in Path("one").glob("[!t]*")} == {"study_quick.toml", "hertz_40x20.toml"}
+    assert {path.name for path in Path("one").glob("[!t]*")} == {"study_quick.toml", "hertz_40x20.toml", WEIGHTS}
+    assert capfd.readouterr().out.endswith(f"one: hertz_40x20.toml, {WEIGHTS}, study_quick.toml\n")
     for path in Path("all").glob("*.toml"):
         if not path.name.startswith("study"):
             load(path)
+    assert main(["examples", "small", "--out", "small"]) == 0
+    assert {path.name for path in Path("small").glob("[!t]*")} == {"small.toml"}
     Path("all/skin_8x12.toml").write_text("mine")
     assert "skin_8x12.toml in it has changed since tfra wrote it" in refusal(capfd, "examples", "--out", "all")
     assert refusal(capfd, "examples", "skin") == "tfra examples: NAME: no example 'skin', the nearest is skin_8x12"
+
+
+def test_weights_are_beside_the_example_of_their_sensor() -> None:
+    assert main(["examples", "--out", "all"]) == 0
+    written = {path.name: path.read_bytes() for path in Path("all").glob("*.npz")}
+    assert written == {path.name: path.read_bytes() for path in EXAMPLES.glob("*.npz")}
+    assert WEIGHTS in written
+    for name in written:
+        example = Path("all", name.replace(".weights.npz", ".toml"))
+        learned = example.with_name("learned.toml")
+        learned.write_text(f'{example.read_text()}[estimator]\nkind = "learned"\nweights = "{name}"\n')
+        assert main(["frames", str(learned), "--out", "frames.npz"]) == 0
+        assert main(["estimate", str(learned), "frames.npz", "--out", "forces.npz"]) == 0

@@ -23,7 +23,6 @@ from tfra.model.tfra import Status, Tfra
 
 SENSOR = SensorArray(5, 6, 4e-3, 4e-3, 3e-3)
 ESTIMATOR = '[estimator]\nkind = "learned"\nweights = "lab/w.npz"\n'
-NO_CORE = "the learned estimator has no core yet: only the float engine of tfra estimate and live has it"
 
 
 @pytest.fixture(autouse=True)
@@ -104,20 +103,31 @@ def test_a_page_of_it() -> None:
     assert "implausible" in Path("page.html").read_text()
 
 
-@pytest.mark.parametrize(
-    "command",
-    [
-        "generate skin.toml --out core",
-        "verify skin.toml",
-        "size skin.toml --target ecp5-25 --frames-per-second 100 --latency-us 900",
-        "synth skin.toml --target ecp5-25 --out placed",
-        "estimate skin.toml frames.npz --engine fixed --out r.npz",
-        "estimate skin.toml frames.npz --engine rtl --out r.npz",
-        "live skin.toml frames.npz --engine fixed",
-    ],
-)
-def test_there_is_no_core(command: str, capfd: pytest.CaptureFixture[str]) -> None:
-    assert refusal(capfd, *command.split()).endswith(f"skin.toml: estimator.kind: {NO_CORE}")
+def test_engines_of_the_core() -> None:
+    """The bit-accurate model and the simulated serial core give the same words, near the float engine's results."""
+    Path("skin.toml").write_text(CONFIG + ESTIMATOR + '[architecture]\nkind = "serial"\n')
+    for engine in ("fixed", "rtl"):
+        assert main(["estimate", "skin.toml", "frames.npz", "--engine", engine, "--out", f"{engine}.npz"]) == 0
+    assert main(["estimate", "skin.toml", "frames.npz", "--codes", "--out", "float.npz"]) == 0
+    with np.load("fixed.npz") as fixed, np.load("rtl.npz") as rtl, np.load("float.npz") as double:
+        for key in fixed.keys() - {"engine"}:
+            assert np.array_equal(fixed[key], rtl[key]), key
+        assert "residual" not in fixed
+        size = np.linalg.norm(double["resultant"], axis=1)
+        assert (np.abs(fixed["resultant"] - double["resultant"]).max(axis=1) < 0.01 * size).all()
+        assert np.abs(fixed["uncertainty"] - double["uncertainty"]).max() < 0.01 * size.max()
+
+
+def test_a_core_without_forces_at_the_taxels(capfd: pytest.CaptureFixture[str]) -> None:
+    short = CONFIG + ESTIMATOR + 'taxel_forces = false\n[architecture]\nkind = "serial"\n'
+    Path("skin.toml").write_text(short)
+    assert main(["estimate", "skin.toml", "frames.npz", "--engine", "fixed", "--out", "r.npz"]) == 0
+    with np.load("r.npz") as found:
+        assert np.isnan(found["forces"]).all()
+    told = refusal(capfd, "view", "r.npz", "--out", "page.html")
+    assert told == "r.npz: forces: the core gave none (taxel_forces = false), and a page needs them"
+    told = refusal(capfd, "live", "skin.toml", "frames.npz", "--engine", "fixed")
+    assert told.endswith("skin.toml: estimator.taxel_forces: true is needed to show the fixed engine")
 
 
 def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:

@@ -91,6 +91,7 @@ def test_words_that_are_not_understood_are_no_guesswork(wrong: tuple[str, str]) 
         extract(MODULE.replace(*wrong))
 
 
+@pytest.mark.long
 def test_a_core_keeps_every_word() -> None:
     """Coefficients against the model's own image; nothing but zeros is left in the text."""
     text, images = extract(to_verilog(DESIGN))

@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import tfra.codegen.streams as streams
 from tfra.codegen.streams import LONGEST, Stream, is_stream, open_stream
 from tfra.model.errors import InputError
 
@@ -96,7 +95,7 @@ def test_what_is_not_there(listening: tuple[socket.socket, int], monkeypatch: py
     assert refused(f"tcp://127.0.0.1:{port}") == f"tcp://127.0.0.1:{port}: no connection: Connection refused"
     assert refused("serial:/dev/nobody") == "serial:/dev/nobody: no serial port: No such file or directory"
     assert refused("serial:/dev/nobody?baud=x") == "serial:/dev/nobody?baud=x: baud: a whole number is needed, got 'x'"
-    monkeypatch.setattr(streams, "find_spec", lambda name: None)
+    monkeypatch.setattr("tfra.codegen.packages.find_spec", lambda name: None)
     line = "serial:/dev/nobody: pyserial is missing, please run: pip install 'tfra[live]'"
     assert refused("serial:/dev/nobody") == line
     monkeypatch.setattr(os, "isatty", lambda descriptor: True)

@@ -84,11 +84,18 @@ def test_extras(page: str, line: str) -> None:
     assert wanted in tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
 
 
-def parsed(words: list[str]) -> None:
-    """Raise an exception for arguments that the command line does not take."""
+def command(name: str) -> typer.core.TyperCommand:
+    """The command of that name; raises ``KeyError`` if there is none."""
     group = typer.main.get_command(app)
     assert isinstance(group, typer.core.TyperGroup)
-    group.commands[words[0]].make_context(words[0], words[1:])
+    found = group.commands[name]
+    assert isinstance(found, typer.core.TyperCommand)
+    return found
+
+
+def parsed(words: list[str]) -> None:
+    """Raise an exception for arguments that the command line does not take."""
+    command(words[0]).make_context(words[0], words[1:])
 
 
 def test_wrong_arguments_are_noticed() -> None:
@@ -106,9 +113,7 @@ def test_what_sentences_name(page: str, line: str) -> None:
     words = shlex.split(line)
     if words[0] != "tfra" or words[1].startswith("-"):
         return
-    group = typer.main.get_command(app)
-    assert isinstance(group, typer.core.TyperGroup)
-    known = {name for option in group.commands[words[1]].params for name in (*option.opts, *option.secondary_opts)}
+    known = {name for option in command(words[1]).params for name in (*option.opts, *option.secondary_opts)}
     assert {word.partition("=")[0] for word in words[2:] if word.startswith("-")} <= known | {"--help"}
 
 

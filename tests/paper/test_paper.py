@@ -238,7 +238,7 @@ def test_a_foreign_directory_is_left_alone(tmp_path: Path, capsys: pytest.Captur
 def test_without_matplotlib(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("tfra.cli.paper.find_spec", lambda name: None)
+    monkeypatch.setattr("tfra.codegen.packages.find_spec", lambda name: None)
     assert main(["paper", "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == "tfra paper: matplotlib is missing, please run: pip install 'tfra[paper]'\n"
 

@@ -39,6 +39,9 @@ LATENCY = 6
 INTERVAL = DESIGN.sensor.taxels + LATENCY + WORDS - 1
 SIMULATORS = ("icarus", "verilator")
 
+IN_SHORT = ["icarus", *long("verilator")]
+"""Faults are noticed by what both simulators share; a build of Verilator takes long."""
+
 CORRUPT, NO_LAST, DROP, CHANGE, WITHDRAW, STOP, SURPLUS = range(1, 8)
 
 Maker = Callable[..., Netlist]
@@ -80,14 +83,27 @@ def standin(words: Ints) -> Maker:
 
 
 @pytest.mark.parametrize(
-    ("stall_in", "stall_out"),
+    ("simulator", "stall_in", "stall_out"),
     [
-        ("none", "none"),
-        ("random", "bursts"),
-        *long(("bursts", "random"), ("bursts", "bursts"), ("random", "random"), ("none", "random"), ("bursts", "none")),
+        ("icarus", "none", "none"),
+        ("icarus", "random", "bursts"),
+        ("verilator", "none", "none"),
+        *long(
+            ("verilator", "random", "bursts"),
+            *(
+                (simulator, *stalls)
+                for simulator in SIMULATORS
+                for stalls in (
+                    ("bursts", "random"),
+                    ("bursts", "bursts"),
+                    ("random", "random"),
+                    ("none", "random"),
+                    ("bursts", "none"),
+                )
+            ),
+        ),
     ],
 )
-@pytest.mark.parametrize("simulator", SIMULATORS)
 def test_words_arrive(
     simulator: str, stall_in: str, stall_out: str, cache: Path, codes: Ints, words: Ints, standin: Maker
 ) -> None:
@@ -122,7 +138,7 @@ def test_without_expected_words_nothing_is_compared(cache: Path, codes: Ints, wo
     np.testing.assert_array_equal(run.words, words)
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("simulator", IN_SHORT)
 @pytest.mark.parametrize("at", [WORDS + 4, *long(0, FRAMES * WORDS - 1)])
 def test_a_corrupt_word_is_a_mismatch(
     simulator: str, at: int, cache: Path, codes: Ints, words: Ints, standin: Maker
@@ -132,16 +148,18 @@ def test_a_corrupt_word_is_a_mismatch(
     assert (run.compared, run.mismatches) == (words.size, 1)
 
 
-@pytest.mark.parametrize("simulator", SIMULATORS)
+@pytest.mark.parametrize("simulator", IN_SHORT)
 @pytest.mark.parametrize(
     ("fault", "at", "stall", "note"),
     [
-        (NO_LAST, 2 * WORDS - 1, "none", f"frame 1, word {WORDS - 1}: last is missing"),
-        (DROP, WORDS + 3, "none", f"frame 1, word {WORDS - 2}: last is set too early"),
         (CHANGE, WORDS + 3, "random", "frame 1, word 3: payload changed from"),
-        (WITHDRAW, WORDS + 3, "random", "frame 1, word 3: valid was withdrawn"),
-        (STOP, WORDS + 3, "random", f"cycles after {WORDS + 3} of {FRAMES * WORDS} words"),
         (SURPLUS, FRAMES * WORDS - 1, "none", "a word follows the last frame"),
+        *long(
+            (NO_LAST, 2 * WORDS - 1, "none", f"frame 1, word {WORDS - 1}: last is missing"),
+            (DROP, WORDS + 3, "none", f"frame 1, word {WORDS - 2}: last is set too early"),
+            (WITHDRAW, WORDS + 3, "random", "frame 1, word 3: valid was withdrawn"),
+            (STOP, WORDS + 3, "random", f"cycles after {WORDS + 3} of {FRAMES * WORDS} words"),
+        ),
     ],
 )
 def test_a_broken_rule_is_an_error(
@@ -156,6 +174,7 @@ def test_a_broken_rule_is_an_error(
     pytest.fail(f"fault {fault} went unseen")
 
 
+@pytest.mark.long
 def test_a_dropped_word_shifts_what_is_compared(cache: Path, codes: Ints, words: Ints, standin: Maker) -> None:
     with pytest.raises(ProtocolError) as caught:
         simulate(DESIGN, codes, "icarus", build_dir=cache, expected=words, core=standin(DROP, 7))

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.hdl.serial.designs import LEARNED
+from tests.marks import long
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.serial.serial import Serial
 from tfra.model.choices import SERIAL, Adc, Formats, Search
@@ -43,10 +45,11 @@ def verified(design: Design) -> Report:
     return verify(design, contact_codes(design, FRAMES, 1) * design.adc.lsb, "icarus", random=0)
 
 
-def test_verify() -> None:
+@pytest.mark.parametrize("design", [DESIGN, *long(replace(LEARNED["2×3, forces"], name="learned"))])
+def test_verify(design: Design) -> None:
     """Words under all stalls, and the timing as stated; the coefficients in a model of the target's memories."""
-    found = verified(replace(DESIGN, target="ice40"))
-    stated = microarchitecture(DESIGN)
+    found = verified(replace(design, target="ice40"))
+    stated = microarchitecture(design)
     assert found.passed
     assert (found.timing.latency, found.timing.interval) == (stated.latency, stated.initiation_interval)
 

@@ -180,8 +180,8 @@ def test_every_probe_shows_the_models_stage(cache: Path) -> None:
 
 @pytest.mark.usefixtures("few")
 def test_wrong_coefficients_are_traced_to_their_stage(cache: Path) -> None:
-    other = replace(DESIGN, sensor=replace(DESIGN.sensor, thickness=3.3e-3))
-    wrong = generated(other, cache)
+    first = f"18'h{lane_images(DESIGN)[0, 0] & 0x3FFFF:05x}"
+    wrong = tampered(cache, first, "18'h00000")
     report = verify(DESIGN, simulator="icarus", random=0, core=wrong)
     assert not report.passed
     assert report.mismatches > 0

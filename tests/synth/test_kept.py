@@ -25,11 +25,11 @@ def test_once(tmp_path: Path) -> None:
         return {"mhz": 1.5, "path": {"begin": "sweep"}}
 
     first, second = tmp_path / "first", tmp_path / "second"
-    for directory in (first, second):
+    for directory, was_kept in ((first, False), (second, True)):
         directory.mkdir()
         (directory / "before").write_text(directory.name)
         found = once("yosys-skin", "0" * 16, directory, lambda directory=directory: step(directory))
-        assert found == {"mhz": 1.5, "path": {"begin": "sweep"}}
+        assert found == ({"mhz": 1.5, "path": {"begin": "sweep"}}, was_kept)
     assert calls == [first]
     assert (second / "tool.log").read_bytes() == (first / "tool.log").read_bytes()
     assert (second / "before").read_text() == "second"
@@ -43,4 +43,4 @@ def test_what_failed_is_not_kept(tmp_path: Path) -> None:
 
     with pytest.raises(ToolError):
         once("route-skin", "0" * 16, tmp_path, fail)
-    assert once("route-skin", "0" * 16, tmp_path, lambda: {"mhz": 2}) == {"mhz": 2}
+    assert once("route-skin", "0" * 16, tmp_path, lambda: {"mhz": 2}) == ({"mhz": 2}, False)

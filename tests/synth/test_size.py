@@ -78,10 +78,10 @@ def smallest(name: str, part: str, bounds: Bounds) -> int | None:
 
 
 QUESTIONS = [
-    ("2x4", "ecp5-25", 1e3, 1e4),
-    ("2x4", "ecp5-25", 4e5, 1e4),
     ("2x4", "ecp5-25", 1e5, 5.2),
     *long(
+        ("2x4", "ecp5-25", 1e3, 1e4),
+        ("2x4", "ecp5-25", 4e5, 1e4),
         ("2x2", "ecp5-25", 1e3, 1e4),
         ("2x2", "ecp5-25", 3e5, 1e4),
         ("2x2", "ice40up5k", 1e3, 1e4),

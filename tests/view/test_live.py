@@ -57,7 +57,7 @@ class Sent:
 
 
 @contextmanager
-def sending(design: Any) -> Iterator[Sent]:
+def sending(design: Any, estimate: Any = None, swept: bool = True) -> Iterator[Sent]:
     waiting: queue.Queue[Any] = queue.Queue()
 
     def frames() -> Iterator[Floats | str]:
@@ -66,7 +66,7 @@ def sending(design: Any) -> Iterator[Sent]:
                 raise frame
             yield frame
 
-    feed = Feed("<b>here</b>", "float", design, Tfra.of(design))
+    feed = Feed("<b>here</b>", "float", design, estimate or Tfra.of(design), swept)
     for work in (feed.run, lambda: feed.read(frames(), lambda fault: None)):
         threading.Thread(target=work, daemon=True).start()
     with serving(render_live(feed), feed, 0) as address:
@@ -196,6 +196,7 @@ def test_nothing_is_wider_than_the_window(tab: Browser, made: tuple[Any, Floats]
         assert tab.evaluate(UNNAMED) == []
 
 
+@pytest.mark.long
 def test_accessibility(tab: Browser, made: tuple[Any, Floats]) -> None:
     """Before the first frame, and while frames come."""
     design, frames = made

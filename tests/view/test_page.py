@@ -124,6 +124,11 @@ def test_it_says_nothing_and_asks_for_nothing(shown: Browser) -> None:
     assert shown.requests == []
 
 
+def test_what_only_learned_results_have_is_hidden(shown: Browser) -> None:
+    assert shown.evaluate("document.querySelector('[data-row=residual]').hidden")
+    assert not shown.evaluate("document.getElementById('swept').hidden")
+
+
 @pytest.mark.parametrize("frame", [0, 7, 23])
 def test_numbers_of_a_frame(shown: Browser, arrays: dict[str, dict[str, Any]], frame: int) -> None:
     go(shown, frame)

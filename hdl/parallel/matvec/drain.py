@@ -14,6 +14,7 @@ from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.matvec.drain_register import DrainRegister
 from tfra.hdl.parallel.matvec.operand import headroom_quad
 from tfra.hdl.parallel.matvec.placement import Placement, table
+from tfra.hdl.parallel.matvec.plan import stack_number
 from tfra.hdl.parallel.payloads import product
 from tfra.model.fixed.design import Design
 
@@ -86,7 +87,7 @@ class Drain(wiring.Component):
                 "complete": Out(1),
                 "headroom": In(headroom_quad(design)),
                 "new": In(1),
-                "stack": In(2),
+                "stack": In(stack_number(design)),
                 "drained": Out(1),
                 "result": Out(always_ready_stream(product(design))),
             }

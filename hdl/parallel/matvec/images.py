@@ -2,7 +2,8 @@
 
 Slot ``s`` of result quad ``i`` stands for the *operand's* parity ``s``, so that a lane never has to choose among
 parities: it is coefficient row (i, s ^ flip) of the operator.  Row ``4 i + s`` counts over the operators of a stack;
-pass ``t`` of ``L`` lanes computes rows ``t L ... t L + L - 1``, one per lane, and reads Q coefficients for it.
+pass ``t`` of ``L`` lanes computes rows ``t L ... t L + L - 1``, one per lane, and reads for it as many coefficients as
+the operand has quads.
 """
 
 from __future__ import annotations
@@ -20,9 +21,14 @@ def passes(design: Design, stack: str) -> int:
     return -(-4 * design.stacks[stack].quads // design.architecture.mac_lanes)
 
 
+def words(design: Design, stack: str) -> int:
+    """Coefficients that each lane has for ``stack``: those of all passes of a product."""
+    return passes(design, stack) * design.stacks[stack].operand_quads
+
+
 def busy_cycles(design: Design) -> int:
     """Cycles of a frame in which the lanes multiply: no frame can take less of the unit's time."""
-    return sum(passes(design, name) for name in design.products) * design.quads
+    return sum(words(design, name) for name in design.products)
 
 
 def longest(design: Design, stack: str) -> int:
@@ -38,7 +44,7 @@ def order(design: Design) -> list[str]:
 def bases(design: Design) -> dict[str, int]:
     """Address of every stack's first coefficient; stacks lie one after the other in their :func:`order`."""
     stacks = order(design)
-    ends = np.cumsum([0, *(passes(design, name) * design.quads for name in stacks)])
+    ends = np.cumsum([0, *(words(design, name) for name in stacks)])
     return {name: int(start) for name, start in zip(stacks, ends, strict=False)}
 
 
@@ -56,15 +62,14 @@ def tail(design: Design) -> Tail:
     word, whole = design.coefficient_word, depth(design)
 
     def cut(length: int) -> Tail:
-        long = (passes(design, name) for name in design.stacks if longest(design, name) > length)
-        return Tail(word - length, design.quads * sum(long))
+        return Tail(word - length, sum(words(design, name) for name in design.stacks if longest(design, name) > length))
 
     return max((cut(longest(design, name)) for name in order(design)), key=lambda one: one.bits * (whole - one.depth))
 
 
 def depth(design: Design) -> int:
     """Words of each lane's memory."""
-    return design.quads * sum(passes(design, name) for name in design.stacks)
+    return sum(words(design, name) for name in design.stacks)
 
 
 def lane_images(design: Design) -> Ints:
@@ -82,9 +87,8 @@ def low_bits(images: Ints, bits: int) -> Ints:
 
 def _stack_image(design: Design, name: str) -> Ints:
     lanes, times, slot = design.architecture.mac_lanes, passes(design, name), np.arange(4)
-    rows = np.concatenate(
-        [op.rows[:, slot ^ op.flip].reshape(-1, design.quads) for op in design.stacks[name].operators]
-    )
-    padded = np.zeros((times * lanes, design.quads), dtype=np.int64)
+    quads = design.stacks[name].operand_quads
+    rows = np.concatenate([op.rows[:, slot ^ op.flip].reshape(-1, quads) for op in design.stacks[name].operators])
+    padded = np.zeros((times * lanes, quads), dtype=np.int64)
     padded[: len(rows)] = rows
-    return padded.reshape(times, lanes, design.quads).swapaxes(0, 1).reshape(lanes, -1)
+    return padded.reshape(times, lanes, quads).swapaxes(0, 1).reshape(lanes, -1)

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Const, Module, Mux, Shape, Signal, Value, signed, unsigned
+from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_top, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, quad, round_top, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, driver, register, wrapping_counter, zeros_later
+from tfra.hdl.parallel.matvec.plan import Source, stack_number
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.design import Design
 
@@ -18,14 +19,6 @@ from tfra.model.fixed.design import Design
 def headroom_quad(design: Design) -> data.ArrayLayout:
     """Headroom of the four parities of an operand: the left shifts that align them."""
     return data.ArrayLayout(unsigned((design.widths.vector - 1).bit_length()), 4)
-
-
-def codes_fit(design: Design) -> bool:
-    """Whether a folded converter code is no longer than a multiplier operand.
-
-    Then no shift rounds off a bit of b, so a product of b does not need the largest word of b.
-    """
-    return design.adc.bits + 2 <= design.formats.bits("operand.contact")
 
 
 MEASURE = 2
@@ -37,14 +30,12 @@ _FINE = 2
 class OperandBuffer(wiring.Component):
     """Banks of operand quads, and the left shift of each parity that fills its word; banks are used in turn.
 
-    Arguments:
-        word: shape of a word; it has ``fraction`` bits less than a vector's.
-        banks: one or two.
-        flowing: quads of a bank, which is the only one, come in every cycle from the first to the last, and a word
-            fits an operand: the bank is read while they come, and nothing is measured.
+    Words of codes have fewer bits than a vector's, those of its fraction.  Where they are ``flowing``, quads of the
+    bank, which is the only one, come in every cycle from the first to the last: it is read while they come, and nothing
+    is measured.
 
     Members:
-        operand: stream in, Q quads for a bank.
+        operand: stream in, a bank's quads one after the other.
         filling: the bank that transfers go to.
         head: the bank to be read next.
         full: the head may be read; rises ``MEASURE + 1`` cycles after the transfer of its last quad, or, where they
@@ -55,11 +46,10 @@ class OperandBuffer(wiring.Component):
         free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
     """
 
-    def __init__(
-        self, design: Design, word: Shape, fraction: int = 0, banks: int = 2, *, flowing: bool = False
-    ) -> None:
-        self._design, self._fraction, self._banks, self._flowing = design, fraction, banks, flowing
-        shape = data.ArrayLayout(word, 4)
+    def __init__(self, design: Design, source: Source) -> None:
+        self._design, self._banks, self._flowing = design, source.banks, source.flowing(design)
+        self._quads, self._fraction = source.quads(design), 0 if source.token else design.formats.vector_fraction
+        shape = vector_quad(design) if source.token else quad(design.adc.bits + 2)
         super().__init__(
             {
                 "operand": In(stream.Signature(shape)),
@@ -67,7 +57,7 @@ class OperandBuffer(wiring.Component):
                 "head": Out(1),
                 "full": Out(1),
                 "headroom": Out(headroom_quad(design)),
-                "read": In(counter_shape(design.quads - 1).width + 1),
+                "read": In(counter_shape(self._quads - 1).width + 1),
                 "quad": Out(vector_quad(design)),
                 "free": In(1),
             }
@@ -75,12 +65,12 @@ class OperandBuffer(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        depth = 1 << len(self.read) if self._banks == 2 else self._design.quads
+        depth = 1 << len(self.read) if self._banks == 2 else self._quads
         m.submodules.memory = memory = Memory(shape=self.operand.p.shape(), depth=depth, init=[])
         write, read = memory.write_port(), memory.read_port()
         found = data.View(self.operand.p.shape(), delayed(m, read.data.as_value(), READ - 1, "found"))
         ended = Signal()
-        number, last = wrapping_counter(m, write.en, self._design.quads, "quad_number")
+        number, last = wrapping_counter(m, write.en, self._quads, "quad_number")
         m.d.comb += [
             write.en.eq(self.operand.valid & self.operand.ready),
             write.addr.eq(Cat(number, self.filling)),
@@ -194,7 +184,7 @@ class Prepare(wiring.Component):
             {
                 "quad": In(vector_quad(design)),
                 "headroom": In(headroom_quad(design)),
-                **({"stack": In(2)} if lengths_differ(design) else {}),
+                **({"stack": In(stack_number(design))} if lengths_differ(design) else {}),
                 "words": Out(data.ArrayLayout(signed(design.operand_word), 4)),
             }
         )

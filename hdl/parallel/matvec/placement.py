@@ -12,6 +12,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.parallel.matvec.images import passes
+from tfra.hdl.parallel.matvec.plan import stack_number
 from tfra.model.fixed.design import Design
 
 
@@ -67,7 +68,7 @@ class Placement(wiring.Component):
             {
                 "completing": In(1),
                 "new": In(1),
-                "stack": In(2),
+                "stack": In(stack_number(design)),
                 "leave": In(1),
                 "quad": Out(placement(design)),
             }

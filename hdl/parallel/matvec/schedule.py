@@ -11,18 +11,18 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import bases, depth, passes
+from tfra.hdl.parallel.matvec.plan import Plan, Source, of_number, stack_number
 from tfra.model.fixed.design import Design
 
-SOURCES = ("vector", "n", "b")
-"""Operand buffers, the one that helps the oldest frame first."""
 
+def spacing(design: Design, stack: str) -> int:
+    """Cycles from the launch of a pass of ``stack`` to that of the next: those of its reads, or those of draining.
 
-def spacing(design: Design) -> int:
-    """Cycles from the launch of a pass to that of the next: those of its reads, or those of draining its words.
-
-    At least two: the drain looks up the words of the pass before in the cycle before it needs them.
+    The next pass may be of any stack: the shorter its operand, the sooner its sums follow.  They do so at least two
+    cycles later: the drain looks up the words of the pass before in the cycle before it needs them.
     """
-    return max(design.quads, drain_steps(design), 2)
+    reads, shortest = design.stacks[stack].operand_quads, min(s.operand_quads for s in design.stacks.values())
+    return reads + max(0, max(drain_steps(design), 2) - shortest)
 
 
 class Schedule(wiring.Component):
@@ -32,14 +32,14 @@ class Schedule(wiring.Component):
     have a place: frames interleave, and the older one goes first.
 
     Members:
-        wanted: by source of :data:`SOURCES`, an operand that may be multiplied is available.
-        force: the vector is d.
+        wanted: by source, an operand that may be multiplied is available.
+        STACK: the operand of its source is for this one, the second of two.
         drained: the last words of a pass leave the drain register.
         launch: a pass begins with the next cycle.
         new: it is its product's first.
-        stack: its product's in self._design.stacks.
+        stack: its product's in design.stacks.
         parity: its number, modulo two.
-        source: index of its operand in :data:`SOURCES`.
+        source: index of that of its operand.
         oldest: number of the pass whose words leave the drain register next, modulo two.
         free: by source, the last pass of its operand has begun.
         reading: a quad is read in this cycle.
@@ -50,24 +50,26 @@ class Schedule(wiring.Component):
         address: of its coefficients.
     """
 
-    def __init__(self, design: Design) -> None:
-        self._design = design
+    def __init__(self, design: Design, plan: Plan) -> None:
+        self._design, self._sources = design, plan.sources
+        self._quads = [source.quads(design) for source in plan.sources]
+        source = counter_shape(len(plan.sources) - 1)
         super().__init__(
             {
-                "wanted": In(len(SOURCES)),
-                "force": In(1),
+                "wanted": In(len(plan.sources)),
+                **{stack: In(1) for source in plan.sources for stack in source.stacks[1:]},
                 "drained": In(1),
                 "launch": Out(1),
                 "new": Out(1),
-                "stack": Out(2),
+                "stack": Out(stack_number(design)),
                 "parity": Out(1),
-                "source": Out(2),
+                "source": Out(source),
                 "oldest": Out(1),
-                "free": Out(len(SOURCES)),
+                "free": Out(len(plan.sources)),
                 "reading": Out(1),
                 "last": Out(1),
-                "quad": Out(counter_shape(design.quads - 1)),
-                "read_source": Out(2),
+                "quad": Out(counter_shape(max(self._quads) - 1)),
+                "read_source": Out(source),
                 "read_parity": Out(1),
                 "address": Out(counter_shape(depth(design) - 1)),
             }
@@ -77,15 +79,15 @@ class Schedule(wiring.Component):
         m = Module()
         chosen, ends = self._choose(m)
         self._launch(m, chosen)
-        quads = self._design.quads
-        ending = Signal(init=quads == 1)  # TIMING: quad -> all that ``last`` enables
+        quads, next_quads = (of_number(self._quads, source) for source in (self.read_source, self.source))
+        ending = Signal(init=self._quads[0] == 1)  # TIMING: quad -> all that ``last`` enables
         m.d.comb += self.last.eq(self.reading & ending)
         m.d.sync += self.free.eq((self.launch & ends) << self.source)
         with m.If(self.launch):
             m.d.sync += [
                 self.reading.eq(1),
                 self.quad.eq(0),
-                ending.eq(quads == 1),
+                ending.eq(next_quads == 1),
                 self.read_source.eq(self.source),
                 self.read_parity.eq(self.parity),
             ]
@@ -104,16 +106,12 @@ class Schedule(wiring.Component):
         chosen = Signal()
         turn = Signal(counter_shape(max(self._passes) - 1))
         ends = Signal()
-        names = {name: number for number, name in enumerate(self._design.stacks)}
         m.d.comb += [self.new.eq(turn == 0), ends.eq(turn == Array(p - 1 for p in self._passes)[self.stack])]
         with m.If(~chosen & ~self.free.any()):
             m.d.sync += chosen.eq(self.wanted.any())
-            with m.If(self.wanted[0]):
-                m.d.sync += [self.source.eq(0), self.stack.eq(Mux(self.force, names["force"], names["normal"]))]
-            with m.Elif(self.wanted[1]):
-                m.d.sync += [self.source.eq(1), self.stack.eq(names["residual"])]
-            with m.Else():
-                m.d.sync += [self.source.eq(2), self.stack.eq(names["contact"])]
+            for number, source in enumerate(self._sources):
+                with self._otherwise(m, number):
+                    m.d.sync += [self.source.eq(number), self.stack.eq(self._stack_of(source))]
         with m.If(self.launch):
             m.d.sync += [turn.eq(Mux(ends, 0, turn + 1)), chosen.eq(~ends)]
         return chosen, ends
@@ -122,16 +120,26 @@ class Schedule(wiring.Component):
     def _passes(self) -> list[int]:
         return [passes(self._design, name) for name in self._design.stacks]
 
+    def _otherwise(self, m: Module, number: int) -> Any:
+        """The condition that the source ``number`` is wanted, and none before it; the last needs none of its own."""
+        if number == len(self._sources) - 1:
+            return m.Else()
+        return m.Elif(self.wanted[number]) if number else m.If(self.wanted[number])
+
+    def _stack_of(self, source: Source) -> Value | int:
+        """Number of the stack that the operand of ``source`` is for."""
+        first, *second = (list(self._design.stacks).index(name) for name in source.stacks)
+        return Mux(getattr(self, source.stacks[1]), second[0], first) if second else first
+
     def _launch(self, m: Module, chosen: Value) -> None:
         """A pass is launched when it is due and one of two places between launch and drain is free."""
         busy = Signal(2)
-        wait = spacing(self._design) - 1
-        left = Signal(
-            counter_shape(wait), init=wait
-        )  # before the first pass, too: the drain captures the sums' start values
+        waits = [spacing(self._design, name) - 1 for name in self._design.stacks]
+        # Before the first pass, too: the drain captures the sums' start values.
+        left = Signal(counter_shape(max(waits)), init=min(waits))
         due = Signal()
         with m.If(self.launch):
-            m.d.sync += [left.eq(wait), due.eq(0)]
+            m.d.sync += [left.eq(of_number(waits, self.stack)), due.eq(0)]
         with m.Elif(~due):
             m.d.sync += [left.eq(left - 1), due.eq(left == 1)]
         m.d.comb += self.launch.eq(due & chosen & ~busy.bit_select(self.parity, 1))

@@ -8,28 +8,31 @@ A frame is the products of ``design.products``, and for each of them
 as :mod:`tfra.model.fixed.matvec` has it.  Row (i, p) is known by its slot ``s``, so that lane ``l`` always works on
 word ``l % 4`` of the operand quad, and the operator's ``flip`` permutes nothing but finished results.
 
-    b      -> bank      -.
-    n      -> two banks -+-> align -> round to operand bits -> four words, broadcast
-    vector -> two banks -'                                        |
+    source -> bank or two -.
+    source -> bank or two -+-> align -> round to operand bits -> four words, broadcast
+       ... -> bank or two -'                                      |
         |  magnitudes                                             v
         v                                  coefficient memory -> multiply -> accumulate    (L times)
       headroom by pass                                                           |
         |                                              capture in the drain register, W words a cycle
         +------------------------------------------------> shift -> round, permute -> result
 
-A *pass* reads the Q quads of a bank once and adds L exact sums to what the lanes have; rows ``t L ... t L + L - 1``
+The :class:`tfra.hdl.parallel.matvec.plan.Plan` of an estimator names the sources and what their products wait for.
+A *pass* reads the quads of a bank once and adds L exact sums to what the lanes have; rows ``t L ... t L + L - 1``
 are pass ``t``.
 Lanes never freeze.  A pass is launched as many cycles after the one before as it takes to read the operand, or to
 empty the drain register, and only when the pass before the last has left that.
 
 Products of several frames interleave, as :class:`tfra.hdl.parallel.matvec.schedule.Schedule` chooses them, so that
 lanes work on one frame while another one's operand is being made.  The results of a product have a reserved place
-before it begins, so nothing after the lanes waits: contact and force products take a token each, of a frame's place in
-all that follows and of planes of forces, and contact one of a bank that its n will need.
+before it begins, so nothing after the lanes waits: products take tokens for places in the blocks that follow, and
+for the banks that their results will need as operands.
 """
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import and_
 from typing import Any
 
 from amaranth import Array, Cat, Elaboratable, Module, Mux, Signal, Value, signed
@@ -43,31 +46,25 @@ from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import busy_cycles, depth, lane_images, low_bits, passes, tail
 from tfra.hdl.parallel.matvec.loader import Loader
-from tfra.hdl.parallel.matvec.operand import (
-    MEASURE,
-    PREPARE,
-    OperandBuffer,
-    Prepare,
-    codes_fit,
-    headroom_quad,
-    lengths_differ,
-)
-from tfra.hdl.parallel.matvec.schedule import SOURCES, Schedule, spacing
-from tfra.hdl.parallel.payloads import operand, product, vector_quad
+from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Prepare, headroom_quad, lengths_differ
+from tfra.hdl.parallel.matvec.plan import Plan, Source, stack_number
+from tfra.hdl.parallel.matvec.schedule import Schedule, spacing
+from tfra.hdl.parallel.payloads import product
 from tfra.hdl.primitives import Multiplier, Rom
 from tfra.model.fixed.design import Design
 
 
-def full(design: Design, stack: str) -> int:
-    """:data:`FULL` for the operand of ``stack``; b is found by its first quad, if codes fit an operand."""
-    return 2 - design.quads if stack == "contact" and codes_fit(design) else FULL
+def full(design: Design, plan: Plan, stack: str) -> int:
+    """:data:`FULL` for the operand of ``stack``; one that is flowing is found by its first quad."""
+    return 2 - design.stacks[stack].operand_quads if plan.source(stack).flowing(design) else FULL
 
 
-BANKS = {"b": 1, "n": 2, "vector": 2}
 FULL = MEASURE + 1
 """Cycles from the last operand quad's transfer to the choice that finds it."""
 CHOICE = 1
 """Cycles from there to the launch."""
+_FOLLOWING = 2
+"""Products that may have begun before the one that follows the first of them: an operand of that fills a bank."""
 _ADDRESS = PREPARE + 2
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
 CAPTURE = PREPARE + 7
@@ -80,36 +77,37 @@ class MatVec(wiring.Component):
     Latency: see :meth:`latency` and :meth:`duration`; throughput: :attr:`busy_cycles`.
 
     Resources: L multipliers (coefficient x operand) with registers on both sides, a read-only memory of L words by
-    ``depth`` with output registers, a memory of 2 Q quads, 2 W barrel shifters.
+    ``depth`` with output registers, the banks of the sources, 2 W barrel shifters.
 
     Members:
-        b, n, vector: streams in, Q quads of parities for each operand: folded stress in converter codes, weights,
-            and residuals, d among them.  Quads of b come in every cycle once a frame's first was taken, if codes fit
-            an operand.
+        SOURCE: streams in by their names in the plan, quads of parities for each operand.  Those of folded codes come
+            in every cycle once a frame's first was taken, if they are ``flowing``.
         result: stream out, the result quads of a product's stack, operator by operator.
-        frame_token: tokens, one taken at the launch of each contact product.
-        plane_token: tokens, one taken at the launch of each force product.
-        bank_token: tokens out, one for each bank of ``vector`` that is free.
+        TOKEN: streams by their names in the plan: in, those that are taken at the launch of a product; out, one for
+            each free bank of a source.
         load: stream in, the coefficients after a reset, if ``design.images`` is "load".
         loading: high until all have arrived; no frame may come before.
     """
 
-    def __init__(self, design: Design) -> None:
-        self._design = design
+    def __init__(self, design: Design, plan: Plan) -> None:
+        self._design, self._plan = design, plan
         self._lanes = design.architecture.mac_lanes
         self._drain_steps = drain_steps(design)
         super().__init__(
             {
-                "b": In(stream.Signature(quad(design.adc.bits + 2))),
-                "n": In(always_ready_stream(vector_quad(design))),
-                "vector": In(always_ready_stream(operand(design))),
+                **{source.name: In(self._operand(source)) for source in reversed(plan.sources)},
                 "result": Out(always_ready_stream(product(design))),
-                "frame_token": In(stream.Signature(TOKEN)),
-                "plane_token": In(stream.Signature(TOKEN)),
-                "bank_token": Out(stream.Signature(TOKEN)),
+                **{name: In(stream.Signature(TOKEN)) for name in plan.taken},
+                **{name: Out(stream.Signature(TOKEN)) for name in plan.given},
                 **(self._load_ports() if design.images == "load" else {}),
             }
         )
+
+    def _operand(self, source: Source) -> stream.Signature:
+        """The stream of a source's operands."""
+        if source.token:
+            return always_ready_stream(source.payload(self._design))
+        return stream.Signature(quad(self._design.adc.bits + 2))
 
     def _load_ports(self) -> dict[str, Any]:
         coefficient = signed(self._design.coefficient_word)
@@ -120,13 +118,13 @@ class MatVec(wiring.Component):
         """Coefficients of one lane."""
         return depth(self._design)
 
-    @property
-    def pair_interval(self) -> int:
-        """Cycles from the launch of a pass to that of the pass after the next.
+    def pair_interval(self, stack: str) -> int:
+        """Cycles from the launch of a pass of ``stack`` to that of its pass after the next.
 
         The first of the two follows after :func:`tfra.hdl.parallel.matvec.schedule.spacing`.
         """
-        return max(2 * spacing(self._design), self._design.quads + CAPTURE + self._drain_steps + 1)
+        reads = self._design.stacks[stack].operand_quads
+        return max(2 * spacing(self._design, stack), reads + CAPTURE + self._drain_steps + 1)
 
     @property
     def busy_cycles(self) -> int:
@@ -147,17 +145,18 @@ class MatVec(wiring.Component):
 
     def _result_cycle(self, stack: str, number: int) -> int:
         """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
+        design = self._design
         turn, row = divmod(4 * number + 3, self._lanes)
-        launch = turn // 2 * self.pair_interval + turn % 2 * spacing(self._design)
-        leave = row // self._design.architecture.vector_words + drain_latency(self._design)
-        found = full(self._design, stack) + CHOICE + 1  # to the first read
-        return found + launch + self._design.quads - 1 + CAPTURE + leave
+        launch = turn // 2 * self.pair_interval(stack) + turn % 2 * spacing(design, stack)
+        leave = row // design.architecture.vector_words + drain_latency(design)
+        found = full(design, self._plan, stack) + CHOICE + 1  # to the first read
+        return found + launch + design.stacks[stack].operand_quads - 1 + CAPTURE + leave
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         design = self._design
         buffers = self._buffers(m)
-        m.submodules.schedule = schedule = Schedule(design)
+        m.submodules.schedule = schedule = Schedule(design, self._plan)
         m.submodules.prepare = prepare = Prepare(design)
         m.submodules.drain = drain = Drain(design)
         wiring.connect(m, wiring.flipped(self.result), drain.result)
@@ -214,63 +213,78 @@ class MatVec(wiring.Component):
 
     def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
         """One buffer for each source, so that no operand waits for another's transfers."""
-        design, vector = self._design, signed(self._design.widths.vector)
-        code, fraction = signed(design.adc.bits + 2), design.formats.vector_fraction
-        buffers = {
-            "vector": OperandBuffer(design, vector, banks=BANKS["vector"]),
-            "n": OperandBuffer(design, vector, banks=BANKS["n"]),
-            "b": OperandBuffer(design, code, fraction, banks=BANKS["b"], flowing=codes_fit(design)),
-        }
+        buffers = {source.name: OperandBuffer(self._design, source) for source in self._plan.sources}
         for name, buffer in buffers.items():
             m.submodules[name] = buffer
-        wiring.connect(m, wiring.flipped(self.b), buffers["b"].operand)
-        for name, port, words in (("n", self.n, self.n.payload), ("vector", self.vector, self.vector.payload.words)):
-            m.d.comb += [buffers[name].operand.valid.eq(port.valid), buffers[name].operand.payload.eq(words)]
+        for source in reversed(self._plan.sources):
+            port, buffer = getattr(self, source.name), buffers[source.name]
+            if not source.token:
+                wiring.connect(m, wiring.flipped(port), buffer.operand)
+                continue
+            words = port.payload.words if source.stacks[1:] else port.payload
+            m.d.comb += [buffer.operand.valid.eq(port.valid), buffer.operand.payload.eq(words)]
         return buffers
 
     def _wire_tokens(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
         """Operands that may be multiplied, because their results have a place."""
-        m.submodules.bank_tokens = bank_tokens = Tokens(BANKS["vector"])
-        m.submodules.weight_tokens = weight_tokens = Tokens(BANKS["n"])
-        wiring.connect(m, bank_tokens.o, wiring.flipped(self.bank_token))
-        is_force = self._is_force(m, buffers["vector"])
+        plan = self._plan
+        tokens = {name: getattr(self, name) for name in plan.taken}
+        banks = {source.name: Tokens(source.banks) for source in plan.sources if source.token}
+        for source in plan.sources:
+            if source.token:
+                m.submodules[f"{source.token}s"] = banks[source.name]
+                tokens[source.token] = banks[source.name].o
+        following = {name: Tokens(_FOLLOWING, full=False) for name in plan.follows}
+        for name, begun in following.items():
+            m.submodules[f"{name}s"] = begun
+            tokens[name] = begun.o
+        for name in plan.given:
+            wiring.connect(m, tokens[name], wiring.flipped(getattr(self, name)))
+        wanted = [self._wanted(m, source, buffers[source.name], tokens, schedule) for source in plan.sources]
         start = schedule.launch & schedule.new
         # TIMING: launch -> tokens; in time for the next choice
         starts = {
             name: register(m, start & (schedule.stack == n), f"starts_{name}", control=True)
             for n, name in enumerate(self._design.stacks)
         }
-        wanted = {
-            "vector": buffers["vector"].full & (~is_force | self.plane_token.valid),
-            "n": buffers["n"].full,
-            "b": buffers["b"].full & self.frame_token.valid & weight_tokens.o.valid,
-        }
         m.d.comb += [
-            schedule.force.eq(is_force),
-            schedule.wanted.eq(sum(wanted[name] << place for place, name in enumerate(SOURCES))),
-            self.plane_token.ready.eq(starts["force"]),
-            self.frame_token.ready.eq(starts["contact"]),
-            weight_tokens.o.ready.eq(starts["contact"]),
-            weight_tokens.give.eq(buffers["n"].free),
-            bank_tokens.give.eq(buffers["vector"].free),
-            *(buffers[name].free.eq(schedule.free[place]) for place, name in enumerate(SOURCES)),
+            schedule.wanted.eq(sum(each << place for place, each in enumerate(wanted))),
+            *(tokens[name].ready.eq(starts[stack]) for stack, names in plan.needs.items() for name in names),
+            *(free.give.eq(buffers[name].free) for name, free in reversed(banks.items())),
+            *(begun.give.eq(starts[plan.follows[name]]) for name, begun in following.items()),
+            *(buffers[source.name].free.eq(schedule.free[place]) for place, source in enumerate(plan.sources)),
         ]
 
-    def _is_force(self, m: Module, buffer: OperandBuffer) -> Value:
-        """Whether the first vector of the queue is d."""
-        force = Signal(BANKS["vector"])  # by bank
-        with m.If(self.vector.valid):
-            m.d.sync += force.bit_select(buffer.filling, 1).eq(self.vector.payload.force)
-        return force.bit_select(buffer.head, 1)
+    def _wanted(
+        self, m: Module, source: Source, buffer: OperandBuffer, tokens: dict[str, Any], schedule: Schedule
+    ) -> Value:
+        """Whether the first operand of ``source`` may be multiplied: it is there, and so are its product's tokens."""
+        first, *second = (self._plan.needs.get(stack, ()) for stack in source.stacks)
+        wanted: Value = buffer.full
+        if not second:
+            return reduce(and_, (tokens[name].valid for name in first), wanted)
+        is_second = self._is_second(m, source, buffer)
+        m.d.comb += getattr(schedule, source.stacks[1]).eq(is_second)
+        wanted = reduce(and_, (is_second | tokens[name].valid for name in first), wanted)
+        return reduce(and_, (~is_second | tokens[name].valid for name in second[0]), wanted)
+
+    def _is_second(self, m: Module, source: Source, buffer: OperandBuffer) -> Value:
+        """Whether the first operand of ``source`` is for its second stack."""
+        name, port = source.stacks[1], getattr(self, source.name)
+        marks = Signal(source.banks, name=name)
+        with m.If(port.valid):
+            m.d.sync += marks.bit_select(buffer.filling, 1).eq(port.payload[name])
+        return marks.bit_select(buffer.head, 1)
 
     def _wire_passes(
         self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule, prepare: Prepare, drain: Drain
     ) -> None:
         """State of a pass for the operand path and the drain, by the parity of its number, from launch until it has
         drained."""
-        facts = data.StructLayout({"headroom": headroom_quad(self._design), "new": 1, "stack": 2})
+        design = self._design
+        facts = data.StructLayout({"headroom": headroom_quad(design), "new": 1, "stack": stack_number(design)})
         passes_in_flight = Signal(data.ArrayLayout(facts, 2), reset_less=True)
-        sources = [buffers[name] for name in SOURCES]
+        sources = list(buffers.values())
         headroom = Array(b.headroom.as_value() for b in sources)[schedule.source]
         for parity, facts_of_pass in enumerate(passes_in_flight):
             with m.If(schedule.launch & (schedule.parity == parity)):
@@ -288,7 +302,7 @@ class MatVec(wiring.Component):
         parity_found = delayed(m, schedule.read_parity, READ, "found_parity")
         headrooms = [each.headroom.as_value() for each in passes_in_flight]
         m.d.comb += [
-            *(b.read.eq(Cat(schedule.quad, bank)) for b in sources),
+            *(b.read.eq(Cat(schedule.quad[: len(b.read) - 1], bank)) for b in sources),
             schedule.drained.eq(drain.drained),
             prepare.quad.eq(Array(b.quad.as_value() for b in sources)[source]),
             prepare.headroom.eq(Array(headrooms)[parity_found]),
@@ -296,7 +310,7 @@ class MatVec(wiring.Component):
             drain.new.eq(Array(each.new for each in passes_in_flight)[captured]),
             drain.stack.eq(Array(each.stack for each in passes_in_flight)[captured]),
         ]
-        if lengths_differ(self._design):
+        if lengths_differ(design):
             m.d.comb += prepare.stack.eq(Array(each.stack for each in passes_in_flight)[parity_found])
 
 

@@ -17,6 +17,7 @@ from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.hdl.parallel.tfra.dependent import Dependent
 from tfra.hdl.parallel.tfra.forces import Forces
 from tfra.hdl.parallel.tfra.friction import Friction
+from tfra.hdl.parallel.tfra.plan import PLAN
 from tfra.hdl.parallel.tfra.resultant import Resultant
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
 from tfra.hdl.parallel.tfra.weights import Weights
@@ -50,7 +51,7 @@ class Blocks:
             Centroids(design),
             Butterfly(design.widths.stress),
             Weights(design),
-            MatVec(design),
+            MatVec(design, PLAN),
             Dependent(design),
             Combine(design),
             Sweep(design),

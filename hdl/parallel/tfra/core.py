@@ -17,10 +17,11 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from tfra.hdl.interface import ports
 from tfra.hdl.lib.streams import Buffer, Fork, PerFrameQueue, Router
 from tfra.hdl.parallel import payloads
+from tfra.hdl.parallel.probes import add_probe
 from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.forces import PLANES
-from tfra.hdl.parallel.tfra.probes import add_probe, probes
+from tfra.hdl.parallel.tfra.probes import probes
 from tfra.hdl.parallel.tfra.routes import Fact, FactRoute, facts, product_routes
 from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
 from tfra.model.fixed.design import Design

@@ -13,7 +13,9 @@ from tfra.model.fixed.learned.operators import OPERATORS, make_stacks, names
 from tfra.model.fixed.learned.pipeline import FixedLearned
 from tfra.model.fixed.learned.resultant import threshold_word
 from tfra.model.fixed.widths import Widths
+from tfra.model.learned.learned import Learned
 from tfra.model.learned.weights import Weights
+from tfra.model.tfra import Status
 
 SIGNALS = (
     *(f"coefficient.{name}" for held in OPERATORS.values() for name in held),
@@ -32,6 +34,9 @@ class LearnedDesign(Design):
     """
 
     signals = SIGNALS
+    status_bits = (
+        Status.NO_CONTACT, Status.NO_DIRECTION, Status.INPUT_SATURATED, Status.OUTPUT_SATURATED, Status.IMPLAUSIBLE,
+    )  # fmt: skip
 
     weights: Weights = field(kw_only=True)
     threshold: float = field(kw_only=True)
@@ -73,3 +78,8 @@ class LearnedDesign(Design):
     def model(self) -> FixedLearned:
         """The bit-accurate model."""
         return FixedLearned(self, self.threshold_word, self.taxel_forces)
+
+    @property
+    def float_model(self) -> Learned:
+        """The estimator in double precision; it has forces at the taxels in any case."""
+        return Learned(self.sensor, self.weights, self.threshold, self.adc.threshold * self.adc.lsb)

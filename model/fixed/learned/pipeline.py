@@ -124,8 +124,9 @@ class FixedLearned(FixedModel[Trace]):
         products, units = [trace.first, trace.second, trace.read], [trace.h1, trace.h2]
         of_forces: dict[str, Ints] = {}
         if at_taxels is not None:
-            products, units = [*products, at_taxels.sheared], [*units, at_taxels.p0]
-            of_forces = {Stage.FIELD: at_taxels.p[:, :, None], Stage.SHARE: at_taxels.share.mantissa}
+            products, units = [*products, at_taxels.sheared], [trace.h1, at_taxels.p0, trace.h2]
+            p = to_quads(self.design, at_taxels.p)
+            of_forces = {Stage.FIELD: p, Stage.SHARE: at_taxels.share.mantissa[:, :, None]}
         return {
             Stage.NORMALISER: trace.stress,
             Stage.MATVEC: np.concatenate(products, axis=1),

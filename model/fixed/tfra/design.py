@@ -12,6 +12,7 @@ from tfra.model.fixed.tfra.bounds import make_widths
 from tfra.model.fixed.tfra.operators import OPERATORS, PRODUCTS, make_stacks
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.widths import Widths
+from tfra.model.tfra import OF_CORES, Tfra
 
 SIGNALS = (
     *(f"coefficient.{name}" for names in OPERATORS.values() for name in names),
@@ -33,6 +34,7 @@ class TfraDesign(Design):
 
     products = PRODUCTS
     signals = SIGNALS
+    status_bits = OF_CORES
     result_fields = RESULT_FIELDS
 
     @cached_property
@@ -49,3 +51,8 @@ class TfraDesign(Design):
     def model(self) -> FixedTfra:
         """The bit-accurate model."""
         return FixedTfra(self)
+
+    @property
+    def float_model(self) -> Tfra:
+        """TFRA in double precision."""
+        return Tfra.of(self)

@@ -11,6 +11,7 @@ import pytest
 from bench.speed import c_program, c_speed
 from bench.speed.c_program import Library, Program
 from bench.speed.c_speed import EXACT, compare
+from tests.marks import long
 from tfra.model.choices import Adc, Architecture
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -19,8 +20,7 @@ from tfra.model.tfra import Result, Status, Tfra
 
 FLAGS = [
     ("-O3", "-march=native"),
-    pytest.param(("-O3", "-Wextra", "-Werror"), marks=pytest.mark.long),
-    ("-O0",),
+    *long((("-O3", "-Wextra", "-Werror"),), (("-O0",),)),
 ]
 """How the program is built: the first as it is measured."""
 
@@ -29,6 +29,9 @@ SENSORS = {
     "2x2": SensorArray(2, 2, 4e-3, 2e-3, 3e-3),
     "12x14": SensorArray(12, 14, 2e-3, 3e-3, 3e-3),
 }
+SCENES = [("10x10", 100), ("2x2", 1), ("12x14", 1), *long(("10x10", 1), ("2x2", 100), ("12x14", 100))]
+"""Sensors and steps."""
+
 FOLDED = Program("tfra", "double")
 THRESHOLD = Adc().threshold * Adc().lsb
 
@@ -46,8 +49,7 @@ def library(program, sensor, directory, steps=100):
 
 
 @pytest.mark.parametrize("flags", FLAGS, ids=" ".join)
-@pytest.mark.parametrize("steps", [1, 100])
-@pytest.mark.parametrize("name", SENSORS)
+@pytest.mark.parametrize(("name", "steps"), SCENES)
 def test_doubles_equal_the_float_model(name, steps, flags, tmp_path):
     stress, expected = scene(SENSORS[name], steps)
     found, times = library(replace(FOLDED, flags=flags), SENSORS[name], tmp_path, steps)(stress)
@@ -93,7 +95,7 @@ def test_the_literal_loop_agrees(flags, tmp_path):
     assert worst < EXACT
 
 
-@pytest.mark.parametrize("threshold", [0, 1, 64])
+@pytest.mark.parametrize("threshold", [1, *long(0, 64)])
 @pytest.mark.parametrize(("source", "real"), [("tfra", "double"), ("tfra", "float"), ("literal", "double")])
 def test_the_contact_threshold_is_exact(source, real, threshold, tmp_path):
     design = TfraDesign(SENSORS["10x10"], adc=Adc(full_scale=70.1e3, contact_threshold=threshold))

@@ -24,10 +24,10 @@ def stream(design, codes, **stalls):
     return Serial(design), words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
 
 
-CORES = {"TFRA": DESIGNS["2×3"], "learned": LEARNED["2×3, forces"], "learned, no forces": LEARNED["3×5"]}
+CORES = [DESIGNS["2×3"], LEARNED["2×3, forces"], *long(LEARNED["3×5"])]
 
 
-@pytest.mark.parametrize("design", CORES.values(), ids=CORES)
+@pytest.mark.parametrize("design", CORES, ids=["TFRA", "learned", "learned, no forces"])
 def test_words_and_cycles(design):
     codes = np.concatenate([contact_codes(design, 1, seed=1), directed_codes(design)[[1, -3]]])
     timing, words, want, last, cycles, _ = stream(design, codes)
@@ -38,7 +38,7 @@ def test_words_and_cycles(design):
     assert (np.diff(cycles[:, -1]) == timing.initiation_interval).all()
 
 
-@pytest.mark.parametrize("design", CORES.values(), ids=CORES)
+@pytest.mark.parametrize("design", CORES, ids=["TFRA", "learned", "learned, no forces"])
 def test_latency(design):
     timing, words, want, _, cycles, taken = stream(design, contact_codes(design, 1, seed=3), stall_in=flowing)
     assert (words == want).all()
@@ -50,7 +50,7 @@ def test_latency(design):
     ("design", "stall_in", "stall_out"),
     [
         (DESIGNS["2×3"], random_stalls, bursts),
-        (DESIGNS["short"], bursts, random_stalls),
+        *long((DESIGNS["short"], bursts, random_stalls)),
         (LEARNED["2×2"], bursts, random_stalls),
     ],
 )

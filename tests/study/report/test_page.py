@@ -18,6 +18,7 @@ import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import Browser, browser
+from tests.marks import long
 from tests.study.definitions import definition, design
 from tests.study.report_tables import FORCE, make
 from tfra.study.report.answer import HEADLINE
@@ -317,6 +318,9 @@ def test_sensitivity_is_relative_to_the_design_as_it_is(page: str, tables: dict[
 # Bytes, and what is missing
 
 
+SHOWN = sorted({name for section in SECTIONS for name in section.shown})
+
+
 @pytest.mark.long
 def test_the_same_bytes_in_another_process(page: str, folder: Path) -> None:
     command = [sys.executable, "-c", AGAIN, str(folder), TITLE]
@@ -324,7 +328,7 @@ def test_the_same_bytes_in_another_process(page: str, folder: Path) -> None:
     assert other.stdout.decode() == page
 
 
-@pytest.mark.parametrize("missing", sorted({name for section in SECTIONS for name in section.shown}))
+@pytest.mark.parametrize("missing", [*SHOWN[:3], *long(*SHOWN[3:])])
 def test_without_a_table_there_is_no_section(tables: dict[str, pl.DataFrame], missing: str) -> None:
     few = {
         n: t.filter(pl.col("quantity").is_in(list(HEADLINE))) if "quantity" in t.columns else t

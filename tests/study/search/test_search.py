@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.marks import long
 from tfra.study.search.search import SAMPLERS, Measured, Search, front
 from tfra.study.search.space import Point, Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT, StoreError, Trial, Trials, sqlite
@@ -51,7 +52,7 @@ def run(
     return trials()
 
 
-@pytest.mark.parametrize("sampler", SAMPLERS)
+@pytest.mark.parametrize("sampler", ["nsga2", *long(*(name for name in SAMPLERS if name != "nsga2"))])
 def test_any_workers_give_the_same_trials(tmp_path: Path, sampler: str) -> None:
     search = Search(SPACE, ("error", "bits"), generations=3, size=6, seed=2, sampler=sampler)
     alone = run(tmp_path / "alone.db", search)

@@ -8,6 +8,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from tests.marks import long
 from tests.model.cases import make_design
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra import pipeline
@@ -54,7 +55,7 @@ def test_the_reference_is_float_tfra_where_both_decide_alike(name):
         assert values[signal][same] == pytest.approx(getattr(exact, signal)[same], abs=1e-9)
 
 
-@pytest.mark.parametrize("name", DESIGNS)
+@pytest.mark.parametrize("name", ["5×7, 3×3 mm, h 2 mm", *long("10×10, 4×2 mm, h 3 mm")])
 def test_a_reference_fed_with_itself_is_itself(name):
     design = DESIGNS[name]
     trace, codes = swept(design, contact_codes(design, 100, seed=4))

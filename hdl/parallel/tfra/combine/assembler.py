@@ -34,7 +34,7 @@ class Assembler(wiring.Component):
                 "valid": In(1),
                 "tag": In(tag_layout(design)),
                 "sum": In(vector_beat(design)),
-                "vector": Out(always_ready_stream(operand(design))),
+                "vector": Out(always_ready_stream(operand(design, "force"))),
                 "forces": Out(always_ready_stream(vector_quad(design))),
             }
         )

@@ -10,8 +10,9 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.parallel.payloads import vector_beat
-from tfra.hdl.parallel.tfra.combine.stages import Job, Stage, tag_layout
-from tfra.hdl.parallel.tfra.combine.store import Store, beat_headroom, store_write
+from tfra.hdl.parallel.scale_add import Stage, beat_headroom
+from tfra.hdl.parallel.tfra.combine.stages import Job, tag_layout
+from tfra.hdl.parallel.tfra.combine.store import Store, store_write
 from tfra.model.fixed.design import Design
 
 
@@ -38,7 +39,7 @@ class Multiplicand(wiring.Component):
                 "address": In(tag_layout(design)),
                 "job": In(Job),
                 "words": Out(vector_beat(design)),
-                "headroom": Out(beat_headroom(design)),
+                "headroom": Out(beat_headroom(design, design.architecture.vector_words)),
             }
         )
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value
-from amaranth.lib import data, memory, wiring
+from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
 from tfra.hdl.lib.pipeline import delayed, register, zeros_later
 from tfra.hdl.parallel.beats import beat_in_quad, beat_number
 from tfra.hdl.parallel.payloads import vector_beat
+from tfra.hdl.parallel.scale_add import beat_headroom
 from tfra.model.fixed.design import Design
 
 FRAMES = 4
@@ -23,11 +24,6 @@ It can be read in that cycle."""
 
 place = counter_shape(FRAMES - 1)
 """Number of a frame's place."""
-
-
-def beat_headroom(design: Design) -> data.ArrayLayout:
-    """For each word of a beat, the headroom of its parity over the whole vector."""
-    return data.ArrayLayout(counter_shape(design.widths.vector - 1), design.architecture.vector_words)
 
 
 def store_address(design: Design, vectors: int = 1) -> wiring.Signature:
@@ -66,7 +62,7 @@ class Store(wiring.Component):
                 "write": In(store_write(design, vectors)),
                 "read": In(store_address(design, vectors)),
                 "beat": Out(vector_beat(design)),
-                "headroom": Out(beat_headroom(design)),
+                "headroom": Out(beat_headroom(design, design.architecture.vector_words)),
             }
         )
 
@@ -118,7 +114,8 @@ class Store(wiring.Component):
         """Memory of the headroom, written with the beats of a vector's last quad."""
         design = self._design
         depth = FRAMES * self._vectors * design.cycles_per_quad
-        m.submodules.headrooms = headrooms = memory.Memory(shape=beat_headroom(design), depth=depth, init=[])
+        shape = beat_headroom(design, design.architecture.vector_words)
+        m.submodules.headrooms = headrooms = memory.Memory(shape=shape, depth=depth, init=[])
         write = headrooms.write_port()
         read = headrooms.read_port(transparent_for=[write])  # a vector is used as soon as it is complete
         write_address, read_address = (

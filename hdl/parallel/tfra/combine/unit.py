@@ -12,13 +12,13 @@ from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.payloads import affine, chosen, direction, operand, vector_quad
+from tfra.hdl.parallel.scale_add import ScaleAdd, Stage, staged
 from tfra.hdl.parallel.tfra.combine.arbiter import Arbiter
 from tfra.hdl.parallel.tfra.combine.assembler import Assembler
 from tfra.hdl.parallel.tfra.combine.loader import ResidualLoader, WeightLoader
 from tfra.hdl.parallel.tfra.combine.operands import Addend, Multiplicand
 from tfra.hdl.parallel.tfra.combine.products import ProductBeats
-from tfra.hdl.parallel.tfra.combine.scale_add import ScaleAdd
-from tfra.hdl.parallel.tfra.combine.stages import Job, Stage, staged
+from tfra.hdl.parallel.tfra.combine.stages import Job
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE
 from tfra.model.fixed.design import Design
 
@@ -72,7 +72,7 @@ class Combine(wiring.Component):
                 "products": In(vector),
                 "bank_token": In(stream.Signature(TOKEN)),
                 "frame_token": Out(stream.Signature(TOKEN)),
-                "vector": Out(always_ready_stream(operand(design))),
+                "vector": Out(always_ready_stream(operand(design, "force"))),
                 "forces": Out(vector),
             }
         )
@@ -124,7 +124,7 @@ class Combine(wiring.Component):
             addend.address.eq(tag[Stage.Z_ADDRESS]),
             addend.job.eq(tag[Stage.Z_READ].job),
         ]
-        m.submodules.scale_add = scale_add = ScaleAdd(design)
+        m.submodules.scale_add = scale_add = ScaleAdd(design, design.architecture.vector_words)
         m.d.comb += [
             scale_add.x.eq(multiplicand.words),
             scale_add.headroom.eq(multiplicand.headroom),

@@ -17,6 +17,7 @@ from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.hdl.parallel.tfra.dependent import Dependent
 from tfra.hdl.parallel.tfra.forces import Forces
 from tfra.hdl.parallel.tfra.friction import Friction
+from tfra.hdl.parallel.tfra.plan import PLAN
 from tfra.hdl.parallel.tfra.resultant import Resultant
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
 from tfra.hdl.parallel.tfra.weights import Weights
@@ -81,5 +82,5 @@ class BlockCycles:
             scaling=scaling.latency,
             plane=combine.force_latency + forces.latency + scaling.force_latency,
             read=scaling.force_latency + forces.read_latency,
-            busy=MatVec(design).busy_cycles,
+            busy=MatVec(design, PLAN).busy_cycles,
         )

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from tfra.hdl.parallel.matvec.unit import BANKS
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.forces import PLANES
+from tfra.hdl.parallel.tfra.plan import PLAN
 from tfra.hdl.parallel.tfra.timeline.blocks import BlockCycles
 from tfra.model.fixed.design import Design
 
@@ -91,8 +91,8 @@ class Events:
         self.force_beats: set[int] = set()
         """Cycles in which products of forces enter the vector updates."""
         self.frame_tokens = Tokens(FRAMES)
-        self.weight_tokens = Tokens(BANKS["n"])
-        self.bank_tokens = Tokens(BANKS["vector"])
+        self.weight_tokens = Tokens(PLAN.source("residual").banks)
+        self.bank_tokens = Tokens(PLAN.source("normal").banks)
         self.plane_tokens = Tokens(PLANES // 3)
 
     def before(self, number: int) -> Frame | None:

@@ -5,15 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tfra.hdl.lib.streams import Router
-from tfra.hdl.parallel.matvec.drain import drain_latency
-from tfra.hdl.parallel.matvec.drain_register import drain_steps
-from tfra.hdl.parallel.matvec.images import passes
-from tfra.hdl.parallel.matvec.schedule import spacing
-from tfra.hdl.parallel.matvec.unit import CAPTURE, CHOICE, FULL, full
+from tfra.hdl.parallel.matvec.passes import Passes
+from tfra.hdl.parallel.matvec.unit import FULL, full
+from tfra.hdl.parallel.tfra.plan import PLAN
 from tfra.hdl.parallel.tfra.timeline.events import NEVER, Events, Span
-
-_NEXT_CHOICE = 2
-"""Cycles from a product's last launch to the next choice: the launch frees the buffer, and the choice sees that."""
 
 _BANK_FREE = 2
 """Cycles from the last launch of a contact product to the first quad of the next b: b's bank is freed, then seen."""
@@ -37,17 +32,15 @@ class Products:
 
     def __init__(self, events: Events) -> None:
         self._events = events
-        self._launches: list[int] = []
-        self._drained: list[int] = []
-        """Of every pass, the cycle in which its last words leave the drain register."""
-        self._choice_from = -NEVER
+        self._passes = Passes(events.design)
+        self._last_launch = -_BANK_FREE
         self._contacts = self._vectors = 0
         """Contact products so far; vectors that were multiplied."""
 
     @property
     def bank_free(self) -> int:
         """Cycle from which b's bank takes quads, after the last product."""
-        return self._launches[-1] + _BANK_FREE if self._launches else 0
+        return self._last_launch + _BANK_FREE
 
     def choice(self) -> tuple[int, str, int]:
         """Cycle of the next choice, the stack, and the frame."""
@@ -58,31 +51,26 @@ class Products:
             wanted.append((max(vector.last + FULL, leave), "force" if vector.is_d else "normal", vector.frame))
         if events.residuals < self._contacts:
             number = events.residuals
-            wanted.append((events.frames[number].n + full(events.design, "residual"), "residual", number))
+            wanted.append((events.frames[number].n + FULL, "residual", number))
         if self._contacts < len(events.frames):
             number = self._contacts
             leave = max(events.frame_tokens.seen(), events.weight_tokens.seen())
-            wanted.append((max(events.frames[number].b + full(events.design, "contact"), leave), "contact", number))
+            seen = events.frames[number].b + full(events.design, PLAN, "contact")
+            wanted.append((max(seen, leave), "contact", number))
         if not wanted:
             return NEVER, "", 0
-        cycle = max(self._choice_from, min(w[0] for w in wanted))
+        cycle = max(self._passes.next_choice, min(w[0] for w in wanted))
         return next((cycle, stack, frame) for seen, stack, frame in wanted if seen <= cycle)
 
     def run(self, cycle: int, stack: str, number: int) -> Product:
         """All passes of a product that is chosen in ``cycle``, and when its results leave."""
         events, design = self._events, self._events.design
         self._take(stack)
-        captured = [self._launch(cycle + CHOICE) for _ in range(passes(design, stack))]
-        launches, lanes = self._launches[-len(captured) :], design.architecture.mac_lanes
-        self._choice_from = launches[-1] + _NEXT_CHOICE
-        results = []
-        for quad in range(design.stacks[stack].quads):
-            turn, row = divmod(4 * quad + 3, lanes)
-            leave = row // design.architecture.vector_words + drain_latency(design)
-            results.append(captured[turn] + leave + Router.latency)
+        launches, left = self._passes.product(stack, cycle)
+        self._last_launch = launches[-1]
         events.spans.append(Span("matvec", stack, number, launches[0] + 1, launches[-1] + 1 + design.quads))
         self._give(stack, launches[-1])
-        return Product(stack, number, launches[-1], results)
+        return Product(stack, number, launches[-1], [quad + Router.latency for quad in left])
 
     def _take(self, stack: str) -> None:
         """Count the product, and take its tokens."""
@@ -104,18 +92,3 @@ class Products:
             self._events.weight_tokens.give(last_launch + 1)
         elif stack != "contact":
             self._events.bank_tokens.give(last_launch + 1)
-
-    def _launch(self, ready: int) -> int:
-        """Launch the next pass, not before cycle ``ready``, and return the cycle in which its sums are captured.
-
-        It waits for the pass before, and for the one before that to have left the drain register.
-        """
-        design, launch = self._events.design, ready
-        if self._launches:
-            launch = max(launch, self._launches[-1] + spacing(design))
-        if len(self._drained) > 1:
-            launch = max(launch, self._drained[-2] + 1)
-        capture = launch + design.quads + CAPTURE
-        self._launches.append(launch)
-        self._drained.append(capture + drain_steps(design))
-        return capture

@@ -43,7 +43,8 @@ def friction(w: LearnedWriter) -> None:
 def _quotient(w: LearnedWriter, name: str, force: Operand) -> None:
     """The word ``name`` = force / R1 as a scalar, limited to the longest one; zero for no force.
 
-    F1 says that it is less than ``MU_LIMIT``; R5 stays negative as long as all of them are.
+    R5 stays negative as long as all quotients are less than ``MU_LIMIT``.  One that is too long, or by zero, comes from
+    the division as ones, and is limited.
     """
     a, top = w.assembler, (1 << (w.operand - 1)) - 1
     a.move(R3, force)
@@ -52,14 +53,11 @@ def _quotient(w: LearnedWriter, name: str, force: Operand) -> None:
     w.shift(R2, R1)
     a.sub(R2, R0, R2)
     a.sign(0, R0, imm(1))
-    a.move(R2, imm(-1), When.F0)
-    w.set_flag(1, R2)
-    a.op(Op.AND, R5, R5, R2)
-    a.sign(0, R1, imm(1))
     a.move(R1, imm(1), When.F0)
+    a.move(R2, imm(-1), When.F0)
+    a.op(Op.AND, R5, R5, R2)
     w.divide(w.fraction)
     w.least(R0, top)
-    a.move(R0, w.const(top), When.NOT_F1)
     w.set_flag(0, R3)
     a.sub(R0, ZERO, R0, When.F0)
     a.move(w.at(name), R0)

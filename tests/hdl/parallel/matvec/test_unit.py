@@ -7,14 +7,14 @@ import pytest
 
 from tests.hdl.parallel.matvec.designs import LONG, SHORT, label, make
 from tests.marks import long
-from tfra.hdl.parallel.matvec.operand import codes_fit
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import MatVec
+from tfra.hdl.parallel.tfra.plan import PLAN
 from tfra.model.choices import FORMATS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
-from tfra.sim.harness import PATTERNS, Recording, bursts, random_stalls, run
+from tfra.sim.harness import Recording, bursts, random_stalls, run
 
 SMALL = [
     make(2, 2, 4),
@@ -93,13 +93,13 @@ def send(design: Design, frames: np.ndarray, unit: MatVec | None = None, **stall
 
 def offer(design: Design, inputs: dict[str, list], outputs: dict[str, int], unit=None, **how) -> Recording:
     """Vectors come with a token each; b, once it has begun, in every cycle."""
-    if codes_fit(design):
+    if PLAN.source("contact").flowing(design):
         how["steady"] = {"b"}
     if vectors := len(inputs.get("vector", ())) // design.quads:
         outputs = {"bank_token": vectors} | outputs
         token = {"vector": lambda quad, record, cycle: len(record.cycles["bank_token"]) > quad // design.quads}
         how["leave"] = how.get("leave", {}) | token
-    return run(unit or MatVec(design), inputs, outputs, **how)
+    return run(unit or MatVec(design, PLAN), inputs, outputs, **how)
 
 
 def by_operator(design: Design, seen: Recording) -> dict[str, list[list[int]]]:
@@ -117,13 +117,13 @@ def check(design: Design, frames: np.ndarray, seed: int = 0, **stalls) -> None:
         assert by_operator(design, seen) == expected(design, some), f"{label(design)}, seed {seed}"
 
 
-@pytest.mark.parametrize("design", [*SMALL[:3], *long(*SMALL[3:])], ids=label)
+@pytest.mark.parametrize("design", [*SMALL[:2], *long(*SMALL[2:])], ids=label)
 def test_extreme_operands(design):
     check(design, corners(design))
 
 
 @pytest.mark.parametrize("design", SMALL, ids=label)
-@pytest.mark.parametrize("stall", PATTERNS[1:])
+@pytest.mark.parametrize("stall", [random_stalls, *long(bursts)])
 def test_random_operands_with_stalls(design, stall):
     check(design, draw(design, 2, 5), seed=5, stall_in=stall, stall_out=stall)
 
@@ -145,12 +145,12 @@ PORTS = {"contact": "b", "residual": "n", "normal": "vector", "force": "vector"}
 @pytest.mark.parametrize("design", [SMALL[1], *long(SMALL[0], SMALL[5], SMALL[7])], ids=label)
 def test_latency_and_duration_are_as_told(design, name):
     """The unit is idle but for one product."""
-    unit, everything, q = MatVec(design), operands(design, draw(design, 1, 9)), design.quads
+    unit, everything, q = MatVec(design, PLAN), operands(design, draw(design, 1, 9)), design.quads
     port = PORTS[name]
     quads = {"normal": everything["vector"][:q], "force": everything["vector"][2 * q :]}.get(name, everything[port])
     tokens = {"frame_token": [0], "plane_token": [0]}
     # Behind a reset a pass's time goes by before the first.
-    how = {"leave": {"b": lambda quad, record, cycle: cycle > spacing(design)}}
+    how = {"leave": {"b": lambda quad, record, cycle: cycle > spacing(design, "contact")}}
     seen = offer(design, {port: quads} | tokens, {"result": design.stacks[name].quads}, unit, **how)
     start = seen.cycles[port][-1]
     assert seen.cycles["result"][0] - start == unit.latency(name)
@@ -159,23 +159,23 @@ def test_latency_and_duration_are_as_told(design, name):
 
 @pytest.mark.parametrize("design", [SMALL[3], SMALL[5], make(5, 7, 48)], ids=label)
 def test_lanes_are_never_idle_while_operands_are_there(design):
-    unit, q = MatVec(design), design.quads
+    unit, q = MatVec(design, PLAN), design.quads
     vectors = operands(design, draw(design, 4, 10))["vector"]
     force = [v for v in vectors if v["force"]]
     seen = offer(design, {"vector": force, "plane_token": [0] * 4}, {"result": 12 * q}, unit)
     ends = np.array(seen.cycles["result"])[3 * q - 1 :: 3 * q]
     passes = unit.passes("force")
-    assert ends[3] - ends[1] == passes * unit.pair_interval
+    assert ends[3] - ends[1] == passes * unit.pair_interval("force")
 
 
 @pytest.mark.parametrize("bits", [16, 17])
 def test_a_contact_begins_with_its_first_quad_where_codes_fit_an_operand(bits):
     design = make(4, 4, 16, bits=bits)
-    assert codes_fit(design) == (bits == 16)
+    assert PLAN.source("contact").flowing(design) == (bits == 16)
     frames = corners(design)[:2]
     seen = send(design, frames)
     assert by_operator(design, seen) == expected(design, frames)
-    assert (MatVec(design).latency("contact") < MatVec(design).latency("residual")) == (bits == 16)
+    assert (MatVec(design, PLAN).latency("contact") < MatVec(design, PLAN).latency("residual")) == (bits == 16)
 
 
 def test_a_contact_waits_for_its_frame_and_for_room_for_its_weights():
@@ -183,29 +183,29 @@ def test_a_contact_waits_for_its_frame_and_for_room_for_its_weights():
     design = make(4, 4, 16)
     everything = operands(design, draw(design, 4, 12))
     both = 2 * design.stacks["contact"].quads
-    seen = run(MatVec(design), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both})
+    seen = run(MatVec(design, PLAN), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both})
     assert len(seen.values["result"]) == both
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both + 1}, limit=2000)
+        run(MatVec(design, PLAN), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both + 1}, limit=2000)
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design), {"b": everything["b"]}, {"result": 1}, limit=2000)
+        run(MatVec(design, PLAN), {"b": everything["b"]}, {"result": 1}, limit=2000)
     d = everything["vector"][2 * design.quads : 3 * design.quads]
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design), {"vector": d}, {"result": 1}, limit=2000)
+        run(MatVec(design, PLAN), {"vector": d}, {"result": 1}, limit=2000)
 
 
 def test_there_are_banks_for_two_vectors_and_again_when_one_is_multiplied():
     design = make(4, 4, 16)
     quads = operands(design, draw(design, 1, 13))["vector"]
-    seen = run(MatVec(design), {"vector": quads[: design.quads]}, {"bank_token": 3})
+    seen = run(MatVec(design, PLAN), {"vector": quads[: design.quads]}, {"bank_token": 3})
     assert seen.cycles["bank_token"][1] < seen.cycles["vector"][-1] < seen.cycles["bank_token"][2]
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design), {"vector": quads[: design.quads]}, {"bank_token": 4}, limit=2000)
+        run(MatVec(design, PLAN), {"vector": quads[: design.quads]}, {"bank_token": 4}, limit=2000)
 
 
 def test_closed_forms_of_a_ten_by_ten_array():
     design = make(10, 10, 16)
-    unit = MatVec(design)
+    unit = MatVec(design, PLAN)
     unit._MustUse__silence = True  # figures alone are wanted
     assert [unit.passes(name) for name in PRODUCTS] == [7, 20, 7, 7, 19]
     assert unit.depth == (7 + 20 + 7 + 19) * 25

@@ -53,7 +53,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [CASES[1], *long(CASES[0], *CASES[2:])])
+@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [CASES[2], *long(*CASES[:2], *CASES[3:])])
 def test_every_word_equals_the_model(design, stall_in, stall_out):
     directed = directed_codes(design)
     scenes = contact_codes(design, 3, seed=1), directed[:7], directed[-4:], wild_codes(design, 2, seed=2)

@@ -8,8 +8,9 @@ import pytest
 
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, name, words
 from tfra.hdl.lib.pipeline import READ
+from tfra.hdl.parallel.scale_add import Stage
 from tfra.hdl.parallel.tfra.combine.operands import Addend, Multiplicand
-from tfra.hdl.parallel.tfra.combine.stages import Job, Stage
+from tfra.hdl.parallel.tfra.combine.stages import Job
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE
 from tfra.sim.harness import play
 

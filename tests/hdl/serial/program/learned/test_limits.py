@@ -18,11 +18,11 @@ BITS = 12
 
 
 def sums(inverse: int = 1, factor: float = 1.0, **choices):
-    """2×2 taxels: F_x, F_y and F_z are sums with signs, the uncertainty is -F_z / 4.
+    """2×2 taxels: F_x, F_y and F_z are a quarter of sums with signs, the uncertainty is -F_z / 4.
 
     ``inverse`` multiplies p, ``factor`` F_x.
     """
-    direct = np.array([[1, -1, 1, -1], [1, 1, -1, -1], [1, 1, 1, 1], [-0.25] * 4])
+    direct = np.array([[1, -1, 1, -1], [1, 1, -1, -1], [1, 1, 1, 1], [-0.25] * 4]) / 4
     direct[0] *= factor
     given = {"adc": Adc(BITS, contact_threshold=0), "formats": Formats("sums", 16, BITS, 6, 3), "threshold": 0.25}
     design = made(2, 2, (1, 1), architecture=SERIAL, **given | choices)
@@ -43,22 +43,27 @@ def frames(resultants):
 RATIOS = [
     (x, y, -z)
     for z in (0, 1, 255)
-    for x in (0, 1, -1, 2 * z, -2 * z - 1, 4 * z - 1, 4 * z, 4 * z + 1)
-    for y in (0, z, -3, -4 * z)
+    for x in (0, 1, -1, 2 * z, -2 * z - 1, 3 * z, 4 * z - 1, 4 * z, 4 * z + 1)
+    for y in (0, z, -3, 3 * z, -4 * z)
     if abs(x) + abs(y) + z < 1 << (BITS - 1)
 ]
 """Ratios on either side of 2 and 4, of all signs, and of a force with none."""
 
+TWISTED = np.array([[500, -500], [-500, 500]])
+"""A contact without force."""
+
 
 def test_friction_at_its_limits():
-    """2 limits the friction of the field, 4 the words."""
-    design, codes = sums(), frames(RATIOS)
+    """2 limits the friction of the field, 4 the words; a pulling frame and one without any force have no limit."""
+    design, codes = sums(), np.concatenate([frames([*RATIOS, (300, 200, 150)]), TWISTED[None]])
     check(design, codes)
     words = design.model(codes).words
     top = (1 << (BITS - 1)) - 1
     for name in ("mu", "mu_x", "mu_y"):
         assert {0, top} <= set(np.abs(field(design, words, name)).ravel().tolist())
-    assert set(np.abs(field(design, words, "status") & Status.OUTPUT_SATURATED).ravel().tolist()) == {0, 64}
+    trace = next(iter(design.model.traces(codes)))
+    longer = trace.judged.limited | trace.field.limited
+    assert {(False, False), (False, True)} == set(zip(longer.tolist(), trace.friction.overflow.tolist(), strict=True))
 
 
 def test_a_ratio_that_is_rounded_to_its_limit():
@@ -83,7 +88,7 @@ def test_an_uncertainty_at_the_threshold(threshold, implausible):
 def test_shares(inverse):
     """With p = 0 everywhere shares are even: four taxels have a power of two, which the last frame almost has, too."""
     design, codes = sums(inverse), frames([(0, 0, -5), (100, 20, -300)])
-    codes = np.concatenate([codes, [[[-2048, -2048], [-2048, -2047]]]])
+    codes = np.concatenate([codes, TWISTED[None] - 1, [[[-2048, -2048], [-2048, -2047]]]])
     assert next(iter(design.model.traces(codes))).field.share.even.all() == (inverse == 0)
     check(design, codes)
 

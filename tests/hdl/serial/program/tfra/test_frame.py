@@ -9,6 +9,7 @@ import pytest
 
 from tests.hdl.serial.designs import DESIGNS, TEN, random_design
 from tests.hdl.serial.interpreted import check, interpret
+from tests.marks import long
 from tfra.hdl.serial.program.memory import bases, groups, store_image
 from tfra.hdl.serial.program.tfra.frame import program
 from tfra.hdl.serial.sizes import lane_count
@@ -25,9 +26,9 @@ def scenes(design, seed, contacts=3, wild=3):
     return np.concatenate(parts)
 
 
-@pytest.mark.parametrize("design", DESIGNS.values(), ids=DESIGNS)
-def test_every_word_equals_the_model(design):
-    check(design, scenes(design, seed=1))
+@pytest.mark.parametrize("name", ["2×3", "3×4", "wide", "short", *long("5×7, tolerance", "long")])
+def test_every_word_equals_the_model(name):
+    check(DESIGNS[name], scenes(DESIGNS[name], seed=1))
 
 
 def near(design):
@@ -48,7 +49,7 @@ def test_a_wrong_threshold_is_noticed(wrong):
     assert (interpret(other, near(design))[0] != FixedTfra(design)(near(design)).words).any()
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [3, 4, 5, *long(0, 1, 2)])
 def test_any_small_array(seed):
     design = random_design(seed)
     check(design, scenes(design, seed, contacts=2, wild=2)[::3])

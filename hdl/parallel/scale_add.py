@@ -2,22 +2,69 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import Any
 
 from amaranth import C, Cat, Module, Signal, Value, signed
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import round_top, two_steps
-from tfra.hdl.lib.pipeline import register
-from tfra.hdl.parallel.payloads import vector_beat
-from tfra.hdl.parallel.tfra.combine.stages import Stage, staged
-from tfra.hdl.parallel.tfra.combine.store import beat_headroom
+from tfra.hdl.lib.arithmetic import counter_shape, round_top, two_steps
+from tfra.hdl.lib.pipeline import READ, register
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
 
+
+class Stage(IntEnum):
+    """Cycles from a beat's entry, by what the registers of the two operands of ``z + s * x`` hold then.
+
+    ::
+
+        s * x:  ENTRY   X_ADDRESS   X_CELL   X_READ   X_CHOSEN   COARSE   ALIGNED   ROUNDED
+                OPERAND     PRODUCT   CUT      COARSE_BACK   SHIFTED                 SUM   OUTPUT
+        z:      Z_ADDRESS   Z_CELL    Z_READ   Z_CHOSEN      Z                       SUM   OUTPUT
+
+    z is read as late as its product allows, to reach the adder in the same cycle.
+    """
+
+    ENTRY = 0
+    X_ADDRESS = 1
+    X_CELL = 2
+    X_READ = X_ADDRESS + READ
+    X_CHOSEN = 4
+    COARSE = 5
+    ALIGNED = 6
+    ROUNDED = 7
+    OPERAND = 8
+    PRODUCT = 9
+    CUT = 10
+    COARSE_BACK = 11
+    SHIFTED = 12
+    SUM = 13
+    OUTPUT = 14
+
+    Z = SHIFTED
+    Z_CHOSEN = Z - 1
+    Z_READ = Z_CHOSEN - 1
+    Z_CELL = Z_READ - 1
+    Z_ADDRESS = Z_READ - READ
+
+
+def staged(m: Module, value: Any, first: Stage, last: Stage, name: str, *, control: bool = False) -> dict[Stage, Any]:
+    """``value`` of a beat in stage ``first``, delayed with that beat through every stage up to ``last``."""
+    found = {first: value}
+    for stage in (Stage(number) for number in range(first + 1, last + 1)):
+        value = found[stage] = register(m, value, f"{name}_{stage.name.lower()}", control=control)
+    return found
+
+
 _FINE = 2
 """Bits of a headroom by which the second step of a shift moves: a word's whole shift would be a long path."""
+
+
+def beat_headroom(design: Design, words: int) -> data.ArrayLayout:
+    """For each of the ``words`` of a beat, the headroom of its parity over the whole vector."""
+    return data.ArrayLayout(counter_shape(design.widths.vector - 1), words)
 
 
 class ScaleAdd(wiring.Component):
@@ -28,8 +75,11 @@ class ScaleAdd(wiring.Component):
         x -> coarse -> aligned -> rounded -> operand -> product -> cut -> coarse_back -> shifted -> sum
         s ---------------------------------> scalar -'                             z -----------'
 
-    Each name is a register and a stage of :class:`tfra.hdl.parallel.tfra.combine.stages.Stage`.  x is shifted left by
+    Each name is a register and a stage of :class:`Stage`.  x is shifted left by
     its headroom; the product is shifted right by the same amount.
+
+    Arguments:
+        words: of a beat.
 
     Members:
         x: of the beat in stage ``X_CHOSEN``.
@@ -39,15 +89,16 @@ class ScaleAdd(wiring.Component):
         sum: of the beat in stage ``SUM``.
     """
 
-    def __init__(self, design: Design) -> None:
+    def __init__(self, design: Design, words: int) -> None:
         self._design = design
+        beat = data.ArrayLayout(signed(design.widths.vector), words)
         super().__init__(
             {
-                "x": In(vector_beat(design)),
-                "headroom": In(beat_headroom(design)),
+                "x": In(beat),
+                "headroom": In(beat_headroom(design, words)),
                 "scalar": In(signed(design.formats.bits("scalar"))),
-                "z": In(vector_beat(design)),
-                "sum": Out(vector_beat(design)),
+                "z": In(beat),
+                "sum": Out(beat),
             }
         )
 

@@ -9,8 +9,7 @@ from math import floor
 import pytest
 
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS, name, words
-from tfra.hdl.parallel.tfra.combine.scale_add import ScaleAdd
-from tfra.hdl.parallel.tfra.combine.stages import Stage
+from tfra.hdl.parallel.scale_add import ScaleAdd, Stage
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.sim.harness import play
 
@@ -51,7 +50,7 @@ def test_rounds_the_exact_sum_half_up(design):
         cycles[number + Stage.X_CHOSEN] |= {"x": x, "headroom": headroom}
         cycles[number + Stage.ROUNDED] |= {"scalar": scalar}
         cycles[number + Stage.Z] |= {"z": z}
-    seen = play(ScaleAdd(design), cycles, ["sum"])
+    seen = play(ScaleAdd(design, design.architecture.vector_words), cycles, ["sum"])
     for number, (_, _, _, z, added) in enumerate(rows):
         expected = [base + _half_up(value) for base, value in zip(z, added, strict=True)]
         assert seen[number + Stage.SUM]["sum"] == expected, f"beat {number}"

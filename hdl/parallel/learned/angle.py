@@ -1,0 +1,77 @@
+"""Modulus and direction of the tangential force by one run of the CORDIC."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Cat, Module, Mux, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.pipeline import delayed
+from tfra.hdl.lib.streams import always_ready_stream
+from tfra.hdl.parallel import payloads
+from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, summed_angle
+from tfra.hdl.parallel.learned.payloads import angle
+from tfra.model.fixed.cordic import ANGLE_GUARD
+from tfra.model.fixed.learned.design import LearnedDesign
+
+
+class Angle(wiring.Component):
+    """``(F_x, F_y)`` to its modulus times the CORDIC gain, and phi; the model is
+    :func:`tfra.model.fixed.learned.friction.angle`.
+
+    ::
+
+        force -> Cordic -+-> modulus
+                         '-> negative -> +- atan 2^-i -> angle
+
+    A mark goes through the CORDIC with a force, so that the sign of each rotation adds to the angle.  A frame at a
+    time.  Resources: a Cordic, an adder.
+
+    Members:
+        force: the resultant, one transfer a frame.
+        modulus: one transfer a frame, ``latency`` cycles later.
+        angle: one transfer a frame, ``angle_latency`` cycles after ``force``; it stays until the next frame.
+    """
+
+    def __init__(self, design: LearnedDesign) -> None:
+        self._design, self._cordic = design, Cordic(design)
+        super().__init__(
+            {
+                "force": In(always_ready_stream(payloads.total(design))),
+                "modulus": Out(always_ready_stream(cordic_modulus(design))),
+                "angle": Out(always_ready_stream(angle(design))),
+            }
+        )
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the transfer of ``force`` to that of ``modulus``."""
+        return self._cordic.latency
+
+    @property
+    def angle_latency(self) -> int:
+        """Cycles from the transfer of ``force`` to that of ``angle``: the sum is a register behind the rotations."""
+        return self._cordic.latency + 1
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.cordic = cordic = self._cordic
+        x, y = self.force.p.words[0], self.force.p.words[1]
+        enter = self.force.valid
+        marks = Signal(len(cordic.negative))  # bit i: the force is before rotation i
+        left = Signal(reset_less=True)
+        still = Signal(reset_less=True)
+        with m.If(enter):
+            m.d.sync += [left.eq(x[-1]), still.eq(~Cat(x, y).any())]
+        m.d.sync += marks.eq(Cat(enter, marks))
+        total = summed_angle(m, self._design, enter, marks, cordic.negative, left)
+        m.d.comb += [
+            *(cordic.vector.valid.eq(enter), cordic.vector.p.x.eq(x), cordic.vector.p.y.eq(y)),
+            *(self.modulus.valid.eq(cordic.turned.valid), self.modulus.payload.eq(cordic.turned.payload)),
+            self.angle.valid.eq(delayed(m, marks[-1], 2, "complete", control=True)),
+            self.angle.p.phi.eq(Mux(still, 0, total[ANGLE_GUARD:])),
+            self.angle.p.still.eq(still),
+        ]
+        return m

@@ -1,0 +1,119 @@
+"""Forces at the taxels: bit-exact hardware of :func:`tfra.model.fixed.learned.share.shared`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Array, Cat, Const, Module, Mux, Signal, Value
+from amaranth.lib import data, memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import round_half, saturate, shift_right, two_steps
+from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
+from tfra.hdl.lib.streams import Queue, Tokens, always_ready_stream
+from tfra.hdl.parallel.learned.payloads import force, share, taxel_quad
+from tfra.hdl.parallel.learned.plan import FRAMES
+from tfra.hdl.parallel.normaliser import Raster
+from tfra.hdl.primitives import Multiplier
+from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.learned.share import even_word
+
+_FINE = 3
+"""Bits of a shift by which its second step moves."""
+_WORD = READ + 1
+"""Cycles from an address to p of its taxel."""
+_PRODUCT = _WORD + Multiplier.latency
+"""... to its product with the mantissa."""
+_RESULT = _PRODUCT + 3
+"""... to the result word: two steps of the shift, rounding and limit."""
+
+
+class Forces(wiring.Component):
+    """``p * mantissa / 2^shift`` of every taxel: three planes, each row-major.
+
+    ::
+
+        p -> memory -> place -> x mantissa -> >> shift -> round, saturate -> queue -> taxel
+
+    The memory has a place for each frame in flight.  A word is read when the queue has a place for it, so nothing on
+    its path waits.  One taxel a cycle.  Resources: a multiplier of p by a mantissa.
+
+    Members:
+        p: Q quads of mirror taxels a frame.
+        share: three transfers a frame, after its quads, each taken with the last taxel of its plane.
+        taxel: 3 m words a frame: f_x, f_y, f_z.
+    """
+
+    def __init__(self, design: LearnedDesign) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "p": In(always_ready_stream(taxel_quad(design))),
+                "share": In(stream.Signature(share(design))),
+                "taxel": Out(stream.Signature(force(design))),
+            }
+        )
+
+    @property
+    def latency(self) -> int:
+        """Cycles from the one in which ``share`` is valid to the transfer of its plane's first word."""
+        return _RESULT + Queue.latency
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        issue = Signal()
+        m.submodules.raster = raster = Raster(self._design)
+        m.submodules.places = places = Tokens(self.latency + 1)
+        m.submodules.queue = queue = Queue(self.taxel.payload.shape(), self.latency + 2)
+        wiring.connect(m, queue.o, wiring.flipped(self.taxel))
+        ends = issue & raster.last
+        _, last_axis = wrapping_counter(m, ends, 3, "axis")
+        place, _ = wrapping_counter(m, ends & last_axis, FRAMES, "read_place")
+        m.d.comb += [
+            issue.eq(places.o.valid & self.share.valid),
+            places.o.ready.eq(self.share.valid),
+            places.give.eq(self.taxel.valid & self.taxel.ready),
+            raster.transfer.eq(issue),
+            self.share.ready.eq(ends),
+            queue.i.valid.eq(delayed(m, issue, _RESULT, "issued", control=True)),
+            queue.i.p.last.eq(delayed(m, ends & last_axis, _RESULT, "last")),
+        ]
+        word, limited = self._scale(m, self._read(m, raster, place))
+        m.d.comb += [queue.i.p.word.eq(word), queue.i.p.limited.eq(limited)]
+        return m
+
+    def _read(self, m: Module, raster: Raster, place: Value) -> Value:
+        """p of the taxel that the raster is at, ``_WORD`` cycles later."""
+        design, shape = self._design, self.p.payload.shape()
+        m.submodules.quads = quads = memory.Memory(shape=shape, depth=FRAMES << len(raster.quad), init=[])
+        write, read = quads.write_port(), quads.read_port()
+        number, last = wrapping_counter(m, self.p.valid, design.quads, "number")
+        write_place, _ = wrapping_counter(m, self.p.valid & last, FRAMES, "write_place")
+        mirror = Cat(raster.column >= design.quad_columns, raster.row >= design.quad_rows)
+        m.d.comb += [
+            write.en.eq(self.p.valid),
+            write.addr.eq(Cat(number, write_place)),
+            write.data.eq(self.p.payload),
+            read.addr.eq(Cat(raster.quad, place)),
+        ]
+        found = data.View(shape, register(m, read.data.as_value(), "quad"))
+        word = Array(found[k] for k in range(4))[delayed(m, mirror, READ, "mirror")]
+        even = delayed(m, self.share.p.even, READ, "even")
+        return register(m, Mux(even, even_word(design), word), "p")
+
+    def _scale(self, m: Module, p: Value) -> tuple[Value, Value]:
+        """The result word of a taxel, and whether it was limited."""
+        design, given = self._design, self.share.p
+        m.submodules.multiplier = multiplier = Multiplier(len(p) + 1, len(given.mantissa), design.target)
+        shift = delayed(m, given.shift, _PRODUCT, "shift")
+        coarse, _ = two_steps(shift, _FINE)
+        _, fine = two_steps(register(m, shift, "fine"), _FINE)
+        moved = register(m, shift_right(multiplier.product, coarse), "moved")
+        shifted = register(m, moved >> fine, "shifted")
+        wide = round_half(shifted)
+        m.d.comb += [
+            multiplier.a.eq(Cat(p, Const(0, 1)).as_signed()),
+            multiplier.b.eq(delayed(m, given.mantissa, _WORD, "mantissa")),
+        ]
+        word = saturate(wide, design.widths.output)
+        return register(m, word, "word"), register(m, wide != word, "limited")

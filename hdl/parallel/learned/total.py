@@ -1,0 +1,77 @@
+"""The outputs of the network: sums of the parts that three products have in them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Cat, Module, Mux, Signal
+from amaranth.lib import memory, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.pipeline import register, wrapping_counter
+from tfra.hdl.lib.streams import always_ready_stream
+from tfra.hdl.parallel.learned.plan import FRAMES
+from tfra.hdl.parallel.payloads import frame_facts, product, vector_quad
+from tfra.model.fixed.learned.design import LearnedDesign
+
+PARTS = ("direct", "read1", "read2")
+"""Operators of the parts, in the order in which those of a frame come."""
+
+QUADS = 2
+"""Quads of the outputs: the resultant, and the uncertainty."""
+
+
+class Total(wiring.Component):
+    """Sums of two quads over the parts of a frame, zero without contact.
+
+    ::
+
+        result ---> + ---> sum ---> total, after the last part
+             memory -'      '-> memory, after the others
+
+    Parts of several frames interleave.  At most ``FRAMES`` are between their first and their last part, and the sums
+    of each have a place in the memory after the first part, and another one after the second.  No multiplier.
+
+    Members:
+        result: results of all products; those of ``PARTS`` are looked at.
+        frame: fact of the frame, there before its last part, taken with the last quad.
+        total: two quads a frame.
+    """
+
+    latency = 1
+    """Cycles from the transfer of a quad of the last part to that of its sum."""
+
+    def __init__(self, design: LearnedDesign) -> None:
+        self._design = design
+        super().__init__(
+            {
+                "result": In(always_ready_stream(product(design))),
+                "frame": In(stream.Signature(frame_facts(design))),
+                "total": Out(always_ready_stream(vector_quad(design))),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        quad = self.total.payload.shape()
+        m.submodules.sums = sums = memory.Memory(shape=quad, depth=2 * FRAMES * QUADS, init=[])
+        write, read = sums.write_port(), sums.read_port(domain="comb")
+        here = [self.result.valid & self.result.p.kind[self._design.kinds.index(name)] for name in PARTS]
+        first, second, third = (
+            wrapping_counter(m, part, FRAMES * QUADS, f"{name}_quad")[0]
+            for name, part in zip(PARTS, here, strict=True)
+        )
+        lost = here[2] & ~self.frame.p.contact
+        total = Signal(quad, name="sum", reset_less=True)
+        for word, part, before in zip(total, self.result.p.words, read.data, strict=True):
+            m.d.sync += word.eq(Mux(lost, 0, part + Mux(here[0], 0, before)))
+        m.d.comb += [
+            read.addr.eq(Mux(here[2], Cat(third, 1), Cat(second, 0))),
+            write.en.eq(register(m, here[0] | here[1], "again", control=True)),
+            write.addr.eq(register(m, Mux(here[1], Cat(second, 1), Cat(first, 0)), "write_place")),
+            write.data.eq(total),
+            self.frame.ready.eq(here[2] & third[0]),
+            self.total.valid.eq(register(m, here[2], "last_part", control=True)),
+            self.total.payload.eq(total),
+        ]
+        return m

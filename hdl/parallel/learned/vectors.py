@@ -1,0 +1,90 @@
+"""A vector of each frame in flight, read a word at a time, with the headroom of its parities."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Array, Cat, Module, Mux, Signal, Value
+from amaranth.lib import data, memory, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
+from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter, zeros_later
+from tfra.hdl.lib.streams import always_ready_stream
+from tfra.hdl.parallel.learned.plan import FRAMES
+from tfra.hdl.parallel.payloads import vector_quad
+from tfra.model.fixed.learned.design import LearnedDesign
+
+MEASURE = 3
+"""Cycles from a vector's last quad to its headroom being written: magnitudes, two halves of the zeros."""
+
+WORD = READ + 1
+"""Cycles from an address to its word."""
+
+
+class Vectors(wiring.Component):
+    """A vector of each of ``FRAMES`` frames, and the headroom of its parities, read a word at a time.
+
+    Members:
+        write: quads of the vectors, frame by frame.
+        place, quad, parity: of the word that is read.
+        word: the word, ``WORD`` cycles later.
+        headroom: of its parity, beside it; zero where it is not asked for.
+        complete: pulse: a vector and its headroom may be read two cycles later.
+    """
+
+    def __init__(self, design: LearnedDesign, *, headroom: bool) -> None:
+        self._design, self._headroom = design, headroom
+        vector = vector_quad(design)
+        super().__init__(
+            {
+                "write": In(always_ready_stream(vector)),
+                "place": In(counter_shape(FRAMES - 1)),
+                "quad": In(counter_shape(design.quads - 1)),
+                "parity": In(2),
+                "word": Out(vector.elem_shape),
+                "headroom": Out(counter_shape(design.widths.vector - 1)),
+                "complete": Out(1),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        quads, shape = self._design.quads, self.write.payload.shape()
+        m.submodules.words = words = memory.Memory(shape=shape, depth=FRAMES << len(self.quad), init=[])
+        write, read = words.write_port(), words.read_port()
+        number, last = wrapping_counter(m, self.write.valid, quads, "number")
+        ends = self.write.valid & last
+        place, _ = wrapping_counter(m, ends, FRAMES, "write_place")
+        m.d.comb += [
+            write.en.eq(self.write.valid),
+            write.addr.eq(Cat(number, place)),
+            write.data.eq(self.write.payload),
+            read.addr.eq(Cat(self.quad, self.place)),
+            self.complete.eq(delayed(m, ends, MEASURE - 1, "ends", control=True)),
+        ]
+        found = data.View(shape, register(m, read.data.as_value(), "found"))
+        parity = delayed(m, self.parity, READ, "parity")
+        m.d.comb += self.word.eq(register(m, Array(found[k] for k in range(4))[parity], "word"))
+        if self._headroom:
+            self._measure(m, number == 0, ends, place)
+        return m
+
+    def _measure(self, m: Module, first: Value, ends: Value, place: Value) -> None:
+        """OR of the magnitudes of each parity while a vector is written; its zeros when it is complete."""
+        shape = data.ArrayLayout(self.headroom.shape(), 4)
+        m.submodules.headrooms = headrooms = memory.Memory(shape=shape, depth=FRAMES, init=[])
+        write, read = headrooms.write_port(), headrooms.read_port()
+        for parity, word in enumerate(self.write.p):
+            mask = Signal(len(word) - 1, name=f"mask{parity}", reset_less=True)
+            with m.If(self.write.valid):
+                m.d.sync += mask.eq(Mux(first, 0, mask) | magnitude_bits(word))
+            m.d.comb += write.data[parity].eq(register(m, zeros_later(m, mask), f"zeros{parity}"))
+        m.d.comb += [
+            write.en.eq(delayed(m, ends, MEASURE, "measured", control=True)),
+            write.addr.eq(delayed(m, place, MEASURE, "measured_place")),
+            read.addr.eq(self.place),
+        ]
+        found = data.View(shape, register(m, read.data.as_value(), "found_headroom"))
+        parity = delayed(m, self.parity, READ, "headroom_parity")
+        m.d.comb += self.headroom.eq(register(m, Array(found[k] for k in range(4))[parity], "headroom"))

@@ -1,0 +1,165 @@
+"""The whole core in Amaranth's simulator: bit-exact results, and the latency and interval that its timeline states."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from amaranth import ResetInserter, Signal
+from amaranth.sim import Simulator
+
+from tests.hdl.parallel.learned.designs import random_design, stream
+from tests.marks import long
+from tests.model.fixed.learned.cases import codes_of, made
+from tfra.codegen.config import load
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.parallel.learned.core import LearnedCore
+from tfra.hdl.parallel.learned.parallel import LearnedParallel
+from tfra.model.choices import FORMATS, Adc, Architecture
+from tfra.model.fixed.learned.stages import Stage
+from tfra.sim.harness import bursts, flowing, random_stalls, run
+from tfra.sim.run import simulate
+
+CASES = [
+    (made(2, 2, (3, 2), 1), bursts, flowing),
+    (made(3, 5, (4, 3), 2, formats=FORMATS["wide"], architecture=Architecture(8, 2)), random_stalls, bursts),
+    (made(5, 4, (8, 4), 3, lanes=12, taxel_forces=False), flowing, random_stalls),
+    (made(7, 7, (8, 4), 4, lanes=20), flowing, flowing),
+    (made(4, 3, (2, 3), 5, adc=Adc(18), architecture=Architecture(16, 1)), bursts, bursts),
+]
+
+
+@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [*CASES[:3], *long(*CASES[3:])])
+def test_every_word_equals_the_model(design, stall_in, stall_out):
+    codes = codes_of(design, 9, seed=1)
+    words, want, last, *_ = stream(design, codes, stall_in=stall_in, stall_out=stall_out, seed=3)
+    names = [f.name for f in design.layout for _ in range(f.count)]
+    bad = np.argwhere(words != want)
+    assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
+    assert last[:, -1].all()
+    assert last.sum() == len(want)
+
+
+def sleepy(rng):
+    """Asleep for longer than frames take, then awake for a while, so that every place in the core fills up."""
+    while True:
+        yield from [True] * rng.randrange(2000)
+        yield from [False] * rng.randrange(1, 400)
+
+
+@pytest.mark.parametrize(("seed", "forces"), [(20, True), (21, False), *long((22, True), (23, True), (24, False))])
+def test_everything_has_its_place_while_the_output_sleeps(seed, forces):
+    """Nothing behind the products asks for a place: tokens alone see to it that there is one."""
+    design = random_design(seed, taxel_forces=forces)
+    words, want, *_ = stream(design, codes_of(design, 9, seed), stall_out=sleepy, seed=seed)
+    assert (words == want).all()
+
+
+@pytest.mark.parametrize("seed", [3, 4, 11, *long(*range(30, 42))])
+def test_timing_is_what_the_gateware_does(seed):
+    """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
+    design = random_design(seed)
+    words, want, _, taken, cycles = stream(design, codes_of(design, 8, seed))
+    assert (words == want).all()
+    timeline = LearnedParallel(design).timeline(8)
+    assert (taken - taken[0]).tolist() == [frame.taxel for frame in timeline.frames]
+    assert (cycles - taken[0]).tolist() == [frame.words for frame in timeline.frames]
+
+
+@pytest.mark.parametrize("seed", [1, *long(2, 12)])
+def test_a_single_frame_takes_the_stated_latency(seed):
+    design = random_design(seed)
+    words, want, _, taken, cycles = stream(design, codes_of(design, 2, seed)[1:])
+    timing = LearnedParallel(design)
+    assert (words == want).all()
+    assert cycles[0, 0] - taken[0] == timing.latency
+    assert cycles[0, -1] - taken[0] == timing.frame_latency
+
+
+@pytest.mark.parametrize("forces", [True, False])
+def test_a_reset_of_one_cycle_in_the_middle_of_anything(forces):
+    """After each reset the frames of the model come, counted from zero."""
+    design = made(3, 2, (3, 2), 7, taxel_forces=forces)
+    codes = codes_of(design, 4, 9)
+    want = design.model.words(codes).ravel().tolist()
+    core, reset, found = LearnedCore(design), Signal(), []
+    length = LearnedParallel(design).frame_latency
+    rng = np.random.default_rng(5)
+    interrupted = [1, *rng.integers(6, 2 * length, 5).tolist()]
+
+    async def bench(ctx):
+        ctx.set(core.result.ready, 1)
+        for cycles in [*interrupted, 6 * length]:
+            found.clear()
+            taxels = codes.ravel().tolist()
+            for _ in range(cycles):
+                ctx.set(core.taxel.valid, bool(taxels))
+                ctx.set(core.taxel.payload, taxels[0] if taxels else 0)
+                port = core.taxel.ready, core.result.valid, core.result.payload
+                _, _, taken, valid, word = await ctx.tick().sample(*port)
+                if taken and taxels:
+                    taxels.pop(0)
+                if valid:
+                    found.append(word["data"])
+            ctx.set(reset, 1)
+            await ctx.tick()
+            ctx.set(reset, 0)
+
+    simulator = Simulator(ResetInserter(reset)(core))
+    simulator.add_clock(1e-6)
+    simulator.add_testbench(bench)
+    simulator.run()
+    assert found == want, f"after resets at {interrupted}"
+
+
+def test_coefficients_may_be_loaded():
+    design = made(3, 3, (3, 2), 8, images="load", lanes=8)
+    codes = codes_of(design, 2, 3)
+    want = design.model.words(codes)
+    load = LearnedParallel(design).loaded.tolist()
+    seen = run(LearnedCore(design), {"load": load, "taxel": codes.ravel().tolist()}, {"result": want.size})
+    assert [word["data"] for word in seen.values["result"]] == want.ravel().tolist()
+
+
+@pytest.mark.parametrize("forces", [True, False])
+def test_every_probe_shows_the_models_stage(forces, tmp_path: Path):
+    """Of frames that are alone in the core."""
+    design = made(3, 4, (3, 2), 9, taxel_forces=forces)
+    for codes in codes_of(design, 6, 11)[2:5, None]:
+        model = design.model(codes)
+        found = simulate(design, codes, "icarus", build_dir=tmp_path, probes=True)
+        assert (found.words == model.words).all()
+        assert list(found.probes) == [stage for stage in Stage if stage in model.stages and stage != Stage.WORDS]
+        for stage, words in found.probes.items():
+            np.testing.assert_array_equal(words, model.stages[Stage(stage)].reshape(1, -1), stage)
+
+
+def test_figures_of_the_ten_by_ten_array():
+    """The example's network, 48 and 24 orbits of units, on 52 lanes."""
+    example = load(Path(__file__).parents[4] / "examples" / "hertz_40x20.toml").design
+    sizes = {}
+    for forces in (False, True):
+        design = made(10, 10, (48, 24), lanes=52, taxel_forces=forces, adc=example.adc)
+        core = microarchitecture(design)
+        assert isinstance(core, LearnedParallel)
+        sizes[forces] = core.latency, core.initiation_interval
+    assert sizes == {False: (362, 221), True: (380, 371)}
+
+
+def test_choices_are_the_cores_with_other_lanes():
+    core = LearnedParallel(made(2, 4, (3, 2)))
+    found = list(core.choices())
+    assert [choice.lanes for choice in found] == [4, 8] == list(core.lane_choices)
+    for choice in found:
+        alone = LearnedParallel(replace(choice.design))
+        assert (choice.latency, choice.initiation_interval) == (alone.latency, alone.initiation_interval)
+
+
+def test_a_wrong_bit_is_noticed():
+    design = made(2, 2, (3, 2), 1)
+    codes = codes_of(design, 6, seed=1)[3:]
+    other = replace(design, weights=replace(design.weights, read2=-design.weights.read2))
+    words, *_ = stream(design, codes)
+    assert (words != other.model.words(codes)).any()

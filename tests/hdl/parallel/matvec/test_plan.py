@@ -1,0 +1,174 @@
+"""Stacks whose operands differ in length, in any order, as a plan of another estimator may have them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+import pytest
+
+from tfra.hdl.parallel.matvec.images import bases, depth, lane_images
+from tfra.hdl.parallel.matvec.passes import Passes
+from tfra.hdl.parallel.matvec.plan import Plan, Source
+from tfra.hdl.parallel.matvec.schedule import spacing
+from tfra.hdl.parallel.matvec.unit import FULL, MatVec, full
+from tfra.model.choices import Architecture
+from tfra.model.fixed.coefficients import Operator, Stack
+from tfra.model.fixed.matvec import matvec
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.widths import Widths
+from tfra.model.sensor import SensorArray
+from tfra.sim.harness import Recording, bursts, flowing, random_stalls, run
+
+SIZES = {"codes": (6, 5), "long": (9, 4), "short": (1, 3), "mid": (3, 2), "other": (3, 7)}
+"""Quads of a stack's operand, and of its results."""
+
+OPERATORS = {name: f"op_{name}" for name in SIZES}
+
+PLAN = Plan(
+    (
+        Source("pair", ("mid", "other"), 2, "pair_token"),
+        Source("short", ("short",), 1, "short_token"),
+        Source("long", ("long",), 2, "long_token"),
+        Source("codes", ("codes",), 1),
+    ),
+    {"mid": ("place",), "other": ("room",), "codes": ("frame", "long_token")},
+)
+
+
+@dataclass(frozen=True)
+class Mixed(TfraDesign):
+    """Products of random coefficients."""
+
+    products = tuple(SIZES)
+
+    @cached_property
+    def stacks(self) -> dict[str, Stack]:
+        rng = np.random.default_rng(5)
+        found = {}
+        for number, (name, (columns, quads)) in enumerate(SIZES.items()):
+            rows = rng.integers(-(1 << 17), 1 << 17, (quads, 4, columns))
+            found[name] = Stack(name, (Operator(OPERATORS[name], rows, number % 4, 16 + number, 0.0, 0.0),))
+        return found
+
+    @cached_property
+    def widths(self) -> Widths:
+        plain = TfraDesign(self.sensor, architecture=self.architecture).widths
+        return replace(plain, vector=30, accumulator=44, alignment=0)
+
+
+def make(lanes: int, words: int = 4) -> Mixed:
+    return Mixed(SensorArray(4, 6, 4e-3, 2e-3, 3e-3), architecture=Architecture(lanes, words))
+
+
+DESIGNS = [make(4), make(8, 2), make(12), make(24, 1)]
+
+
+def draw(design: Mixed, count: int, seed: int) -> dict[str, np.ndarray]:
+    """Operands ``(count, K, 4)`` of every stack, of random lengths."""
+    rng = np.random.default_rng(seed)
+    found = {}
+    for name, (columns, _) in SIZES.items():
+        bits = design.adc.bits + 2 if name == "codes" else 27
+        words = rng.integers(-(1 << (bits - 1)), 1 << (bits - 1), (count, columns, 4))
+        found[name] = words >> rng.integers(0, bits, (count, 1, 4))
+    return found
+
+
+def send(design: Mixed, drawn: dict[str, np.ndarray], **stalls) -> Recording:
+    """Every operand once, as soon as there is a bank for it; ``long`` are not before a product of codes."""
+    count = len(drawn["codes"])
+    pairs = [
+        {"words": quad, "other": int(name == "other")}
+        for number in range(count)
+        for name in ("mid", "other")
+        for quad in drawn[name][number].tolist()
+    ]
+    plain = {name: drawn[name].reshape(-1, 4).tolist() for name in ("codes", "long", "short")}
+    tokens = {name: [0] * count for name in ("place", "room", "frame")}
+    products = design.stacks["codes"].quads
+
+    def banked(token: str, quads: int):
+        return lambda quad, record, cycle: len(record.cycles[token]) > quad // quads
+
+    def after_codes(quad, record, cycle):
+        kinds = [value["kind"] for value in record.values["result"]]
+        return kinds.count(1) > products * (quad // SIZES["long"][0])
+
+    return run(
+        MatVec(design, PLAN),
+        {"pair": pairs, **plain, **tokens},
+        {
+            "result": count * sum(quads for _, quads in SIZES.values()),
+            "pair_token": 2 * count,
+            "short_token": count,
+        },
+        steady={"codes"},
+        leave={"pair": banked("pair_token", 3), "short": banked("short_token", 1), "long": after_codes},
+        **stalls,
+    )
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.architecture.mac_lanes}-{d.architecture.vector_words}")
+@pytest.mark.parametrize("stall", [flowing, random_stalls, bursts])
+def test_every_product_of_every_length_is_the_models(design, stall):
+    drawn = draw(design, 3, 7)
+    seen = send(design, drawn, stall_in=stall, stall_out=stall, seed=3)
+    half = 1 << (design.widths.vector - 1)
+    for number, name in enumerate(SIZES):
+        shift = design.formats.vector_fraction if name == "codes" else 0
+        want = (matvec(design, name, drawn[name] << shift).reshape(-1, 4) + half) % (2 * half) - half
+        found = [value["words"] for value in seen.values["result"] if value["kind"] == 1 << number]
+        assert found == want.tolist(), name
+
+
+def test_a_wrong_bit_is_noticed():
+    design = DESIGNS[0]
+    drawn = draw(design, 1, 9)
+    seen = send(design, drawn)
+    found = [value["words"] for value in seen.values["result"] if value["kind"] == 1 << 3]
+    drawn["mid"][0, 1, 2] ^= 1 << 20
+    assert found != matvec(design, "mid", drawn["mid"]).reshape(-1, 4).tolist()
+
+
+@pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.architecture.mac_lanes}-{d.architecture.vector_words}")
+@pytest.mark.parametrize("name", ["codes", "short", "long", "mid"])
+def test_latency_duration_and_passes_are_as_told(design, name):
+    """One product alone; and one after the other, as long as the timeline of passes says."""
+    unit, drawn = MatVec(design, PLAN), draw(design, 1, 11)
+    port = "pair" if name == "mid" else name
+    quads = drawn[name][0].tolist()
+    payloads = [{"words": quad, "other": 0} for quad in quads] if name == "mid" else quads
+    late = max(spacing(design, stack) for stack in SIZES)
+    seen = run(
+        unit,
+        {port: payloads, "place": [0], "frame": [0]},
+        {"result": design.stacks[name].quads},
+        leave={port: lambda quad, record, cycle: cycle > late},
+    )
+    cycles = np.array(seen.cycles["result"]) - seen.cycles[port][-1]
+    assert (cycles[0], cycles[-1]) == (unit.latency(name), unit.duration(name))
+    _, results = Passes(design).product(name, full(design, PLAN, name))
+    assert cycles.tolist() == results
+
+
+def test_a_product_of_codes_begins_with_the_first_quad():
+    design = make(4)
+    assert full(design, PLAN, "codes") == 2 - SIZES["codes"][0]
+    assert full(design, PLAN, "long") == FULL
+
+
+def test_memories_hold_each_stack_where_it_begins():
+    design = make(8)
+    images, start = lane_images(design), bases(design)
+    assert images.shape == (8, depth(design)) == (8, 6 * 3 + 9 * 2 + 1 * 2 + 3 * 1 + 3 * 4)
+    for name, (columns, _) in SIZES.items():
+        op = design.stacks[name].operators[0]
+        first = images[:4, start[name] : start[name] + columns]
+        assert first.tolist() == op.rows[0, np.arange(4) ^ op.flip].tolist()
+
+
+def test_tokens_are_told_by_who_gives_and_takes_them():
+    assert PLAN.given == ("pair_token", "short_token")
+    assert PLAN.taken == ("place", "room", "frame")
