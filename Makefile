@@ -14,6 +14,8 @@
 #              the tables of docs/numerics.md: noise of a sensor at rest and faint contacts; every signal's word and error
 # make sparse, make fem_convergence
 #              the tables of docs/studies/sparse.md and docs/studies/fem.md
+# make accuracy
+#              the tables and the figure of docs/accuracy.md: every estimator on identical frames
 # make page    the picture of docs/view.md
 # make notebook, make first_hour
 #              docs/notebook.ipynb and docs/first_hour.md, run again
@@ -48,7 +50,8 @@ TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
-  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour abuse misuse
+  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour abuse misuse \
+  accuracy
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -79,6 +82,7 @@ speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
 calibrate errors truth fem_convergence page notebook first_hour: GROUP := contacts
 abuse misuse: GROUP := abuse
+accuracy: GROUP := accuracy
 
 $(STUDIES): $(READY) icarus
 	$(VENV)/bin/python -m bench.$(GROUP).$@

@@ -93,12 +93,12 @@ def scenes(sensor: SensorArray, contacts: Contacts, rng: np.random.Generator) ->
     yield "gains spread by 10 %", Scene(quiet * (1 + 0.1 * rng.standard_normal(quiet.shape[1:])), force)
 
 
-def fine_influence(sensor: SensorArray) -> tuple[Floats, Floats, Floats]:
-    """Stress at the taxels per newton along x, y, z on each of SPLIT x SPLIT parts of every cell, ``(m, parts)``."""
+def fine_influence(sensor: SensorArray, split: int = SPLIT) -> tuple[Floats, Floats, Floats]:
+    """Stress at the taxels per newton along x, y, z on each of split x split parts of every cell, ``(m, parts)``."""
     pitch = np.array([sensor.pitch_x, sensor.pitch_y])
-    i, j = np.divmod(np.arange(SPLIT**2 * sensor.taxels), SPLIT * sensor.columns)
-    center = ((np.stack([j, i], axis=1) + 0.5) / SPLIT - 0.5) * pitch
-    shape, half = np.full(len(i), "uniform"), np.broadcast_to(pitch / SPLIT / 2, center.shape)
+    i, j = np.divmod(np.arange(split**2 * sensor.taxels), split * sensor.columns)
+    center = ((np.stack([j, i], axis=1) + 0.5) / split - 0.5) * pitch
+    shape, half = np.full(len(i), "uniform"), np.broadcast_to(pitch / split / 2, center.shape)
     x, y, z = (
         frames(sensor, Contacts(shape, center, half, np.eye(3)[[axis] * len(i)])).reshape(len(i), -1).T
         for axis in range(3)

@@ -1,0 +1,79 @@
+"""The sensors of the comparison: a CONFIG each, with a file of weights beside it."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from bench.publish import ROOT
+from tfra.codegen.config import load
+from tfra.codegen.weightsfile import read_weights
+from tfra.model.cover.contact import Contact
+from tfra.model.fixed.learned.design import LearnedDesign
+
+EXAMPLES = ("hertz_40x20", "rectangle_40x40", "skin_8x12")
+"""Names in `examples/`; the other sensors are in this folder."""
+
+BITS = 14
+"""Of the converter."""
+
+SEED = 31_415_926
+"""Of all that is random here; no training and no other study uses it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A sensor with its weights, and the ``contacts`` of its CONFIG."""
+
+    name: str
+    design: LearnedDesign
+    contacts: tuple[Contact, ...]
+
+    @property
+    def coarseness(self) -> float:
+        """Mean pitch, the root of a taxel's area, over the cover's thickness."""
+        return float(np.sqrt(self.design.sensor.taxel_area) / self.design.sensor.thickness)
+
+    def generator(self, purpose: str) -> np.random.Generator:
+        """Random numbers that depend on the sensor's name and on ``purpose`` alone."""
+        return np.random.default_rng([SEED, *f"{self.name} {purpose}".encode()])
+
+
+def files() -> list[Path]:
+    """Every CONFIG."""
+    here = ROOT / "bench" / "accuracy"
+    return [*(ROOT / "examples" / f"{name}.toml" for name in EXAMPLES), *sorted(here.glob("*.toml"))]
+
+
+def cases() -> list[Case]:
+    """Every sensor that has weights; a line on stderr names each one without.
+
+    Raises ``InputError`` for a file that can't be read, or that is not the sensor's.
+    """
+    found = []
+    for config in files():
+        weights = config.with_suffix(".weights.npz")
+        if weights.exists():
+            found.append(case(config, weights))
+        else:
+            command = f"tfra train {config.relative_to(ROOT)} --out {weights.relative_to(ROOT)}"
+            print(f"{config.stem} is left out, as it has no weights: {command} makes them", file=sys.stderr)
+    return found
+
+
+def case(config: Path, weights: Path) -> Case:
+    """The sensor of ``config`` with a converter of ``BITS``; raises ``InputError`` as :func:`cases`."""
+    project = load(config)
+    sensor, adc = project.design.sensor, project.design.adc
+    trained = read_weights(weights, sensor)
+    design = LearnedDesign(
+        sensor=sensor,
+        adc=replace(adc, bits=BITS, contact_threshold=None),
+        weights=trained.weights,
+        threshold=trained.threshold,
+        taxel_forces=False,
+    )
+    return Case(config.stem, design, project.contacts)

@@ -1,0 +1,201 @@
+"""From observations to the page: percentiles, verdicts, tables, and the record that they tell."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.accuracy import accuracy, cases, estimators, figure, measure
+from bench.accuracy.estimators import FIXED, LEARNED, NAMES
+from bench.accuracy.scenes import NOISES, QUIET, SCENES, scenes
+from bench.accuracy.tables import tables
+from bench.accuracy.targets import TARGETS, Target, furthest, verdict
+from bench.publish import ROOT
+from tests.bench.accuracy.random_case import random_case
+from tfra.model.errors import InputError
+from tfra.train.errors import Resultants
+
+
+@pytest.fixture(scope="module")
+def kept() -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((ROOT / "bench" / "results" / "accuracy.json").read_text())
+    return found
+
+
+def told(name: str) -> str:
+    """What stands between the marks of the page."""
+    _, _, rest = (ROOT / accuracy.PAGE).read_text().partition(f"<!-- {name} -->\n")
+    text, mark, _ = rest.partition(f"\n<!-- end {name} -->")
+    assert mark, f"<!-- {name} --> is missing"
+    return text
+
+
+def test_the_page_tells_the_record(kept: dict[str, Any]) -> None:
+    for name, table in tables(kept).items():
+        assert told(name) == table, name
+
+
+def test_another_record_makes_other_tables(kept: dict[str, Any]) -> None:
+    wrong = copy.deepcopy(kept)
+    wrong["pooled"][QUIET][LEARNED]["mu"][0] += 0.01
+    found = tables(wrong)
+    assert {name for name in found if told(name) != found[name]} == {
+        "accuracy short", "accuracy mu", "accuracy robust mu"
+    }  # fmt: skip
+
+
+def test_the_kept_record_is_of_this_list(kept: dict[str, Any]) -> None:
+    assert kept["seed"] == cases.SEED
+    assert kept["contacts"] == accuracy.COUNT
+    for row in (kept["pooled"], *(sensor["scenes"] for sensor in kept["sensors"].values())):
+        assert list(row) == list(SCENES)
+        assert all(list(scene) == list(NAMES) for scene in row.values())
+    every = cases.cases()
+    assert [case.name for case in every] == list(kept["sensors"])
+    for case in every:
+        assert accuracy.described(case).items() <= kept["sensors"][case.name].items()
+
+
+def test_today_the_learned_estimators_are_as_accurate(kept: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(estimators, "FITTED", 50)
+    for case in cases.cases():
+        every = estimators.estimators(case)
+        name, codes, force = next(scenes(case, accuracy.COUNT))
+        for who in (LEARNED, FIXED):
+            off = measure.percentiles({name: {who: measure.compared(Resultants(force), every[who](codes))}})
+            for key, both in off[name][who].items():
+                assert both == pytest.approx(kept["sensors"][case.name]["scenes"][name][who][key], rel=0.01), key
+
+
+def test_a_whole_record(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(estimators, "FITTED", 50)
+    monkeypatch.setattr(measure, "PAPER", ("small",))
+    found = accuracy.record([random_case(), random_case("other")], 40)
+    again = json.loads(json.dumps(found))
+    assert again == found
+    row = found["sensors"]["small"]["scenes"][QUIET]
+    assert all(0 <= low <= high for who in row.values() for low, high in who.values())
+    assert found["sensors"]["other"]["paper"] is None
+    assert list(found["sensors"]["small"]["paper"][QUIET]) == ["0.1", "0.3", "0.5", "0.7", "0.9"]
+    assert {len(curve) for noise in found["curves"].values() for curve in noise.values()} == {measure.BINS}
+    for table in tables(found).values():
+        assert len({line.count("|") - line.count("\\|") for line in table.splitlines() if "|" in line}) == 1
+    monkeypatch.setattr(figure, "ROOT", tmp_path)
+    (tmp_path / "bench" / "results").mkdir(parents=True)
+    figure.plot(found["curves"])
+    assert {file.name for file in (tmp_path / "bench" / "results").iterdir()} == {"accuracy.svg", "accuracy.png"}
+
+
+def observation(mu: float) -> dict[str, Any]:
+    """A hundred frames with the error ``mu`` of a perfect estimator's friction."""
+    true = np.linspace(0, 0.99, 100)
+    values = {"mu_true": true, "mu_found": true + mu, "mu": np.full(100, mu)}
+    values |= {"phi_deg": np.arange(100.0), "force_percent": np.zeros(100)}
+    return {noise: dict.fromkeys(NAMES, values) for noise in NOISES}
+
+
+def test_pooled_percentiles() -> None:
+    both = measure.pooled([observation(0.1), observation(0.3)])
+    assert len(both[QUIET][LEARNED]["mu"]) == 200
+    row = measure.percentiles(both)[QUIET][LEARNED]
+    assert row["mu"] == pytest.approx([0.2, 0.3])
+    assert row["phi_deg"] == pytest.approx([49.5, 94.05], abs=0.6)
+    curve = measure.curves(observation(0.1))[QUIET][LEARNED]
+    assert np.array(curve)[:, 1] == pytest.approx(np.arange(10) / 10 + 0.045 + 0.1)
+
+
+def test_differences_notice_single_frames() -> None:
+    mu = np.linspace(0, 0.99, 100)
+    exact = SimpleNamespace(mu=mu, phi_deg=np.zeros(100), resultant=np.zeros((100, 3)))
+    other = SimpleNamespace(mu=mu.copy(), phi_deg=np.zeros(100), resultant=np.zeros((100, 3)))
+    assert measure.differences(exact, other, mu) == {"mu": 0, "phi_deg": 0, "phi_deg_of_all": 0}
+    other.phi_deg[:6], other.mu[-6:] = 359.0, 2.0  # the first six have a friction of 0.05 at most
+    found = measure.differences(exact, other, mu)
+    assert found["mu"] > 1
+    assert found["phi_deg"] == 0
+    assert found["phi_deg_of_all"] == pytest.approx(1)
+
+
+def test_more_fraction_bits_agree_better() -> None:
+    found = measure.agreement(random_case(), 100)
+    assert list(found) == ["9", "12"]
+    assert 0 < 2 * found["12"]["phi_deg"] < found["9"]["phi_deg"]
+    assert random_case().design.formats.vector_fraction == measure.FRACTIONS[0]
+
+
+def test_values_are_distances_to_the_truth() -> None:
+    truth, found = Resultants(np.array([[3.0, 0, -5]])), Resultants(np.array([[0.0, 3, -5]]))
+    values = measure.compared(truth, found)
+    assert values["mu"] == pytest.approx([0])
+    assert values["phi_deg"] == pytest.approx([90])
+    assert values["force_percent"] == pytest.approx([100 * np.sqrt(18 / 34)])
+    assert values["mu_true"] == pytest.approx([0.6])
+
+
+def test_verdicts() -> None:
+    assert verdict(0.02, 0.02, 3) == "0.020 ✓"
+    assert verdict(0.0313, 0.03, 3) == "0.031 (+0.0013)"
+    assert verdict(2.5, 2.0, 1) == "2.5 (+0.5)"
+    assert verdict(0.03001, 0.03, 3) == "0.030 (+0.00001)"
+    fine = Target(QUIET, "mu", 95, 0.09, 0.14)
+    assert (fine.limit_of(1.29), fine.limit_of(1.3)) == (0.09, 0.14)
+    sensor = {"scenes": {QUIET: {LEARNED: {"mu": [0.01, 0.08]}}}}
+    assert fine.found(sensor) == 0.08
+    assert furthest({"0.3": {LEARNED: 0.31}, "0.7": {LEARNED: 0.65}}) == pytest.approx(0.05)
+
+
+def test_the_limits_are_those_that_were_set() -> None:
+    limits = {(t.scene, t.measure, t.percentile): (t.limit, t.coarse) for t in TARGETS}
+    assert len(limits) == len(TARGETS)
+    assert limits.pop((QUIET, "mu", 50)) == (0.02, 0.03)
+    assert limits.pop((QUIET, "mu", 95)) == (0.09, 0.14)
+    assert limits.pop((QUIET, "phi_deg", 50)) == (2, None)
+    assert limits.pop((QUIET, "force_percent", 50)) == (3.5, 5)
+    assert limits.pop((QUIET, "force_percent", 95)) == (11, 15)
+    by_scene = {scene: limit for (scene, measured, part), limit in limits.items() if (measured, part) == ("mu", 50)}
+    assert len(by_scene) == len(limits)
+    assert by_scene == dict.fromkeys(["ν = 0.45", "ν = 0.5", "a dead taxel"], (0.03, None)) | dict.fromkeys(
+        ["ring", "flat punch", "partial slip", "tilted ellipse"], (0.03, None)
+    ) | dict.fromkeys(["offset of +0.5 %", "offset of +1 %", "offset of −1 %"], (0.025, None)) | {
+        "1 % noise": (0.07, None),
+        "1 % noise, mean of 16 frames": (0.025, None),
+        "gains spread by 10 %": (0.035, None),
+        "cover that goes on": (0.04, None),
+    }
+
+
+def test_a_sensor_without_weights_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    examples = tmp_path / "examples"
+    examples.mkdir()
+    for name in ("hertz_40x20.toml", "hertz_40x20.weights.npz", "skin_8x12.toml"):
+        (examples / name).write_bytes((ROOT / "examples" / name).read_bytes())
+    monkeypatch.setattr(cases, "ROOT", tmp_path)
+    monkeypatch.setattr(cases, "EXAMPLES", ("hertz_40x20", "skin_8x12"))
+    (found,) = cases.cases()
+    assert (found.name, found.design.adc.bits, found.design.adc.full_scale) == ("hertz_40x20", 14, 100e3)
+    assert found.coarseness == pytest.approx(np.sqrt(8) / 3)
+    assert capsys.readouterr().err == (
+        "skin_8x12 is left out, as it has no weights: tfra train examples/skin_8x12.toml "
+        "--out examples/skin_8x12.weights.npz makes them\n"
+    )
+    (examples / "skin_8x12.weights.npz").write_bytes((examples / "hertz_40x20.weights.npz").read_bytes())
+    with pytest.raises(InputError, match=r"skin_8x12\.weights\.npz"):
+        cases.cases()
+
+
+def test_random_numbers_depend_on_name_and_purpose() -> None:
+    draw = {
+        (name, purpose): random_case(name).generator(purpose).integers(1 << 60)
+        for name in ("small", "other")
+        for purpose in ("map", "array")
+    }
+    assert len(set(draw.values())) == 4
+    assert random_case().generator("map").integers(1 << 60) == draw["small", "map"]
