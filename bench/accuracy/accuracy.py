@@ -1,7 +1,7 @@
 """How accurate every estimator is on identical frames, for any friction, under noise, and on what none expects.
 
 ``python -m bench.accuracy.accuracy`` writes ``bench/results/accuracy.json``, the figure beside it and the tables of
-docs/accuracy.md.  Sensors without weights are left out.
+docs/accuracy.md, and the shortest in README.md.  Sensors without weights are left out.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from tfra.model.learned.network import Network
 from tfra.model.learned.weights import NAMES
 
 PAGE = "docs/accuracy.md"
+SHORT = "accuracy short"
+"""The table that README.md has, too."""
 COUNT = 1000
 """Contacts a sensor."""
 
@@ -65,6 +67,8 @@ def main() -> None:
     plot(found["curves"])
     for name, table in tables(found).items():
         insert(name, table, PAGE)
+        if name == SHORT:
+            insert(name, table)
 
 
 if __name__ == "__main__":

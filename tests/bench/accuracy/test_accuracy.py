@@ -28,9 +28,9 @@ def kept() -> dict[str, Any]:
     return found
 
 
-def told(name: str) -> str:
+def told(name: str, page: str = accuracy.PAGE) -> str:
     """What stands between the marks of the page."""
-    _, _, rest = (ROOT / accuracy.PAGE).read_text().partition(f"<!-- {name} -->\n")
+    _, _, rest = (ROOT / page).read_text().partition(f"<!-- {name} -->\n")
     text, mark, _ = rest.partition(f"\n<!-- end {name} -->")
     assert mark, f"<!-- {name} --> is missing"
     return text
@@ -39,6 +39,7 @@ def told(name: str) -> str:
 def test_the_page_tells_the_record(kept: dict[str, Any]) -> None:
     for name, table in tables(kept).items():
         assert told(name) == table, name
+    assert told(accuracy.SHORT, "README.md") == told(accuracy.SHORT)
 
 
 def test_another_record_makes_other_tables(kept: dict[str, Any]) -> None:
