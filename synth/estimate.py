@@ -178,11 +178,16 @@ def estimate(design: Design, family: Family) -> Estimate:
     return Estimate(blocks, sum(place(memory, family).tables for memory in lanes.memories if memory.rom))
 
 
-def basis(kind: str, family: Family) -> str:
-    """The unit of a LUT in estimates of ``kind`` cores on ``family``, and the estimates' errors."""
+def basis(kind: str, family: Family, sweeps: bool = True) -> str:
+    """The unit of a LUT in estimates of ``kind`` cores on ``family``, and the estimates' errors.
+
+    Prices are those of TFRA, which ``sweeps``.
+    """
     rates = prices(kind)
     fitted = FAMILIES[rates.family]
     unit = f"a LUT is a {fitted.lut} of {fitted.title}"
+    if not sweeps:
+        return f"{unit}; fitted to {kind} cores of TFRA for {fitted.title}, for this estimator only a guide"
     if fitted is family:
         off = ", ".join(f"{100 * error:.1f} % ({name})" for name, error in rates.error.items())
         return f"{unit}; fitted to syntheses of {kind} cores for {family.title}, off by up to {off}"

@@ -96,3 +96,4 @@ def test_a_family_of_any_size() -> None:
 )
 def test_whose_lookup_tables(kind: str, family: str, said: str) -> None:
     assert basis(kind, FAMILIES[family]).startswith(f"a LUT is a {said}")
+    assert basis(kind, FAMILIES[family], sweeps=False).endswith("for this estimator only a guide")
