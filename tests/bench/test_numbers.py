@@ -85,6 +85,7 @@ TOLD = [
         "examples/learned_fast.toml", r"alone: a frame every (\d+) cycles",
         lambda: learned("fast", taxel_forces=False).initiation_interval,
     ),
+    ("examples/learned_small.toml", r"a frame every ([\d,]+) cycles", lambda: learned("small").initiation_interval),
     ("examples/small.toml", r"a frame every ([\d,]+) cycles", lambda: preset("small").initiation_interval),
 ]
 """Where a number is told, the one group that finds it, and what it has to be."""
