@@ -293,7 +293,7 @@ def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     capsys.readouterr()
     assert main(["generate", "skin.toml", "--out", "core", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert set(told.pop("expected")) == {"condition", "contacts", "equal"}
+    assert set(told.pop("expected")) == {"condition", "contacts", "equal", "near"}
     assert told == {"name": "skin", "path": "core"}
     assert main(["generate", "skin.toml", "--out", "core"]) == 0
     said = capsys.readouterr().out.splitlines()

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.model.learned.random_weights import random_weights
 from tfra.codegen.config import load
 from tfra.codegen.configfile import config_text
 from tfra.codegen.cover import LayerSpec
+from tfra.codegen.weightsfile import Trained, write_weights
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
 from tfra.model.sensor import SensorArray
 
@@ -69,9 +73,24 @@ def test_the_comment_is_on_top(tmp_path: Path) -> None:
     assert config_text(PLAIN, LAYER, "Two lines\nof comment.").startswith('# Two lines\n# of comment.\nname = "skin"\n')
 
 
-@pytest.mark.parametrize("weights", [None, "w.npz", 'lab/"odd" name\\.npz'])
-def test_weights_come_back(weights: str | None, tmp_path: Path) -> None:
+@pytest.mark.parametrize("forces", [True, False])
+@pytest.mark.parametrize("name", ["w.npz", 'lab/"odd" name\\.npz'])
+def test_weights_come_back(name: str, forces: bool, tmp_path: Path) -> None:
     path = tmp_path / "skin.toml"
-    path.write_text(config_text(PLAIN, LAYER, "", weights))
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    weights = random_weights(np.random.default_rng(0), PLAIN.sensor.taxels, 3, 2)
+    write_weights(tmp_path / name, Trained(PLAIN.sensor, weights, 0.3))
+    given = {each.name: getattr(PLAIN, each.name) for each in fields(PLAIN)}
+    design = LearnedDesign(**given, weights=weights, threshold=0.3, taxel_forces=forces)
+    path.write_text(config_text(design, LAYER, "", name))
     found = load(path)
-    assert (found.design, found.weights) == (PLAIN, weights)
+    assert found.weights == name
+    assert isinstance(found.design, LearnedDesign)
+    assert (found.design.threshold, found.design.taxel_forces) == (0.3, forces)
+    assert {each.name: getattr(found.design, each.name) for each in fields(PLAIN)} == given
+
+
+def test_tfra_has_no_weights(tmp_path: Path) -> None:
+    path = tmp_path / "skin.toml"
+    path.write_text(config_text(PLAIN, LAYER, ""))
+    assert (load(path).design, load(path).weights) == (PLAIN, None)
