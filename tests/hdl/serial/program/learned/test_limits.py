@@ -84,6 +84,22 @@ def test_an_uncertainty_at_the_threshold(threshold, implausible):
     assert found.tolist() == [implausible, implausible, True]
 
 
+@pytest.mark.parametrize(
+    ("threshold", "uncertainty", "implausible"), [(0, 0, False), (0, 1, True), (1, 1, False), (1, 2, True)]
+)
+def test_the_least_force_that_presses(threshold, uncertainty, implausible):
+    """F_z is -1 on the vector grid, beside a large F_x; at the threshold all bits of what is compared are ones."""
+    design = sums(threshold=threshold)
+    direct = design.weights.direct.copy()
+    direct[2:] = np.array([[1.0], [-uncertainty]]) / 1024
+    design = replace(design, weights=replace(design.weights, direct=direct))
+    codes = frames([(1500, 0, -1)])
+    check(design, codes)
+    assert next(iter(design.model.traces(codes))).total[0, :, 0].tolist() == [-1, uncertainty]
+    found = field(design, design.model(codes).words, "status")[0, 0] & Status.IMPLAUSIBLE
+    assert bool(found) == implausible
+
+
 @pytest.mark.parametrize("inverse", [0, 1])
 def test_shares(inverse):
     """With p = 0 everywhere shares are even: four taxels have a power of two, which the last frame almost has, too."""
