@@ -186,8 +186,8 @@ def run(
             store(name, {"seed": seed, "mutants": judged(record)})
 
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(workers) as pool:
-        for number in range(workers):
-            judges.put(Judge(Path(folder) / str(number)))
+        for ready in pool.map(Judge, (Path(folder) / str(number) for number in range(workers))):
+            judges.put(ready)
         for number in range(len(ROUNDS)):
             left = [place for place, one in enumerate(record) if is_open(one, number)]
             list(pool.map(judge, left, repeat(number)))

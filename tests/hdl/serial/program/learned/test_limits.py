@@ -100,6 +100,18 @@ def test_the_least_force_that_presses(threshold, uncertainty, implausible):
     assert bool(found) == implausible
 
 
+@pytest.mark.parametrize(("threshold", "implausible"), [(0, True), (1 / 256, True), (1, False), (200, False)])
+def test_words_hold_outputs_that_are_larger_than_all_else(threshold, implausible):
+    """The uncertainty is as large as F_z; it is moved, and F_z is multiplied, before they are compared."""
+    design = sums(threshold=threshold, formats=Formats("sums", 16, BITS, 0, 3))
+    direct = design.weights.direct * [[1 << 12], [1 << 12], [1 << 12], [1 << 14]]
+    design = replace(design, weights=replace(design.weights, direct=direct))
+    codes = frames([(0, 0, -2048), (3, -5, -2000)])
+    check(design, codes)
+    found = field(design, design.model(codes).words, "status")[:, 0] & Status.IMPLAUSIBLE != 0
+    assert found.tolist() == [implausible, implausible]
+
+
 @pytest.mark.parametrize("inverse", [0, 1])
 def test_shares(inverse):
     """With p = 0 everywhere shares are even: four taxels have a power of two, which the last frame almost has, too."""
