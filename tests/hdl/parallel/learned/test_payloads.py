@@ -30,14 +30,14 @@ def test_flags_are_bits(shape, flags):
 
 
 @pytest.mark.parametrize("design", [*CASES, made(2, 2, lanes=4)], ids=label)
-def test_the_longest_shift_has_its_place_and_needs_all_of_its_bits(design):
+def test_the_longest_shift_has_its_place_and_nothing_is_much_longer(design):
     """The largest sum of p, whose share is a resultant of nothing, or of the least that is not."""
     taxels = design.sensor.taxels
     p = np.full((2, taxels), (1 << (design.widths.force - 1)) - 1)
     assert int(p.sum(axis=1)[0]).bit_length() == total_bits(design, design.widths)
     least = np.array([design.widths.division - 1, design.widths.division - 2])
     found = share(design, Resultant(np.array([[0, 0, 0], [0, 0, -1]]), least), p)
-    longest = payloads.most_shift(design)
-    assert found.shift.max() <= longest
+    beyond = payloads.most_shift(design) - found.shift.max()
+    assert beyond >= 0
     if design.formats.vector_fraction >= design.formats.force_fraction:
-        assert longest.bit_length() <= int(found.shift.max() + 2).bit_length()
+        assert beyond <= 2
