@@ -7,6 +7,7 @@ these cores.
 from __future__ import annotations
 
 import hashlib
+import random
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from bench.cycles.streamed import random_design
+from bench.exactness.campaign import untrained
 from tfra.codegen.verilog import Top, to_rtlil
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.serial.trace import trace
@@ -21,7 +23,6 @@ from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 
 _SQUARE = SensorArray(4, 4, 4e-3, 2e-3, 3e-3)
@@ -37,11 +38,14 @@ DESIGNS = (
     TfraDesign(_TINY, search=Search(5), architecture=SERIAL),
     TfraDesign(_ODD, adc=Adc(8), search=Search(16, 2.5), architecture=SERIAL, target="ecp5"),
     TfraDesign(_SQUARE, search=Search(33), formats=FORMATS["wide"], architecture=SERIAL, target="ice40"),
+    untrained(3, 5, (3, 2), adc=Adc(16), architecture=Architecture(8, 2), target="ecp5"),
+    untrained(4, 4, (2, 5), formats=FORMATS["wide"], architecture=Architecture(4), taxel_forces=False, images="load"),
+    untrained(2, 3, (2, 3), adc=Adc(12, contact_threshold=0), architecture=SERIAL, target="ice40"),
+    untrained(5, 4, (7, 2), formats=FORMATS["wide"], architecture=SERIAL, taxel_forces=False),
 )
 
-
 TIMED = 60
-"""Random designs of which only the cycles are compared."""
+"""Random designs of each estimator of which only the cycles are compared."""
 
 
 def fingerprint(design: Design) -> str:
@@ -59,7 +63,7 @@ def _facts(design: Design) -> Iterator[tuple[str, Any]]:
         yield name, _bytes(getattr(core, name))
     yield "netlist", to_rtlil(Top(design), "core")
     codes = np.concatenate([contact_codes(design, 100, 1), directed_codes(design), wild_codes(design, 100, 2)])
-    result = FixedTfra(design)(codes)
+    result = design.model(codes)
     yield "words", _bytes(result.words)
     yield "values", [(name, _bytes(value)) for stages in result.parts for name, value in stages.items()]
     yield "design", (design.widths, design.layout, design.multiplications, design.nonzero_products, design.frame_words)
@@ -75,15 +79,25 @@ def _hash(value: Any) -> str:
     return hashlib.blake2b(repr(value).encode(), digest_size=8).hexdigest()
 
 
-def cycles(seed: int) -> tuple[int, int, int]:
-    """What is stated of a random design."""
-    core = microarchitecture(random_design(seed))
+def random_learned(seed: int) -> Design:
+    """Any small array and network with any number of lanes, with forces at the taxels or without."""
+    rng = random.Random(seed)
+    rows, columns = rng.randrange(2, 8), rng.randrange(2, 8)
+    lanes = rng.randrange(4, 4 * ((rows + 1) // 2) * ((columns + 1) // 2) + 1, 4)
+    architecture, counts = Architecture(lanes, rng.choice([1, 2, 4])), (rng.randrange(1, 12), rng.randrange(1, 8))
+    return untrained(rows, columns, counts, architecture=architecture, taxel_forces=rng.random() < 0.7)
+
+
+def cycles(design: Design) -> tuple[int, int, int]:
+    """What is stated of a design."""
+    core = microarchitecture(design)
     return core.latency, core.frame_latency, core.initiation_interval
 
 
 def main() -> None:
     """A line for each design."""
-    print(_hash([cycles(seed) for seed in range(TIMED)]), flush=True)
+    for any_design in (random_design, random_learned):
+        print(_hash([cycles(any_design(seed)) for seed in range(TIMED)]), flush=True)
     for design in DESIGNS:
         print(fingerprint(design), flush=True)
 

@@ -5,7 +5,7 @@ time in a copy of the tree, spread evenly over the files (those in folders calle
 that passes without the change.  The tests nearest to the file come first, then those of whole cores, then all others
 that can reach it; the long ones come last.  A mutant that the nearest tests do not detect and that does not change the
 fingerprint of any design is equivalent.  ``bench/results/mutants.json`` (``mutants_NAME.json``) grows with every
-mutant, and ``--keep`` continues from there; the table of docs/development.md comes at the end.
+mutant, and ``--keep`` continues from there; the table of docs/development.md comes after every round.
 """
 
 from __future__ import annotations
@@ -171,7 +171,7 @@ def stored(name: str, seed: int) -> list[dict[str, Any]]:
 def run(
     name: str, record: Sequence[dict[str, Any]], chosen: Sequence[tuple[str, Mutation]], seed: int, workers: int
 ) -> None:
-    """Complete the lines of ``record``, a round after another, and store them as they come."""
+    """Complete the lines of ``record``, a round after another; store them as they come, and the table of each round."""
     lock, judges = Lock(), SimpleQueue[Judge]()
 
     def judge(place: int, number: int) -> None:
@@ -186,11 +186,12 @@ def run(
             store(name, {"seed": seed, "mutants": judged(record)})
 
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(workers) as pool:
-        for number in range(workers):
-            judges.put(Judge(Path(folder) / str(number)))
+        for ready in pool.map(Judge, (Path(folder) / str(number) for number in range(workers))):
+            judges.put(ready)
         for number in range(len(ROUNDS)):
             left = [place for place, one in enumerate(record) if is_open(one, number)]
             list(pool.map(judge, left, repeat(number)))
+            insert(name, table(record), PAGE)
 
 
 def is_open(one: dict[str, Any], number: int) -> bool:
@@ -219,7 +220,6 @@ def main() -> int:
     for one in record:
         one |= next((old for old in before if one.items() <= old.items()), {})
     run(name, record, chosen, options.seed, options.workers)
-    insert(name, table(record), PAGE)
     every, short = _noticed(record)
     return 0 if short >= AIM * every else 1
 

@@ -15,10 +15,18 @@ from pathlib import Path
 
 from bench.publish import ROOT
 
-PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "cli", "paper", "bench", "tests")
+PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "train", "view", "cli", "paper")
+"""Folders that are packages in the package ``tfra``, whose own files are in the folder ``library``."""
+FOLDERS = ("library", *PACKAGES, "bench", "tests")
+"""Folders of Python files."""
 _LEFT = shutil.ignore_patterns(".git", ".venv", "build", "__pycache__", "*.egg-info", ".hypothesis", ".*_cache")
 
-CORES = ("tests/hdl/parallel/tfra/test_core.py", "tests/sim/test_verify.py", "tests/hdl/serial")
+CORES = (
+    "tests/hdl/parallel/tfra/test_core.py",
+    "tests/hdl/parallel/learned/test_core.py",
+    "tests/sim/test_verify.py",
+    "tests/hdl/serial",
+)
 """Tests that run whole cores."""
 
 ORDER = ("tests/hdl", "tests/model/fixed", "tests/sim", "tests/codegen", "tests/")
@@ -50,10 +58,14 @@ class Copy:
     """A copy of the tree that tests run in, with caches of its own; ``folder`` is empty or missing before."""
 
     def __init__(self, folder: Path) -> None:
-        self.root = folder / "tfra"
-        """Named as the namespace of the packages: with ``folder`` first on the path, they come from the copy."""
+        self.root = folder / "tree"
+        self._path = folder / "path"
+        """First on the path of imports: links to the copy have the names of the installed packages here."""
         self._scratch = folder / "scratch"
         shutil.copytree(ROOT, self.root, ignore=_LEFT)
+        (self._path / "tfra").mkdir(parents=True)
+        for file in [*(self.root / "library").glob("*.*"), *(self.root / package for package in PACKAGES)]:
+            (self._path / "tfra" / file.name).symlink_to(file)
 
     def write(self, file: str, text: str) -> None:
         """Replace a file's text; its bytecode goes, since it may have the same size and second."""
@@ -67,7 +79,7 @@ class Copy:
         shutil.rmtree(self._scratch, ignore_errors=True)
         shutil.rmtree(self.root / ".hypothesis", ignore_errors=True)
         self._scratch.mkdir()
-        more = {"PYTHONPATH": str(self.root.parent), "TFRA_CACHE": str(self._scratch / "cache"), "OMP_NUM_THREADS": "1"}
+        more = {"PYTHONPATH": str(self._path), "TFRA_CACHE": str(self._scratch / "cache"), "OMP_NUM_THREADS": "1"}
         how = {"cwd": self.root, "env": {**os.environ, **more}, "start_new_session": True, "stderr": subprocess.STDOUT}
         with (self._scratch / "output").open("w+") as output:
             process = subprocess.Popen([sys.executable, "-m", *arguments], stdout=output, **how)
@@ -108,13 +120,13 @@ def nearest(file: str, tests: Iterable[str]) -> list[str]:
 
 def texts(root: Path) -> dict[str, str]:
     """All Python files of the tree with their texts."""
-    files = (file for package in PACKAGES for file in sorted((root / package).rglob("*.py")))
+    files = (file for folder in FOLDERS for file in sorted((root / folder).rglob("*.py")))
     return {str(file.relative_to(root)): file.read_text() for file in files}
 
 
 def reached(sources: Mapping[str, str]) -> dict[str, set[str]]:
     """The files that each test file of ``sources`` names, or that those name, and so on; itself too."""
-    modules = {file.removesuffix(".py").removesuffix("/__init__").replace("/", "."): file for file in sources}
+    modules = {_module(file): file for file in sources}
     named = {file: {modules[name] for name in _names(text) if name in modules} for file, text in sources.items()}
     result = {}
     for test in sources:
@@ -127,9 +139,18 @@ def reached(sources: Mapping[str, str]) -> dict[str, set[str]]:
     return result
 
 
+def _module(file: str) -> str:
+    """The name by which a file is imported."""
+    name = file.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    folder, dot, inside = name.partition(".")
+    if folder == "library":
+        return f"tfra{dot}{inside}"
+    return f"tfra.{name}" if folder in PACKAGES else name
+
+
 def _names(text: str) -> set[str]:
     """Dotted names that may be modules of ours, in imports and in strings."""
-    names = {name.removeprefix("tfra.") for name in re.findall(rf"\b(?:tfra|{'|'.join(PACKAGES)})(?:\.\w+)+", text)}
+    names = set(re.findall(r"\b(?:tfra|bench|tests)(?:\.\w+)+|(?<=import )tfra$", text, re.MULTILINE))
     for module, listed in re.findall(r"^\s*from ([\w.]+) import ([\w, ]+|\([\w,\s]+\))", text, re.MULTILINE):
-        names |= {f"{module.removeprefix('tfra.')}.{word}" for word in re.findall(r"\w+", listed)}
+        names |= {f"{module}.{word}" for word in re.findall(r"\w+", listed)}
     return names | {name.rpartition(".")[0] for name in names}

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import tomllib
+from pathlib import Path
+
 from bench.exactness.mutants import table
-from bench.exactness.suite import nearest, reached
+from bench.exactness.suite import PACKAGES, Copy, nearest, reached, texts
+from bench.publish import ROOT
 
 TREE = {
     "hdl/__init__.py": "",
@@ -14,6 +18,10 @@ TREE = {
     "tests/hdl/lib/test_streams.py": "from tfra.hdl.lib import (\n    streams,\n)\n",
     "tests/model/test_divider.py": "from tests.hdl.lib import test_divider\n",
     "tests/cli/test_main.py": 'run([sys.executable, "-m", "tfra.hdl.lib.divider"])\n',
+    "library/__init__.py": "from tfra.model.numbers import length\n",
+    "library/engines.py": "",
+    "tests/library/test_pages.py": "import tfra\n",
+    "tests/library/test_engines.py": "from tfra import engines\n",
     "tests/test_all.py": "",
 }
 
@@ -25,7 +33,28 @@ def reaching(file):
 def test_tests_that_reach_a_file():
     assert reaching("hdl/lib/streams.py") == ["tests/hdl/lib/test_streams.py"]
     through_others = ["tests/hdl/lib/test_divider.py", "tests/model/test_divider.py", "tests/cli/test_main.py"]
-    assert reaching("model/numbers.py") == reaching("hdl/lib/divider.py") == through_others
+    assert reaching("hdl/lib/divider.py") == through_others
+    library = ["tests/library/test_pages.py", "tests/library/test_engines.py"]
+    assert reaching("model/numbers.py") == through_others + library
+    assert reaching("library/__init__.py") == library
+    assert reaching("library/engines.py") == library[1:]
+
+
+def test_every_package_is_known():
+    folders = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["package-dir"]
+    assert {folder.partition("/")[0] for folder in folders.values()} == {"library", *PACKAGES, "examples"}
+
+
+def test_a_copy_imports_its_own_files(tmp_path: Path):
+    copy = Copy(tmp_path)
+    copy.write("library/result.py", texts(copy.root)["library/result.py"] + "\nCHANGED = 1\n")
+    names = ["tfra", "tfra.engines", "tfra.result", *(f"tfra.{package}" for package in PACKAGES), "bench", "tests"]
+    seen = [f"import {name}\nprint({name}.__file__)\n" for name in names]
+    copy.write("tests/where.py", "".join(seen) + "print(tfra.result.CHANGED)\n")
+    code, output = copy.run(["tests.where"], 60)
+    *files, changed = output.split()
+    assert (code, changed, len(files)) == (0, "1", len(names))
+    assert all(Path(file).resolve().is_relative_to(copy.root.resolve()) for file in files)
 
 
 def test_the_nearest_come_first():

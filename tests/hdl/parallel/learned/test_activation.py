@@ -13,7 +13,9 @@ from tfra.hdl.parallel.learned.activation import Activation
 from tfra.hdl.parallel.learned.plan import UNITS, mirror_bits
 from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.learned.activation import activation
+from tfra.model.fixed.learned.bounds import bounds
 from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.numbers import signed_bits
 from tfra.sim.harness import PATTERNS, flowing, run
 
 
@@ -46,6 +48,15 @@ def test_ends_of_the_range(design):
     rows = [[most, 0, 0, 0], [-most] * 4, [most] * 4, [most, -most, most, -most], [0, 0, 0, -most], [0] * 4]
     mirrors = np.array(rows)
     check(design, butterfly(mirrors), [design.kinds.index("first")] * len(mirrors))
+
+
+@pytest.mark.parametrize("design", [*CASES, made(2, 2, (1, 1), seed=3), made(5, 4, taxel_forces=False)], ids=label)
+def test_words_hold_the_units_of_every_layer(design):
+    """The longest of them needs all of the bits."""
+    most = bounds(design, design.stacks)
+    bits = [signed_bits(most[name]) for name in ("h1", "h2", "p0") if name in most]
+    assert len(bits) == 2 + design.taxel_forces
+    assert mirror_bits(design) == max(bits)
 
 
 def test_what_is_compressed_alone_stays():

@@ -20,6 +20,7 @@ from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.learned.payloads import judged as judged_shape
 from tfra.hdl.parallel.learned.resultant import Resultant
+from tfra.model.choices import Formats
 from tfra.model.fixed.butterfly import EE, OX, OY
 from tfra.model.fixed.learned.resultant import judged, resultant
 from tfra.sim.harness import run
@@ -102,6 +103,14 @@ def test_both_sides_of_the_threshold(threshold):
         edge = word * size >> 8
         rows += [[3, -4, -size, u] for u in (edge - 1, edge, edge + 1, -5)] + [[0, 0, size, 0]]
     check(design, np.clip(np.array(rows), -(1 << 24), 1 << 24))
+
+
+@pytest.mark.parametrize(("vector", "force"), [(4, 4), (5, 4), (4, 5)])
+def test_result_words_on_the_vector_grid_and_beside_it(vector, force):
+    """Without a shift nothing is rounded; a half goes up."""
+    design = made(2, 2, formats=Formats("grids", 16, 16, vector, force))
+    top = (1 << (design.widths.vector - 1)) - 1
+    check(design, np.array([[1, -1, -3, 3], [2, -2, -500, 5], [-top, top, -1, top]]))
 
 
 def test_a_wrong_bit_is_noticed():

@@ -84,6 +84,34 @@ def test_an_uncertainty_at_the_threshold(threshold, implausible):
     assert found.tolist() == [implausible, implausible, True]
 
 
+@pytest.mark.parametrize(
+    ("threshold", "uncertainty", "implausible"), [(0, 0, False), (0, 1, True), (1, 1, False), (1, 2, True)]
+)
+def test_the_least_force_that_presses(threshold, uncertainty, implausible):
+    """F_z is -1 on the vector grid, beside a large F_x; at the threshold all bits of what is compared are ones."""
+    design = sums(threshold=threshold)
+    direct = design.weights.direct.copy()
+    direct[2:] = np.array([[1.0], [-uncertainty]]) / 1024
+    design = replace(design, weights=replace(design.weights, direct=direct))
+    codes = frames([(1500, 0, -1)])
+    check(design, codes)
+    assert next(iter(design.model.traces(codes))).total[0, :, 0].tolist() == [-1, uncertainty]
+    found = field(design, design.model(codes).words, "status")[0, 0] & Status.IMPLAUSIBLE
+    assert bool(found) == implausible
+
+
+@pytest.mark.parametrize(("threshold", "implausible"), [(0, True), (1 / 256, True), (1, False), (200, False)])
+def test_words_hold_outputs_that_are_larger_than_all_else(threshold, implausible):
+    """The uncertainty is as large as F_z; it is moved, and F_z is multiplied, before they are compared."""
+    design = sums(threshold=threshold, formats=Formats("sums", 16, BITS, 0, 3))
+    direct = design.weights.direct * [[1 << 12], [1 << 12], [1 << 12], [1 << 14]]
+    design = replace(design, weights=replace(design.weights, direct=direct))
+    codes = frames([(0, 0, -2048), (3, -5, -2000)])
+    check(design, codes)
+    found = field(design, design.model(codes).words, "status")[:, 0] & Status.IMPLAUSIBLE != 0
+    assert found.tolist() == [implausible, implausible]
+
+
 @pytest.mark.parametrize("inverse", [0, 1])
 def test_shares(inverse):
     """With p = 0 everywhere shares are even: four taxels have a power of two, which the last frame almost has, too."""

@@ -1,0 +1,43 @@
+"""Payloads hold what the model's blocks hand on, and no bit more."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from amaranth import Shape
+
+from tests.hdl.parallel.learned.designs import CASES, label
+from tests.model.fixed.learned.cases import made
+from tfra.hdl.parallel.learned import payloads
+from tfra.model.fixed.gain import Resultant
+from tfra.model.fixed.learned.bounds import total_bits
+from tfra.model.fixed.learned.share import share
+
+
+@pytest.mark.parametrize(
+    ("shape", "flags"),
+    [
+        (payloads.judged, ("limited", "implausible")),
+        (payloads.angle, ("still",)),
+        (payloads.friction, ("overflow",)),
+        (payloads.share, ("even",)),
+        (payloads.force, ("limited", "last")),
+    ],
+)
+def test_flags_are_bits(shape, flags):
+    layout = shape(CASES[0])
+    assert [Shape.cast(layout[flag].shape).width for flag in flags] == [1] * len(flags)
+
+
+@pytest.mark.parametrize("design", [*CASES, made(2, 2, lanes=4)], ids=label)
+def test_the_longest_shift_has_its_place_and_nothing_is_much_longer(design):
+    """The largest sum of p, whose share is a resultant of nothing, or of the least that is not."""
+    taxels = design.sensor.taxels
+    p = np.full((2, taxels), (1 << (design.widths.force - 1)) - 1)
+    assert int(p.sum(axis=1)[0]).bit_length() == total_bits(design, design.widths)
+    least = np.array([design.widths.division - 1, design.widths.division - 2])
+    found = share(design, Resultant(np.array([[0, 0, 0], [0, 0, -1]]), least), p)
+    beyond = payloads.most_shift(design) - found.shift.max()
+    assert beyond >= 0
+    if design.formats.vector_fraction >= design.formats.force_fraction:
+        assert beyond <= 2
