@@ -29,7 +29,7 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [*CASES[:3], *long(*CASES[3:])])
+@pytest.mark.parametrize(("design", "stall_in", "stall_out"), [CASES[0], CASES[2], *long(CASES[1], *CASES[3:])])
 def test_every_word_equals_the_model(design, stall_in, stall_out):
     codes = codes_of(design, 9, seed=1)
     words, want, last, *_ = stream(design, codes, stall_in=stall_in, stall_out=stall_out, seed=3)
@@ -47,7 +47,7 @@ def sleepy(rng):
         yield from [False] * rng.randrange(1, 400)
 
 
-@pytest.mark.parametrize(("seed", "forces"), [(20, True), (21, False), *long((22, True), (23, True), (24, False))])
+@pytest.mark.parametrize(("seed", "forces"), [(21, False), *long((20, True), (22, True), (23, True), (24, False))])
 def test_everything_has_its_place_while_the_output_sleeps(seed, forces):
     """Nothing behind the products asks for a place: tokens alone see to it that there is one."""
     design = random_design(seed, taxel_forces=forces)
@@ -55,13 +55,13 @@ def test_everything_has_its_place_while_the_output_sleeps(seed, forces):
     assert (words == want).all()
 
 
-@pytest.mark.parametrize("seed", [3, 4, 11, *long(*range(30, 42))])
+@pytest.mark.parametrize("seed", [3, *long(4, 11, *range(30, 42))])
 def test_timing_is_what_the_gateware_does(seed):
     """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
     check_timing(random_design(seed), seed)
 
 
-@pytest.mark.parametrize("seed", [104, 110, *long(*range(111, 119))])
+@pytest.mark.parametrize("seed", [110, *long(104, *range(111, 119))])
 def test_signals_with_word_lengths_of_their_own(seed):
     check_timing(mixed_design(seed), seed)
 
@@ -84,7 +84,7 @@ def test_a_single_frame_takes_the_stated_latency(seed):
     assert cycles[0, -1] - taken[0] == timing.frame_latency
 
 
-@pytest.mark.parametrize("forces", [True, False])
+@pytest.mark.parametrize("forces", [False, *long(True)])
 def test_a_reset_of_one_cycle_in_the_middle_of_anything(forces):
     """After each reset the frames of the model come, counted from zero."""
     design = made(3, 2, (3, 2), 7, taxel_forces=forces)
@@ -129,7 +129,7 @@ def test_coefficients_may_be_loaded():
     assert [word["data"] for word in seen.values["result"]] == want.ravel().tolist()
 
 
-@pytest.mark.parametrize("forces", [True, False])
+@pytest.mark.parametrize("forces", [False, *long(True)])
 def test_every_probe_shows_the_models_stage(forces, tmp_path: Path):
     """Of frames that are alone in the core."""
     design = made(3, 4, (3, 2), 9, taxel_forces=forces)
