@@ -80,7 +80,7 @@ class Result:
 
     @property
     def uncertainty(self) -> Floats | None:
-        """``(n,)``: the estimator's own estimate of the resultant's error, N; only the learned one has it."""
+        """``(n,)``: how unsure the estimator is of the resultant, N, no error bar; only the learned one has it."""
         return self.found.uncertainty
 
     @property

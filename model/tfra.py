@@ -86,7 +86,7 @@ class Result:
     ``forces (n, 3, rows, columns)``, ``resultant (n, 3)``; ``phi_deg`` in [0, 360), ``mu`` (Eq. 15), ``mu_x``,
     ``mu_y`` (Eqs. 26, 27), ``sweep_index`` and ``status`` of shape ``(n,)``; ``sweep`` when asked for.  Other
     estimators have the same result; without a sweep, ``sweep_index`` is -1.  Of the learned
-    estimator alone: ``uncertainty (n,)`` in N, its own estimate of the resultant's error, and ``residual (n,)``, the
+    estimator alone: ``uncertainty (n,)`` in N, how unsure it is of the resultant, and ``residual (n,)``, the
     share of a frame's stress that its forces leave unexplained.
     """
 

@@ -23,7 +23,7 @@ MIRRORS = 4
 """Elements of the group."""
 
 OUTPUTS = ("F_x", "F_y", "F_z", "uncertainty")
-"""The resultant, and the network's own estimate of its error's modulus; where that is negative, it stands for zero."""
+"""The resultant, and how unsure of it the network is; where that is negative, it stands for zero.  No error bar."""
 
 NAMES = ("first", "second", "read2", "read1", "direct")
 """Names of the arrays."""
