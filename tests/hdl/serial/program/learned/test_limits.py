@@ -85,7 +85,8 @@ def test_an_uncertainty_at_the_threshold(threshold, implausible):
 
 
 @pytest.mark.parametrize(
-    ("threshold", "uncertainty", "implausible"), [(0, 0, False), (0, 1, True), (1, 1, False), (1, 2, True)]
+    ("threshold", "uncertainty", "implausible"),
+    [(0, 0, False), (0, 1, True), (255 / 256, 1, True), (1, 1, False), (257 / 256, 1, False), (1, 2, True)],
 )
 def test_the_least_force_that_presses(threshold, uncertainty, implausible):
     """F_z is -1 on the vector grid, beside a large F_x; at the threshold all bits of what is compared are ones."""
