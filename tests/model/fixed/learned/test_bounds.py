@@ -40,6 +40,22 @@ def test_words_hold(rows: int, columns: int, c1: int, c2: int, seed: int) -> Non
         assert (np.abs(trace.field.share.mantissa) < 2 ** (design.formats.bits("scalar") - 1)).all()
 
 
+@pytest.mark.parametrize(("size", "spare"), [(1e-4, 2), (1e4, 4)])
+def test_words_hold_whatever_is_the_longest(size: float, spare: int) -> None:
+    """Units, or outputs, whose bound takes all parities of a vector to be at their largest at a time."""
+    design = made(4, 4, (3, 2), seed=3)
+    for name in ("direct", "read1", "read2"):
+        getattr(design.weights, name)[:] *= size
+    signs = [np.sign(weights).reshape(-1, 4, 4) for weights in (design.weights.first, design.weights.direct)]
+    codes = np.where(np.concatenate(signs) < 0, -2048, 2047)
+    trace, bits = next(iter(design.model.traces(codes))), design.widths.vector
+    assert trace.field is not None
+    vectors = {"h1": trace.h1, "h2": trace.h2, "p0": trace.field.p0, "total": trace.total}
+    longest = {name: signed_bits(max(vector.max(), ~vector.min())) for name, vector in vectors.items()}
+    assert bits - spare <= max(longest.values()) <= bits
+    assert (longest["total"] == max(longest.values())) == (size > 1)
+
+
 def test_the_first_layer_reaches_its_bound() -> None:
     """Codes with the signs of a unit's weights: the bound allows for roundings alone."""
     design = made(4, 4, (3, 2), seed=3)
