@@ -53,6 +53,7 @@ TFRA = (
 def learned() -> tuple[tuple[Design, int], ...]:
     """Designs of the learned estimator: the presets with their weights, and others with random ones."""
     fast, small = (load(ROOT / "examples" / f"learned_{name}.toml").design for name in ("fast", "small"))
+    fast = replace(fast, target="portable")  # Verilator does not take the models of ECP5's cells
     return (
         (fast, 100),
         (replace(fast, name="learned_short", taxel_forces=False), 100),
