@@ -170,9 +170,12 @@ module DP16KD (
         || WRITEMODE_B != "NORMAL" && WRITEMODE_B != "WRITETHROUGH" && WRITEMODE_B != "READBEFOREWRITE")
       $fatal(1, "%m: DP16KD: no such WRITEMODE");
   end
-  // The mode alone is not: yosys may choose either one for a memory that is never reset.
-  initial if (RESETMODE != "SYNC") begin
-    wait (RSTA === 1'b1 || RSTB === 1'b1);
-    $fatal(1, "%m: an asynchronous reset of DP16KD is not modelled");
-  end
+  // The mode alone is not: yosys may choose either one for a memory that is never reset.  The clocks are for a
+  // reset that is tied to 1, which has no edge.
+  generate
+    if (RESETMODE != "SYNC") begin : asynchronous
+      always @(posedge clock_a or posedge clock_b or posedge RSTA or posedge RSTB)
+        if (RSTA === 1'b1 || RSTB === 1'b1) $fatal(1, "%m: an asynchronous reset of DP16KD is not modelled");
+    end
+  endgenerate
 endmodule
