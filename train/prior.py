@@ -3,6 +3,9 @@
 A pressure is a power law on an ellipse, (1 - u^2 - v^2)^a, or on a rectangle, ((1 - u^2) (1 - v^2))^a, in coordinates
 that are scaled by the half sizes and may be rotated.  a = 0 is flat, and a = 1/2 is Hertz's or the rounded one.  Some
 pressures are tilted: they grow linearly across the footprint.
+
+A body that sticks in the middle of its footprint and slips at the edge transfers less shear in the middle: the traction
+of some loads is the pressure times 1 - s (1 - u^2 - v^2)^b, and s (1 - u^2)^b (1 - v^2)^b on a rectangle.
 """
 
 from __future__ import annotations
@@ -27,6 +30,9 @@ ROTATED, TILTED = 0.3, 0.2
 POWERS = (0.0, 0.5, 1.0, 2.0)
 """Exponents a of half of the loads; those of the other half lie anywhere between the first and the last."""
 
+STICKING, EDGES = 0.2, (0.25, 2.0)
+"""Share of the loads that stick in the middle, with any s from 0 to 1, and limits of b."""
+
 CONTINUED, AREA = 0.2, 0.12
 """Shares of the covers that continue beyond the array, and of those whose taxels average over their cells."""
 
@@ -46,6 +52,7 @@ class Loads:
 
     ``center``, ``half`` and ``tilt`` have shape ``(n, 2)``; ``angle`` (rad), ``power`` and ``square`` have ``(n,)``.  A
     square footprint is a rectangle, any other an ellipse.  ``tilt`` is the relative growth from the centre to the edge.
+    ``sticking`` and ``edge``, ``(n,)``, are s and b of the traction.
     """
 
     center: Floats
@@ -54,6 +61,8 @@ class Loads:
     power: Floats
     square: Bools
     tilt: Floats
+    sticking: Floats
+    edge: Floats
 
     @property
     def reach(self) -> Floats:
@@ -61,7 +70,7 @@ class Loads:
         return _reach(self.half, self.angle, self.square)
 
     def grids(self, count: int) -> Grids:
-        """Each load as the shares of ``count x count`` cells of that rectangle."""
+        """Pressure and traction of each load as the shares of ``count x count`` cells of that rectangle."""
         middles = (np.arange(count) + 0.5) * (2.0 / count) - 1.0
         across, along = (self.reach[:, axis, None] * middles for axis in (0, 1))
         cos, sin = np.cos(self.angle)[:, None, None], np.sin(self.angle)[:, None, None]
@@ -69,11 +78,12 @@ class Loads:
         u = (cos * x + sin * y) / self.half[:, 0, None, None]
         v = (cos * y - sin * x) / self.half[:, 1, None, None]
         inside = np.where(self.square[:, None, None], (1 - u * u) * (1 - v * v), 1 - u * u - v * v)
-        within = (np.abs(u) < 1) & (np.abs(v) < 1) & (inside > 0)
-        pressure = within * np.maximum(inside, 0.0) ** self.power[:, None, None]
+        within, inside = (np.abs(u) < 1) & (np.abs(v) < 1) & (inside > 0), np.maximum(inside, 0.0)
+        pressure = within * inside ** self.power[:, None, None]
         pressure *= np.maximum(1 + self.tilt[:, 0, None, None] * u + self.tilt[:, 1, None, None] * v, 0.0)
-        shares = pressure / pressure.sum(axis=(1, 2), keepdims=True)
-        return Grids(self.center[:, :1] + across, self.center[:, 1:] + along, shares)
+        traction = pressure * (1 - self.sticking[:, None, None] * inside ** self.edge[:, None, None])
+        shares = (load / load.sum(axis=(1, 2), keepdims=True) for load in (pressure, traction))
+        return Grids(self.center[:, :1] + across, self.center[:, 1:] + along, *shares)
 
 
 def _reach(half: Floats, angle: Floats, square: Bools) -> Floats:
@@ -90,11 +100,12 @@ def random_loads(sensor: SensorArray, count: int, rng: np.random.Generator) -> L
     power = np.where(rng.random(count) < 0.5, rng.choice(POWERS, count), rng.uniform(POWERS[0], POWERS[-1], count))
     square = rng.random(count) < 0.5
     tilt = rng.uniform(-1.0, 1.0, (count, 2)) * (rng.random((count, 1)) < TILTED)
+    sticking = rng.random(count) * (rng.random(count) < STICKING)
     reach = _reach(half, angle, square)
     shrunk = np.minimum(1.0, 0.45 * block / reach).min(axis=1, keepdims=True)
     free = block / 2 - shrunk * reach
     center = (block - pitch) / 2 + rng.uniform(-1.0, 1.0, (count, 2)) * free
-    return Loads(center, shrunk * half, angle, power, square, tilt)
+    return Loads(center, shrunk * half, angle, power, square, tilt, sticking, rng.uniform(*EDGES, count))
 
 
 def random_cover(sensor: SensorArray, rng: np.random.Generator) -> tuple[Cover, bool]:

@@ -39,11 +39,12 @@ class Cover:
 
 
 class Grids(NamedTuple):
-    """Loads of 1 N as point forces: ``x (n, q)``, ``y (n, q)`` in m, ``shares (n, q, q)`` with y before x."""
+    """Loads of 1 N as point forces: ``x (n, q)``, ``y (n, q)`` in m, shares ``(n, q, q)`` with y before x."""
 
     x: Floats
     y: Floats
-    shares: Floats
+    pressure: Floats
+    traction: Floats
 
 
 class _Modes(NamedTuple):
@@ -70,12 +71,12 @@ def responses(sensor: SensorArray, cover: Cover, loads: Grids) -> Singles:
     modes = _modes(sensor, cover)
     phase_x = (loads.x - cover.layer.origin_x).astype(np.float32)[:, :, None] * modes.kx
     phase_y = (loads.y - cover.layer.origin_y).astype(np.float32)[:, None, :] * modes.ky[:, None]
-    shares = loads.shares.astype(np.float32)
-    cos_x, cos_y = shares @ np.cos(phase_x), np.cos(phase_y)
-    even = cos_y @ cos_x
-    along_x = (cos_y @ (shares @ np.sin(phase_x))) * (modes.tangential * modes.kx)
-    along_y = (np.sin(phase_y) @ cos_x) * (modes.tangential * modes.ky[:, None])
-    spectra = np.stack([along_x, along_y, -even * modes.normal], axis=1)
+    pressure, traction = loads.pressure.astype(np.float32), loads.traction.astype(np.float32)
+    cos_x, cos_y = np.cos(phase_x), np.cos(phase_y)
+    along_x = (cos_y @ (traction @ np.sin(phase_x))) * (modes.tangential * modes.kx)
+    along_y = (np.sin(phase_y) @ (traction @ cos_x)) * (modes.tangential * modes.ky[:, None])
+    into = -(cos_y @ (pressure @ cos_x)) * modes.normal
+    spectra = np.stack([along_x, along_y, into], axis=1)
     return np.asarray(modes.waves_y @ (spectra @ modes.waves_x) * np.float32(sensor.taxel_area))
 
 

@@ -30,6 +30,8 @@ def as_loads(contacts: list[Contact]) -> Loads:
         power=np.array([0.0 if c.shape == ContactShape.UNIFORM else 0.5 for c in contacts]),
         square=np.array([c.shape != ContactShape.HERTZ for c in contacts]),
         tilt=np.zeros((count, 2)),
+        sticking=np.zeros(count),
+        edge=np.ones(count),
     )
 
 
@@ -68,7 +70,7 @@ def test_a_finer_grid_of_point_forces_changes_nothing_but_the_edge(sensor: Senso
     """The default grid is fine enough: smooth pressures of any place, size and rotation agree with a fine one."""
     rng = np.random.default_rng(4)
     loads = random_loads(sensor, 64, rng)
-    smooth = Loads(loads.center, loads.half, loads.angle, np.full(64, 2.0), loads.square, loads.tilt)
+    smooth = replace(loads, power=np.full(64, 2.0))
     points, cover = grid_count(float(2 * loads.reach.max()), sensor.thickness), cover_of(sensor, "point")
     forces = np.tile([0.4, 0.3, -1.0], (64, 1))
     fine = simulated(sensor, cover, smooth, forces, 4 * points)
@@ -84,21 +86,45 @@ def test_loads_lie_on_the_block_and_have_the_stated_sizes(sensor: SensorArray) -
     assert (loads.center + loads.reach <= block - pitch / 2 + 1e-12).all()
     assert (loads.half <= np.maximum(LARGEST * pitch, SHARE * block) + 1e-12).all()
     grids = loads.grids(24)
-    np.testing.assert_allclose(grids.shares.sum(axis=(1, 2)), 1.0, rtol=1e-12)
-    assert (grids.shares >= 0).all()
-    empty = grids.shares.max(axis=1).min(axis=1) == 0
-    assert not empty[loads.square & (loads.angle == 0) & (loads.tilt == 0).all(axis=1)].any()
+    for shares in (grids.pressure, grids.traction):
+        np.testing.assert_allclose(shares.sum(axis=(1, 2)), 1.0, rtol=1e-12)
+        assert (shares >= 0).all()
+        empty = shares.max(axis=1).min(axis=1) == 0
+        assert not empty[loads.square & (loads.angle == 0) & (loads.tilt == 0).all(axis=1)].any()
+    sticks = (grids.pressure != grids.traction).any(axis=(1, 2))
+    assert np.array_equal(sticks, loads.sticking > 0)
+    assert 0.17 < sticks.mean() < 0.23
+
+
+@pytest.mark.parametrize("square", [False, True])
+def test_the_traction_of_a_load_that_sticks_is_a_difference_of_pressures(square: bool) -> None:
+    """p (1 - s inside^b) with p = inside^a is a difference of two pressures, whose volumes are known."""
+    sensor, one, sticking = SensorArray(10, 10, 4e-3, 2e-3, 3e-3), np.ones(1), 0.9
+    place, half = np.full((1, 2), 0.015), np.array([[5e-3, 4e-3]])
+    wide = Loads(place, half, 0 * one, one, np.array([square]), np.zeros((1, 2)), sticking=0 * one, edge=one)
+    load, narrow = replace(wide, sticking=sticking * one), replace(wide, power=2 * one)
+    volumes = (4 / 3) ** 2 / 4, (16 / 15) ** 2 / 4  # over the square of twice the half sides
+    if not square:
+        volumes = 1 / 2, 1 / 3  # over the ellipse's area
+    cover, points = cover_of(sensor, "point"), 96
+    found, all_of_it, middle = (responses(sensor, cover, each.grids(points)) for each in (load, wide, narrow))
+    expected = (volumes[0] * all_of_it - sticking * volumes[1] * middle) / (volumes[0] - sticking * volumes[1])
+    assert worst(expected[0, :2], found[0, :2]) < ROUGH
+    assert worst(all_of_it[0, :2], found[0, :2]) > 0.1
+    assert np.array_equal(all_of_it[0, 2], found[0, 2])
 
 
 def test_a_rotation_by_a_right_angle_exchanges_the_half_sizes() -> None:
     def one(half: tuple[float, float], angle: float, square: bool) -> Loads:
         zero = np.zeros((1, 2))
-        return Loads(zero, np.array([half]), np.array([angle]), np.array([1.0]), np.array([square]), zero)
+        every = np.array([half]), np.array([angle]), np.array([1.0]), np.array([square]), zero
+        return Loads(zero, *every, sticking=np.array([0.5]), edge=np.array([1.0]))
 
     for square in (False, True):
         turned, upright = one((2.0, 1.0), np.pi / 2, square), one((1.0, 2.0), 0.0, square)
         np.testing.assert_allclose(turned.reach, upright.reach)
-        np.testing.assert_allclose(turned.grids(16).shares, upright.grids(16).shares, atol=1e-12)
+        for one_way, other in zip(turned.grids(16)[2:], upright.grids(16)[2:], strict=True):
+            np.testing.assert_allclose(one_way, other, atol=1e-12)
 
 
 def test_covers_are_of_both_kinds() -> None:
