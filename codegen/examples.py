@@ -26,21 +26,28 @@ def write_examples(path: Path, names: list[str]) -> list[str]:
     Returns the names of the files.  Raises ``InputError`` as ``output_directory``.
     """
     known = examples()
-    chosen = {*names, *(_config(known[name]) for name in names if _file(name) != name)} & known.keys()
-    weights = [file for name in chosen if (file := files("tfra.examples") / f"{name}.weights.npz").is_file()]
+    configs = {tomllib.loads(known[name]).get("config", "").removesuffix(".toml") for name in names if _toml(name)}
+    chosen = {*names, *configs} & known.keys()
+    weights = {name for each in chosen if _toml(each) for name in _weights(each, known[each])}
     with output_directory(path, "examples") as folder:
         for name in chosen:
             (folder / _file(name)).write_text(known[name], encoding="utf-8", newline="\n")
-        for file in weights:
-            (folder / file.name).write_bytes(file.read_bytes())
-    return sorted([*map(_file, chosen), *(file.name for file in weights)])
+        for name in weights:
+            (folder / name).write_bytes((files("tfra.examples") / name).read_bytes())
+    return sorted([*map(_file, chosen), *weights])
+
+
+def _toml(name: str) -> bool:
+    """Whether the example ``name`` is a CONFIG or a STUDY."""
+    return not name.endswith(".csv")
 
 
 def _file(name: str) -> str:
     """The file of the example ``name``."""
-    return name if name.endswith(".csv") else f"{name}.toml"
+    return f"{name}.toml" if _toml(name) else name
 
 
-def _config(text: str) -> str:
-    """The example that a STUDY reads, by its name; empty for a CONFIG."""
-    return str(tomllib.loads(text).get("config", "")).removesuffix(".toml")
+def _weights(name: str, text: str) -> set[str]:
+    """The files of weights that the CONFIG ``name`` reads, or that lie beside it for those who choose the estimator."""
+    named = {f"{name}.weights.npz", tomllib.loads(text).get("estimator", {}).get("weights", "")} - {""}
+    return {file for file in named if (files("tfra.examples") / file).is_file()}

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -52,11 +51,12 @@ TFRA = (
 
 def learned() -> tuple[tuple[Design, int], ...]:
     """Designs of the learned estimator: the presets with their weights, and others with random ones."""
-    fast, small = (load(ROOT / "examples" / f"learned_{name}.toml").design for name in ("fast", "small"))
-    fast = replace(fast, target="portable")  # Verilator does not take the models of ECP5's cells
+    fast, resultant, small = (
+        load(ROOT / "examples" / f"learned_{name}.toml").design for name in ("fast", "resultant", "small")
+    )
     return (
-        (fast, 100),
-        (replace(fast, name="learned_short", taxel_forces=False), 100),
+        (fast, 40),
+        (resultant, 40),
         (small, 20),
         (untrained(7, 12, (24, 12), architecture=Architecture(28, 1), images="load"), 100),
         (untrained(5, 6, (6, 4), architecture=Architecture(12, 2), formats=FORMATS["wide"]), 900),

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -25,12 +24,6 @@ def core(lanes):
 @cache
 def preset(name):
     return microarchitecture(load(ROOT / "examples" / f"{name}.toml").design)
-
-
-@cache
-def learned(name, **choices):
-    """A preset of the learned estimator, with other ``choices``."""
-    return microarchitecture(replace(load(ROOT / "examples" / f"learned_{name}.toml").design, **choices))
 
 
 @cache
@@ -62,30 +55,43 @@ TOLD = [
     ("docs/studies/schedule.md", r"\| `matvec` \| ([\d,]+) \| 100% \|", lambda: preset("fast").initiation_interval),
     (
         "docs/learned.md", r"direction, friction \| (\d+) \| \d+ \| \d+ \|",
-        lambda: learned("fast", taxel_forces=False).latency,
+        lambda: preset("learned_resultant").latency,
     ),
     (
         "docs/learned.md", r"direction, friction \| \d+ \| (\d+) \| \d+ \|",
-        lambda: learned("fast", taxel_forces=False).frame_latency,
+        lambda: preset("learned_resultant").frame_latency,
     ),
     (
         "docs/learned.md", r"direction, friction \| \d+ \| \d+ \| (\d+) \|",
-        lambda: learned("fast", taxel_forces=False).initiation_interval,
+        lambda: preset("learned_resultant").initiation_interval,
     ),
-    ("docs/learned.md", r"and forces at the taxels \| (\d+) \| \d+ \| \d+ \|", lambda: learned("fast").latency),
-    ("docs/learned.md", r"forces at the taxels \| \d+ \| (\d+) \| \d+ \|", lambda: learned("fast").frame_latency),
+    ("docs/learned.md", r"and forces at the taxels \| (\d+) \| \d+ \| \d+ \|", lambda: preset("learned_fast").latency),
+    (
+        "docs/learned.md", r"forces at the taxels \| \d+ \| (\d+) \| \d+ \|",
+        lambda: preset("learned_fast").frame_latency,
+    ),
     (
         "docs/learned.md", r"and forces at the taxels \| \d+ \| \d+ \| (\d+) \|",
-        lambda: learned("fast").initiation_interval,
+        lambda: preset("learned_fast").initiation_interval,
     ),
-    ("docs/learned.md", r"units, (\d+) lanes, in cycles", lambda: learned("fast").lanes),
-    ("examples/learned_fast.toml", r"frame every (\d+) cycles, its", lambda: learned("fast").initiation_interval),
-    ("examples/learned_fast.toml", r"first word (\d+) cycles", lambda: learned("fast").latency),
+    ("docs/learned.md", r"units, (\d+) lanes, in cycles", lambda: preset("learned_fast").lanes),
+    (
+        "examples/learned_fast.toml", r"frame every (\d+) cycles, its",
+        lambda: preset("learned_fast").initiation_interval,
+    ),
+    ("examples/learned_fast.toml", r"first word (\d+) cycles", lambda: preset("learned_fast").latency),
     (
         "examples/learned_fast.toml", r"alone: a frame every (\d+) cycles",
-        lambda: learned("fast", taxel_forces=False).initiation_interval,
+        lambda: preset("learned_resultant").initiation_interval,
     ),
-    ("examples/learned_small.toml", r"a frame every ([\d,]+) cycles", lambda: learned("small").initiation_interval),
+    (
+        "examples/learned_resultant.toml", r"a frame every (\d+) cycles",
+        lambda: preset("learned_resultant").initiation_interval,
+    ),
+    (
+        "examples/learned_small.toml", r"a frame every ([\d,]+) cycles",
+        lambda: preset("learned_small").initiation_interval,
+    ),
     ("examples/small.toml", r"a frame every ([\d,]+) cycles", lambda: preset("small").initiation_interval),
 ]
 """Where a number is told, the one group that finds it, and what it has to be."""
