@@ -21,7 +21,7 @@ from tfra.train.loop import BATCH, CHUNKS, COVERS, RATE, State, Trainer
 from tfra.train.network import DOUBT, TANGENTIAL, UNEXPLAINED
 from tfra.train.work import opened_work
 
-STEPS = 60_000
+STEPS = 120_000
 """Steps without a budget."""
 
 SAVE_EVERY = 5.0

@@ -203,6 +203,11 @@ def test_the_command(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert out.read_bytes() == before
 
 
+def test_the_help_tells_the_default(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["train", "--help"]) == 0
+    assert f"default: {running.STEPS:,}." in " ".join(capsys.readouterr().out.replace("│", " ").split())
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [
