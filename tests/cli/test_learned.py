@@ -50,8 +50,11 @@ def estimator() -> Learned:
 def test_the_float_engine_is_the_learned_estimator(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--json"]) == 0
     told, expected = json.loads(capsys.readouterr().out), estimator()(stress())
+    assert told["summary"]["threshold_percent"] == 25
+    assert told["summary"]["ranges"]["uncertainty_percent"]["max"] == 100 * expected.uncertainty_share.max()
     assert told["status"]["IMPLAUSIBLE"] == int((expected.status & Status.IMPLAUSIBLE != 0).sum())
     with np.load("r.npz") as found:
+        assert found["threshold"] == 0.25
         for key in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status", "residual"):
             assert np.array_equal(found[key], getattr(expected, key)), key
         assert 'weights = "lab/w.npz"' in str(found["config"])
@@ -93,6 +96,7 @@ def test_without_it_nothing_changes() -> None:
     assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
     with np.load("r.npz") as result:
         assert "residual" not in result
+        assert "threshold" not in result
         assert "estimator" not in str(result["config"])
 
 
