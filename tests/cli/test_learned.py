@@ -17,6 +17,7 @@ from tfra.cli.main import main
 from tfra.codegen.config import load
 from tfra.codegen.weightsfile import Trained, read_weights, write_weights
 from tfra.model.converter import quantise
+from tfra.model.facts import RESULTANT_ALONE
 from tfra.model.learned.learned import Learned
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
@@ -122,16 +123,16 @@ def test_engines_of_the_core() -> None:
         assert np.abs(fixed["uncertainty"] - double["uncertainty"]).max() < 0.01 * size.max()
 
 
-def test_a_core_without_forces_at_the_taxels(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_core_without_forces_at_the_taxels_has_a_page(capfd: pytest.CaptureFixture[str]) -> None:
     short = CONFIG + ESTIMATOR + 'taxel_forces = false\n[architecture]\nkind = "serial"\n'
     Path("skin.toml").write_text(short)
     assert main(["estimate", "skin.toml", "frames.npz", "--engine", "fixed", "--out", "r.npz"]) == 0
     with np.load("r.npz") as found:
         assert np.isnan(found["forces"]).all()
-    told = refusal(capfd, "view", "r.npz", "--out", "page.html")
-    assert told == "r.npz: forces: the core gave none (taxel_forces = false), and a page needs them"
-    told = refusal(capfd, "live", "skin.toml", "frames.npz", "--engine", "fixed")
-    assert told.endswith("skin.toml: estimator.taxel_forces: true is needed to show the fixed engine")
+    assert RESULTANT_ALONE in capfd.readouterr().out.splitlines()
+    assert main(["view", "r.npz", "--out", "page.html"]) == 0
+    data = Path("page.html").read_text().partition('id="data">')[2].partition("</script>")[0]
+    assert json.loads(data, parse_constant=pytest.fail)["results"][0].keys().isdisjoint({"forces", "sweep"})
 
 
 def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:
