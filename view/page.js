@@ -40,7 +40,7 @@ function drawLegend(peaks) {
   const said = [];
   const unit = unitFor(PEAKS.resultant, "N");
   if (checked("resultant")) said.push(`green arrow from c: tangential part of the resultant, longest ${unit.of(peaks.resultant)} ${unit.name}`);
-  if (distributed && checked("arrows")) said.push(`longest arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
+  if (distributed && checked("arrows")) said.push(`longest small arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
   if (distributed && checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed: pulls`);
   if (checked("centroids")) said.push(`c, t: centroids of compression and traction${swept ? "; TFRA finds φ as the direction from t to c" : ""}`);
   say($("key"), said.join(" · "));

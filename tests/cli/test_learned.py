@@ -52,6 +52,7 @@ def test_the_float_engine_is_the_learned_estimator(capsys: pytest.CaptureFixture
     assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--json"]) == 0
     told, expected = json.loads(capsys.readouterr().out), estimator()(stress())
     assert told["summary"]["threshold_percent"] == 25
+    assert told["friction"] is None
     assert told["summary"]["ranges"]["uncertainty_percent"]["max"] == 100 * expected.uncertainty_share.max()
     assert told["status"]["IMPLAUSIBLE"] == int((expected.status & Status.IMPLAUSIBLE != 0).sum())
     with np.load("r.npz") as found:
@@ -129,7 +130,9 @@ def test_a_core_without_forces_at_the_taxels_has_a_page(capfd: pytest.CaptureFix
     assert main(["estimate", "skin.toml", "frames.npz", "--engine", "fixed", "--out", "r.npz"]) == 0
     with np.load("r.npz") as found:
         assert np.isnan(found["forces"]).all()
-    assert RESULTANT_ALONE in capfd.readouterr().out.splitlines()
+    said = capfd.readouterr().out
+    assert RESULTANT_ALONE in said.splitlines()
+    assert "TFRA" not in said
     assert main(["view", "r.npz", "--out", "page.html"]) == 0
     data = Path("page.html").read_text().partition('id="data">')[2].partition("</script>")[0]
     assert json.loads(data, parse_constant=pytest.fail)["results"][0].keys().isdisjoint({"forces", "sweep"})
