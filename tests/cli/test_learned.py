@@ -12,6 +12,7 @@ import pytest
 
 import tfra
 from tests.cli.test_cli import CONFIG, refusal
+from tests.cli.test_live import live, values
 from tests.model.learned.random_weights import random_weights
 from tfra.cli.main import main
 from tfra.codegen.config import load
@@ -136,6 +137,17 @@ def test_a_core_without_forces_at_the_taxels_has_a_page(capfd: pytest.CaptureFix
     assert main(["view", "r.npz", "--out", "page.html"]) == 0
     data = Path("page.html").read_text().partition('id="data">')[2].partition("</script>")[0]
     assert json.loads(data, parse_constant=pytest.fail)["results"][0].keys().isdisjoint({"forces", "sweep"})
+
+
+def test_such_a_core_is_shown_live() -> None:
+    Path("skin.toml").write_text(CONFIG + ESTIMATOR + 'taxel_forces = false\n[architecture]\nkind = "serial"\n')
+    assert main(["estimate", "skin.toml", "frames.npz", "--engine", "fixed", "--out", "r.npz"]) == 0
+    with live("frames.npz", "--engine", "fixed", "--rate", "1000") as running, np.load("r.npz") as held:
+        found = running.until(state="ended", estimated=len(held["mu"]))
+        assert all("forces" not in piece["results"][0] for piece in found["pieces"])
+        share = 100 * held["uncertainty"] / np.abs(held["resultant"][:, 2])
+        np.testing.assert_allclose(values(found, "uncertainty"), share, rtol=1e-6)
+        np.testing.assert_allclose(values(found, "f_x"), held["resultant"][:, 0], rtol=1e-6)
 
 
 def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:
