@@ -74,13 +74,14 @@ def estimate(
     doubts = warnings(project.design, stresses, found, project.input)
     for doubt in doubts:
         typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the file name contains
+    friction = sentence() if found.uncertainty is None else None  # the learned estimator finds it in another way
     converted = codes or engine not in DOUBLE
     if json:
         source = {"engine": engine.value, "stress": "codes" if converted else "exact", "out": str(out)}
-        print_json({**source, **_results(found), "summary": as_dict(told), "friction": sentence(), "warnings": doubts})
+        print_json({**source, **_results(found), "summary": as_dict(told), "friction": friction, "warnings": doubts})
     else:
         _show(found)
-        for line in (*lines(told), sentence()):
+        for line in (*lines(told), *([friction] if friction else [])):
             typer.echo(textwrap.fill(line, WIDTH, subsequent_indent="  "))
         typer.echo(f"{out}: {len(stresses)} frames by the {engine.value} engine, from {_seen(project, converted)}")
 

@@ -62,8 +62,6 @@ def live(
     project = load(config)
     if engine not in DOUBLE:
         check_core(project)
-        if "forces" not in project.design.result_fields:
-            raise InputError(config, "estimator.taxel_forces", f"true is needed to show the {engine.value} engine")
     project, name, frames = _frames(project, source, rate, given or {}, engine)
 
     model = double(engine, project) if engine in DOUBLE else None

@@ -48,7 +48,8 @@ class Estimate:
         found = {key: np.asarray(getattr(self.result, key)) for key in KEYS}
         found["stress"] = np.ascontiguousarray(self.recording.frames)
         times = {} if self.recording.time is None else {"time": self.recording.time}
-        return found | self._optional() | times | {"engine": np.array(self.engine), "config": np.array(self.config)}
+        found |= self._optional() | self._threshold() | times
+        return found | {"engine": np.array(self.engine), "config": np.array(self.config)}
 
     def frames(self) -> Columns:
         """A row for each frame."""
@@ -63,6 +64,10 @@ class Estimate:
             **{key: getattr(found, key) for key in ("sweep_index", "status")},
             **self._optional(),
         }
+
+    def _threshold(self) -> Columns:
+        threshold = self.result.threshold
+        return {} if threshold is None else {"threshold": np.array(threshold)}
 
     def _optional(self) -> Columns:
         return {key: value for key in OPTIONAL if (value := getattr(self.result, key)) is not None}

@@ -40,7 +40,7 @@ class Result:
 
     @property
     def forces(self) -> Floats:
-        """``(n, 3, rows, columns)``: f_x, f_y, f_z at every taxel, N."""
+        """``(n, 3, rows, columns)``: f_x, f_y, f_z at every taxel, N; NaN from a core that leaves them out."""
         return self.found.forces
 
     @property
@@ -82,6 +82,11 @@ class Result:
     def uncertainty(self) -> Floats | None:
         """``(n,)``: how unsure the estimator is of the resultant, N, no error bar; only the learned one has it."""
         return self.found.uncertainty
+
+    @property
+    def threshold(self) -> float | None:
+        """Of the uncertainty over |F_z|: frames over it are ``IMPLAUSIBLE``; only the learned estimator has it."""
+        return self.found.threshold
 
     @property
     def residual(self) -> Floats | None:

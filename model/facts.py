@@ -18,9 +18,12 @@ MEANINGS = {
     Status.DEPENDENT_OUT_OF_RANGE: "the dependent friction coefficient exceeds 1",
     Status.INPUT_SATURATED: "a taxel is at an end of the converter's range",
     Status.OUTPUT_SATURATED: "a result exceeded its word length and was saturated",
-    Status.IMPLAUSIBLE: "the forces found do not explain the frame",
+    Status.IMPLAUSIBLE: "the estimator is unsure of the resultant, or the resultant pulls",
 }
 """Meaning of each status bit, for readers."""
+
+RESULTANT_ALONE = "no forces at the taxels: this core gives the resultant alone"
+"""What is said of results without forces at the taxels."""
 
 WITHOUT_FORCE = (Status.NO_CONTACT, Status.COMPRESSION_ONLY)
 """Status of frames without a tangential force."""
@@ -66,6 +69,12 @@ class Facts:
     phi_deg: Spread | None
     mu: Spread | None
     force_n: Spread | None
+    uncertainty_percent: Spread | None
+    """The uncertainty of the learned estimator over |F_z|; no error bar."""
+    threshold_percent: float | None
+    """Frames with more uncertainty are implausible."""
+    resultant_alone: bool
+    """There are no forces at the taxels."""
     tension_percent_of_taxels: float
     tension_percent_of_stress: float
     frames_without_tension: int
@@ -77,6 +86,7 @@ def facts(frames: Floats, found: Result) -> Facts:
     contact = ~has(found.status, *WITHOUT_FORCE)
     directed = contact & ~has(found.status, Status.NO_DIRECTION)
     force = np.linalg.norm(found.resultant, axis=1)
+    unsure = found.uncertainty_share
     tension = frames > 0
     return Facts(
         frames=len(frames),
@@ -87,6 +97,9 @@ def facts(frames: Floats, found: Result) -> Facts:
         phi_deg=Spread.of_angles(found.phi_deg[directed]),
         mu=Spread.of(found.mu[contact]),
         force_n=Spread.of(force[~has(found.status, Status.NO_CONTACT)]),
+        uncertainty_percent=None if unsure is None else Spread.of(100.0 * unsure[~np.isnan(unsure)]),
+        threshold_percent=None if found.threshold is None else 100.0 * found.threshold,
+        resultant_alone=found.resultant_alone,
         tension_percent_of_taxels=100.0 * float(tension.mean()),
         tension_percent_of_stress=100.0 * positive_share(frames),
         frames_without_tension=int((~tension.any(axis=(1, 2))).sum()),
@@ -104,6 +117,8 @@ def lines(told: Facts) -> list[str]:
         _around(told.phi_deg) or _range("phi", told.phi_deg, ".1f", "degrees"),
         _range("mu", told.mu, ".3f", ""),
         _range("|F|", told.force_n, ".3g", "N"),
+        *_uncertainty(told),
+        *([RESULTANT_ALONE] if told.resultant_alone else []),
         f"tension: {told.tension_percent_of_taxels:.1f} % of the taxels, {told.tension_percent_of_stress:.1f} % of the "
         f"stress; {told.frames_without_tension} frames have none",
     ]
@@ -127,6 +142,14 @@ def _range(name: str, spread: Spread | None, digits: str, unit: str) -> str:
     return f"{name}: {numbers} {unit}".rstrip() + f" ({spread.frames} frames)"
 
 
+def _uncertainty(told: Facts) -> list[str]:
+    """How unsure the learned estimator was, in a line."""
+    if told.threshold_percent is None:
+        return []
+    said = _range("uncertainty", told.uncertainty_percent, ".3g", "% of |F_z|")
+    return [f"{said}; implausible over {told.threshold_percent:.3g} %, no error bar"]
+
+
 def _around(angles: Spread | None) -> str:
     """Text for directions that do not fit in an arc of five sixths, whose median would be meaningless."""
     if angles is None or (angles.max - angles.min) % 360.0 < 300.0:
@@ -144,12 +167,14 @@ def has(status: Ints, *flags: Status) -> Bools:
 
 def as_dict(told: Facts) -> dict[str, Any]:
     """``told`` as plain JSON types; a spread is None where no frame has such a value."""
-    spreads = {"phi_deg": told.phi_deg, "mu": told.mu, "force_n": told.force_n}
+    spreads = {key: getattr(told, key) for key in ("phi_deg", "mu", "force_n", "uncertainty_percent")}
     return {
         "contact": told.contact,
         "no_contact": told.no_contact,
         "compression_only": told.compression_only,
         "noted": told.noted,
+        "threshold_percent": told.threshold_percent,
+        "resultant_alone": told.resultant_alone,
         "ranges": {key: spread and asdict(spread) for key, spread in spreads.items()},
         "tension": {
             "percent_of_taxels": told.tension_percent_of_taxels,

@@ -86,8 +86,9 @@ class Result:
     ``forces (n, 3, rows, columns)``, ``resultant (n, 3)``; ``phi_deg`` in [0, 360), ``mu`` (Eq. 15), ``mu_x``,
     ``mu_y`` (Eqs. 26, 27), ``sweep_index`` and ``status`` of shape ``(n,)``; ``sweep`` when asked for.  Other
     estimators have the same result; without a sweep, ``sweep_index`` is -1.  Of the learned
-    estimator alone: ``uncertainty (n,)`` in N, how unsure it is of the resultant, and ``residual (n,)``, the
-    share of a frame's stress that its forces leave unexplained.
+    estimator alone: ``uncertainty (n,)`` in N, how unsure it is of the resultant, the ``threshold`` of
+    ``uncertainty_share`` over which a frame is ``IMPLAUSIBLE``, and ``residual (n,)``, the share of a frame's stress
+    that its forces leave unexplained.  A core may leave out the forces at the taxels: they are NaN.
     """
 
     forces: Floats
@@ -100,7 +101,21 @@ class Result:
     status: Ints
     sweep: Sweep | None = None
     uncertainty: Floats | None = None
+    threshold: float | None = None
     residual: Floats | None = None
+
+    @property
+    def resultant_alone(self) -> bool:
+        """Whether there are no forces at the taxels."""
+        return bool(self.forces.size and np.isnan(self.forces).all())
+
+    @property
+    def uncertainty_share(self) -> Floats | None:
+        """The uncertainty over |F_z| ``(n,)``; NaN where F_z is zero."""
+        if self.uncertainty is None:
+            return None
+        size = np.abs(self.resultant[:, 2])
+        return np.divide(self.uncertainty, size, out=np.full_like(size, np.nan), where=size > 0)
 
 
 def check_frames(sensor: SensorArray, frames: npt.ArrayLike) -> Floats:

@@ -7,7 +7,8 @@ const SERIES = [
 const KNOWN = { colour: "#000", dash: "dot" };
 const PANELS = [
   ["phi", "φ / °"], ["mu", "μ"], ["f", "|F| / N"], ["f_x", "F<sub>x</sub> / N"], ["f_y", "F<sub>y</sub> / N"],
-  ["f_z", "F<sub>z</sub> / N"], ...(tested ? [["residual", "residual / %"]] : []),
+  ["f_z", "F<sub>z</sub> / N"],
+  ...(judged ? [["uncertainty", "uncertainty, % of |F<sub>z</sub>|"]] : []), ...(tested ? [["residual", "residual / %"]] : []),
 ];
 const PANEL = 118;
 const LANE = 26;
@@ -42,7 +43,7 @@ function overFrames(name, value) {
       y.push(null);
     }
     x.push(xOf(frame));
-    y.push(found === undefined || Number.isNaN(found) ? null : found);
+    y.push(Number.isFinite(found) ? found : null);
   }
   return { x, y };
 }
@@ -98,6 +99,28 @@ function laneTraces() {
   );
 }
 
+const implausible = (frame) => results.some((result) => has(result, frame, given.bits.implausible));
+
+/** The band of the frames that are implausible in some result: one path, since shapes are slow. */
+function band() {
+  const between = (a, b) => (xOf(Math.max(a, 0)) + xOf(Math.min(b, COUNT - 1))) / 2;
+  let path = "";
+  for (let frame = 0; frame < COUNT; frame += 1) {
+    if (!implausible(frame)) continue;
+    const first = between(frame - 1, frame);
+    while (frame + 1 < COUNT && implausible(frame + 1)) frame += 1;
+    path += `M${first},0V1H${between(frame, frame + 1)}V0Z`;
+  }
+  return path ? [{ type: "path", path, xref: "x", yref: "paper", layer: "below", fillcolor: "#E69F00", opacity: 0.35, line: { width: 0 } }] : [];
+}
+
+/** The thresholds of the uncertainty, each once. */
+const thresholds = [...new Set(results.flatMap(({ threshold }) => threshold ?? []))];
+
+const thresholdLine = (y, panel) => ({
+  type: "line", xref: "paper", x0: 0, x1: 1, yref: yaxis(panel), y0: y, y1: y, line: { color: "#9A2F00", width: 1.5, dash: "dash" },
+});
+
 /** Space above the panels for the legend of a chart of this width. */
 function topOf(width) {
   const needed = SOURCES.reduce((sum, { label }) => sum + 56 + 7 * label.length, 0);
@@ -118,12 +141,15 @@ function panelLayout(width) {
     text, x: 0, xref: "paper", xanchor: "left", xshift: 4, y, yref: "paper", yanchor: "top", showarrow: false,
     bgcolor: "rgba(255,255,255,.85)", font: { size, color: "#111" }, borderpad: 1,
   });
+  layout.shapes = band();
   PANELS.forEach(([name, title], panel) => {
     const top = 1 - (panel * PANEL) / total;
     layout[`yaxis${panel ? panel + 1 : ""}`] = {
       ...AXIS, domain: [top - (PANEL - 16) / total, top], anchor: "x", nticks: 5,
       ...(name === "phi" ? { range: [-8, 368], tickvals: [0, 90, 180, 270, 360] } : {}),
+      ...(name === "uncertainty" ? { range: [0, 3 * Math.max(...thresholds)] } : {}),
     };
+    if (name === "uncertainty") layout.shapes.push(...thresholds.map((threshold) => thresholdLine(threshold, panel)));
     label(`<b>${title}</b>`, top, 12);
   });
   if (lanes.length) {

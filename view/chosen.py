@@ -27,7 +27,8 @@ class Chosen:
     def of(cls, results: list[Recorded], wanted: range) -> Chosen:
         """The frames ``wanted``, or every second, third … of them where the results are too large."""
         total, taxels = len(results[0].stress), results[0].design.sensor.taxels
-        thinned = _step(len(wanted), len(results) * frame_bytes(taxels), MOST_BYTES)
+        frame = sum(frame_bytes(taxels, result.found.resultant_alone) for result in results)
+        thinned = _step(len(wanted), frame, MOST_BYTES)
         shown = wanted[::thinned]
         sweep = sum(sweep_bytes(result.design.search.steps) for result in results if result.swept)
         return cls(shown, total, _step(len(shown), sweep, MOST_SWEEP_BYTES), thinned > 1)
@@ -46,9 +47,10 @@ class Chosen:
         return said + (f"; every {_nth(self.sweeps)} of them has its sweep." if self.sweeps > 1 else ".")
 
 
-def frame_bytes(taxels: int) -> int:
-    """Bytes of a frame: stress and three forces at every taxel, their scales, and the values that every frame has."""
-    return 8 * taxels + 4 * 4 + 7 * 4 + 2 + 1 + 8
+def frame_bytes(taxels: int, resultant_alone: bool = False) -> int:
+    """Bytes of a frame: stress and, unless ``resultant_alone``, three forces at every taxel, scales, and values."""
+    planes = 1 if resultant_alone else 4
+    return planes * (2 * taxels + 4) + 9 * 4 + 2 + 1 + 8
 
 
 def sweep_bytes(steps: int) -> int:

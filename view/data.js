@@ -18,13 +18,15 @@ const unpackResult = (result) => ({
   status: unpack(result.status),
   index: unpack(result.index),
   stress: unpackAll(result.stress),
-  forces: result.forces.map(unpackAll),
+  forces: result.forces?.map(unpackAll),
   sweep: result.sweep && unpackAll(result.sweep),
 });
 
 const results = given.results.map(unpackResult);
 const references = given.references.map((known) => ({ ...known, values: unpackValues(known.values) }));
 const tested = results.some(({ values }) => values.residual);
+const judged = results.some(({ threshold }) => threshold);
+const distributed = results.some(({ forces }) => forces);
 const swept = results.some(({ sweep }) => sweep);
 let times = given.time && unpack(given.time);
 let COUNT = results[0].status.length;
@@ -54,15 +56,26 @@ function unitFor(peak, name) {
 
 /** A number with four significant digits. */
 function figures(value) {
-  if (value === undefined || Number.isNaN(value)) return "–";
+  if (!Number.isFinite(value)) return "–";
   return String(Number(value.toPrecision(4))).replace("-", "−");
+}
+
+/** The largest tangential resultant of one frame or of all. */
+function peakResultant(frame) {
+  let largest = 0;
+  for (const { values: { f_x: x, f_y: y } } of results) {
+    if (frame !== undefined) largest = Math.max(largest, modulus(x[frame], y[frame]));
+    else for (let n = 0; n < COUNT; n += 1) largest = Math.max(largest, modulus(x[n], y[n]));
+  }
+  return largest;
 }
 
 /** The largest magnitudes of one frame or of all. */
 const peaksAt = (frame) => ({
+  resultant: peakResultant(frame),
   stress: peakOf(results.map(({ stress }) => stress), frame),
-  tangential: peakOf(results.flatMap(({ forces }) => [forces[0], forces[1]]), frame),
-  normal: peakOf(results.map(({ forces }) => forces[2]), frame),
+  tangential: peakOf(results.flatMap(({ forces }) => forces?.slice(0, 2) ?? []), frame),
+  normal: peakOf(results.flatMap(({ forces }) => forces?.[2] ?? []), frame),
 });
 
 let [PEAKS, STRESS, FORCE] = [];
@@ -79,7 +92,7 @@ const has = (result, frame, bits) => (result.status[frame] & bits) !== 0;
 
 /** Whether a frame determines a value: without a tangential force there is no angle. */
 function tells(result, name, frame) {
-  if (["f_z", "f", "residual"].includes(name)) return !has(result, frame, given.bits.noContact);
+  if (["f_z", "f", "uncertainty", "residual"].includes(name)) return !has(result, frame, given.bits.noContact);
   return !has(result, frame, given.bits.withoutForce | (name === "phi" ? given.bits.noDirection : 0));
 }
 

@@ -52,9 +52,9 @@ function gridOf(width) {
 }
 
 /** Stroke the path of `trace` with a pale rim, visible on dark and pale colours. */
-function rimmed(pen, trace, width = 2) {
-  for (const [colour, wide] of [["#fff", width + Math.min(2.5, 1.6 * width)], ["#111", width]]) {
-    pen.strokeStyle = colour;
+function rimmed(pen, trace, width = 2, colour = "#111") {
+  for (const [shade, wide] of [["#fff", width + Math.min(2.5, 1.6 * width)], [colour, width]]) {
+    pen.strokeStyle = shade;
     pen.lineWidth = wide;
     pen.beginPath();
     trace(pen);
@@ -62,7 +62,7 @@ function rimmed(pen, trace, width = 2) {
   }
 }
 
-function arrow(pen, [x, y], [dx, dy], width) {
+function arrow(pen, [x, y], [dx, dy], width, colour) {
   const length = modulus(dx, dy);
   if (length < 1.5) return;
   const head = Math.min(7, 0.45 * length);
@@ -74,7 +74,7 @@ function arrow(pen, [x, y], [dx, dy], width) {
       pen.moveTo(x + dx, y + dy);
       pen.lineTo(x + dx - head * (ux + 0.6 * side * uy), y + dy - head * (uy - 0.6 * side * ux));
     }
-  }, width);
+  }, width, colour);
 }
 
 function drawAxes(pen, grid) {
@@ -120,8 +120,15 @@ function drawForces(pen, grid, scene) {
   }
 }
 
-function drawCentroids(pen, grid, { c, t }) {
-  if (c && t) {
+/** The tangential part of the resultant, from the centroid of compression. */
+function drawResultant(pen, grid, { c, resultant, peaks }) {
+  if (!c || !peaks.resultant) return;
+  const size = (0.15 * (grid.across * given.columns + grid.down * given.rows)) / peaks.resultant;
+  arrow(pen, grid.at(c), [size * resultant[0], -size * resultant[1]], 4, "#00704F");
+}
+
+function drawCentroids(pen, grid, { c, t, directed }) {
+  if (directed && c && t) {
     const [from, to] = [grid.at(t), grid.at(c)];
     arrow(pen, from, [to[0] - from[0], to[1] - from[1]], 3);
   }
@@ -150,7 +157,8 @@ function drawMap(canvas, scene) {
   pen.strokeStyle = "#767676";
   pen.strokeRect(grid.left, EDGE.top, grid.across * given.columns, grid.down * given.rows);
   drawAxes(pen, grid);
-  drawForces(pen, grid, scene);
+  if (scene.forces) drawForces(pen, grid, scene);
+  if (scene.whole) drawResultant(pen, grid, scene);
   if (scene.centroids) drawCentroids(pen, grid, scene);
   const [x, y] = grid.at(placeOf(scene.taxel));
   rimmed(pen, () => pen.rect(x - grid.across / 2 + 1, y - grid.down / 2 + 1, grid.across - 2, grid.down - 2), 1.5);

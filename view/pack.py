@@ -36,7 +36,7 @@ def scaled(planes: Floats) -> dict[str, Packed]:
 
 
 def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
-    """The chosen frames of a result; ``sweep`` only beside results of TFRA."""
+    """The chosen frames of a result; ``sweep`` only beside results of TFRA, ``forces`` only if a core gave them."""
     shown, found = slice(chosen.shown.start, chosen.shown.stop, chosen.shown.step), recorded.found
     stress = recorded.stress[shown]
     count = len(stress)
@@ -50,17 +50,24 @@ def result(recorded: Recorded, chosen: Chosen) -> dict[str, Any]:
         "f_y": force[:, 1],
         "f_z": force[:, 2],
     }
+    if (share := found.uncertainty_share) is not None:
+        values["uncertainty"] = 100 * share[shown]  # in percent of |F_z|
     if found.residual is not None:
         values["residual"] = 100 * found.residual[shown]  # in percent
-    forces = found.forces[shown].reshape(count, 3, -1)
     return {
         "values": {key: packed(value, "float32") for key, value in values.items()},
         "status": packed(found.status[shown], "uint8"),
         "index": packed(found.sweep_index[shown], "int16"),
         "stress": scaled(stress.reshape(count, -1)),
-        "forces": [scaled(forces[:, axis]) for axis in range(3)],
+        **({} if found.resultant_alone else {"forces": _forces(found.forces[shown].reshape(count, 3, -1))}),
+        **({} if found.threshold is None else {"threshold": 100 * found.threshold}),
         **({"sweep": _sweep(recorded, stress[:: chosen.sweeps])} if recorded.swept else {}),
     }
+
+
+def _forces(forces: Floats) -> list[dict[str, Packed]]:
+    """Each axis of ``forces (n, 3, m)``."""
+    return [scaled(forces[:, axis]) for axis in range(3)]
 
 
 def times(recorded: list[Recorded], chosen: Chosen) -> Packed | None:

@@ -23,9 +23,12 @@ function sceneOf(result, frame) {
   const regular = !has(result, frame, given.bits.withoutForce);
   return {
     stress,
-    forces: result.forces.map((force) => plane(force, frame)),
+    forces: result.forces?.map((force) => plane(force, frame)),
+    resultant: regular ? [result.values.f_x[frame], result.values.f_y[frame]] : undefined,
     c: regular ? centroid(stress, -1) : undefined,
     t: regular ? centroid(stress, 1) : undefined,
+    directed: Boolean(result.sweep),
+    implausible: has(result, frame, given.bits.implausible),
   };
 }
 
@@ -35,33 +38,47 @@ function drawLegend(peaks) {
     say(tick, STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress));
   }
   const said = [];
-  if (checked("arrows")) said.push(`longest arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
-  if (checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed: pulls`);
-  if (checked("centroids")) said.push("c, t: centroids of compression and traction; the arrow from t to c has the direction φ");
+  const unit = unitFor(PEAKS.resultant, "N");
+  if (checked("resultant")) said.push(`green arrow from c: tangential part of the resultant, longest ${unit.of(peaks.resultant)} ${unit.name}`);
+  if (distributed && checked("arrows")) said.push(`longest small arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
+  if (distributed && checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed: pulls`);
+  if (checked("centroids")) said.push(`c, t: centroids of compression and traction${swept ? "; TFRA finds φ as the direction from t to c" : ""}`);
   say($("key"), said.join(" · "));
 }
 
 const pair = (place) => (place ? place.map((length) => length.toFixed(2)).join(", ") : "–");
+
+/** The uncertainty beside its threshold, as the status was decided. */
+function uncertainty(result, frame) {
+  const share = valueOf(result, "uncertainty", frame);
+  if (share === undefined) return "–";
+  if (result.values.f_z[frame] >= 0) return "F does not press";
+  return `${figures(share)} ${has(result, frame, given.bits.implausible) ? ">" : "≤"} ${figures(result.threshold)}`;
+}
 
 /** The cells of a row of numbers: a function of result and scene, and the name of a reference value. */
 const ROWS = {
   ...Object.fromEntries(["phi", "mu", "f", "f_x", "f_y", "f_z", "residual"].map((name) => [name, (result, frame) => figures(valueOf(result, name, frame))])),
   mu_x: (result, frame) => figures(valueOf(result, "mu_x", frame)),
   mu_y: (result, frame) => figures(valueOf(result, "mu_y", frame)),
+  uncertainty,
   c: (_, __, scene) => pair(scene.c),
   t: (_, __, scene) => pair(scene.t),
   status: (result, frame) => given.statuses.filter(({ bit }) => has(result, frame, bit)).map(({ words }) => words).join(", ") || "contact",
   "taxel-stress": (_, __, scene) => STRESS.of(scene.stress[state.taxel]),
-  "taxel-x": (_, __, scene) => FORCE.of(scene.forces[0][state.taxel]),
-  "taxel-y": (_, __, scene) => FORCE.of(scene.forces[1][state.taxel]),
-  "taxel-z": (_, __, scene) => FORCE.of(scene.forces[2][state.taxel]),
+  "taxel-x": (_, __, scene) => FORCE.of(scene.forces?.[0][state.taxel]),
+  "taxel-y": (_, __, scene) => FORCE.of(scene.forces?.[1][state.taxel]),
+  "taxel-z": (_, __, scene) => FORCE.of(scene.forces?.[2][state.taxel]),
 };
 
 function drawNumbers(frame, scenes) {
   for (const row of document.querySelectorAll("#now tr[data-row]")) {
     const name = row.dataset.row;
     const cells = row.querySelectorAll("td");
-    results.forEach((result, n) => say(cells[n], ROWS[name](result, frame, scenes[n])));
+    results.forEach((result, n) => {
+      say(cells[n], ROWS[name](result, frame, scenes[n]));
+      cells[n].classList.toggle("flagged", name === "status" && scenes[n].implausible);
+    });
     references.filter(({ values }) => values[name]).forEach(({ values }) => {
       say(cells[results.length + references.findIndex((known) => known.values === values)], figures(values[name][frame]));
     });
@@ -74,13 +91,14 @@ function drawNumbers(frame, scenes) {
 /** Canvases and the cursor come first: they read sizes, which a changed text invalidates. */
 function drawMaps(frame, scenes) {
   const peaks = peaksOf(frame);
-  const chosen = { arrows: checked("arrows"), circles: checked("circles"), centroids: checked("centroids") };
+  const chosen = { whole: checked("resultant"), arrows: checked("arrows"), circles: checked("circles"), centroids: checked("centroids") };
   const looks = { ...chosen, root: $("scale").value === "root", peaks, taxel: state.taxel };
   maps.forEach((map, n) => {
     drawMap(map, { ...scenes[n], ...looks });
+    map.parentElement.classList.toggle("flagged", scenes[n].implausible);
     const told = ["phi", "mu", "f"].map((name) => ROWS[name](results[n], frame));
     const label = `Map of the stress under ${results[n].label}, frame ${numberOf(frame)}`;
-    map.setAttribute("aria-label", `${label}: φ ${told[0]}°, μ ${told[1]}, |F| ${told[2]} N; the table This frame has all numbers`);
+    map.setAttribute("aria-label", `${label}: φ ${told[0]}°, μ ${told[1]}, |F| ${told[2]} N${scenes[n].implausible ? ", implausible" : ""}; the table This frame has all numbers`);
   });
   drawHeights(frame, scenes, peaks, looks.root);
   if (state.drawn) moveCursor($("cursor"), $("panels"), frame);
@@ -88,10 +106,12 @@ function drawMaps(frame, scenes) {
 }
 
 function drawHeights(frame, scenes, peaks, root) {
-  const number = Number($("detail").value);
+  const scene = scenes[Number($("detail").value)];
+  $("height").options[1].disabled = !scene.forces;
+  if (!scene.forces) $("height").value = "stress";
   const stress = $("height").value === "stress";
   drawSurface($("surface"), {
-    values: stress ? scenes[number].stress : scenes[number].forces[2], unit: stress ? STRESS : FORCE,
+    values: stress ? scene.stress : scene.forces[2], unit: stress ? STRESS : FORCE,
     peak: stress ? peaks.stress : peaks.normal, root, turn: state.turn, tilt: state.tilt,
   });
   say($("height-unit"), stress ? STRESS.name : FORCE.name);
@@ -153,7 +173,7 @@ function listen() {
   document.addEventListener("keydown", onKey);
   $("play").addEventListener("click", () => play(!state.playing));
   $("frame").addEventListener("input", (event) => { play(false); show(Number(event.target.value)); });
-  for (const id of ["arrows", "circles", "centroids", "over", "scale", "detail", "height"]) $(id).addEventListener("change", drawAll);
+  for (const id of ["resultant", "arrows", "circles", "centroids", "over", "scale", "detail", "height"]) $(id).addEventListener("change", drawAll);
   for (const map of maps) {
     for (const kind of ["pointermove", "pointerdown"]) {
       map.addEventListener(kind, ({ offsetX, offsetY }) => pick(gridOf(map.clientWidth).taxelAt(offsetX, offsetY)));
@@ -192,12 +212,24 @@ function strongest(frame) {
   return stress.reduce((best, value, k) => (Math.abs(value) > Math.abs(stress[best]) ? k : best), 0);
 }
 
+/** What is shown only if a result has it. */
+const PARTS = {
+  "#swept": swept, "[data-row=residual]": tested, "[data-row=uncertainty], #judged, #shaded": judged, "#alone": results.some(({ forces }) => !forces),
+  "label:has(#arrows), label:has(#circles), [data-row=taxel-x], [data-row=taxel-y], [data-row=taxel-z]": distributed,
+};
+
+function hideMissing() {
+  for (const [places, present] of Object.entries(PARTS)) {
+    for (const place of document.querySelectorAll(places)) place.hidden = !present;
+  }
+  $("alone").textContent = results.filter(({ forces }) => !forces).map(({ label }) => `${label}: ${given.resultantAlone}.`).join(" ");
+}
+
 /** Show `frame`, and start to listen to events. */
 function begin(frame) {
   $("bar").style.background = `linear-gradient(to right, ${COLOURS.map((_, n) => colourOf(n / 5 - 1)).join(",")})`;
   measure();
-  $("swept").hidden = !swept;
-  document.querySelector("[data-row=residual]").hidden = !tested;
+  hideMissing();
   state.frame = frame;
   state.taxel = strongest(frame);
   listen();

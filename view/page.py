@@ -10,9 +10,9 @@ from typing import Any
 
 from plotly.offline import get_plotlyjs
 
-from tfra.codegen.html import document, wide
+from tfra.codegen.html import document, text, wide
 from tfra.model.errors import InputError
-from tfra.model.facts import MEANINGS, WITHOUT_FORCE, Facts, Spread, facts, words
+from tfra.model.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, words
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
 from tfra.view.chosen import Chosen
@@ -54,6 +54,7 @@ _ROWS = {
     "f_z": "F<sub>z</sub> / N",
     "c": "c (x, y) / mm",
     "t": "t (x, y) / mm",
+    "uncertainty": "uncertainty, % of |F<sub>z</sub>|",
     "residual": "residual / %",
     "status": "status",
 }
@@ -130,10 +131,12 @@ def _described(design: Design) -> dict[str, Any]:
         "rows": sensor.rows,
         "columns": sensor.columns,
         "pitch": [1e3 * sensor.pitch_x, 1e3 * sensor.pitch_y],
+        "resultantAlone": RESULTANT_ALONE,
         "statuses": [{"bit": int(flag), "words": words(flag)} for flag in Status],
         "bits": {
             "noContact": int(Status.NO_CONTACT),
             "noDirection": int(Status.NO_DIRECTION),
+            "implausible": int(Status.IMPLAUSIBLE),
             "withoutForce": sum(int(flag) for flag in WITHOUT_FORCE),
         },
     }
@@ -150,7 +153,8 @@ def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dic
     sensor, labels = design.sensor, [*named, *true]
     parts = more | {
         "MAPS": "".join(
-            f'<figure><figcaption>{escape(label)}</figcaption><canvas id="map-{n}" role="img"></canvas></figure>'
+            f'<figure><figcaption>{escape(label)} <b class="flag">implausible</b></figcaption>'
+            f'<canvas id="map-{n}" role="img"></canvas></figure>'
             for n, label in enumerate(named)
         ),
         "SHAPE": "oblong" if sensor.size_x > OBLONG * sensor.size_y else "",
@@ -163,8 +167,8 @@ def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dic
         "TICKS": "".join(f'<span data-share="{share}"></span>' for share in _TICKS),
     }
     body = _resource("body.html")
-    for name, text in parts.items():
-        body = body.replace(f"<!--{name}-->", text).replace(f'"{name}"', f'"{text}"')
+    for name, content in parts.items():
+        body = body.replace(f"<!--{name}-->", content).replace(f'"{name}"', f'"{content}"')
     return body
 
 
@@ -173,8 +177,8 @@ def _scripts(data: dict[str, Any], opened: str, names: Sequence[str]) -> Iterato
 
     Data is escaped, so that no text in it can end its script.
     """
-    text = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
-    yield f'<script type="application/json" id="data">{text}</script>'
+    encoded = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    yield f'<script type="application/json" id="data">{encoded}</script>'
     yield f"<script>{get_plotlyjs()}</script>"
     yield f'<script>\n{opened} {{\n"use strict";\n' + "\n".join(map(_resource, names)) + "})();\n</script>"
 
@@ -197,8 +201,11 @@ def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen)
         "|F|, median": [_median(fact.force_n, ".3g", " N") for fact in told],
         "tension, of the stress": [f"{fact.tension_percent_of_stress:.1f} %" for fact in told],
     }
+    if any(fact.threshold_percent for fact in told):
+        rows["uncertainty, median"] = [_median(fact.uncertainty_percent, ".3g", " % of |F_z|") for fact in told]
+        rows["implausible over"] = [_percent(fact.threshold_percent) for fact in told]
     lines = "".join(
-        f"<tr><th scope=row>{name}</th>{''.join(f'<td>{escape(cell)}</td>' for cell in cells)}</tr>"
+        f"<tr><th scope=row>{name}</th>{''.join(f'<td>{text(cell)}</td>' for cell in cells)}</tr>"
         for name, cells in rows.items()
     )
     yield f'<div id="summary">{_table(labels, lines, "Summary of all frames")}</div>'
@@ -218,6 +225,10 @@ def _notes(fact: Facts) -> Iterator[str]:
 
 def _median(spread: Spread | None, digits: str, unit: str) -> str:
     return "–" if spread is None else f"{spread.median:{digits}}{unit}"
+
+
+def _percent(share: float | None) -> str:
+    return "–" if share is None else f"{share:.3g} % of |F_z|"
 
 
 def _numbers(labels: Sequence[str], rows: dict[str, str], caption: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,6 +30,9 @@ CONTEXT = ("stress", "engine", "config")
 """Keys that say where a result comes from; those of earlier versions have none."""
 
 OLD = "the key is missing, an earlier version made this file: run tfra estimate again"
+
+Needed = tuple[int | None, ...]
+"""A shape, in which None stands for any number of frames."""
 
 _BITS = sum(Status)
 
@@ -122,13 +125,15 @@ def _result(path: Path) -> Recorded:
             raise InputError(path, "stress", "at least one frame is needed, got none")
         values: dict[str, Any] = {key: _numbers(found, key, (count, *shape)) for key, shape in VALUES.items()}
         values |= {key: _numbers(found, key, (count,)) for key in OPTIONAL if key in found.keys}
-        forces = _numbers(found, "forces", (count, 3, *frame), _given)
+        learned = "uncertainty" in values
+        values |= {"threshold": _threshold(found)} if learned else {}
+        forces = _forces(found, (count, 3, *frame), learned)
         time = _numbers(found, "time", (count,)) if "time" in found.keys else None
     values |= {key: values[key].astype(np.int64) for key in ("sweep_index", "status")}
     _require_known(path, values["status"] & ~_BITS != 0, "status", "is no status")
     outside = (values["sweep_index"] < -1) | (values["sweep_index"] > design.search.steps)
     _require_known(path, outside, "sweep_index", f"is no candidate of {design.search.steps + 1}")
-    return Recorded(path.name, engine, design, Result(forces, **values), stress, time, "uncertainty" not in values)
+    return Recorded(path.name, engine, design, Result(forces, **values), stress, time, not learned)
 
 
 def _require_known(path: Path, wrong: npt.NDArray[np.bool_], key: str, reason: str) -> None:
@@ -143,33 +148,41 @@ def _references(path: Path, first: Recorded) -> References:
     return References(path.name, read_references(path, len(frames)))
 
 
-def _given(forces: Floats) -> str | None:
-    """Why there are no forces, or None."""
-    return "the core gave none (taxel_forces = false), and a page needs them" if np.isnan(forces).all() else None
+def _threshold(found: Archive) -> float:
+    """The threshold of the uncertainty of a ``learned`` result; raises ``InputError`` for one that is none."""
+    if "threshold" not in found.keys:
+        raise InputError(found.file, "threshold", OLD)
+    threshold = float(_read(found, "threshold", ()))
+    if not 0 < threshold < np.inf:
+        raise InputError(found.file, "threshold", f"a positive number is needed, got {threshold:g}")
+    return threshold
 
 
-def _numbers(
-    found: Archive,
-    key: str,
-    needed: tuple[int | None, ...],
-    objection: Callable[[Floats], str | None] = lambda numbers: None,
-) -> Floats:
-    """The finite numbers of ``key``, whose shape is ``needed``, where None stands for any number of frames.
+def _forces(found: Archive, needed: Needed, learned: bool) -> Floats:
+    """Forces at the taxels, finite; a core of the ``learned`` estimator may have left them out: all are NaN."""
+    forces = _read(found, "forces", needed)
+    return forces if learned and np.isnan(forces).all() else _finite(found, "forces", forces)
 
-    Raises ``InputError`` for others, and with the ``objection`` to the numbers.
-    """
+
+def _numbers(found: Archive, key: str, needed: Needed) -> Floats:
+    """The finite numbers of ``key``, whose shape is ``needed``; raises ``InputError`` for others."""
+    return _finite(found, key, _read(found, key, needed))
+
+
+def _read(found: Archive, key: str, needed: Needed) -> Floats:
     if key not in found.keys:
         raise InputError(found.file, key, "the key is missing")
-    numbers = np.asarray(found.read(key, partial(_wrong, needed)), dtype=np.float64)
-    if reason := objection(numbers):
-        raise InputError(found.file, key, reason)
+    return np.asarray(found.read(key, partial(_wrong, needed)), dtype=np.float64)
+
+
+def _finite(found: Archive, key: str, numbers: Floats) -> Floats:
     bad = np.argwhere(~np.isfinite(numbers))
     if len(bad):
         raise InputError(found.file, key, f"frame {bad[0][0]} has a value that is not finite")
     return numbers
 
 
-def _wrong(needed: tuple[int | None, ...], shape: Shape) -> str | None:
+def _wrong(needed: Needed, shape: Shape) -> str | None:
     if len(shape) == len(needed) and all(n in (None, m) for n, m in zip(needed, shape, strict=True)):
         return None
     wanted = ", ".join("n" if n is None else str(n) for n in needed)

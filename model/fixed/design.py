@@ -81,6 +81,11 @@ class Design(Choices, ABC):
         """Whether the estimator chooses among candidates: its frames have a sweep index."""
         return "sweep_index" in self.result_fields
 
+    @property
+    def uncertainty_threshold(self) -> float | None:
+        """What a core compares the uncertainty over |F_z| with; None if the estimator has no uncertainty."""
+        return None
+
     def built_as(self, architecture: Architecture, **choices: Any) -> Self:
         """The design in another ``architecture``, with other ``choices`` of where it goes: ``images``, ``target``.
 

@@ -37,4 +37,5 @@ def decode(design: Design, words: Ints) -> Result:
         sweep_index=raw["sweep_index"][:, 0] if "sweep_index" in raw else np.full(count, -1, dtype=np.int64),
         status=raw["status"][:, 0],
         uncertainty=(value["uncertainty"] * scale)[:, 0] if "uncertainty" in value else None,
+        threshold=design.uncertainty_threshold,
     )

@@ -64,5 +64,6 @@ class Learned:
             sweep_index=np.full(len(b), -1, dtype=np.int64),
             status=status,
             uncertainty=np.ldexp(uncertainty, exponent),
+            threshold=self.threshold,
             residual=left,
         )

@@ -156,4 +156,4 @@ def test_frames_without_contact(capsys: pytest.CaptureFixture[str]) -> None:
     np.save("rest.npy", np.concatenate([np.zeros((1, 5, 6)), np.full((1, 5, 6), 1e4)]))
     content = as_json(capsys, frames="rest.npy")
     assert content["status"][Status.NO_CONTACT.name] == 2
-    assert content["summary"]["ranges"] == {"phi_deg": None, "mu": None, "force_n": None}
+    assert content["summary"]["ranges"] == dict.fromkeys(("phi_deg", "mu", "force_n", "uncertainty_percent"))

@@ -12,11 +12,13 @@ import pytest
 
 import tfra
 from tests.cli.test_cli import CONFIG, refusal
+from tests.cli.test_live import live, values
 from tests.model.learned.random_weights import random_weights
 from tfra.cli.main import main
 from tfra.codegen.config import load
 from tfra.codegen.weightsfile import Trained, read_weights, write_weights
 from tfra.model.converter import quantise
+from tfra.model.facts import RESULTANT_ALONE
 from tfra.model.learned.learned import Learned
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
@@ -50,8 +52,12 @@ def estimator() -> Learned:
 def test_the_float_engine_is_the_learned_estimator(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--json"]) == 0
     told, expected = json.loads(capsys.readouterr().out), estimator()(stress())
+    assert told["summary"]["threshold_percent"] == 25
+    assert told["friction"] is None
+    assert told["summary"]["ranges"]["uncertainty_percent"]["max"] == 100 * expected.uncertainty_share.max()
     assert told["status"]["IMPLAUSIBLE"] == int((expected.status & Status.IMPLAUSIBLE != 0).sum())
     with np.load("r.npz") as found:
+        assert found["threshold"] == 0.25
         for key in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status", "residual"):
             assert np.array_equal(found[key], getattr(expected, key)), key
         assert 'weights = "lab/w.npz"' in str(found["config"])
@@ -93,6 +99,7 @@ def test_without_it_nothing_changes() -> None:
     assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz"]) == 0
     with np.load("r.npz") as result:
         assert "residual" not in result
+        assert "threshold" not in result
         assert "estimator" not in str(result["config"])
 
 
@@ -118,16 +125,29 @@ def test_engines_of_the_core() -> None:
         assert np.abs(fixed["uncertainty"] - double["uncertainty"]).max() < 0.01 * size.max()
 
 
-def test_a_core_without_forces_at_the_taxels(capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_core_without_forces_at_the_taxels_has_a_page(capfd: pytest.CaptureFixture[str]) -> None:
     short = CONFIG + ESTIMATOR + 'taxel_forces = false\n[architecture]\nkind = "serial"\n'
     Path("skin.toml").write_text(short)
     assert main(["estimate", "skin.toml", "frames.npz", "--engine", "fixed", "--out", "r.npz"]) == 0
     with np.load("r.npz") as found:
         assert np.isnan(found["forces"]).all()
-    told = refusal(capfd, "view", "r.npz", "--out", "page.html")
-    assert told == "r.npz: forces: the core gave none (taxel_forces = false), and a page needs them"
-    told = refusal(capfd, "live", "skin.toml", "frames.npz", "--engine", "fixed")
-    assert told.endswith("skin.toml: estimator.taxel_forces: true is needed to show the fixed engine")
+    said = capfd.readouterr().out
+    assert RESULTANT_ALONE in said.splitlines()
+    assert "TFRA" not in said
+    assert main(["view", "r.npz", "--out", "page.html"]) == 0
+    data = Path("page.html").read_text().partition('id="data">')[2].partition("</script>")[0]
+    assert json.loads(data, parse_constant=pytest.fail)["results"][0].keys().isdisjoint({"forces", "sweep"})
+
+
+def test_such_a_core_is_shown_live() -> None:
+    Path("skin.toml").write_text(CONFIG + ESTIMATOR + 'taxel_forces = false\n[architecture]\nkind = "serial"\n')
+    assert main(["estimate", "skin.toml", "frames.npz", "--engine", "fixed", "--out", "r.npz"]) == 0
+    with live("frames.npz", "--engine", "fixed", "--rate", "1000") as running, np.load("r.npz") as held:
+        found = running.until(state="ended", estimated=len(held["mu"]))
+        assert all("forces" not in piece["results"][0] for piece in found["pieces"])
+        share = 100 * held["uncertainty"] / np.abs(held["resultant"][:, 2])
+        np.testing.assert_allclose(values(found, "uncertainty"), share, rtol=1e-6)
+        np.testing.assert_allclose(values(found, "f_x"), held["resultant"][:, 0], rtol=1e-6)
 
 
 def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:

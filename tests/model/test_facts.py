@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tfra.model.facts import MEANINGS, Spread, as_dict, facts, lines, words
+from tfra.model.facts import MEANINGS, RESULTANT_ALONE, Spread, as_dict, facts, lines, words
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, Tfra
 
@@ -65,7 +66,26 @@ def test_nothing_at_all() -> None:
     told = facts(np.zeros((2, 2, 2)), Tfra(SENSOR)(np.zeros((2, 2, 2))))
     assert (told.no_contact, told.contact, told.phi_deg, told.mu, told.force_n) == (2, 0, None, None, None)
     assert "phi: in no frame" in lines(told)
-    assert as_dict(told)["ranges"] == {"phi_deg": None, "mu": None, "force_n": None}
+    assert as_dict(told)["ranges"] == dict.fromkeys(("phi_deg", "mu", "force_n", "uncertainty_percent"))
+
+
+def test_the_learned_estimator() -> None:
+    """A frame whose F_z is zero has no share, a core may give the resultant alone, and nothing of it is NaN."""
+    found = replace(FOUND, uncertainty=np.array([1, 0.5, 0, 3, 0]), threshold=0.25, residual=np.zeros(5))
+    assert found.uncertainty_share is not None
+    np.testing.assert_array_equal(found.uncertainty_share, [0.25, 0.25, np.nan, 0.5, 0])
+    said = "uncertainty: median 25, 0 to 50 % of |F_z| (4 frames); implausible over 25 %, no error bar"
+    told = facts(FRAMES, found)
+    assert said in lines(told)
+    assert RESULTANT_ALONE not in lines(told)
+    alone = facts(FRAMES, replace(found, forces=np.full((5, 3, 2, 2), np.nan)))
+    assert lines(alone)[lines(alone).index(said) + 1] == RESULTANT_ALONE
+    plain = json.loads(json.dumps(as_dict(alone), allow_nan=False))
+    assert plain["ranges"]["uncertainty_percent"] == {"frames": 4, "median": 25, "min": 0, "max": 50}
+    assert (plain["threshold_percent"], plain["resultant_alone"]) == (25, True)
+    assert (as_dict(facts(FRAMES, FOUND))["threshold_percent"], facts(FRAMES, FOUND).resultant_alone) == (None, False)
+    empty = replace(FOUND, forces=np.zeros((0, 3, 2, 2)))
+    assert not empty.resultant_alone
 
 
 @given(st.lists(st.integers(0, 127), min_size=1, max_size=40))

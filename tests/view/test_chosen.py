@@ -54,6 +54,16 @@ def test_many_are_thinned_out_evenly_to_what_there_is_room_for(design: Design, c
     assert -(-len(chosen.shown) // chosen.sweeps) * number * sweep_bytes(100) <= MOST_SWEEP_BYTES
 
 
+def test_more_frames_have_room_without_forces_at_the_taxels(design: Design) -> None:
+    """Frames of the resultant alone are counted by their own size."""
+    whole = recorded(design, 200_000)
+    short = replace(whole, found=replace(whole.found, forces=np.full((1, 3, 4, 6), np.nan)), swept=False)
+    counts = [len(Chosen.of(results, range(200_000)).shown) for results in ([short], [short, whole], [whole])]
+    sizes = frame_bytes(24, resultant_alone=True), frame_bytes(24)
+    assert counts == [-(-200_000 // -(-200_000 * size // MOST_BYTES)) for size in (sizes[0], sum(sizes), sizes[1])]
+    assert counts[0] > counts[2] > counts[1]
+
+
 def test_long_sweeps_are_those_of_some_frames(design: Design) -> None:
     fine = replace(design, search=Search(4096))
     chosen = Chosen.of([recorded(fine, 500)], range(500))

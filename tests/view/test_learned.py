@@ -1,7 +1,9 @@
-"""Results of the learned estimator on a page: no sweep, and a residual beside the other figures."""
+"""Results of the learned estimator on a page: no sweep, a residual, an uncertainty with its threshold, and results of
+a core without forces at the taxels."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -10,14 +12,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.accessibility import faults, faults_at_all_widths
 from tests.browser import Browser, browser
 from tests.marks import long
-from tests.view.made import CONFIG, NO_CONTACT, project, recording, write
+from tests.view.made import CONFIG, KEYS, NO_CONTACT, project, recording, write
 from tests.view.test_live import curve, open_page, sending
-from tests.view.test_page import WIDER, cells, choose, go, numbers, show
+from tests.view.test_page import WIDER, cells, choose, go, numbers, picture_of, show
 from tfra.model.arrays import Floats
 from tfra.model.choices import Search
-from tfra.model.tfra import Result, Tfra
+from tfra.model.tfra import Result, Status, Tfra
 from tfra.view.chosen import MOST_SWEEP_BYTES, Chosen
 from tfra.view.feed import Feed
 from tfra.view.pack import result
@@ -28,15 +31,41 @@ ESTIMATOR = '[estimator]\nkind = "learned"\nweights = "nowhere.npz"\n'
 
 RESIDUAL = np.linspace(0.001, 0.9, 24)
 
+THRESHOLD = 0.25
+
+UNSURE = np.tile([0.1, 0.4, 0.2, 0.3, 0.3, 0.1], 4)
+"""Uncertainty over |F_z| of the frames."""
+
+PULLS, STILL = 6, 8
+"""Frames whose resultant pulls, and whose F_z is zero."""
+
+BANDS = [(0.5, 1.5), (2.5, 3.5), (5.5, 10.5), (12.5, 13.5), (14.5, 16.5), (18.5, 19.5), (20.5, 22.5)]
+"""Runs of implausible frames, from half a frame before to half a frame after."""
+
+ALONE = "alone.npz (fixed): no forces at the taxels: this core gives the resultant alone."
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Results of both estimators, ``learned.npz`` and ``float.npz``, of the same frames."""
+    """Results of both estimators, ``learned.npz`` and ``float.npz``, and of a core without forces at the taxels,
+    ``alone.npz``, all of the same frames."""
     place = tmp_path_factory.mktemp("learned")
     held = write(place)["float"]
-    figures = {"uncertainty": RESIDUAL, "residual": RESIDUAL}
-    more = figures | {"sweep_index": np.full(24, -1), "config": np.array(CONFIG + ESTIMATOR)}
-    np.savez(place / "learned.npz", **held | more)
+    resultant = held["resultant"].copy()
+    resultant[PULLS, 2], resultant[STILL, 2] = 0.5, 0.0
+    unsure = (UNSURE > THRESHOLD) | (resultant[:, 2] >= 0)
+    implausible = np.where(unsure & (np.arange(24) != NO_CONTACT), Status.IMPLAUSIBLE, 0)
+    made = held | {
+        "resultant": resultant,
+        "uncertainty": UNSURE * np.abs(resultant[:, 2]),
+        "threshold": np.array(THRESHOLD),
+        "sweep_index": np.full(24, -1),
+        "status": np.where(held["status"] == Status.NO_CONTACT, Status.NO_CONTACT, implausible),
+        "config": np.array(CONFIG + ESTIMATOR),
+    }
+    np.savez(place / "learned.npz", **made | {"residual": RESIDUAL})
+    short = {"forces": np.full((24, 3, 4, 6), np.nan), "engine": np.array("fixed")}
+    np.savez(place / "alone.npz", **made | short)
     return place
 
 
@@ -97,6 +126,117 @@ def test_beside_a_result_of_tfra(tab: Browser, folder: Path, width: int) -> None
     assert tab.evaluate("document.getElementById('sweep').data.length") == 6
     assert tab.evaluate(WIDER) == []
     assert tab.messages == []
+
+
+def flagged(tab: Browser) -> list[bool]:
+    """Which maps are marked as implausible."""
+    return list(tab.evaluate("[...document.querySelectorAll('figure')].map(map => map.classList.contains('flagged'))"))
+
+
+def runs(path: str) -> list[tuple[float, float]]:
+    """First and last place of each part of a band."""
+    return [(float(a), float(b)) for a, b in re.findall(r"M([-.\de]+),0V1H([-.\de]+)V0Z", path)]
+
+
+def test_the_uncertainty_and_its_threshold(tab: Browser, folder: Path) -> None:
+    show_all(tab, folder, "learned")
+    drawn = panels(tab)["learned.npz (float)", "uncertainty"]
+    expected = np.where(np.isin(np.arange(24), (NO_CONTACT, STILL)), np.nan, 100 * UNSURE)
+    np.testing.assert_allclose(np.array(drawn, dtype=float), expected, rtol=1e-6)
+    told = {0: "10 ≤ 25", 1: "40 > 25", NO_CONTACT: "–", PULLS: "F does not press", STILL: "F does not press"}
+    for frame, words in told.items():
+        go(tab, frame)
+        assert cells(tab, "uncertainty") == [words]
+        unsure = frame in (1, PULLS, STILL)
+        assert cells(tab, "status") == [{NO_CONTACT: "no contact"}.get(frame, "implausible" if unsure else "contact")]
+        assert flagged(tab) == [unsure]
+        assert tab.evaluate("document.getElementById('map-0').ariaLabel").count("implausible") == unsure
+    band, line = tab.evaluate("document.getElementById('panels').layout.shapes")
+    assert (line["y0"], line["y1"]) == (25, 25)
+    np.testing.assert_allclose(runs(band["path"]), 0.01 * np.array(BANDS), atol=1e-9)
+    assert "error bar" in tab.evaluate("document.getElementById('judged').textContent")
+    summary = tab.evaluate("document.getElementById('summary').textContent")
+    assert "uncertainty, median25 % of |Fz|implausible over25 % of |Fz|" in summary
+    go(tab, 1)
+    assert faults_at_all_widths(tab) == []
+    assert tab.messages == []
+
+
+def test_a_corrupted_uncertainty_is_noticed(tab: Browser, folder: Path) -> None:
+    held: dict[str, Any] = dict(np.load(folder / "learned.npz"))
+    held["uncertainty"][1] *= 0.99
+    np.savez(folder / "wrong.npz", **held)
+    show_all(tab, folder, "wrong")
+    go(tab, 1)
+    assert cells(tab, "uncertainty") == ["39.6 > 25"]
+
+
+@pytest.mark.parametrize("width", [390, *long(1280)])
+def test_the_resultant_alone(tab: Browser, folder: Path, width: int) -> None:
+    show_all(tab, folder, "alone", width=width)
+    (alone,), _ = read_all([folder / "alone.npz"])
+    go(tab, 7)
+    for row, value in zip(("f_x", "f_y", "f_z"), alone.found.resultant[7], strict=True):
+        assert numbers(tab, row) == pytest.approx([value], rel=6e-4)
+    assert tab.evaluate("document.getElementById('alone').textContent") == ALONE
+    gone = ("#arrows", "#circles", "[data-row=taxel-x]", "[data-row=taxel-y]", "[data-row=taxel-z]", "#swept")
+    assert [place for place in gone if is_shown(tab, place)] == []
+    assert tab.evaluate("document.getElementById('height').options[1].disabled")
+    assert "N, longest" not in tab.evaluate("document.getElementById('key').textContent")
+    before = picture_of(tab, "map-0")
+    tab.evaluate("document.getElementById('resultant').click()")
+    assert picture_of(tab, "map-0") != before
+    text = tab.evaluate("document.body.innerText")
+    assert [word for word in ("NaN", "undefined", "Infinity") if word in text] == []
+    assert tab.evaluate(WIDER) == []
+    assert faults(tab) == []
+    assert tab.messages == []
+
+
+def test_the_resultant_alone_beside_forces_at_the_taxels(tab: Browser, folder: Path) -> None:
+    show_all(tab, folder, "learned", "alone", "float")
+    go(tab, 7)
+    assert numbers(tab, "f_z")[0] == numbers(tab, "f_z")[1]
+    assert np.isnan(numbers(tab, "taxel-z")).tolist() == [False, True, False]
+    assert tab.evaluate("document.getElementById('alone').textContent") == ALONE
+    assert is_shown(tab, "#arrows")
+    choose(tab, "height", "force")
+    choose(tab, "detail", 1)
+    assert tab.evaluate("document.getElementById('height').value") == "stress"
+    choose(tab, "detail", 2)
+    assert not tab.evaluate("document.getElementById('height').options[1].disabled")
+    go(tab, 1)
+    assert flagged(tab) == [True, True, False]
+    assert "NaN" not in tab.evaluate("document.body.innerText")
+    assert tab.messages == []
+
+
+def test_live_of_the_resultant_alone(tab: Browser, folder: Path, tmp_path: Path) -> None:
+    of = project(tmp_path)
+    (alone,), _ = read_all([folder / "alone.npz"])
+    came = iter(range(24))
+
+    def estimate(stress: Floats) -> Result:
+        now = [next(came) for _ in stress]
+        arrays = {key: getattr(alone.found, key)[now] for key in (*KEYS, "uncertainty")}
+        return Result(**arrays, threshold=THRESHOLD)
+
+    with sending(of.design, estimate, swept=False) as sent:
+        for n in range(3):
+            sent.send(alone.stress[n])
+            if n == 0:
+                open_page(tab, sent)
+            sent.seen(tab, n + 1)
+        assert cells(tab, "uncertainty") == ["20 ≤ 25"]
+        assert "no forces at the taxels" in tab.evaluate("document.getElementById('alone').textContent")
+        assert not is_shown(tab, "#arrows")
+        sent.send(None)
+        tab.until("document.getElementById('state').textContent.endsWith('has ended.')")
+        assert curve(tab, "uncertainty") == pytest.approx([10, 40, 20])
+        go(tab, 1)
+        assert flagged(tab) == [True]
+        assert "NaN" not in tab.evaluate("document.body.innerText")
+        assert tab.messages == []
 
 
 def test_live(tab: Browser, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -57,8 +58,9 @@ def test_sweeps_are_those_of_the_model(read: tuple[list[Recorded], list[Referenc
 
 
 def test_a_frame_has_the_bytes_that_were_counted(read: tuple[list[Recorded], list[References]]) -> None:
-    recorded, chosen = read[0][0], Chosen(range(24), 24, 1, False)
-    content = result(recorded, chosen)
+    plain, chosen = read[0][0], Chosen(range(24), 24, 1, False)
+    held = replace(plain.found, uncertainty=np.ones(24), threshold=0.25, residual=np.ones(24))
+    content = result(replace(plain, found=held), chosen)
     sweep = sum(unpacked(part).nbytes for part in content.pop("sweep").values())
     assert sweep == 24 * sweep_bytes(100)
 
@@ -69,7 +71,12 @@ def test_a_frame_has_the_bytes_that_were_counted(read: tuple[list[Recorded], lis
 
     clock = times(read[0], chosen)
     assert clock is not None
+    assert content.pop("threshold") == 25
     assert size(content) + size(clock) == 24 * frame_bytes(24)
+    del content["forces"]
+    alone = replace(held, forces=np.full((24, 3, 4, 6), np.nan))
+    assert result(replace(plain, found=alone, swept=False), chosen) == content | {"threshold": 25}
+    assert size(content) + size(clock) == 24 * frame_bytes(24, resultant_alone=True)
 
 
 def test_references_are_named_as_values(read: tuple[list[Recorded], list[References]]) -> None:

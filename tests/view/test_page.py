@@ -125,7 +125,9 @@ def test_it_says_nothing_and_asks_for_nothing(shown: Browser) -> None:
 
 
 def test_what_only_learned_results_have_is_hidden(shown: Browser) -> None:
-    assert shown.evaluate("document.querySelector('[data-row=residual]').hidden")
+    hidden = ("[data-row=residual]", "[data-row=uncertainty]", "#judged", "#shaded", "#alone")
+    assert all(shown.evaluate(f"document.querySelector('{place}').hidden") for place in hidden)
+    assert shown.evaluate("document.getElementById('panels').layout.shapes") == []
     assert not shown.evaluate("document.getElementById('swept').hidden")
 
 
@@ -291,7 +293,7 @@ def test_the_cursor_and_a_click_on_a_chart(shown: Browser) -> None:
     assert at(shown) == 7
 
 
-@pytest.mark.parametrize("toggle", ["arrows", "circles", "centroids"])
+@pytest.mark.parametrize("toggle", ["resultant", "arrows", "circles", "centroids"])
 def test_toggles_change_the_map(shown: Browser, toggle: str) -> None:
     go(shown, 14)
     before = picture_of(shown, "map-1")

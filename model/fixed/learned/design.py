@@ -11,7 +11,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.bounds import make_widths
 from tfra.model.fixed.learned.operators import OPERATORS, make_stacks, names
 from tfra.model.fixed.learned.pipeline import FixedLearned
-from tfra.model.fixed.learned.resultant import threshold_word
+from tfra.model.fixed.learned.resultant import THRESHOLD_FRACTION, threshold_word
 from tfra.model.fixed.widths import Widths
 from tfra.model.learned.learned import Learned
 from tfra.model.learned.weights import Weights
@@ -63,6 +63,11 @@ class LearnedDesign(Design):
     def threshold_word(self) -> int:
         """The threshold as the core compares with it."""
         return threshold_word(self.threshold)
+
+    @property
+    def uncertainty_threshold(self) -> float:
+        """The threshold that this word stands for."""
+        return self.threshold_word * 2.0**-THRESHOLD_FRACTION
 
     @cached_property
     def stacks(self) -> dict[str, Stack]:

@@ -85,7 +85,21 @@ def test_a_core_without_forces_at_the_taxels_has_the_same_header() -> None:
     assert short.products == ("first", "second", "read")
     for name in ("frame", "exponent", "phi", "mu", "mu_x", "mu_y", "resultant", "uncertainty"):
         assert np.array_equal(field(whole, many, name), field(short, few, name)), name
+    assert (decode(whole, many).resultant_alone, decode(short, few).resultant_alone) == (False, True)
     assert np.isnan(decode(short, few).forces).all()
+
+
+def test_the_share_of_the_uncertainty_and_its_threshold_give_the_status() -> None:
+    """Result words are rounded after the decision, so shares very near to the threshold are left out."""
+    design = made(threshold=0.3)
+    for found in both(design, codes_of(design, 300, seed=3)):
+        assert found.threshold == pytest.approx(0.3, abs=2**-9)
+        assert found.uncertainty_share is not None
+        told = (found.status & (Status.NO_CONTACT | Status.OUTPUT_SATURATED) == 0) & (found.resultant[:, 2] < 0)
+        told &= np.abs(found.uncertainty_share - found.threshold) > 0.01
+        over = found.uncertainty_share > found.threshold
+        assert 20 < over[told].sum() < told.sum() - 20
+        assert np.array_equal(over[told], found.status[told] & Status.IMPLAUSIBLE != 0)
 
 
 @pytest.mark.parametrize(("flip", "signs"), [(np.s_[:, :, ::-1], (-1, 1)), (np.s_[:, ::-1], (1, -1))])
