@@ -21,7 +21,9 @@ Out = Annotated[Path, typer.Option(metavar="WEIGHTS.npz", help="Where the weight
 Minutes = Annotated[
     float | None, typer.Option(min=0.01, max=1e5, metavar="M", help="Time of the training itself, instead of --steps.")
 ]
-Steps = Annotated[int | None, typer.Option(min=1, max=10**9, metavar="N", help="Steps of 512 frames; default: 120,000.")]
+Steps = Annotated[
+    int | None, typer.Option(min=1, max=10**9, metavar="N", help="Steps of 512 frames; default: 120,000.")
+]
 Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="The same seed and steps give the same weights.")]
 Channels = Annotated[
     tuple[int, int], typer.Option(min=1, max=1024, metavar="C1 C2", help="Units in each layer, times four mirrors.")
