@@ -62,13 +62,15 @@ demo: $(READY) icarus
 # mypy can't follow the import hook of an editable installation, and setuptools' strict mode, which it can
 # follow, links single files, so that a new file is missed until the next installation.  Links under one folder
 # `tfra`, made anew each time, show mypy everything by its installed name: the files of `library`, and the packages.
+# mypy runs beside the first tests.
 test: $(READY) icarus chromium
 	@rm -rf $(TYPES)
 	@mkdir -p $(TYPES)
 	@ln -s "$(CURDIR)"/library/*.* $(PACKAGES:%="$(CURDIR)/%") $(TYPES)
 	$(VENV)/bin/ruff check
-	MYPYPATH=build/types $(VENV)/bin/mypy --strict -p tfra
-	$(PYTEST) -m "not long"
+	MYPYPATH=build/types $(VENV)/bin/mypy --strict -p tfra >build/types.txt 2>&1 & types=$$!; \
+	  $(PYTEST) -m "not long"; tests=$$?; \
+	  wait $$types; types=$$?; cat build/types.txt; exit $$((tests | types))
 
 test-rest: $(READY) icarus chromium
 	$(PYTEST) -m long

@@ -295,6 +295,7 @@ def test_no_frames(cache: Path) -> None:
         simulate(DESIGN, np.empty((0, 2, 2), dtype=np.int64), "icarus", build_dir=cache)
 
 
+@pytest.mark.long
 def test_the_core_in_every_simulator(cache: Path, codes: Ints, words: Ints) -> None:
     """The same vectors in Amaranth's simulator and on the generated Verilog: equal words, equal cycles."""
     runs = {

@@ -103,10 +103,16 @@ def check_accounts(report: Report) -> dict[tuple[str, str], Account]:
     return found
 
 
-def test_a_good_core_passes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.sim.stimuli.CONTACTS", 12)
+def good(told: list[tuple[int, int]]) -> Report:
+    """What is found of the intact core; ``told`` gets the progress."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tfra.sim.stimuli.CONTACTS", 12)
+        return verify(DESIGN, simulator="icarus", random=62, progress=lambda *now: told.append(now))
+
+
+def test_a_good_core_passes() -> None:
     told: list[tuple[int, int]] = []
-    report = verify(DESIGN, simulator="icarus", random=62, progress=lambda *now: told.append(now))
+    report = good(told)
     assert report.passed
     assert report.kinds == {"contact": 12, "random": 62, "directed": len(directed_codes(DESIGN))}
     assert report.frames == sum(done for done, _ in told) == sum(report.kinds.values())
@@ -147,7 +153,11 @@ def test_a_good_core_passes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     cells = [cell.strip() for line in wide.export_text().splitlines() for cell in line.split("│")[1:-1]]
     assert len(cells) > 80
     assert all(escape(cell) in text for cell in cells)  # those of the terminal
-    (tmp_path / "page.html").write_text(text)
+
+
+@pytest.mark.long
+def test_the_page_of_a_good_core(tmp_path: Path) -> None:
+    (tmp_path / "page.html").write_text(page(good([])))
     with browser(tmp_path) as tab:
         for width in (390, 600, 1280):
             tab.open(tmp_path / "page.html", width)
@@ -227,6 +237,7 @@ def test_waves_are_of_the_frame_that_differs(cache: Path, tmp_path: Path) -> Non
     assert (tmp_path / "good.vcd").stat().st_size < file.stat().st_size
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_a_broken_stream_fails(cache: Path, tmp_path: Path) -> None:
     wrong = tampered(cache, "assign result_last = ", "assign result_last = 0 & ")

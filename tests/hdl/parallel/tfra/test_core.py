@@ -121,7 +121,7 @@ def test_a_reset_at_any_time_forgets_all(seed, held):
     assert found == want.tolist(), f"after resets at {interrupted}"
 
 
-@pytest.mark.parametrize("seed", [2, 4, *long(0, 1, 3, 10, 5, 6, 7, 8, 9, 11)])
+@pytest.mark.parametrize("seed", [2, *long(0, 1, 3, 4, 10, 5, 6, 7, 8, 9, 11)])
 def test_timing_is_what_the_gateware_does(seed):
     """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
     check_timing(random_design(seed), seed)
