@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tfra.model.errors import InputError
 
-_MODULES = {"pyserial": "serial"}
+_MODULES = {"pyserial": "serial", "systemrdl-compiler": "systemrdl"}
 """Modules of packages with another name."""
 
 
