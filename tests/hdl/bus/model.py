@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+import random
+from collections.abc import Iterator
+from typing import Any
+
 from tests.hdl.bus.manager import OKAY, SLVERR
 from tfra.hdl.bus.map import Kind, RegisterMap
+
+Access = tuple[Any, ...]
+"""``("write", address, word, strobe)``, ``("read", address)``, or in hardware ``("happen", "REGISTER.field", value)``."""
 
 KEPT = (Kind.SETTING, Kind.PORT)
 
@@ -55,3 +62,31 @@ class Model:
     @property
     def interrupt(self) -> int:
         return int(any(self.values[path] and self.values[f.enable] for path, f in self.fields.items() if f.enable))
+
+
+def accesses(registers: RegisterMap, rng: random.Random, number: int) -> Iterator[Access]:
+    """What software and hardware do, at random."""
+    model, highest = Model(registers), registers.registers[-1].address
+    driven = [p for p, f in model.fields.items() if f.kind in (Kind.STATUS, Kind.EVENT, Kind.COUNTER, Kind.CAPTURED)]
+    for _ in range(number):
+        action, address = rng.choice(["write", "read", "read", "happen"]), rng.randrange(highest + 12)
+        if action == "write":
+            word = rng.choice([rng.getrandbits(32), 1 << rng.randrange(32), 0, 0xFFFFFFFF])
+            yield action, address, word, rng.choice([15, 15, rng.getrandbits(4)])
+        elif action == "read":
+            yield action, address
+        else:
+            path = rng.choice(driven)
+            yield action, path, rng.getrandbits(model.fields[path].bits)
+
+
+def bits(registers: RegisterMap) -> Iterator[Access]:
+    """Every bit of every register alone: written as 1, read, written as 0, read; all bytes alone."""
+    for register in registers.registers:
+        yield "read", register.address
+        for bit in range(32):
+            for word in (1 << bit, 0):
+                yield from [("write", register.address, word, 15), ("read", register.address)]
+        for strobe in (1, 2, 4, 8):
+            for word in (0xFFFFFFFF, 0):
+                yield from [("write", register.address, word, strobe), ("read", register.address)]

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from tests.hdl.bus.manager import OKAY, SLVERR, Manager, simulated
-from tests.hdl.bus.model import Model
+from tests.hdl.bus.model import Access, Model, accesses, bits
 from tests.marks import long
 from tfra.codegen.registers.source import register_map
 from tfra.hdl.bus.bank import Bank
@@ -77,35 +77,7 @@ class Side:
                 seen[path] += bool(each)
 
 
-def accesses(registers: RegisterMap, rng: random.Random, number: int) -> Iterator[tuple[Any, ...]]:
-    """What software and hardware do, at random."""
-    model, highest = Model(registers), registers.registers[-1].address
-    driven = [p for p, f in model.fields.items() if f.kind in (Kind.STATUS, Kind.EVENT, Kind.COUNTER, Kind.CAPTURED)]
-    for _ in range(number):
-        action, address = rng.choice(["write", "read", "read", "happen"]), rng.randrange(highest + 12)
-        if action == "write":
-            word = rng.choice([rng.getrandbits(32), 1 << rng.randrange(32), 0, 0xFFFFFFFF])
-            yield action, address, word, rng.choice([15, 15, rng.getrandbits(4)])
-        elif action == "read":
-            yield action, address
-        else:
-            path = rng.choice(driven)
-            yield action, path, rng.getrandbits(model.fields[path].bits)
-
-
-def bits(registers: RegisterMap) -> Iterator[tuple[Any, ...]]:
-    """Every bit of every register alone: written as 1, read, written as 0, read; all bytes alone."""
-    for register in registers.registers:
-        yield "read", register.address
-        for bit in range(32):
-            for word in (1 << bit, 0):
-                yield from [("write", register.address, word, 15), ("read", register.address)]
-        for strobe in (1, 2, 4, 8):
-            for word in (0xFFFFFFFF, 0):
-                yield from [("write", register.address, word, strobe), ("read", register.address)]
-
-
-def agree(registers: RegisterMap, script: Iterator[tuple[Any, ...]], rng: random.Random | None, model: Model) -> None:
+def agree(registers: RegisterMap, script: Iterator[Access], rng: random.Random | None, model: Model) -> None:
     """Play ``script`` and compare every answer, output and pulse with ``model``."""
     dut, seen = Registers(registers), dict.fromkeys(model.pulses, 0)
 
