@@ -153,12 +153,13 @@ def test_every_bit(tmp_path: Path, simulator: str) -> None:
     assert outcome["differ"] == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("stated", "other", "seen"),
     [
         ("setting_f taxel_forces[1] = 1;", "setting_f taxel_forces[1] = 0;", "CONTROL_taxel_forces"),
-        *long(("FRAMES_OUT.count->hwclr = CONTROL.clear_counters;", "", "answer")),
-        *long(("field port_f { sw = w;", "field port_f { sw = rw;", "answer")),
+        ("FRAMES_OUT.count->hwclr = CONTROL.clear_counters;", "", "answer"),
+        ("field port_f { sw = w;", "field port_f { sw = rw;", "answer"),
     ],
 )
 def test_a_planted_difference_is_noticed(tmp_path: Path, stated: str, other: str, seen: str) -> None:

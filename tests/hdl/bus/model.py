@@ -10,7 +10,7 @@ from tests.hdl.bus.manager import OKAY, SLVERR
 from tfra.hdl.bus.map import Kind, RegisterMap
 
 Access = tuple[Any, ...]
-"""``("write", address, word, strobe)``, ``("read", address)``, or in hardware ``("happen", "REGISTER.field", value)``."""
+"""``("write", address, word, strobe)``, ``("read", address)``; to hardware ``("happen", "REGISTER.field", value)``."""
 
 KEPT = (Kind.SETTING, Kind.PORT)
 
@@ -81,12 +81,10 @@ def accesses(registers: RegisterMap, rng: random.Random, number: int) -> Iterato
 
 
 def bits(registers: RegisterMap) -> Iterator[Access]:
-    """Every bit of every register alone: written as 1, read, written as 0, read; all bytes alone."""
+    """Every bit and every byte alone: written as 1, read, written as 0, read; only twice where software can't write."""
     for register in registers.registers:
         yield "read", register.address
-        for bit in range(32):
-            for word in (1 << bit, 0):
-                yield from [("write", register.address, word, 15), ("read", register.address)]
-        for strobe in (1, 2, 4, 8):
-            for word in (0xFFFFFFFF, 0):
-                yield from [("write", register.address, word, strobe), ("read", register.address)]
+        alone = [(1 << bit, 15) for bit in range(32)] + [(0xFFFFFFFF, 1 << byte) for byte in range(4)]
+        for word, strobe in alone if register.writable else [(0xFFFFFFFF, 15)]:
+            for each in (word, 0):
+                yield from [("write", register.address, each, strobe), ("read", register.address)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -77,7 +77,7 @@ class Side:
                 seen[path] += bool(each)
 
 
-def agree(registers: RegisterMap, script: Iterator[Access], rng: random.Random | None, model: Model) -> None:
+def agree(registers: RegisterMap, script: Iterable[Access], rng: random.Random | None, model: Model) -> None:
     """Play ``script`` and compare every answer, output and pulse with ``model``."""
     dut, seen = Registers(registers), dict.fromkeys(model.pulses, 0)
 
@@ -103,7 +103,7 @@ def agree(registers: RegisterMap, script: Iterator[Access], rng: random.Random |
 @pytest.mark.parametrize("seed", [0, *long(*range(1, 6))])
 def test_anything(registers: RegisterMap, seed: int) -> None:
     rng = random.Random(seed)
-    agree(registers, accesses(registers, rng, 250), rng, Model(registers))
+    agree(registers, accesses(registers, rng, 500 if seed else 120), rng, Model(registers))
 
 
 @pytest.mark.parametrize("registers", [ODD, *long(MAP)], ids=["odd", "tfra"])
@@ -111,17 +111,14 @@ def test_every_bit(registers: RegisterMap) -> None:
     agree(registers, bits(registers), None, Model(registers))
 
 
-def test_every_kind_of_register_of_the_core() -> None:
-    """All ones and all zeros, and every byte alone, at each address up to the end of the map and beyond."""
-    words = [(0xFFFFFFFF, 15), (0, 15), (0xA5A5A5A5, 2), (0xFFFFFFFF, 8)]
+def test_every_address() -> None:
+    """Read, written with ones and read again, up to the end of the map and beyond."""
+    ones = (0xFFFFFFFF, 15)
     script = (
         access
         for address in range(0, 1 << MAP.address_bits, 4)
-        for access in [
-            ("read", address), *(("write", address, *word) for word in words[: 4 if address < 0x98 else 1]),
-            ("read", address),
-        ]
-    )  # fmt: skip
+        for access in [("read", address), ("write", address, *ones), ("read", address)]
+    )
     agree(MAP, script, None, Model(MAP))
 
 
@@ -136,9 +133,9 @@ def test_a_planted_difference_is_noticed() -> None:
             *(("happen", "ERRORS.stale", 1), ("happen", "FRAMES_IN.count", 1), ("write", 0x40, 4), ("write", 0x48, 16)),
             *(("read", address) for address in (0x40, 0x48, 0x60)),
         ]
-        agree(MAP, iter(script), None, Model(MAP))
+        agree(MAP, script, None, Model(MAP))
         with pytest.raises(AssertionError):
-            agree(MAP, iter(script), None, Model(changed(MAP, path, change)))
+            agree(MAP, script, None, Model(changed(MAP, path, change)))
 
 
 def changed(registers: RegisterMap, path: str, change: Mapping[str, Any]) -> RegisterMap:
