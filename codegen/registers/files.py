@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from tfra.codegen.packages import require
 from tfra.codegen.registers.page import page
-from tfra.codegen.registers.source import SOURCE, compiled
+from tfra.codegen.registers.source import SOURCE, as_map, compiled
 from tfra.codegen.registers.values import parameters
 from tfra.model.fixed.design import Design
 from tfra.model.scratch import scratch, temporary, writing
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 VENDOR = "tfra"
 """Vendor and library in the names of IP-XACT."""
-VERSION = "1"
-"""Version of the register map there; VERSION.map in ``tfra.rdl``."""
 
 
 def register_files(design: Design) -> dict[str, str]:
@@ -48,7 +46,9 @@ def _header(top: AddrmapNode, path: Path) -> None:
 
 
 def _ipxact(top: AddrmapNode, path: Path) -> None:
+    """Its version is that of the register map."""
     from peakrdl_ipxact import IPXACTExporter, Standard
 
-    exporter = IPXACTExporter(vendor=VENDOR, library=VENDOR, version=VERSION, standard=Standard.IEEE_1685_2014)
+    version = str(as_map(top)["VERSION"].fields[-1].reset)
+    exporter = IPXACTExporter(vendor=VENDOR, library=VENDOR, version=version, standard=Standard.IEEE_1685_2014)
     exporter.export(top, str(path), component_name="tfra")

@@ -15,7 +15,7 @@ import pytest
 
 from tests.browser import browser
 from tfra.codegen import packages
-from tfra.codegen.registers.files import VERSION, register_files
+from tfra.codegen.registers.files import register_files
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 from tfra.hdl.bus.map import Kind
@@ -71,7 +71,7 @@ def test_ipxact(files: dict[str, str]) -> None:
     root = ElementTree.fromstring(files["registers/tfra.xml"])
     space = {"x": root.tag[1:].partition("}")[0]}
     assert space["x"].endswith("1685-2014")
-    assert root.findtext("x:version", namespaces=space) == VERSION == str(MAP["VERSION"].fields[-1].reset)
+    assert root.findtext("x:version", namespaces=space) == "1"
     found = {}
     for register in root.iterfind(".//x:register", space):
         base = register.findtext("x:addressOffset", "", space)
