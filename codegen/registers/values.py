@@ -1,0 +1,50 @@
+"""What the constant registers of a design say."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from importlib.metadata import version
+
+from tfra.codegen.sidecar import sidecar
+from tfra.hdl.cores import microarchitecture
+from tfra.model.fixed.design import Design
+
+ESTIMATORS = ("tfra", "learned")
+ARCHITECTURES = ("parallel", "serial")
+"""By their numbers in CAPABILITIES."""
+
+
+def parameters(design: Design) -> dict[str, int]:
+    """Values for the parameters of ``tfra.rdl``; they follow from the sidecar, and are the same for the same design."""
+    facts, core = sidecar(design), microarchitecture(design)
+    major, minor, patch = (int(number) for number in re.findall(r"\d+", version("tfra"))[:3])
+    design_hash = config_hash(facts)
+    return {
+        "MAJOR": major,
+        "MINOR": minor,
+        "PATCH": patch,
+        "HASH_LOW": design_hash & 0xFFFFFFFF,
+        "HASH_HIGH": design_hash >> 32,
+        "ESTIMATOR": ESTIMATORS.index(facts["estimator"]["kind"]),
+        "ARCHITECTURE": ARCHITECTURES.index(design.architecture.kind),
+        "LOADABLE": int(core.loaded is not None),
+        "TAXEL_FORCES": int("forces" in (field.name for field in design.layout)),
+        "ROWS": design.sensor.rows,
+        "COLUMNS": design.sensor.columns,
+        "TAXEL_BITS": design.adc.bits,
+        "RESULT_BITS": design.word_bits,
+        "COEFFICIENT_BITS": design.coefficient_word,
+        "RESULT_LENGTH": design.frame_words,
+        "LATENCY_CYCLES": core.latency,
+        "INTERVAL_CYCLES": core.initiation_interval,
+        "LOAD_LENGTH": 0 if core.loaded is None else core.loaded.size,
+    }
+
+
+def config_hash(facts: dict[str, object]) -> int:
+    """64 bits of the SHA-256 of a sidecar's ``facts``, its coefficients included, but without versions of programs."""
+    chosen = {key: value for key, value in facts.items() if key not in ("generator", "tools")}
+    digest = hashlib.sha256(json.dumps(chosen, sort_keys=True).encode()).digest()
+    return int.from_bytes(digest[:8], "big")

@@ -1,0 +1,209 @@
+"""The registers behind the bus, against a model of the map, in Amaranth's simulator."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from tests.hdl.bus.manager import OKAY, SLVERR, Manager, simulated
+from tests.hdl.bus.model import Access, Model, accesses, bits
+from tests.marks import long
+from tfra.codegen.registers.source import register_map
+from tfra.hdl.bus.bank import Bank
+from tfra.hdl.bus.map import Field, Kind, Register, RegisterMap
+from tfra.hdl.bus.registers import Registers
+from tfra.sim.harness import play
+
+MAP = register_map({"ROWS": 10, "COLUMNS": 12, "HASH_LOW": 0x89ABCDEF, "LOADABLE": 1, "LOAD_LENGTH": 4711})
+
+ODD = RegisterMap(
+    (
+        Register("MIXED", 0x4, (
+            Field("across", 5, 13, Kind.SETTING, 0x1234),
+            Field("pulse", 18, 3, Kind.PULSE),
+            Field("event", 23, 1, Kind.EVENT, 1, enable="MIXED.across_top"),
+            Field("across_top", 24, 1, Kind.SETTING, 1),
+        )),
+        Register("SMALL", 0x10, (
+            Field("count", 1, 2, Kind.COUNTER, clear="CLEAR.now"), Field("free", 4, 2, Kind.COUNTER, 3),
+            Field("last", 9, 7, Kind.CAPTURED, 5),
+        )),
+        Register("CLEAR", 0x14, (Field("now", 9, 1, Kind.PULSE), Field("word", 12, 12, Kind.PORT))),
+        Register("FIXED", 0x18, (Field("is", 3, 9, Kind.CONSTANT, 0x155), Field("seen", 14, 4, Kind.STATUS))),
+    )
+)  # fmt: skip
+"""Fields of every kind that begin and end inside bytes."""
+
+
+class Side:
+    """The hardware's side of ``dut``: makes things happen there and in the ``model``."""
+
+    def __init__(self, ctx: Any, dut: Any, model: Model) -> None:
+        self._ctx, self._dut, self._model = ctx, dut, model
+
+    def _port(self, path: str, ending: str = "") -> Any:
+        register, _, name = path.partition(".")
+        return getattr(getattr(self._dut.hardware, register), f"{name}{ending}")
+
+    async def happen(self, path: str, value: int) -> None:
+        kind = self._model.fields[path].kind
+        self._model.happen(path, value)
+        if kind in (Kind.STATUS, Kind.CAPTURED):
+            self._ctx.set(self._port(path), value)
+        if kind is not Kind.STATUS:
+            strobe = self._port(path, {Kind.EVENT: "_set", Kind.COUNTER: "_up", Kind.CAPTURED: "_store"}[kind])
+            self._ctx.set(strobe, 1)
+            await self._ctx.tick()
+            self._ctx.set(strobe, 0)
+
+    def check(self) -> None:
+        """Outputs have the values of the model."""
+        for path, field in self._model.fields.items():
+            written = field.kind is Kind.PORT and self._model.pulses[path]
+            if field.kind is Kind.SETTING or written:
+                assert self._ctx.get(self._port(path)) == self._model.values[path], path
+        assert self._ctx.get(self._dut.interrupt) == self._model.interrupt
+
+    async def count(self, ctx: Any, seen: dict[str, int]) -> None:
+        """Count the cycles in which a bit of each pulse is high; a background process."""
+        ports = {p: self._port(p, "_written" * (self._model.fields[p].kind is Kind.PORT)) for p in seen}
+        while True:
+            _, _, *high = await ctx.tick().sample(*ports.values())
+            for path, each in zip(ports, high, strict=True):
+                seen[path] += bool(each)
+
+
+def agree(registers: RegisterMap, script: Iterable[Access], rng: random.Random | None, model: Model) -> None:
+    """Play ``script`` and compare every answer, output and pulse with ``model``."""
+    dut, seen = Registers(registers), dict.fromkeys(model.pulses, 0)
+
+    async def process(ctx: Any) -> None:
+        manager, side = Manager(ctx, dut.bus, rng), Side(ctx, dut, model)
+        for action, *arguments in script:
+            if action == "happen":
+                await side.happen(*arguments)
+            else:
+                got = await getattr(manager, action)(*arguments)
+                assert got == getattr(model, action)(*arguments), (action, *map(hex, arguments))
+            await ctx.tick().repeat(2)
+            side.check()
+
+    async def count(ctx: Any) -> None:
+        await Side(ctx, dut, model).count(ctx, seen)
+
+    simulated(dut, process, background=[count], check=dut.bus)
+    assert seen == model.pulses
+
+
+@pytest.mark.parametrize("registers", [MAP, ODD], ids=["tfra", "odd"])
+@pytest.mark.parametrize("seed", [0, *long(*range(1, 6))])
+def test_anything(registers: RegisterMap, seed: int) -> None:
+    rng = random.Random(seed)
+    agree(registers, accesses(registers, rng, 500 if seed else 120), rng, Model(registers))
+
+
+@pytest.mark.parametrize("registers", [ODD, *long(MAP)], ids=["odd", "tfra"])
+def test_every_bit(registers: RegisterMap) -> None:
+    agree(registers, bits(registers), None, Model(registers))
+
+
+def test_every_address() -> None:
+    """Read, written with ones and read again, up to the end of the map and beyond."""
+    ones = (0xFFFFFFFF, 15)
+    script = (
+        access
+        for address in range(0, 1 << MAP.address_bits, 4)
+        for access in [("read", address), ("write", address, *ones), ("read", address)]
+    )
+    agree(MAP, script, None, Model(MAP))
+
+
+def test_a_planted_difference_is_noticed() -> None:
+    """Of the model's map one reset value, one bit, or one clear differs."""
+    for path, change in {
+        "CONTROL.taxel_forces": {"reset": 0},
+        "ERRORS.stale": {"low": 8},
+        "FRAMES_IN.count": {"clear": ""},
+    }.items():
+        script = [
+            *(("happen", "ERRORS.stale", 1), ("happen", "FRAMES_IN.count", 1), ("write", 0x40, 4), ("write", 0x48, 16)),
+            *(("read", address) for address in (0x40, 0x48, 0x60)),
+        ]
+        agree(MAP, script, None, Model(MAP))
+        with pytest.raises(AssertionError):
+            agree(MAP, script, None, Model(changed(MAP, path, change)))
+
+
+def changed(registers: RegisterMap, path: str, change: Mapping[str, Any]) -> RegisterMap:
+    """The map with another field at ``path``."""
+    name, _, of = path.partition(".")
+    found = registers[name]
+    fields = tuple(replace(field, **change) if field.name == of else field for field in found.fields)
+    others = tuple(replace(r, fields=fields) if r.name == name else r for r in registers.registers)
+    return RegisterMap(others)
+
+
+def test_reset_values_of_the_core() -> None:
+    """Literally, all inputs being 0."""
+    dut = Registers(MAP)
+    words = {0x00: 0x54465241, 0x04: 0x01000000, 0x08: 0x89ABCDEF, 0x10: 0x300, 0x14: 0x000C000A, 0x28: 4711, 0x40: 8}
+    zero = (0x44, 0x48, 0x4C, 0x50, 0x54, 0x60, 0x64, 0x68, 0x6C, 0x70, 0x84, 0x88, 0x8C, 0x90)
+
+    async def process(ctx: Any) -> None:
+        manager = Manager(ctx, dut.bus)
+        for address, word in {**words, **dict.fromkeys(zero, 0)}.items():
+            assert await manager.read(address) == (word, OKAY)
+            assert next(r for r in MAP.registers if r.address == address).reset == word
+        for address in (0x2C, 0x3C, 0x58, 0x74, 0x80, 0x94, 0xFC):  # 0x80 is LOAD_DATA, which is only written
+            assert await manager.read(address) == (0, SLVERR)
+        for address in (0x00, 0x44, 0x60, 0x8C, 0x94, 0xFC):
+            assert await manager.write(address, 1) == SLVERR
+
+    simulated(dut, process)
+
+
+def port_cycles(*cycles: Mapping[str, int]) -> list[dict[str, int]]:
+    return [dict(cycle) for cycle in (*cycles, {}, {}, {})]
+
+
+def test_hardware_and_software_in_the_same_cycle() -> None:
+    """A set wins over a clear; a counter that is cleared counts on; a captured word stays when it is cleared."""
+    write = {"port.write": 1, "port.strobe": 15}
+    errors = {**write, "port.address": 0x48, "port.data": 3}
+    clear = {**write, "port.address": 0x40, "port.data": 4}
+    up, store = "hardware.FRAMES_IN.count_up", "hardware.FRAME_CYCLES.cycles_store"
+
+    def read(address: int, *before: Mapping[str, int]) -> int:
+        cycles = port_cycles(*before, {"port.read": 1, "port.address": address})
+        return int(play(Bank(MAP), cycles, ["port.answer"])[-1]["port.answer"])
+
+    both = {"hardware.ERRORS.short_frame_set": 1, "hardware.ERRORS.long_frame_set": 1}
+    assert read(0x48, both, errors) == 0
+    assert read(0x48, both, {**errors, "hardware.ERRORS.short_frame_set": 1}) == 1
+    assert read(0x60, {up: 1}, {up: 1}, {}) == 2
+    assert read(0x60, {up: 1}, clear, {}) == 0
+    assert read(0x60, {up: 1}, clear, {up: 1}) == 1  # the pulse is there a cycle after the write
+    assert read(0x70, {store: 1, "hardware.FRAME_CYCLES.cycles": 77}, clear, {}) == 0
+    assert read(0x70, clear, {store: 1, "hardware.FRAME_CYCLES.cycles": 77}) == 77
+
+
+def test_a_counter_wraps_and_another_is_never_cleared() -> None:
+    ups = [{"hardware.SMALL.count_up": 1, "hardware.SMALL.free_up": 1}] * 5
+    clear = {"port.write": 1, "port.address": 0x14, "port.data": 1 << 9, "port.strobe": 2}
+    read = {"port.read": 1, "port.address": 0x10}
+    cycles = port_cycles(*ups, read, clear, {}, read)
+    shown = [each["port.answer"] for each in play(Bank(ODD), cycles, ["port.answer"])]
+    assert shown[7] == 1 << 1 | (3 + 5) % 4 << 4 | 5 << 9
+    assert shown[-1] == 0 << 1 | (3 + 5) % 4 << 4 | 5 << 9
+
+
+def test_an_interrupt_is_there_while_an_enabled_event_is() -> None:
+    enable = {"port.write": 1, "port.address": 0x4C, "port.data": 2, "port.strobe": 1}
+    clear = {**enable, "port.address": 0x50}
+    events = [{"hardware.INTERRUPT_STATUS.loaded_set": 1}, {"hardware.INTERRUPT_STATUS.frame_set": 1}]
+    shown = [each["interrupt"] for each in play(Bank(MAP), port_cycles(enable, *events, {}, clear), ["interrupt"])]
+    assert shown == [0, 0, 0, 0, 1, 1, 0, 0]
