@@ -66,4 +66,6 @@ def _files(facts: dict[str, Any], cells: Sequence[str]) -> Iterator[str]:
     if facts["images"]:
         yield "*.hex: initial contents of memories, searched for in the tool's working directory"
     if cells:
-        yield from _wrapped(f"models of {', '.join(cells)}, from tfra's hdl/primitives/models or the vendor", 2)
+        place = "from the vendor, or from tfra's hdl/primitives/models with cells.vlt for Verilator's lint"
+        text = f"models of {', '.join(cells)}: {place}"
+        yield from _wrapped(text, 2)

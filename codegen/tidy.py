@@ -25,7 +25,8 @@ def tidied(modules: dict[str, Module], top: str) -> dict[str, Module]:
         _replace_constants(module)
     live = Liveness(modules, top).live
     for name, module in modules.items():
-        _mark_copies(module, live[name])
+        if name != top:
+            _mark_copies(module, live[name])
     layouts = {name: _Layout(module, live[name], whole=module.blackbox) for name, module in modules.items()}
     return {name: _Trimmed(module, modules, layouts).made for name, module in modules.items() if not module.blackbox}
 

@@ -9,16 +9,17 @@ from pathlib import Path
 from tfra.sim.tools import choose, environment
 
 
-def verilator(verilog: Path, tools: Path, libraries: Iterable[Path] = ()) -> str:
-    """Output of Verilator's lint with every warning but those about ``libraries``; ``tools`` is a folder to use."""
+def verilator(verilog: Path, tools: Path, cells: Iterable[Path] = (), rules: Iterable[Path] = ()) -> str:
+    """Warnings of Verilator's lint, all but those that ``rules`` for the models of ``cells`` exclude; ``tools`` is a
+    folder to use."""
     choose("verilator")
-    files = [argument for library in libraries for argument in ("-v", str(library))]
-    command = ["verilator", "--lint-only", "-Wall", *files, str(verilog)]
+    models = [argument for cell in cells for argument in ("-v", str(cell))]
+    command = ["verilator", "--lint-only", "-Wall", *map(str, rules), *models, str(verilog)]
     return _said(command, environment("verilator", tools))
 
 
 def icarus(*verilog: Path) -> str:
-    """Output of Icarus with every warning."""
+    """Warnings of Icarus, all of them."""
     choose("icarus")
     return _said(["iverilog", "-g2012", "-Wall", "-o", "/dev/null", *map(str, verilog)])
 

@@ -136,5 +136,6 @@ def test_linters_are_silent_about_the_presets(preset, target, tmp_path):
     design = design if target == "its own" else replace(design, target=target)
     _, file = write(design, tmp_path)
     models = microarchitecture(design).cell_models
-    assert lint.verilator(file, tmp_path, models) == ""
+    rules = [model.with_name("cells.vlt") for model in models[:1]]
+    assert lint.verilator(file, tmp_path, models, rules) == ""
     assert lint.icarus(file, *models) == ""
