@@ -86,7 +86,7 @@ def test_no_name_is_escaped(core):
     modules = re.findall(r"^module (\w+)", text, re.M)
     assert len(modules) == len(set(modules)) > 10
     assert modules[0] == facts["name"]
-    assert all(name.startswith(f"{facts['name']}__") for name in modules[1:])
+    assert all(name.startswith(f"{facts['name']}__core") for name in modules[1:])
 
 
 def test_ports_have_the_order_of_the_sidecar(core):

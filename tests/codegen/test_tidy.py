@@ -83,7 +83,7 @@ def prove(before: str, after: str, place: Path) -> None:
     run_yosys(PROOF.replace("\n", "; "), place)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", [0, 1, 2, 109])  # in the last, an output repeats a bit of its own
 def test_random_logic_stays_what_it_is(seed: int, tmp_path: Path) -> None:
     """And linters have nothing to say about it, except that the top's inputs may be unused."""
     before = design(seed)
