@@ -45,7 +45,7 @@ def _replace_constants(module: Module) -> None:
 
 
 def _mark_copies(module: Module, live: bytearray) -> None:
-    """Mark live bits that repeat a bit of the same wire by 2, as a wire of its own: simulators see a loop otherwise."""
+    """Mark live bits that repeat a bit of the same wire by 2: they become a wire, or simulators see a loop."""
     owners = [wire.first for wire in module.wires.values() for _ in range(wire.width)]
     for left, right in module.aliases:
         for to, bit in zip(left, right, strict=True):
