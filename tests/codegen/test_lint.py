@@ -101,6 +101,7 @@ def test_the_head_tells_what_the_sidecar_does(core):
     assert all(line.startswith("//") and len(line) <= 120 for line in lines)
     head = " ".join(line[2:].strip() for line in lines)
     assert all(text in head for text in (facts["configuration_sha256"], facts["computes"], *facts["rules"].values()))
+    assert "verilator" not in head.lower()
     words = [line.split()[1:] for line in lines]
     for port in facts["ports"]:
         assert [port["name"], port["direction"], str(port["bits"]), *port["note"].split()] in words

@@ -37,7 +37,7 @@ def test_words_that_are_taken(word: str) -> None:
 
 
 def test_no_core_has_the_name_of_a_module_of_another() -> None:
-    with pytest.raises(ValueError, match='^name: "skin__core" is like a module inside of a core$'):
+    with pytest.raises(ValueError, match=r'^name: "skin__core" is like a module inside of a core$'):
         checked("skin__core")
 
 
