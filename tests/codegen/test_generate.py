@@ -148,7 +148,7 @@ def test_files_beside_the_verilog_are_in_the_sidecar(made):
 def test_the_testbench_notices_a_wrong_file(tmp_path):
     design = DESIGNS["files"]
     facts = generate(design, tmp_path / "core")
-    file = tmp_path / "core" / next(i["file"] for i in facts["images"] if "rom__memory0" in i["file"])
+    file = tmp_path / "core" / next(i["file"] for i in facts["images"] if "rom.memory0" in i["file"])
     lines = file.read_text().splitlines()
     lines[0] = f"{int(lines[0], 16) ^ 0x100:0{len(lines[0])}x}"
     file.write_text("\n".join(lines) + "\n")
