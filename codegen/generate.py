@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tfra.codegen.files import output_directory
+from tfra.codegen.header import header
 from tfra.codegen.memories import extract
 from tfra.codegen.sidecar import LOADED, sidecar
 from tfra.codegen.testbench import hex_words, testbench
@@ -39,10 +40,11 @@ def content(design: Design) -> tuple[dict[str, Any], dict[str, str]]:
     """The sidecar, and the text of every file by its name; raises as ``generate``."""
     verilog = to_verilog(design)
     verilog, images = extract(verilog) if design.images == "readmemh" else (verilog, [])
-    words = microarchitecture(design).loaded
+    core = microarchitecture(design)
+    words = core.loaded
     facts = sidecar(design) | {"images": [image.facts for image in images]}
     return facts, {
-        f"{design.name}.v": verilog,
+        f"{design.name}.v": header(facts, [file.stem for file in core.cell_models]) + verilog,
         **{image.file: hex_words(image.words, image.bits) for image in images},
         f"{design.name}.json": json.dumps(facts, indent=1) + "\n",
         **({} if words is None else {LOADED: hex_words(words, design.coefficient_word)}),

@@ -14,6 +14,9 @@ PORTS = frozenset(
 )
 """Ports of the top module; Verilator confuses them with a module of the same name."""
 
+_INNER = "__core"
+"""What follows a core's name in those of its modules; without it, cores of different names share no module."""
+
 _LONGEST_STEM = 60
 
 
@@ -38,4 +41,6 @@ def _taken(name: str) -> str:
         return "a keyword of Verilog"
     if name in SIMULATORS:
         return "a keyword of Verilog simulators"
+    if _INNER in name:
+        return "like a module inside of a core"
     return "a port of the core" if name in PORTS else ""

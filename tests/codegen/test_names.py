@@ -36,6 +36,11 @@ def test_words_that_are_taken(word: str) -> None:
         name_from(word)
 
 
+def test_no_core_has_the_name_of_a_module_of_another() -> None:
+    with pytest.raises(ValueError, match=r'^name: "skin__core" is like a module inside of a core$'):
+        checked("skin__core")
+
+
 def test_names_that_are_free() -> None:
     assert [checked(name) for name in ("Module", "skin", "dut", "core")] == ["Module", "skin", "dut", "core"]
 

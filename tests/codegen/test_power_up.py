@@ -40,8 +40,8 @@ DESIGNS = {
     "serial": TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), adc=Adc(8), search=Search(3), architecture=SERIAL),
 }
 
-_REGISTER = re.compile(r"^(\s*reg (?:signed )?(?:\[(\d+):0\] )?\S+) += [^;]*;$", re.M)
-_MEMORY = re.compile(r"^\s*reg \[(\d+):0\] (\S+) +\[\d+:0\];$", re.M)
+_REGISTER = re.compile(r"^(  initial \w+) = (\d+)'[^;]*;$", re.M)
+_MEMORY = re.compile(r"^\s*reg \[(\d+):0\] (\S+) *\[\d+:0\];$", re.M)
 
 
 def undefined(bits):
@@ -58,7 +58,7 @@ def _with(value, bits, found):
 
 def begin_with(verilog, value, memories):
     """``verilog`` with other initial values of all registers, and of all ``memories`` that are written."""
-    verilog = _REGISTER.sub(lambda found: _with(value, int(found[2] or 0) + 1, found), verilog)
+    verilog = _REGISTER.sub(lambda found: _with(value, int(found[2]), found), verilog)
     if not memories:
         return verilog
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from tfra.codegen.sidecar import sidecar
-from tfra.codegen.verilog import PASSES, Top, run_yosys, to_rtlil, with_free_collisions
+from tfra.codegen.verilog import Top, plain_verilog, to_rtlil, with_free_collisions
 from tfra.model.choices import Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -24,15 +24,12 @@ DESIGNS = [
 ]
 
 
-def unknown(design: Design, directory: Path) -> Netlist:
+def unknown(design: Design) -> Netlist:
     """The core, with unknown words from memories where they are read while they are written."""
     text = to_rtlil(Top(design), design.name)
     free = with_free_collisions(text)
     assert len(re.findall(r"COLLISION_X_MASK 1'1", free)) > 15
-    (directory / "core.il").write_text(free)
-    run_yosys(f"read_rtlil core.il; {PASSES} {design.name}.v", directory)
-    verilog = (directory / f"{design.name}.v").read_text()
-    return Netlist(design.name, verilog, sidecar(design))
+    return Netlist(design.name, plain_verilog(free, design.name), sidecar(design))
 
 
 def play(design: Design, core: Netlist, cache: Path) -> Run:
@@ -46,18 +43,15 @@ def play(design: Design, core: Netlist, cache: Path) -> Run:
 @pytest.mark.long
 @pytest.mark.parametrize("design", DESIGNS, ids=lambda design: design.name)
 def test_words_do_not_depend_on_collisions(design: Design, tmp_path: Path) -> None:
-    place = tmp_path / "core"
-    place.mkdir()
-    run = play(design, unknown(design, place), tmp_path)
+    run = play(design, unknown(design), tmp_path)
     assert (run.compared, run.mismatches) == (run.words.size, 0)
 
 
 @pytest.mark.long
 def test_an_unknown_word_is_seen(tmp_path: Path) -> None:
     """Memories give unknown words whenever anything is written to them."""
-    design, place = DESIGNS[0], tmp_path / "core"
-    place.mkdir()
-    core = unknown(design, place)
+    design = DESIGNS[0]
+    core = unknown(design)
     text, number = re.subn(r"(if \([^&\n]+) && [^\n]* == [^\n]*\) begin", r"\1) begin", core.verilog)
     assert number > 15
     with pytest.raises(SimulationError, match="contains non-0/1 values"):

@@ -20,7 +20,7 @@ from systemrdl.compiler import RDLCompiler
 from tests.hdl.bus.model import Access, accesses, bits
 from tests.marks import long
 from tfra.codegen.registers.source import SOURCE, register_map
-from tfra.codegen.verilog import PASSES, run_yosys, to_rtlil
+from tfra.codegen.verilog import plain_verilog, to_rtlil
 from tfra.hdl.bus.map import Kind
 from tfra.hdl.bus.registers import Registers
 from tfra.sim.tools import choose, environment
@@ -121,8 +121,7 @@ def told(script: Iterable[Access]) -> list[list[Any]]:
 
 def side_by_side(simulator: str, folder: Path, script: Iterable[Access], source: Path = SOURCE) -> dict[str, Any]:
     """Play ``script`` on both, theirs being made of ``source``; the outcome."""
-    (folder / "ours.il").write_text(to_rtlil(Registers(MAP), "ours"))
-    run_yosys(f"read_rtlil ours.il; {PASSES} ours.v", folder)
+    (folder / "ours.v").write_text(plain_verilog(to_rtlil(Registers(MAP), "ours"), "ours"))
     etana(folder, source)
     (folder / "pair.v").write_text(pair())
     names = {"inputs": [port.name for port in ports() if not port.is_output]}

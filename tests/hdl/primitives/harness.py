@@ -10,7 +10,7 @@ from typing import Any
 from amaranth.back import rtlil
 from amaranth.sim import Simulator
 
-from tfra.codegen.verilog import PASSES, run_yosys
+from tfra.codegen.verilog import plain_verilog
 from tfra.hdl.primitives import cell_models
 
 Inputs = Mapping[str, Sequence[int]]
@@ -56,8 +56,8 @@ def in_amaranth(dut: Any, inputs: Inputs, outputs: Mapping[str, int]) -> list[li
 
 def in_icarus(dut: Any, inputs: Inputs, outputs: Mapping[str, int], target: str, place: Path) -> list[list[str]]:
     """The same from the Verilog of ``dut`` with the models of the target's cells; ``x`` where a bit is unknown."""
-    (place / "dut.il").write_text(rtlil.convert(dut, name="dut", emit_src=False))
-    run_yosys(f"read_rtlil dut.il; {PASSES} dut.v", place)
+    models = [file.read_text() for file in cell_models(target)]
+    (place / "dut.v").write_text(plain_verilog(str(rtlil.convert(dut, name="dut", emit_src=False)), "dut", (), models))
     bits = {name: len(_port(dut, name)) for name in inputs}
     declared = [*(("reg", name, bits[name]) for name in inputs), *(("wire", name, n) for name, n in outputs.items())]
     (place / "tb.v").write_text(

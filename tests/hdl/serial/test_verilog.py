@@ -11,7 +11,7 @@ from amaranth.back import rtlil
 
 from tests.hdl.serial.designs import DESIGNS, LEARNED
 from tests.marks import long
-from tfra.codegen.verilog import PASSES, run_yosys
+from tfra.codegen.verilog import plain_verilog
 from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes
@@ -30,8 +30,8 @@ def design(request):
 def verilog(design, tmp_path_factory):
     """Folder of ``core.v``."""
     folder = tmp_path_factory.mktemp("serial")
-    (folder / "core.il").write_text(rtlil.convert(Serial(design).build(), name="serial", emit_src=False))
-    run_yosys(f"read_rtlil core.il; {PASSES} core.v", folder)
+    text = str(rtlil.convert(Serial(design).build(), name="serial", emit_src=False))
+    (folder / "core.v").write_text(plain_verilog(text, "serial"))
     return folder
 
 
