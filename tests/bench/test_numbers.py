@@ -144,7 +144,7 @@ def test_growth(lanes):
     assert row in (ROOT / "docs" / "studies" / "growth.md").read_text()
 
 
-@pytest.mark.parametrize("name", ["fast", "balanced", "small", "learned_fast", "learned_small"])
+@pytest.mark.parametrize("name", ["fast", "balanced", "small", "learned_fast", "learned_resultant", "learned_small"])
 def test_presets(name):
     cycles = preset(name)
     rows = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith(f"| `{name}` | ")]
