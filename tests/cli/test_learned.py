@@ -110,6 +110,7 @@ def test_a_page_of_it() -> None:
     assert "implausible" in Path("page.html").read_text()
 
 
+@pytest.mark.long
 def test_engines_of_the_core() -> None:
     """The bit-accurate model and the simulated serial core give the same words, near the float engine's results."""
     Path("skin.toml").write_text(CONFIG + ESTIMATOR + '[architecture]\nkind = "serial"\n')

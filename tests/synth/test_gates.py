@@ -155,6 +155,7 @@ def test_amaranth_cannot_run_gates_or_cells() -> None:
         simulate(replace(DESIGN, target="ecp5"), CODES, "amaranth")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("target", FAMILIES)
 def test_the_core_of_a_target_equals_the_model(target: str, cache: Path) -> None:
     """Before synthesis: Verilog with instances, and the models of their cells."""
