@@ -78,6 +78,11 @@ class Module:
         """Wires that are ports, in order."""
         return sorted((wire for wire in self.wires.values() if wire.direction), key=lambda wire: wire.place)
 
+    @property
+    def owners(self) -> list[Wire]:
+        """The wire of every bit."""
+        return [wire for wire in self.wires.values() for _ in wire.bits]
+
 
 def parse(text: str) -> dict[str, Module]:
     """Modules of ``text`` by name; raises ``ValueError`` for a line that no netlist has."""
@@ -202,8 +207,7 @@ def _module(module: Module) -> Iterator[str]:
     if module.blackbox:
         yield "attribute \\blackbox 1"
     yield f"module {module.name}"
-    places = [place for wire in module.wires.values() for place in _places(wire)]
-    text = _printer(module, places)
+    text = _printer(module.owners)
     for wire in module.wires.values():
         if wire.init:
             yield f"  attribute \\init {wire.width}'{wire.init}"
@@ -221,23 +225,20 @@ def _module(module: Module) -> Iterator[str]:
     yield "end"
 
 
-def _places(wire: Wire) -> list[tuple[Wire, int]]:
-    return [(wire, k) for k in range(wire.width)]
-
-
-def _printer(module: Module, places: list[tuple[Wire, int]]) -> Callable[[Word], str]:
+def _printer(owners: list[Wire]) -> Callable[[Word], str]:
     def term(run: Word) -> str:
         if isinstance(run[0], str):
             return f"{len(run)}'{''.join(map(str, reversed(run)))}"
-        wire, low = places[run[0]]
+        wire = owners[run[0]]
         if len(run) == wire.width:
             return wire.name
+        low = run[0] - wire.first
         return f"{wire.name} [{low + len(run) - 1}:{low}]"
 
     def follows(before: Bit, bit: Bit) -> bool:
         if isinstance(before, str) or isinstance(bit, str):
             return isinstance(before, str) and isinstance(bit, str)
-        return bit == before + 1 and places[bit][0] is places[before][0]
+        return bit == before + 1 and owners[bit] is owners[before]
 
     def text(word: Word) -> str:
         runs: list[Word] = []

@@ -92,7 +92,7 @@ def _configuration_hash(facts: dict[str, Any], images: str) -> str:
 def computes(design: Design) -> str:
     """What the core computes, as a sentence."""
     sensor, learned = design.sensor, isinstance(design, LearnedDesign)
-    forces = any(field.name == "forces" for field in design.layout)
+    forces = "forces" in design.result_fields
     return (
         f"{'the force vector at every taxel, ' if forces else ''}the resultant, the friction coefficient and the"
         f" direction of the tangential force of each frame of normal stress of {sensor.rows} x {sensor.columns} taxels,"

@@ -46,10 +46,10 @@ def _replace_constants(module: Module) -> None:
 
 def _mark_copies(module: Module, live: bytearray) -> None:
     """Mark live bits that repeat a bit of the same wire by 2: they become a wire, or simulators see a loop."""
-    owners = [wire.first for wire in module.wires.values() for _ in range(wire.width)]
+    owners = module.owners
     for left, right in module.aliases:
         for to, bit in zip(left, right, strict=True):
-            if not isinstance(to, str) and not isinstance(bit, str) and live[to] and owners[to] == owners[bit]:
+            if not isinstance(to, str) and not isinstance(bit, str) and live[to] and owners[to] is owners[bit]:
                 live[to] = 2
 
 
@@ -97,7 +97,7 @@ class _Trimmed:
     def __init__(self, module: Module, modules: dict[str, Module], layouts: dict[str, _Layout]) -> None:
         self._modules, self._layouts, self._layout = modules, layouts, layouts[module.name]
         self.made = self._layout.made
-        self._owners = [wire.name for wire in self.made.wires.values() for _ in range(wire.width)]
+        self._owners = self.made.owners
         self._unused = 0
         for cell in module.cells:
             self.made.cells += self._cell(cell)
@@ -196,14 +196,14 @@ class _Trimmed:
         for place, bit in enumerate(result):
             if isinstance(bit, str) or not self._is_live(bit):
                 continue
-            if group and self._owner(bit) != self._owner(result[group[-1]]):
+            if group and self._owner(bit) is not self._owner(result[group[-1]]):
                 yield group
                 group = []
             group.append(place)
         if group:
             yield group
 
-    def _owner(self, bit: Bit) -> str:
+    def _owner(self, bit: Bit) -> Wire:
         assert not isinstance(bit, str)
         return self._owners[self._layout.bits[bit]]
 

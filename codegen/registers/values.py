@@ -28,7 +28,7 @@ def parameters(design: Design) -> dict[str, int]:
         "ESTIMATOR": ESTIMATORS.index(facts["estimator"]["kind"]),
         "ARCHITECTURE": ARCHITECTURES.index(design.architecture.kind),
         "LOADABLE": int(core.loaded is not None),
-        "TAXEL_FORCES": int("forces" in (field.name for field in design.layout)),
+        "TAXEL_FORCES": int("forces" in design.result_fields),
         "ROWS": design.sensor.rows,
         "COLUMNS": design.sensor.columns,
         "TAXEL_BITS": design.adc.bits,
