@@ -8,6 +8,7 @@ from importlib.metadata import version
 from tfra.codegen.sidecar import sidecar
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.front_end import repair_places
 
 ESTIMATORS = ("tfra", "learned")
 ARCHITECTURES = ("parallel", "serial")
@@ -38,4 +39,6 @@ def parameters(design: Design) -> dict[str, int]:
         "LATENCY_CYCLES": core.latency,
         "INTERVAL_CYCLES": core.initiation_interval,
         "LOAD_LENGTH": 0 if core.loaded is None else core.loaded.size,
+        "TAXELS_PER_BEAT": 1,
+        "REPAIR_PLACES": repair_places(design.sensor.taxels),
     }

@@ -12,7 +12,7 @@ from tfra.codegen.config import load
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 
-MOST = 700
+MOST = 800
 """Lookup tables on an ECP5."""
 
 

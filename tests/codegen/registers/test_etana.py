@@ -138,7 +138,7 @@ def side_by_side(simulator: str, folder: Path, script: Iterable[Access], source:
 
 @pytest.mark.parametrize("simulator", ["icarus", *long("verilator")])
 def test_random_accesses(tmp_path: Path, simulator: str) -> None:
-    number = 150 if simulator == "icarus" else 2000
+    number = 300 if simulator == "icarus" else 2000
     outcome = side_by_side(simulator, tmp_path, accesses(MAP, random.Random(1), number))
     assert outcome["differ"] == []
     assert outcome["compared"] > number

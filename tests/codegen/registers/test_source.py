@@ -97,6 +97,7 @@ def test_values_of_a_design() -> None:
         **{"WORD_LENGTHS.taxel_bits": DESIGN.adc.bits, "WORD_LENGTHS.result_bits": DESIGN.word_bits},
         **{"WORD_LENGTHS.coefficient_bits": DESIGN.coefficient_word, "LATENCY.cycles": core.latency},
         **{"INTERVAL.cycles": core.initiation_interval, "LOAD_WORDS.words": 0},
+        **{"INPUT.taxels_per_beat": 1, "INPUT.repair_places": 512},
     }
 
 

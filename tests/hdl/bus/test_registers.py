@@ -151,14 +151,15 @@ def test_reset_values_of_the_core() -> None:
     """Literally, all inputs being 0."""
     dut = Registers(MAP)
     words = {0x00: 0x54465241, 0x04: 0x01000000, 0x08: 0x89ABCDEF, 0x10: 0x300, 0x14: 0x000C000A, 0x28: 4711, 0x40: 8}
-    zero = (0x44, 0x48, 0x4C, 0x50, 0x54, 0x60, 0x64, 0x68, 0x6C, 0x70, 0x84, 0x88, 0x8C, 0x90)
+    words |= {0x2C: 1, 0xA0: 8}
+    zero = (*range(0x44, 0x58, 4), *range(0x60, 0x78, 4), *range(0x84, 0x94, 4), *range(0xA4, 0xB4, 4), 0xBC, 0xC0)
 
     async def process(ctx: Any) -> None:
         manager = Manager(ctx, dut.bus)
         for address, word in {**words, **dict.fromkeys(zero, 0)}.items():
             assert await manager.read(address) == (word, OKAY)
             assert next(r for r in MAP.registers if r.address == address).reset == word
-        for address in (0x2C, 0x3C, 0x58, 0x74, 0x80, 0x94, 0xFC):  # 0x80 is LOAD_DATA, which is only written
+        for address in (0x30, 0x3C, 0x58, 0x78, 0x80, 0x94, 0xC4, 0xFC):  # 0x80 is LOAD_DATA, which is only written
             assert await manager.read(address) == (0, SLVERR)
         for address in (0x00, 0x44, 0x60, 0x8C, 0x94, 0xFC):
             assert await manager.write(address, 1) == SLVERR
