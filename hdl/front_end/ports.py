@@ -1,0 +1,78 @@
+"""Ports of the front end: words of the converters in, codes of the core and facts of a frame out."""
+
+from __future__ import annotations
+
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.bus.map import BITS
+
+WORD = 16
+"""Bits of a converter's word, of which the low ones are used."""
+NUMBER = 16
+"""Bits of a frame's number."""
+
+TAXEL = data.StructLayout({"word": WORD, "user": NUMBER, "last": 1})
+"""A taxel of the sensor's stream; ``last`` ends a frame, and ``user`` counts then as its number."""
+
+FLAGS = data.StructLayout({name: 1 for name in ("saturation", "sequence_gap", "simulated", "out_of_range", "stuck")})
+"""Faults of a frame; those of the frames that it is the mean of, too."""
+
+FACTS = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "flags": FLAGS, "started": BITS})
+"""What goes with a frame around the core.
+
+``sequence`` counts all frames that arrived since the reset, bad ones, too, from 0; ``user`` is the number that came
+with the frame; ``started`` is the time of its first taxel.  Of a mean of frames, it is the last one.
+"""
+
+SETTINGS = wiring.Signature(
+    {
+        "run": Out(1),
+        "drop_late": Out(1),
+        "check_sequence": Out(1),
+        "word_bits": Out(5),
+        "is_unsigned": Out(1),
+        "invert": Out(1),
+        "log2_average": Out(3),
+        "log2_tare": Out(3),
+        "dead_band": Out(16),
+        "contact": Out(16),
+        "stuck_frames": Out(8),
+        "repair_words": Out(16),
+    }
+)
+"""Settings, as software drives them: see the registers of the same names."""
+
+TABLES = wiring.Signature(
+    {
+        "place_written": Out(1),
+        "index": Out(16),
+        "kind": Out(2),
+        "data_written": Out(1),
+        "data": Out(BITS),
+        "value": In(BITS),
+    }
+)
+"""The way of software to the tables of offsets, gains and repairs: registers ``CALIBRATION_...``."""
+
+EVENTS = wiring.Signature(
+    {
+        name: Out(1)
+        for name in (
+            "accepted",
+            "dropped",
+            "short_frame",
+            "long_frame",
+            "input_overflow",
+            "saturation",
+            "sequence_gap",
+            "out_of_range",
+            "stuck",
+        )
+    }
+)
+"""Pulses of a cycle; ``accepted`` for every complete frame, ``dropped`` for every other, the rest as in ERRORS."""
+
+FAULTY = data.StructLayout({"index": 16, "saturated": 1, "out_of_range": 1, "stuck": 1})
+"""A taxel with a fault, as in FAULTY_TAXEL."""
+
