@@ -42,7 +42,7 @@ def content(design: Design) -> tuple[dict[str, Any], dict[str, str]]:
     verilog, images = extract(verilog) if design.images == "readmemh" else (verilog, [])
     core = microarchitecture(design)
     words = core.loaded
-    facts = sidecar(design) | {"images": [image.facts for image in images]}
+    facts = sidecar(design, images)
     return facts, {
         f"{design.name}.v": header(facts, [file.stem for file in core.cell_models]) + verilog,
         **{image.file: hex_words(image.words, image.bits) for image in images},

@@ -46,18 +46,26 @@ def _frames(facts: dict[str, Any]) -> Iterator[str]:
     taxel, result = facts["taxel"], facts["result"]
     yield f"taxel: {taxel['transfers_per_frame']} codes, {taxel['order']}"
     yield f"result: {result['transfers_per_frame']} words, the last one with result_last"
-    yield f"  {result['note']}"
+    yield f"  value: {result['value']}"
     yield f"  {'words':<10}{'field':<14}{'bits':>4}  {'format':<14}{'lsb':>12}  unit"
     for field in result["fields"]:
         first, last = field["start"], field["start"] + field["count"] - 1
         words = str(first) if first == last else f"{first}..{last}"
         kind = f"{field['bits']:>4}  {field['format']:<14}{field['lsb']:>12.6g}"
-        yield f"  {words:<10}{field['name']:<14}{kind}  {field['unit']}".rstrip()
+        unit = "" if field["unit"] == "1" else field["unit"]
+        yield f"  {words:<10}{field['name']:<14}{kind}  {unit}".rstrip()
+    yield "meaning of the fields"
+    for field in result["fields"]:
+        yield f"  {field['name']:<14}{field['meaning']}"
+    yield "bits of status"
+    for bit in result["status_bits"]:
+        yield f"  {bit['bit']:<2} {bit['name']}: {bit['meaning']}"
 
 
 def _cycles(facts: dict[str, Any]) -> Iterator[str]:
-    yield f"from the last taxel to the first result word: {facts['latency_cycles']}, when the core is idle"
-    yield f"from the last taxel to the last result word: {facts['frame_latency_cycles']}"
+    latency = facts["latency_cycles"]
+    yield f"from the last taxel to the first result word: {latency['first_word']}, when the core is idle"
+    yield f"from the last taxel to the last result word: {latency['last_word']}"
     yield f"from frame to frame, when they come back to back: {facts['interval_cycles']}"
 
 

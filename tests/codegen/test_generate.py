@@ -61,7 +61,7 @@ def test_sidecar_tells_what_the_core_is(made):
     design, directory = made
     facts = json.loads((directory / f"{design.name}.json").read_text())
     assert facts["name"] == design.name
-    assert facts["latency_cycles"] == microarchitecture(design).latency
+    assert facts["latency_cycles"]["first_word"] == microarchitecture(design).latency
     assert facts["result"]["transfers_per_frame"] == design.frame_words
     assert {p["name"]: p["bits"] for p in facts["ports"]}["result_data"] == design.word_bits
     verilog = (directory / f"{design.name}.v").read_text()
