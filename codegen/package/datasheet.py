@@ -1,0 +1,1 @@
+def datasheet(contents): return {}

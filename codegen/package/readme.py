@@ -1,0 +1,1 @@
+def readme(contents): return {}
