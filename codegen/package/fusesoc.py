@@ -9,7 +9,7 @@ from tfra.codegen.package.contents import Contents, filled
 
 VENDOR = "tfra"
 
-_SYNTHESIS = {
+_SYNTHESIS: dict[str, tuple[str, dict[str, str | list[str]]]] = {
     "ecp5": ("trellis", {"yosys_synth_options": ["-no-rw-check"]}),
     "ice40": (
         "icestorm",
@@ -29,6 +29,7 @@ def fusesoc(contents: Contents) -> dict[str, str]:
     if tool == "trellis":
         size = contents.part.name.split("-")[1]
         options = {**options, "nextpnr_options": [f"--{size}k", "--package", "CABGA381"]}
+    rules = [f"{name}: {{file_type: vlt}}" for name in contents.rules]
     copied = [f"{name}: {{file_type: user, copyto: {name}}}" for name in contents.images]
     values = {
         "name": contents.name,
@@ -37,7 +38,7 @@ def fusesoc(contents: Contents) -> dict[str, str]:
         "description": json.dumps(f"Computes {contents.facts['computes']}"),
         "rtl": _listed([*contents.rtl, *copied]),
         "simulated": _listed([*contents.cells, f"testbench/{contents.name}_tb.v"]),
-        "linted": _listed([*(f"{rules}: {{file_type: vlt}}" for rules in contents.rules), *contents.rtl, *contents.cells]),
+        "linted": _listed([*rules, *contents.rtl, *contents.cells]),
         "top": contents.wrapper if len(contents.rtl) > 1 else contents.name,
         "tool": tool,
         "options": json.dumps(options),
