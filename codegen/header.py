@@ -21,7 +21,7 @@ def header(facts: dict[str, Any], cells: Sequence[str]) -> str:
         *_wrapped(f"Computes {facts['computes']}."),
         *_section("Ports", _ports(facts["ports"])),
         *_section("Rules", (line for name, text in facts["rules"].items() for line in _wrapped(f"{name}: {text}.", 2))),
-        *_section("Frames", _frames(facts)),
+        *_section("Frames", frame_lines(facts)),
         *_section("Cycles", _cycles(facts)),
         *_section("Beside this file", _files(facts, cells)),
     ]
@@ -42,7 +42,8 @@ def _ports(ports: list[dict[str, Any]]) -> Iterator[str]:
         yield f"{port['name']:<14}{port['direction']:<5}{port['bits']:>3}  {port['note']}"
 
 
-def _frames(facts: dict[str, Any]) -> Iterator[str]:
+def frame_lines(facts: dict[str, Any]) -> Iterator[str]:
+    """Order and formats of the words of a frame."""
     taxel, result = facts["taxel"], facts["result"]
     yield f"taxel: {taxel['transfers_per_frame']} codes, {taxel['order']}"
     yield f"result: {result['transfers_per_frame']} words, the last one with result_last"
