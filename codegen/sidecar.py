@@ -44,17 +44,17 @@ _CHOICES = ("name", "sensor", "adc", "estimator", "search", "formats", "architec
 """What a configuration's hash covers, with that of the coefficients."""
 
 _FIELDS = {
-    "frame": "number of the frame since the reset, from 0; it wraps",
-    "exponent": "block exponent of the frame: forces are multiplied by 2^-exponent",
-    "sweep_index": "candidate that was chosen, from 0",
-    "phi": "direction of the tangential force, from x to y",
-    "mu": "friction coefficient, |f_xy| over |f_z|",
+    "frame": "number of the frame in the core, from 0 after a reset; it wraps",
+    "exponent": "E of this frame: words in N are worth lsb times 2^-E",
+    "sweep_index": "number of the friction coefficient that was chosen, from 0",
+    "phi": "direction of the tangential force, from +x (columns) towards +y (rows)",
+    "mu": "friction coefficient: tangential over normal force",
     "mu_x": "its part along x",
     "mu_y": "its part along y",
-    "resultant": "sum of all forces: x, y, z",
-    "uncertainty": "what the network expects its error of the resultant to be",
-    "forces": "forces at the taxels: all f_x row by row, then all f_y, then all f_z",
-    "status": "see status_bits",
+    "resultant": "F_x, F_y, F_z; F_z is negative when the contact presses",
+    "uncertainty": "how unsure the estimator is of the resultant",
+    "forces": "f_x of all taxels, row by row, then f_y, then f_z",
+    "status": "one bit for each special case, see status_bits",
 }
 """Meaning of the fields of a result frame."""
 

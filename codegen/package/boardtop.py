@@ -10,6 +10,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
 from tfra.codegen.sidecar import ports
+from tfra.codegen.sidecarschema import Port
 from tfra.codegen.verilog import plain_verilog, to_rtlil
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.lib.pipeline import delayed, register
@@ -83,13 +84,13 @@ class BoardTop(wiring.Component):
     def _core(self, bridge: Any) -> Instance:
         pins = {"i_clk": ClockSignal(), "i_rst": ResetSignal()}
         for port in _stream_ports(self._design):
-            stream, _, member = port["name"].partition("_")
+            stream, _, member = port.name.partition("_")
             words = getattr(bridge, stream)
             word = {"valid": words.valid, "ready": words.ready}.get(member)
             if word is None:
                 word = words.payload.data if stream == "result" and member == "data" else words.payload
                 word = words.payload.last if member == "last" else word
-            pins[f"{port['direction'][0]}_{port['name']}"] = word
+            pins[f"{port.direction[0]}_{port.name}"] = word
         return Instance(self._design.name, **pins)
 
 
@@ -109,15 +110,17 @@ class _Restart(wiring.Component):
         return m
 
 
-def _stream_ports(design: Design) -> list[dict[str, Any]]:
-    loaded = microarchitecture(design).loaded is not None
-    return [port for port in ports(design, loaded) if port["name"] not in ("clk", "rst")]
+def _stream_ports(design: Design) -> list[Port]:
+    return [port for port in _ports(design) if port.name not in ("clk", "rst")]
+
+
+def _ports(design: Design) -> list[Port]:
+    return ports(design, microarchitecture(design).loaded is not None)
 
 
 def _declared(design: Design) -> str:
     """The core's module with its ports alone."""
-    rows = [{"name": name, "direction": "in", "bits": 1} for name in ("clk", "rst")] + _stream_ports(design)
-    pins = ", ".join(f"{row['direction']}put [{row['bits'] - 1}:0] {row['name']}" for row in rows)
+    pins = ", ".join(f"{port.direction}put [{port.bits - 1}:0] {port.name}" for port in _ports(design))
     return f"module {design.name} ({pins});\nendmodule\n"
 
 

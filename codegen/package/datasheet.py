@@ -93,7 +93,7 @@ def _numbers(contents: Contents) -> dict[str, object]:
         "mhz": f"{part.clock_mhz:g}",
         "basis": escape(part.basis),
         "rate": f"{1e6 * part.clock_mhz / facts['interval_cycles']:,.0f}",
-        "first_us": f"{part.microseconds(facts['latency_cycles']):,.1f}",
+        "first_us": f"{part.microseconds(facts['latency_cycles']['first_word']):,.1f}",
         "architecture": design.architecture.kind,
     }
 

@@ -16,20 +16,6 @@ from tfra.model.facts import MEANINGS, words
 HEADER_BEATS = 2
 """Beats of an output frame before the core's words."""
 
-_MEANING = {
-    "frame": "number of the frame in the core, from 0 after a reset",
-    "exponent": "E of this frame: words in N are worth lsb · 2^−E",
-    "sweep_index": "number of the friction coefficient that was chosen, from 0",
-    "phi": "direction of the tangential force, from +x (columns) towards +y (rows)",
-    "mu": "friction coefficient: tangential over normal force",
-    "mu_x": "its part along x",
-    "mu_y": "its part along y",
-    "resultant": "F_x, F_y, F_z; F_z is negative when the contact presses; worth lsb · 2^−E",
-    "uncertainty": "how unsure the estimator is of the resultant; worth lsb · 2^−E",
-    "forces": "f_x of all taxels, row by row, then f_y, then f_z; worth lsb · 2^−E",
-    "status": "one bit for each special case, see below",
-}
-
 _ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVENT: "R/W1C"}
 
 _FAULTS = ("saturation", "sequence_gap", "simulated", "out_of_range", "stuck")
@@ -70,7 +56,7 @@ def output_words(contents: Contents) -> str:
         extended = "sign" if field.signed else "zeros"
         bits = f"{field.bits - 1}:0, {extended} above"
         value = f"{field.lsb:.6g} {field.unit}" if field.unit != "1" else f"{field.lsb:.6g}"
-        rows.append((beats, bits, field.name, fact["format"], value, _MEANING[field.name]))
+        rows.append((beats, bits, field.name, fact["format"], value, fact["meaning"]))
     header = ("beat", "bits", "word", "format", "lsb", "meaning")
     return _table("Output frame", header, rows, [4])
 
@@ -100,9 +86,10 @@ def _register(register: Register, field: Field) -> tuple[str, ...]:
 def cycles(contents: Contents) -> str:
     """Latency and interval of the core, in cycles and µs at the part's clock."""
     facts, part = contents.facts, contents.part
+    latency = facts["latency_cycles"]
     rows = [
-        ("from the core's last taxel to its first result word", facts["latency_cycles"]),
-        ("from the core's last taxel to its last result word", facts["frame_latency_cycles"]),
+        ("from the core's last taxel to its first result word", latency["first_word"]),
+        ("from the core's last taxel to its last result word", latency["last_word"]),
         ("from frame to frame, back to back", facts["interval_cycles"]),
     ]
     shown = [(text, f"{number:,}", f"{part.microseconds(number):,.2f}") for text, number in rows]
