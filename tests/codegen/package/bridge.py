@@ -2,8 +2,8 @@
 
 ``python -m tests.codegen.package.bridge SIMULATOR FOLDER`` compiles the Verilog of FOLDER as ``world.json`` there says,
 and plays the scenario with the driver of FOLDER's package.  ``outcome.json`` says what went wrong, or nothing.
-``world.json``: ``top`` and ``sources`` of the device, ``name`` of the design, ``driver``: c or python, ``taxels_per_beat``,
-and the members of ``scenario.World``.
+``world.json``: ``top`` and ``sources`` of the device, ``name`` of the design, ``driver``: c or python,
+``taxels_per_beat``, ``sidecar``, and the coefficients, frames and results of ``scenario.World``.
 """
 
 from __future__ import annotations

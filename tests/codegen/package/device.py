@@ -22,7 +22,8 @@ from tfra.model.fixed.design import Design
 
 MODEL = Path(__file__).with_name("device.v")
 
-CHANNELS = {"aw": ("addr", "prot"), "w": ("data", "strb"), "b": ("resp",), "ar": ("addr", "prot"), "r": ("data", "resp")}
+CHANNELS: dict[str, tuple[str, ...]] = {"aw": ("addr", "prot"), "w": ("data", "strb"), "b": ("resp",)}
+CHANNELS |= {"ar": ("addr", "prot"), "r": ("data", "resp")}
 BITS = {"addr": 8, "prot": 3, "data": 32, "strb": 4, "resp": 2}
 STREAMS = {
     "s_axis": {"tdata": 16, "tuser": 16, "tlast": 1, "tvalid": 1},

@@ -71,14 +71,14 @@ def test_a_core_that_needs_no_load(tmp_path: Path) -> None:
 
 PLANTED = [
     ("c", "driver/tfra_driver.c", "0xEDB88320u", "0xEDB88330u", "another checksum"),
-    ("c", "registers/tfra.h", "    uint32_t LOAD_CHECKSUM;\n    uint32_t LOAD_CRC;", "    uint32_t LOAD_CRC;\n    uint32_t LOAD_CHECKSUM;", "SlaveError"),
+    ("c", "registers/tfra.h", "CHECKSUM;\n    uint32_t LOAD_CRC;", "CRC;\n    uint32_t LOAD_CHECKSUM;", "SlaveError"),
     ("python", "python/tfra_host/words.py", "zlib.crc32(", "zlib.adler32(", "another checksum"),
     ("python", "python/tfra_host/constants.json", '"address": 104', '"address": 100', "frames_dropped"),
 ]
 MORE = [
-    ("c", "driver/tfra_driver.c", "(word & OPTIONS) | bits", "bits", "expected"),
-    ("c", "registers/tfra.h", "__DEAD_BAND_bp 0", "__DEAD_BAND_bp 1", "get_front_end"),
-    ("c", "driver/tfra_driver.c", "PUT(table, CALIBRATION_PLACE, KIND)", "0", "get_offsets"),
+    ("c", "driver/tfra_driver.c", "(word & OPTIONS) | bits", "(word & 0u) | bits", "a stop keeps the options"),
+    ("c", "registers/tfra.h", "__DEAD_BAND_bp 0", "__DEAD_BAND_bp 1", "set_front_end"),
+    ("c", "driver/tfra_driver.c", "PUT(table, CALIBRATION_PLACE, KIND)", "(table & 0u)", "get_gains"),
 ]
 
 
