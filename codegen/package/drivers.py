@@ -35,7 +35,9 @@ def driver_files(design: Design) -> dict[str, str]:
     source, loaded = files("tfra.codegen.package") / "driver", microarchitecture(design).loaded
     config = f"{design.name}_config"
     texts = {f"driver/{name}": (source / name).read_text(encoding="utf-8") for name in C_FILES}
-    texts["driver/example.c"] = texts["driver/example.c"].replace("NAME_config", config)
+    example = texts["driver/example.c"].splitlines(keepends=True)
+    kept = "".join(line for line in example if loaded is not None or "NAME_coefficients" not in line)
+    texts["driver/example.c"] = kept.replace("NAME_", f"{design.name}_")
     texts["driver/tfra_constants.h"] = constants_header()
     texts[f"driver/{config}.h"] = _config(design, config)
     if loaded is not None:

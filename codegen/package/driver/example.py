@@ -1,6 +1,7 @@
-"""Calibrates a core, and prints the resultant force of frames: ``python example.py /dev/uio0 FRAMES``.
+"""Calibrates a core, and prints the resultant force of ten frames: ``python example.py REGISTERS FRAMES``.
 
-FRAMES is where output frames come from, whole, one after the other: a device of the DMA, or a file.
+REGISTERS is a device that maps them, such as ``/dev/uio0``; FRAMES gives output frames, one after the other: a device
+of the DMA, or a file.
 """
 
 from __future__ import annotations
@@ -9,25 +10,26 @@ import json
 import sys
 from pathlib import Path
 
-from tfra_host import Bus, Core, Mapped, frame_bytes, parse_frame
+from tfra_host import Core, Mapped, frame_bytes, parse_frame, read_coefficients
 
-FACTS = Path(__file__).parents[1] / "NAME.json"
+SIDECAR = Path(__file__).resolve().parents[1] / "NAME.json"
 
 
-def show(bus: Bus, source: Path, number: int) -> None:
-    """Tare the core on ``bus``, and print ``number`` frames of ``source``."""
-    facts = json.loads(FACTS.read_text(encoding="utf-8"))
-    core = Core(bus, facts)
-    core.tare(log2_frames=3)
+def main(registers: str, frames: str) -> None:
+    facts = json.loads(SIDECAR.read_text(encoding="utf-8"))
+    core = Core(Mapped(registers), facts)
+    if "load" in facts:
+        core.load(read_coefficients(SIDECAR.parent / facts["load"]["file"], facts))
+    core.tare(log2_frames=3)  # nothing may touch the sensor now
     core.wait_tare()
-    with source.open("rb") as file:
-        for _ in range(number):
-            frame = parse_frame(facts, file.read(frame_bytes(facts)))
+    with open(frames, "rb") as source:
+        for _ in range(10):
+            frame = parse_frame(facts, source.read(frame_bytes(facts)))
             x, y, z = frame.resultant
-            faults = ", ".join(sorted(frame.faults)) or "none"
-            print(f"{frame.sequence}: {x:.4f} {y:.4f} {z:.4f} N, friction {frame.mu:.3f}, faults: {faults}")
+            faults = ", ".join(sorted(frame.faults)) or "no"
+            print(f"{frame.sequence}: {x:.6f} {y:.6f} {z:.6f} N, friction {frame.mu:.3f}, {faults} faults")
     core.stop()
 
 
 if __name__ == "__main__":
-    show(Mapped(sys.argv[1]), Path(sys.argv[2]), number=10)
+    main(*sys.argv[1:])
