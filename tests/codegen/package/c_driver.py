@@ -64,7 +64,8 @@ def compiled(folder: Path, name: str) -> ctypes.CDLL:
     shim = folder / "library.c"
     shim.write_text(SHIM.read_text().replace("DESIGN", name))
     files = [shim, *(folder / "driver" / file for file in SOURCES)]
-    options = ["-shared", "-fPIC", "-O1", f"-I{folder}/driver", f"-I{folder}/registers"]
+    options = ["-shared", "-fPIC", "-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
+    options += [f"-I{folder}/driver", f"-I{folder}/registers"]
     subprocess.run(["gcc", *STRICT, *options, "-o", folder / "library.so", *files], check=True)
     return ctypes.CDLL(str(folder / "library.so"))
 

@@ -22,7 +22,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.codegen.package.c_driver import SOURCES, STRICT, CCore, compiled
-from tests.codegen.package.test_simulated import DESIGN, FRAMES
+from tests.codegen.package.test_simulated import DESIGN, frames
 from tests.hdl.bus.model import Model
 from tests.model.fixed.learned.cases import made
 from tfra.codegen.package.constants import HEADER
@@ -36,7 +36,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
 MAP = register_map(parameters(DESIGN))
-FACTS, WORDS = sidecar(DESIGN), DESIGN.model(FRAMES).words
+FACTS, WORDS = sidecar(DESIGN), DESIGN.model(frames(DESIGN)).words
 LEARNED = made(2, 3)
 NO_FORCES = replace(LEARNED, taxel_forces=False)
 COMPILERS = ["gcc", *(["clang"] if shutil.which("clang") else [])]
@@ -170,8 +170,9 @@ def c_program(folder: Path, design: Design) -> Path:
     return folder / "frames"
 
 
-def answers(program: Path, frames: list[tuple[int, list[int]]]) -> list[list[str]]:
-    text = "\n".join(f"{tuser:x} {len(words):x} " + " ".join(f"{word:x}" for word in words) for tuser, words in frames)
+def answers(program: Path, sent: list[tuple[int, list[int]]]) -> list[list[str]]:
+    """What ``frames.c`` prints for frames with their TUSER."""
+    text = "\n".join(f"{tuser:x} {len(words):x} " + " ".join(f"{word:x}" for word in words) for tuser, words in sent)
     done = subprocess.run([program], input=text, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     return [line.split() for line in done.stdout.splitlines()]
@@ -185,9 +186,9 @@ def test_frames(tmp_path: Path, design: Design) -> None:
     most = 1 << design.adc.bits - 2
     codes = np.random.default_rng(2).integers(-most, most, (8, design.sensor.taxels))
     taken = [(words, forces) for words in design.model(codes).words.tolist() for forces in (True, False)]
-    frames = [beats(design, w, forces, (0xFFFF0000 | n, 0x010003A4)) for n, (w, forces) in enumerate(taken)]
-    lines = answers(program, [(0, frame) for frame in frames])
-    for number, ((words, forces), frame, line) in enumerate(zip(taken, frames, lines, strict=True)):
+    sent = [beats(design, w, forces, (0xFFFF0000 | n, 0x010003A4)) for n, (w, forces) in enumerate(taken)]
+    lines = answers(program, [(0, frame) for frame in sent])
+    for number, ((words, forces), frame, line) in enumerate(zip(taken, sent, lines, strict=True)):
         field = {f.name: words[f.start : f.start + f.count] for f in design.layout if forces or f.name != "forces"}
         parsed = host.parse_frame(facts, struct.pack(f"<{len(frame)}I", *frame))
         assert {name: list(found) for name, found in parsed.words.items()} == field

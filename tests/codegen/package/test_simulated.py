@@ -17,23 +17,33 @@ from tests.codegen.package.device import device
 from tests.marks import long
 from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.files import register_files
+from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar import sidecar
 from tfra.hdl.cores import microarchitecture
+from tfra.model.arrays import Ints
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Status
 from tfra.sim.tools import choose, environment
 
 ROOT = Path(__file__).parents[3]
 DESIGN = TfraDesign(SensorArray(3, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4), images="load")
-FRAMES = np.random.default_rng(1).integers(-4000, 4000, (4, DESIGN.sensor.taxels))
+
+
+def frames(design: Design) -> Ints:
+    """Codes of four frames ``(4, taxels)``, of which nothing saturates: a front end would report it as a fault."""
+    most = 1 << design.adc.bits - 2
+    codes = np.random.default_rng(1).integers(-most, most, (64, design.sensor.taxels))
+    saturated = design.model(codes).words[:, -1] & (Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
+    return codes[saturated == 0][:4]
 
 
 @pytest.fixture(scope="module")
 def package() -> dict[str, str]:
     """Drivers, registers, and the device."""
-    return {**register_files(DESIGN), **driver_files(DESIGN), **device(DESIGN, DESIGN.model(FRAMES).words)}
+    return {**register_files(DESIGN), **driver_files(DESIGN), **device(DESIGN, DESIGN.model(frames(DESIGN)).words)}
 
 
 def simulated(
@@ -43,11 +53,12 @@ def simulated(
 
     Returns what went wrong.
     """
-    loaded = microarchitecture(design).loaded
+    loaded, codes = microarchitecture(design).loaded, frames(design)
     world: dict[str, Any] = {"top": top, "sources": sources, "name": design.name, "driver": driver}
-    world |= {"sidecar": sidecar(design), "taxels_per_beat": 1, "frames": FRAMES.tolist()}
+    world |= {"sidecar": sidecar(design), "frames": codes.tolist()}
+    world |= {"taxels_per_beat": parameters(design)["TAXELS_PER_BEAT"]}
     world |= {"coefficients": [] if loaded is None else loaded.ravel().tolist()}
-    world |= {"results": design.model(FRAMES).words.tolist()}
+    world |= {"results": design.model(codes).words.tolist()}
     for name, text in {**texts, "world.json": json.dumps(world)}.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
@@ -65,7 +76,7 @@ def test_the_scenario(tmp_path: Path, package: dict[str, str], simulator: str, d
 
 def test_a_core_that_needs_no_load(tmp_path: Path) -> None:
     design = replace(DESIGN, images="inline")
-    texts = {**register_files(design), **driver_files(design), **device(design, design.model(FRAMES).words)}
+    texts = {**register_files(design), **driver_files(design), **device(design, design.model(frames(design)).words)}
     assert simulated("icarus", tmp_path, design, texts, "c", "device", "device.v") == ""
 
 
@@ -89,3 +100,11 @@ def test_a_planted_fault_is_noticed(
     assert package[name].count(stated) == 1
     texts = {**package, name: package[name].replace(stated, other)}
     assert seen in simulated("icarus", tmp_path, DESIGN, texts, driver, "device", "device.v")
+
+
+def test_a_wrong_result_is_noticed(tmp_path: Path, package: dict[str, str]) -> None:
+    words = DESIGN.model(frames(DESIGN)).words
+    words[1, 4] ^= 1
+    texts = {**package, **device(DESIGN, words)}
+    outcome = simulated("icarus", tmp_path, DESIGN, texts, "python", "device", "device.v")
+    assert "dict(frame.words) == expected" in outcome
