@@ -74,6 +74,7 @@ def test_the_scenario(tmp_path: Path, package: dict[str, str], simulator: str, d
     assert simulated(simulator, tmp_path, DESIGN, package, driver, "device", "device.v") == ""
 
 
+@pytest.mark.long
 def test_a_core_that_needs_no_load(tmp_path: Path) -> None:
     design = replace(DESIGN, images="inline")
     texts = {**register_files(design), **driver_files(design), **device(design, design.model(frames(design)).words)}
@@ -82,14 +83,14 @@ def test_a_core_that_needs_no_load(tmp_path: Path) -> None:
 
 PLANTED = [
     ("c", "driver/tfra_driver.c", "0xEDB88320u", "0xEDB88330u", "another checksum"),
-    ("c", "registers/tfra.h", "CHECKSUM;\n    uint32_t LOAD_CRC;", "CRC;\n    uint32_t LOAD_CHECKSUM;", "SlaveError"),
-    ("python", "python/tfra_host/words.py", "zlib.crc32(", "zlib.adler32(", "another checksum"),
     ("python", "python/tfra_host/constants.json", '"address": 104', '"address": 100', "frames_dropped"),
 ]
 MORE = [
+    ("c", "registers/tfra.h", "CHECKSUM;\n    uint32_t LOAD_CRC;", "CRC;\n    uint32_t LOAD_CHECKSUM;", "SlaveError"),
     ("c", "driver/tfra_driver.c", "(word & OPTIONS) | bits", "(word & 0u) | bits", "a stop keeps the options"),
     ("c", "registers/tfra.h", "__DEAD_BAND_bp 0", "__DEAD_BAND_bp 1", "set_front_end"),
     ("c", "driver/tfra_driver.c", "PUT(table, CALIBRATION_PLACE, KIND)", "(table & 0u)", "get_gains"),
+    ("python", "python/tfra_host/words.py", "zlib.crc32(", "zlib.adler32(", "another checksum"),
 ]
 
 
@@ -102,6 +103,7 @@ def test_a_planted_fault_is_noticed(
     assert seen in simulated("icarus", tmp_path, DESIGN, texts, driver, "device", "device.v")
 
 
+@pytest.mark.long
 def test_a_wrong_result_is_noticed(tmp_path: Path, package: dict[str, str]) -> None:
     words = DESIGN.model(frames(DESIGN)).words
     words[1, 4] ^= 1
