@@ -32,7 +32,7 @@ typedef enum {
     TFRA_ERROR_RUNNING = 7,              /**< Settings, tables and coefficients are written to a stopped core. */
     TFRA_ERROR_NOT_LOADED = 8,           /**< The core has no coefficients yet. */
     TFRA_ERROR_LOAD_CHECKSUM = 9,        /**< Coefficients arrived with another checksum. */
-    TFRA_ERROR_CALIBRATION_CHECKSUM = 10,/**< Words of a table arrived with another checksum. */
+    TFRA_ERROR_CALIBRATION_CHECKSUM = 10, /**< Words of a table arrived with another checksum. */
     TFRA_ERROR_FRAME_LENGTH = 11,        /**< An output frame has another number of beats. */
     TFRA_ERROR_FRAME_FORMAT = 12,        /**< An output frame has another format, or words that are too long. */
     TFRA_ERROR_FRAME_ABORTED = 13        /**< A soft reset ended the output frame. */

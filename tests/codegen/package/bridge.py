@@ -45,6 +45,7 @@ class Simulated:
         self.host, self.facts, self._dut = host, facts["sidecar"], dut
         self.coefficients, self.frames, self.results = facts["coefficients"], facts["frames"], facts["results"]
         self._manager, self._driver = AxiLiteMaster(bus, dut.aclk, dut.aresetn, **low), facts["driver"]
+        self._damaged: int | None = None
         self._bytes = 2 * facts["taxels_per_beat"]
         self._source = AxiStreamSource(AxiStreamBus.from_prefix(dut, "s_axis"), dut.aclk, dut.aresetn, **low)
         self._sink = AxiStreamSink(AxiStreamBus.from_prefix(dut, "m_axis"), dut.aclk, dut.aresetn, **low)
@@ -61,7 +62,12 @@ class Simulated:
             raise SlaveError(f"read of {address:#x}")
         return int.from_bytes(answer.data, "little")
 
+    def damage(self, address: int) -> None:
+        self._damaged = address
+
     def write32(self, address: int, word: int) -> None:
+        if address == self._damaged:
+            self._damaged, word = None, word ^ 1
         answer = self._done(lambda: self._manager.write(address, word.to_bytes(4, "little")))
         if int(answer.resp):
             raise SlaveError(f"write of {address:#x}")

@@ -42,6 +42,9 @@ class World(Protocol):
     def read32(self, address: int) -> int:
         """A register, past the driver."""
 
+    def damage(self, address: int) -> None:
+        """Flip the lowest bit of the next word that the driver writes there."""
+
 
 def play(world: World) -> None:
     """Everything; raises ``AssertionError`` or a driver's exception for what is wrong."""
@@ -73,6 +76,12 @@ def load(world: World, core: Any) -> None:
     with refused():
         core.load(world.coefficients[:-1])
     crc = zlib.crc32(b"".join(word.to_bytes(4, "little", signed=True) for word in world.coefficients))
+    world.damage(0x80)
+    with pytest.raises(world.host.DeviceError, match="coefficients arrived with another checksum"):
+        core.load(world.coefficients)
+    assert core.get_errors() == {"load_checksum"}
+    assert core.get_interrupts() == {"error", "loaded"}
+    core.clear_errors()
     for _ in range(2):
         core.acknowledge_interrupts()
         core.load(world.coefficients)
@@ -110,6 +119,9 @@ def tables(world: World, core: Any) -> None:
     assert core.get_offsets(0, taxels) == offsets
     assert core.get_offsets(1, 2) == offsets[1:3]
     assert core.get_gains(0, 4) == [world.host.UNITY_GAIN, 0, 131071, world.host.UNITY_GAIN]
+    world.damage(0xB8)
+    with pytest.raises(world.host.DeviceError, match="arrived with another checksum"):
+        core.set_offsets(0, offsets)
     wrong: list[Callable[[], None]] = [
         lambda: core.set_offsets(taxels - 1, [0, 0]),
         lambda: core.set_offsets(0, [131072]),
