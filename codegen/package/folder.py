@@ -10,6 +10,7 @@ from tfra.codegen.package.boards import boards
 from tfra.codegen.package.constraints import constraints
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.datasheet import datasheet
+from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.package.fusesoc import fusesoc
 from tfra.codegen.package.litex import litex
 from tfra.codegen.package.part import Part
@@ -20,6 +21,7 @@ from tfra.model.fixed.design import Design
 
 WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: register_files(contents.design),
+    lambda contents: driver_files(contents.design),
     lambda contents: {**contents.cells, **contents.rules},
     boards,
     constraints,
