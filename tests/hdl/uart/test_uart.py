@@ -66,7 +66,7 @@ def test_every_byte_comes_back(divisor: int, stalls: Any) -> None:
 
 @pytest.mark.parametrize("period", [DIVISOR * 0.96, DIVISOR, DIVISOR * 1.04])
 def test_clocks_may_differ(period: float) -> None:
-    """By four per cent: half a bit in the nine and a half up to the middle of the stop bit, less what sampling takes."""
+    """By four per cent: half a bit in nine and a half, up to the middle of the stop bit, less what sampling takes."""
     sent = [0, 0xFF, 0x55, 0xA5, 0xC0]
     assert seen(drawn([bit for byte in sent for bit in bits(byte)], period)) == (sent, 0, 0)
 
