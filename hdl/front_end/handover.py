@@ -82,7 +82,6 @@ class Handover(wiring.Component):
                 m.d.comb += reading.eq(1)
                 with m.If(last & advance):
                     m.next = "SEND"
-            with m.State("SEND"):
-                with m.If(self.done):
-                    m.next = "REPAIR"
+            with m.State("SEND"), m.If(self.done):
+                m.next = "REPAIR"
         return m

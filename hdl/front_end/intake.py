@@ -13,7 +13,7 @@ from tfra.hdl.front_end.ports import NUMBER, TAXEL, WORD
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import wrapping_counter
 
-ORIGIN = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "started": BITS, "gap": 1})
+ORIGIN = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "started": BITS})
 """Where a frame comes from: FACTS without the faults of its taxels."""
 
 
@@ -43,7 +43,7 @@ class Intake(wiring.Component):
         idle: no frame is being taken or dropped.
         ended: the frame that was taken ends, and is ``good`` if it is complete.
         origin: of the last complete frame, a cycle later.
-        short, long, late: a frame is dropped, a cycle later; ``gap``: it does not follow the one before.
+        short, long, late: a frame is dropped, a cycle later; ``gap``: a frame's number does not follow the one before.
     """
 
     def __init__(self, taxels: int) -> None:
@@ -122,19 +122,14 @@ class Intake(wiring.Component):
         following = Signal(NUMBER, reset_less=True)  # the number that is to come
         known = Signal()
         started = Signal(BITS, reset_less=True)
-        gap = Signal()
         origin = Signal(ORIGIN, reset_less=True)
         user = self.i.payload.user
-        m.d.comb += [gap.eq(arrived & known & (user != following)), self.origin.eq(origin)]
-        m.d.sync += [self.gap.eq(gap & self.check_sequence), known.eq(self.check_sequence & (known | arrived))]
+        jumps = arrived & known & (user != following)
+        m.d.comb += self.origin.eq(origin)
+        m.d.sync += [self.gap.eq(jumps & self.check_sequence), known.eq(self.check_sequence & (known | arrived))]
         with m.If(arrived):
             m.d.sync += [sequence.eq(sequence + 1), following.eq(user + 1)]
         with m.If(self.entered & (self.index == 0)):
             m.d.sync += started.eq(self.time)
         with m.If(self.good):
-            m.d.sync += [
-                origin.sequence.eq(sequence),
-                origin.user.eq(user),
-                origin.started.eq(started),
-                origin.gap.eq(gap & self.check_sequence),
-            ]
+            m.d.sync += [origin.sequence.eq(sequence), origin.user.eq(user), origin.started.eq(started)]
