@@ -91,7 +91,7 @@ class FrontEnd(wiring.Component):
         waiting = occupancy(m, 2, completes, handover.done)
         page = delayed(m, into, History.latency + Calibrate.latency, "page")
         m.d.comb += [
-            *(intake.time.eq(self.time), intake.skip.eq(self.skip)),
+            *(intake.time.eq(self.time), intake.skip.eq(self.skip), means.tare.eq(self.tare)),
             *(intake.room.eq(~places[1] & ~means.settling), intake.hold.eq(handover.repair & ~repair.repaired)),
             *(means.between.eq(intake.idle | intake.ended), means.good.eq(intake.good), means.written.eq(turn)),
             *(history.entered.eq(intake.entered), history.index.eq(intake.index), history.word.eq(intake.word)),

@@ -1,0 +1,37 @@
+"""Repairs: a taxel's code as a weighted sum of other codes, and the weights for a dead taxel.
+
+A table is a list of words of 32 bits.  A header, bit 31 set, has the number of the taxel that is replaced in bits 30 to
+18.  Each word after it has that of a source there, and its weight in bits 17 to 0, signed, in 1/65536.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from tfra.model.arrays import Ints
+from tfra.model.fixed.numbers import round_shift, saturate
+
+HEADER = 1 << 31
+PLACE = 18
+"""The lowest bit of a taxel's number."""
+ONE = 1 << 16
+"""The weight 1."""
+
+
+def repaired(codes: Ints, table: Ints, bits: int) -> tuple[Ints, Ints]:
+    """Codes ``(n, m)`` of ``bits`` after the repairs in their order, and the largest magnitude written ``(n,)``.
+
+    Sums stay below 2^46: 2^14 words, weights of 18 bits and codes of 16.  Words before the first header do nothing.
+    """
+    codes, largest = codes.copy(), np.zeros(len(codes), dtype=np.int64)
+    starts = [*np.flatnonzero(table & HEADER), len(table)]
+    for start, stop in pairwise(starts):
+        numbers = (table[start:stop] & ~HEADER) >> PLACE
+        low = table[start + 1 : stop] & ((1 << PLACE) - 1)
+        weights = (low ^ (1 << (PLACE - 1))) - (1 << (PLACE - 1))
+        code = saturate(round_shift(codes[:, numbers[1:]] @ weights, 16), bits)
+        codes[:, numbers[0]] = code
+        largest = np.maximum(largest, np.abs(code))
+    return codes, largest
