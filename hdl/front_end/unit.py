@@ -69,6 +69,13 @@ class FrontEnd(wiring.Component):
         """Cycles from the transfer of a frame's last taxel to that of its first code, if nothing is repaired."""
         return History.latency + Calibrate.latency + 2 + Handover.latency
 
+    def interval(self, words: int, headers: int) -> int:
+        """Most cycles from a frame to the next, back to back, with repairs of that many ``words`` and ``headers``.
+
+        A frame is taken while the one before is handed over, and waits while that one is repaired.
+        """
+        return self._design.sensor.taxels + self.latency + Repair.cycles(words, headers)
+
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         taxels = self._design.sensor.taxels

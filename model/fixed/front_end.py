@@ -216,7 +216,7 @@ class FrontEnd:
         return min(left, len(value))
 
     def _mean(self, value: Ints, seen: Bools, log2: int) -> tuple[Ints, Ints, Ints]:
-        """Sums ``(k, m)`` of 2^log2 frames each, their frames with each fault ``(k, 4)``, and their last ones ``(k,)``."""
+        """Sums ``(k, m)`` of 2^log2 frames each, how many had each fault ``(k, 4)``, and the last of each ``(k,)``."""
         ends = np.flatnonzero((self._number + 1 + np.arange(len(value))) % (1 << log2) == 0)
         sums, self._sum = _grouped(value, self._sum, ends)
         counts, self._seen = _grouped(seen.astype(np.int64), self._seen, ends)

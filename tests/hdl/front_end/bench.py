@@ -62,7 +62,7 @@ class Session:
 
     def __init__(self, unit: FrontEnd, *, stall_in: Pattern = flowing, stall_out: Pattern = flowing, seed: int = 0):
         self.top, self.unit = Resettable(unit), unit
-        self.seen, self.cycle, self.steps = Seen(), 0, []
+        self.seen, self.cycle, self.steps, self.background = Seen(), 0, [], []
         self._in, self._out = stall_in(random.Random(f"{seed} in")), stall_out(random.Random(f"{seed} out"))
 
     def set(self, settings: Settings, tables: Tables | None = None, **more: int) -> None:
@@ -174,8 +174,9 @@ class Session:
                 await step(ctx)
             await self._drained(ctx)
 
+        simulator.add_testbench(self._watch, background=True)  # first: it counts cycles for the others
         simulator.add_testbench(main)
-        for process in (self._watch, self._take):
+        for process in (self._take, *self.background):
             simulator.add_testbench(process, background=True)
         simulator.run()
         return self.seen
@@ -202,8 +203,7 @@ class Session:
             _, _, facts_valid, facts, code_valid, code = await ctx.tick().sample(
                 unit.facts.valid, unit.facts.payload, unit.codes.valid, unit.codes.payload
             )
-            if held is not None:
-                assert code_valid and code == held, "changed before it was taken"
+            assert held is None or (code_valid and code == held), "changed before it was taken"
             held = code if code_valid and not ready[1] else None
             if facts_valid and ready[0]:
                 self.seen.facts.append(plain(facts))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import random
-
 import numpy as np
 import pytest
 
 from tests.hdl.front_end.bench import Frame, Seen, Session, words
-from tests.marks import STALLS, long
+from tests.marks import long
 from tfra.hdl.front_end.repair import Repair
 from tfra.hdl.front_end.tables import GAINS, OFFSETS, REPAIRS
 from tfra.hdl.front_end.unit import FrontEnd
@@ -96,7 +94,8 @@ def any_tables(rng: np.random.Generator, design: Design) -> Tables:
     for _ in range(rng.integers(0, 12)):
         source = int(rng.integers(taxels)) << PLACE | int(rng.integers(1 << PLACE))
         repairs.insert(int(rng.integers(1, len(repairs) + 1)), source)
-    return Tables(offsets, gains.astype(np.int64), np.array(repairs[: rng.integers(0, len(repairs) + 1)], dtype=np.int64))
+    used = np.array(repairs[: rng.integers(0, len(repairs) + 1)], dtype=np.int64)
+    return Tables(offsets, gains.astype(np.int64), used)
 
 
 def any_frames(rng: np.random.Generator, taxels: int, word_bits: int, count: int) -> list[Frame]:
@@ -112,12 +111,10 @@ def any_frames(rng: np.random.Generator, taxels: int, word_bits: int, count: int
         user = (user + int(rng.choice([1, 1, 1, 1, 2, 0]))) % 65536
         length = int(rng.choice([taxels] * 6 + [1, taxels - 1, taxels + 1, 3 * taxels]))
         frames.append(Frame(np.resize(before, length).tolist(), user))
-        if length != taxels:
-            before = np.array(frames[-2].words[:taxels]) if len(frames) > 1 and len(frames[-2].words) == taxels else before
     return frames
 
 
-def play(design: Design, seed: int, stall_in=flowing, stall_out=flowing, count: int = 8) -> tuple[Seen, Expected]:
+def play(design: Design, seed: int, stall_in=flowing, stall_out=flowing, count: int = 5) -> tuple[Seen, Expected]:
     """Random settings, tables, frames, tares and resets."""
     rng = np.random.default_rng(seed)
     unit = FrontEnd(design)
@@ -145,8 +142,199 @@ def play(design: Design, seed: int, stall_in=flowing, stall_out=flowing, count: 
 SIZES = ((2, 2), (2, 3), (3, 3), (3, 5))
 
 
-@pytest.mark.parametrize("seed", [*range(16), *long(*range(16, 200))])
+@pytest.mark.parametrize("seed", [*range(6), *long(*range(6, 200))])
 def test_random_sessions(seed):
     design = make(*SIZES[seed % 4], bits=8 + seed % 9)
-    stalls = [(flowing, flowing), (random_stalls, flowing), (flowing, random_stalls), (bursts, bursts)][seed // 4 % 4]
-    compare(*play(design, seed, *stalls), seed)
+    stalls = [(flowing, flowing), (random_stalls, flowing), (flowing, random_stalls), (bursts, bursts)]
+    compare(*play(design, seed, *stalls[(seed // 4 + seed) % 4]), seed)
+
+
+def transparent(design: Design, **more: int) -> Session:
+    session = Session(FrontEnd(design))
+    session.set(Settings(design.adc.bits), **more)
+    return session
+
+
+def numbered(count: int, taxels: int = 6, first: int = 0) -> list[Frame]:
+    """Frames of different words."""
+    rng = np.random.default_rng(count)
+    return [Frame(words(rng.integers(-8000, 8000, taxels)), first + number) for number in range(count)]
+
+
+def signed(frames: list[Frame]) -> list[list[int]]:
+    return [np.array(frame.words, dtype=np.uint16).astype(np.int16).tolist() for frame in frames]
+
+
+@pytest.mark.parametrize("bits", [8, 14, 16])
+def test_words_are_codes_after_a_reset(bits):
+    top = 1 << (bits - 1)
+    session = transparent(make(bits=bits))
+    frame = Frame(words([0, 1, -1, top - 1, -top, top // 2]))
+    session.frames(frame)
+    assert session.play().codes == signed([frame])
+
+
+@pytest.mark.parametrize("size", [(2, 2), (2, 3), (5, 5)])
+@pytest.mark.parametrize("repairs", [0, 1, 2])
+def test_cycles_are_the_promised_ones(size, repairs):
+    """Of frames with a pause between them, and without; a taxel a cycle."""
+    design = make(*size)
+    m = design.sensor.taxels
+    terms = [HEADER | 1 << PLACE, ONE - 1, 2 << PLACE | 7] * repairs
+    tables = Tables(np.zeros(m, np.int64), np.full(m, 32768), np.array(terms, dtype=np.int64))
+    unit = FrontEnd(design)
+    session = Session(unit)
+    session.set(Settings(14), tables)
+    for frame in numbered(3, m):
+        session.frames(frame)
+        session.check("busy", 0)
+    session.frames(*numbered(12, m))
+    seen = session.play()
+    last, first = np.array(seen.taken[m - 1 :: m]), np.array(seen.given[::m])
+    late = Repair.cycles(len(terms), repairs)
+    assert (first - last)[:3].tolist() == [unit.latency + late] * 3
+    assert (np.array(seen.given[m - 1 :: m]) - first == m - 1).all(), "a code a cycle"
+    assert (np.diff(seen.taken[:m]) == 1).all(), "a taxel a cycle"
+    assert np.diff(first[-4:]).max() <= unit.interval(len(terms), repairs)
+
+
+def test_a_frame_that_goes_on_or_ends_early_leaves_no_trace():
+    frames = numbered(6)
+    short, long_one = Frame(frames[1].words[:5], 1), Frame(frames[2].words * 3, 2)
+    session = transparent(make(), check_sequence=1, stuck_frames=2)
+    session.frames(frames[0], short, long_one, Frame(frames[0].words[:1], 3), *frames[4:])
+    seen = session.play()
+    assert seen.codes == signed([frames[0], *frames[4:]])
+    assert [each["sequence"] for each in seen.facts] == [0, 4, 5]
+    assert seen.events == {"accepted": 3, "dropped": 3, "short_frame": 2, "long_frame": 1}
+
+
+@pytest.mark.parametrize("taken", [1, 3, 5])
+def test_the_rest_of_a_frame_that_a_reset_cut_is_skipped(taken):
+    frames = numbered(3)
+    session = transparent(make())
+    session.frames(Frame(frames[0].words[:taken], ends=False))
+    session.reset(skip=True, drained=False)
+    session.frames(Frame(frames[0].words[taken:]), *frames[1:])
+    seen = session.play()
+    assert seen.codes == signed(frames[1:])
+    assert [each["sequence"] for each in seen.facts] == [0, 1]
+    assert seen.events == {"accepted": 2}
+
+
+def test_a_reset_without_a_frame_skips_nothing():
+    frames = numbered(3)
+    session = transparent(make())
+    session.frames(Frame(frames[0].words[:2], ends=False))
+    session.reset(skip=False, drained=False)
+    session.frames(*frames)
+    assert session.play().codes == signed(frames)
+
+
+def test_a_tare_that_a_reset_cuts_leaves_the_offsets():
+    design = make()
+    tables = Tables(np.arange(6) * 8, np.full(6, 32768), np.zeros(0, np.int64))
+    session = Session(FrontEnd(design))
+    session.set(Settings(14, log2_tare=0), tables)
+    session.pulse("tare")
+    session.frames(Frame(words([999] * 5), ends=False))
+    session.reset(skip=True, drained=False)
+    frame = Frame(words([100] * 6))
+    session.frames(Frame(words([999])), frame)
+    assert session.play().codes == [(100 - np.arange(6)).tolist()]
+
+
+def test_a_tare_becomes_the_offsets_that_software_reads():
+    session = transparent(make(), log2_tare=1)
+    session.pulse("tare")
+    session.check("taring", 1)
+    session.frames(Frame(words([1, 2, 3, -4, 5, 6])), Frame(words([2, 2, 3, -5, 5, 8])))
+    session.check("taring", 0)
+    for place in range(6):
+        session.read(OFFSETS, place)
+        session.read(GAINS, place)
+    session.read(REPAIRS, 0)
+    session.frames(Frame(words([2, 2, 2, 2, 2, 2])))
+    seen = session.play()
+    offsets = [12, 16, 24, -36, 40, 56]  # 1/8 of a code each
+    assert seen.values == [value % (1 << 32) for o in offsets for value in (o, 32768)] + [0]
+    assert seen.codes == [[1, 0, -1, 7, -3, -5]]  # halves go up
+
+
+def test_late_frames_are_dropped_whole_or_wait():
+    """The core takes nothing: with drop_late, two frames wait and the others are dropped."""
+
+    def never(rng):
+        yield from [True] * 400
+        while True:
+            yield False
+
+    frames = numbered(5)
+    for drop in (0, 1):
+        session = Session(FrontEnd(make()), stall_out=never)
+        session.set(Settings(14), drop_late=drop)
+        session.frames(*frames)
+        seen = session.play()
+        assert seen.codes == signed(frames[: 2 if drop else 5])
+        assert seen.events["input_overflow"] == seen.events["dropped"] == 3 * drop
+        assert (seen.taken[-1] < 100) == bool(drop)
+
+
+def test_nothing_is_taken_while_the_unit_does_not_run():
+    session = transparent(make())
+    session.frames(*numbered(1))
+    session.set(Settings(14))
+    session.steps.append(lambda ctx: held(ctx, session))
+    session.frames(*numbered(1))
+    assert len(session.play().codes) == 2
+
+
+async def held(ctx, session: Session) -> None:
+    ctx.set(session.unit.settings.run, 0)
+    await ctx.tick()
+    assert not ctx.get(session.unit.i.ready)
+    ctx.set(session.unit.settings.run, 1)
+
+
+def test_a_simulated_error_is_in_the_next_frame_alone():
+    session = transparent(make(), log2_average=1)
+    session.frames(*numbered(2))
+    session.check("busy", 0)
+    session.pulse("simulate")
+    session.frames(*numbered(4))
+    assert [each["flags"]["simulated"] for each in session.play().facts] == [0, 1, 0]
+
+
+def test_the_time_of_the_first_taxel():
+    session = transparent(make())
+    unit = session.unit
+
+    async def clock(ctx):
+        for now in range(1, 10_000):
+            ctx.set(unit.time, now)
+            await ctx.tick()
+
+    session.background.append(clock)
+    session.frames(*numbered(4))
+    seen = session.play()
+    assert [each["started"] for each in seen.facts] == seen.taken[::6]
+
+
+@pytest.mark.parametrize("bits", [6, 7, 17])
+def test_other_converters_are_refused(bits):
+    with pytest.raises(ValueError, match=rf"^adc.bits: 8 to 16 are supported with the front end, got {bits}$"):
+        FrontEnd(make(bits=bits))
+
+
+@pytest.mark.parametrize("what", ["codes", "facts", "events", "faulty taxels"])
+def test_a_corrupted_value_is_noticed(what):
+    seen, expected = play(make(), 3, count=4)
+    compare(seen, expected)
+    {
+        "codes": lambda: seen.codes[-1].__setitem__(2, seen.codes[-1][2] ^ 1),
+        "facts": lambda: seen.facts[0]["flags"].__setitem__("stuck", 1 - seen.facts[0]["flags"]["stuck"]),
+        "events": lambda: seen.events.update(["saturation"]),
+        "faulty taxels": lambda: seen.faulty[-1].__setitem__("index", 63),
+    }[what]()
+    with pytest.raises(AssertionError, match=f"{what} differ"):
+        compare(seen, expected)
