@@ -1,0 +1,29 @@
+"""A converter's word as a number, with what is wrong with it."""
+
+from __future__ import annotations
+
+from amaranth import Cat, Const, Value
+
+from tfra.hdl.front_end.ports import WORD
+
+_FEWEST = 8
+"""Bits of the shortest words."""
+
+
+def reading(word: Value, word_bits: Value, is_unsigned: Value) -> tuple[Value, Value, Value]:
+    """Signed value of ``word`` times 2^(16 - ``word_bits``), 17 bits; whether it is saturated, and out of range.
+
+    Combinational.  A word is saturated at both ends of its range, and out of range if the bits above are no extension
+    of it.
+    """
+    moved = (word << (WORD - word_bits)[:4])[:WORD]
+    top = moved[-1]
+    # Both ends have all bits set but for the sign, which an unsigned word has the other way round.
+    ones = moved[:-1] ^ (top ^ is_unsigned).replicate(WORD - 1)
+    unused = Cat(word_bits < WORD - place for place in range(WORD - _FEWEST))
+    saturated = (ones | Cat(unused, Const(0, _FEWEST - 1))).all()
+    extension = word ^ (word[-1] & ~is_unsigned).replicate(WORD)
+    above = Cat(word_bits <= place for place in range(_FEWEST, WORD))
+    sign = Cat(word_bits == place + 1 for place in range(_FEWEST - 1, WORD)) & (~is_unsigned).replicate(9)
+    outside = (extension[_FEWEST:] & above).any() | (extension[_FEWEST - 1 :] & sign).any()
+    return Cat(moved, top & ~is_unsigned).as_signed(), saturated, outside

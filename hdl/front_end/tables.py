@@ -1,0 +1,91 @@
+"""Offsets and gains of all taxels, and the way of software to them and to the table of repairs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Cat, Module, Mux, Signal, signed
+from amaranth.lib import data, wiring
+from amaranth.lib.memory import Memory
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.bus.map import BITS
+from tfra.hdl.front_end.ports import TABLES
+from tfra.hdl.lib.arithmetic import counter_shape
+from tfra.hdl.lib.pipeline import READ, register
+from tfra.model.fixed.front_end import DEVIATION, GAIN, UNITY, repair_places
+
+OFFSETS, GAINS, REPAIRS = range(3)
+"""Kinds of tables, as in CALIBRATION_PLACE."""
+
+_HALF = data.ArrayLayout(DEVIATION, 2)
+"""Offset and gain of a taxel: halves of a word of memory, which software writes one by one."""
+
+
+class Tables(wiring.Component):
+    """Two pages of offsets and gains: a tare writes the page that is not in use, which is used when it is complete.
+
+    A reset leaves the page that is in use.  Software writes while no frame comes.
+
+    Members:
+        software: of software.
+        taxel, index: in, a taxel whose entry is wanted; ``offset``, ``gain``: out, ``READ`` cycles later.
+        tare: in, ``place`` gets the new offset ``mean``, and keeps the gain that is being read out.
+        turn: in, all offsets of a tare are written.
+        repair: out, software writes ``software.data`` to ``repair_place`` of the table of repairs.
+    """
+
+    latency = READ
+
+    def __init__(self, taxels: int) -> None:
+        index, repair = In(counter_shape(taxels - 1)), counter_shape(repair_places(taxels) - 1)
+        super().__init__(
+            {
+                "software": In(TABLES),
+                "taxel": In(1),
+                "index": index,
+                "offset": Out(signed(DEVIATION)),
+                "gain": Out(GAIN),
+                "tare": In(1),
+                "place": index,
+                "mean": In(signed(DEVIATION)),
+                "turn": In(1),
+                "repair": Out(1),
+                "repair_place": Out(repair),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        depth = 2 << len(self.index)
+        m.submodules.entries = entries = Memory(shape=_HALF, depth=depth, init=[[0, UNITY]] * depth)
+        read, write = entries.read_port(), entries.write_port(granularity=1)
+        page = Signal(reset_less=True)
+        place = Signal(max(len(self.index), len(self.repair_place)), reset_less=True)
+        own = self.software
+        with m.If(self.turn):
+            m.d.sync += page.eq(~page)
+        with m.If(own.data_written):
+            m.d.sync += place.eq(place + 1)
+        with m.If(own.place_written):
+            m.d.sync += place.eq(own.index)
+        chosen = [own.data_written & (own.kind == kind) for kind in (OFFSETS, GAINS, REPAIRS)]
+        here = place[: len(self.index)]
+        entry = register(m, read.data, "entry")
+        m.d.comb += [
+            read.addr.eq(Cat(Mux(self.taxel, self.index, here), page)),
+            *(self.offset.eq(entry[OFFSETS].as_signed()), self.gain.eq(entry[GAINS])),
+            write.en.eq(Mux(self.tare, 0b11, Cat(chosen[:REPAIRS]))),
+            write.addr.eq(Mux(self.tare, Cat(self.place, ~page), Cat(here, page))),
+            write.data[OFFSETS].eq(Mux(self.tare, self.mean.as_unsigned(), own.data)),
+            write.data[GAINS].eq(Mux(self.tare, self.gain, own.data[:GAIN])),
+            *(self.repair.eq(chosen[REPAIRS]), self.repair_place.eq(place)),
+        ]
+        offset = Signal(signed(BITS))
+        m.d.comb += offset.eq(read.data[OFFSETS].as_signed())
+        with m.Switch(own.kind):
+            with m.Case(OFFSETS):
+                m.d.comb += own.value.eq(offset)
+            with m.Case(GAINS):
+                m.d.comb += own.value.eq(read.data[GAINS])
+        return m
