@@ -31,7 +31,8 @@ class Unpack(wiring.Component):
         taxels: of a frame.
         per_beat: taxels in a beat.
 
-    Members: ``i``: stream in, beats; ``o``: stream out, taxels.  Neither ``i.ready`` nor ``o.valid`` depends on an input.
+    Members: ``i``: stream in, beats; ``o``: stream out, taxels.  Neither ``i.ready`` nor ``o.valid`` depends on an
+    input.
     """
 
     def __init__(self, taxels: int, per_beat: int) -> None:

@@ -1,52 +1,43 @@
-"""CRC-32 of a sequence of words."""
+"""CRC-32 of words."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, Value
+from amaranth import Module, Signal
 from amaranth.lib import wiring
+from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS, BYTES
-
-POLYNOMIAL = 0xEDB88320
-"""Of zlib, Ethernet and PNG, its lowest bit first."""
+from tfra.hdl.lib.pipeline import register
 
 
-class Crc32(wiring.Component):
-    """CRC-32 of 32-bit words, lowest byte first, a byte a cycle; 0 before the first word.
+class Crc(wiring.Component):
+    """CRC-32, that of zlib, Ethernet and PNG, of words whose lowest byte comes first; a byte a cycle.
 
-    Members:
-        clear: in, begins anew.
-        word, written: in, ``written`` is high for a cycle; the next word comes ``interval`` cycles later, or after that.
-        crc: out, ``latency`` cycles after ``written``.
+    Words may come every ``interval`` cycles.  ``latency`` counts cycles from a word to its CRC.
+
+    Members: ``word``, ``start``: in; ``restart``: in, forgets all words; ``crc``: of the words so far, 0 without any;
+    ``done``: out, a pulse when it covers the last word.
     """
 
     interval = BYTES
-    latency = BYTES + 1
+    latency = 1 + BYTES
 
     def __init__(self) -> None:
-        super().__init__({"clear": In(1), "word": In(BITS), "written": In(1), "crc": Out(BITS)})
+        super().__init__({"word": In(BITS), "start": In(1), "restart": In(1), "crc": Out(BITS), "done": Out(1)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        crc = Signal(BITS)
-        left = Signal(BITS, reset_less=True)
-        bytes_left = Signal(BYTES)
-        m.d.comb += self.crc.eq(crc)
-        m.d.sync += [left.eq(left >> 8), bytes_left.eq(bytes_left >> 1)]
-        with m.If(bytes_left[0]):
-            m.d.sync += crc.eq(~self._step(~crc ^ left[:8]))
-        with m.If(self.written):
-            m.d.sync += [left.eq(self.word), bytes_left.eq(~0)]
-        with m.If(self.clear):
-            m.d.sync += [crc.eq(0), bytes_left.eq(0)]
+        m.submodules.crc = crc = CRC32_ISO_HDLC(data_width=8).create()
+        rest = Signal(BITS, reset_less=True)
+        left = Signal(BYTES)  # a one for each byte
+        m.d.sync += [rest.eq(rest[8:]), left.eq(left[1:])]
+        with m.If(self.start):
+            m.d.sync += [rest.eq(self.word), left.eq(-1)]
+        m.d.comb += [
+            *(crc.data.eq(rest[:8]), crc.valid.eq(left[0]), crc.start.eq(self.restart), self.crc.eq(crc.crc)),
+            self.done.eq(register(m, left == 1, "done", control=True)),
+        ]
         return m
-
-    @staticmethod
-    def _step(value: Value) -> Value:
-        """Eight steps of the division by the polynomial."""
-        for _ in range(8):
-            value = Cat(value[1:], 0) ^ Mux(value[0], POLYNOMIAL, 0)
-        return value

@@ -1,130 +1,94 @@
-"""Frames of the output: a head, then the words of the core."""
+"""Facts and results of a frame become an output frame of 32-bit words."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Const, Module, Mux, Signal
+from amaranth import Cat, Const, Module, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.ports import FACTS
-from tfra.hdl.interface.ports import result
-from tfra.hdl.ip.beats import OUTPUT
-from tfra.hdl.lib.arithmetic import counter_shape
-from tfra.hdl.lib.pipeline import register
+from tfra.hdl.interface import ports
+from tfra.hdl.ip.ports import ANSWER
+from tfra.hdl.lib.arithmetic import during
+from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.hdl.lib.streams import PerFrameQueue
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
 
-HEAD = 2
-"""Beats of the head."""
+FORMAT = 1
+"""Version of the output frame."""
+FRAMES = 8
+"""Frames whose facts wait: at least as many as a core holds, or it would wait for them."""
 
-FORM = 1
-"""Number of this form of frames, in the highest byte of the head's second beat."""
+FAULTS = {"saturation": 2, "sequence_gap": 5, "simulated": 7, "out_of_range": 8, "stuck": 9}
+"""Places of the flags in the second word, which are those of ERRORS."""
 
-FRAMES = 15
-"""Frames between the front end and the last beat of their result, at most."""
-
-
+_FORMAT_PLACE = 24
 
 
 class Framer(wiring.Component):
-    """Puts the facts of a frame before its words, and leaves out those of the forces if nobody wants them.
+    """Two words of facts, then the words of the result, extended by their sign.
 
-    Arguments:
-        design: of the core, whose words have at most 32 bits; ``ValueError`` is raised for others.
-        flags: bit of each of ``FLAGS`` in the head's second beat.
+    =========  ==========================================================================================
+    SEQUENCE   sends the frame's sequence, and its number; decides whether it has the forces at the taxels
+    FAULTS     sends the flags and the format
+    WORDS      sends the words of the core, or drops those of forces
+    =========  ==========================================================================================
 
-    Members:
-        facts: stream in, one transfer a frame, before its first word.
-        result: stream in, words of the core.
-        taxel_forces: in, a frame that begins has the forces at the taxels.
-        time: in, counts cycles.
-        o: stream out.
-        done: out, a pulse: the last word of a frame is taken from the core.
-        saturated: out, with ``done``: a taxel or a result was.
-        limited: out, with ``done``: as the core's status says.
-        cycles: out, with ``done``: since the frame's first taxel.
-        frames: out, frames are in the core, or their results in the unit.
+    Raises ``ValueError`` for result words that don't fit.
+
+    Members: ``facts``, ``result``: streams in; ``taxel_forces``: in, a setting; ``o``: stream out, combinational from
+    ``result``; ``saturated``: out, the result that ends reports it, or its frame was; ``busy``: out, a frame is there.
     """
 
-    def __init__(self, design: Design, flags: dict[str, int]) -> None:
+    def __init__(self, design: Design) -> None:
         if design.word_bits > BITS:
-            raise ValueError(f"formats: a result word of at most {BITS} bits fits the output, got {design.word_bits}")
-        self._design, self._flags = design, flags
+            raise ValueError(f"result words of {BITS} bits at most are supported, got {design.word_bits}")
+        self._words = design.frame_words
+        field = next((field for field in design.layout if field.name == "forces"), None)
+        self._forces = range(0) if field is None else range(field.start, field.start + field.count)
         super().__init__(
             {
                 "facts": In(stream.Signature(FACTS)),
-                "result": In(stream.Signature(result(design))),
+                "result": In(stream.Signature(ports.result(design))),
                 "taxel_forces": In(1),
-                "time": In(BITS),
-                "o": Out(stream.Signature(OUTPUT)),
-                **dict.fromkeys(("done", "saturated", "limited", "frames"), Out(1)),
-                "cycles": Out(BITS),
+                "o": Out(stream.Signature(ANSWER)),
+                "saturated": Out(1),
+                "busy": Out(1),
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.queue = queue = PerFrameQueue(FACTS, (), FRAMES)
-        m.d.comb += [queue.i.payload.eq(self.facts.payload), queue.i.valid.eq(self.facts.valid)]
-        m.d.comb += self.facts.ready.eq(queue.i.ready)
-        facts, beat, word = queue.o.payload, self.o.payload, self.result.payload
-        sends = Signal(init=1)  # the word goes out
-        ends = self.result.valid & self.result.ready & word.last
+        wiring.connect(m, wiring.flipped(self.facts), queue.i)
+        facts, result, o = queue.o.p, self.result, self.o
+        kept = Signal(init=1)  # the frame has its forces
+        number, _ = wrapping_counter(m, result.valid & result.ready, self._words, "number")
+        drop = ~kept & during(number, self._forces) if self._forces else Const(0)
+        m.d.comb += [self.busy.eq(queue.o.valid), o.p.started.eq(facts.started)]
         with m.FSM():
-            with m.State("NUMBER"):
-                m.d.comb += [beat.data.eq(Cat(facts.sequence, facts.user)), self.o.valid.eq(queue.o.valid)]
-                with m.If(self.o.valid & self.o.ready):
-                    m.next = "FLAGS"
-            with m.State("FLAGS"):
-                m.d.comb += [beat.data.eq(self._second(facts.flags)), self.o.valid.eq(1)]
-                with m.If(self.o.ready):
+            with m.State("SEQUENCE"):
+                m.d.comb += [o.valid.eq(queue.o.valid), o.p.data.eq(Cat(facts.sequence, facts.user))]
+                with m.If(o.valid & o.ready):
+                    m.d.sync += kept.eq(self.taxel_forces)
+                    m.next = "FAULTS"
+            with m.State("FAULTS"):
+                m.d.comb += [o.valid.eq(1), o.p.data.eq(FORMAT << _FORMAT_PLACE)]
+                m.d.comb += [o.p.data[place].eq(facts.flags[name]) for name, place in FAULTS.items()]
+                with m.If(o.ready):
                     m.next = "WORDS"
             with m.State("WORDS"):
+                ends = result.valid & result.ready & result.p.last
+                limited = result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
                 m.d.comb += [
-                    *(beat.data.eq(word.data.as_signed()), beat.last.eq(word.last)),
-                    self.o.valid.eq(self.result.valid & sends),
-                    self.result.ready.eq(self.o.ready | ~sends),
-                    queue.o.ready.eq(ends),
+                    *(o.valid.eq(result.valid & ~drop), result.ready.eq(o.ready | drop)),
+                    *(o.p.data.eq(result.p.data), o.p.last.eq(result.p.last), queue.o.ready.eq(ends)),
+                    self.saturated.eq(ends & (facts.flags.saturation | limited.any())),
                 ]
                 with m.If(ends):
-                    m.next = "NUMBER"
-        self._select(m, sends)
-        self._tell(m, ends, facts)
-        m.d.comb += self.frames.eq(queue.o.valid)
+                    m.next = "SEQUENCE"
         return m
-
-    def _second(self, flags: Any) -> Any:
-        places: list[Any] = [Const(0, 1)] * (BITS - 8)
-        for name, place in self._flags.items():
-            places[place] = flags[name]
-        return Cat(*places, Const(FORM, 8))
-
-    def _select(self, m: Module, sends: Signal) -> None:
-        """Follow the words of a frame; the forces are one run of them."""
-        forces = next((field for field in self._design.layout if field.name == "forces"), None)
-        if forces is None:
-            return
-        wanted = Signal(init=1, reset_less=True)
-        number = Signal(counter_shape(self._design.frame_words - 1))
-        taken = self.result.valid & self.result.ready
-        following = Mux(self.result.payload.last, 0, number + 1)
-        inside = (following >= forces.start) & (following < forces.start + forces.count)
-        with m.If(taken):
-            m.d.sync += [number.eq(following), sends.eq(wanted | ~inside)]
-        with m.If((number == 0) & ~taken):
-            m.d.sync += wanted.eq(self.taxel_forces)
-
-    def _tell(self, m: Module, ends: Any, facts: Any) -> None:
-        status = self.result.payload.data
-        bits = [int(flag).bit_length() - 1 for flag in (Status.INPUT_SATURATED, Status.OUTPUT_SATURATED)]
-        limited = Cat(status[bit] for bit in bits).any()
-        m.d.comb += [
-            self.done.eq(register(m, ends, "done", control=True)),
-            self.limited.eq(register(m, ends & limited, "limited", control=True)),
-            self.saturated.eq(register(m, ends & (limited | facts.flags.saturation), "saturated", control=True)),
-            self.cycles.eq(register(m, self.time - facts.started, "cycles")),
-        ]
