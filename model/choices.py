@@ -185,7 +185,7 @@ TAXELS_PER_BEAT = (1, 2, 4)
 
 @dataclass(frozen=True, slots=True)
 class Bus:
-    """The streams and registers around the core: ``taxels_per_beat`` of the input stream, one of ``TAXELS_PER_BEAT``."""
+    """The streams around the core: ``taxels_per_beat`` of the input, one of ``TAXELS_PER_BEAT``."""
 
     taxels_per_beat: int = 1
 

@@ -1,0 +1,181 @@
+"""Verilog of the core behind buses: ``NAME_axi``, with registers on AXI4-Lite and frames on AXI4-Stream."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from amaranth import ClockDomain, ClockSignal, Instance, Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.codegen.header import comment, section, wrapped
+from tfra.codegen.registers.source import register_map
+from tfra.codegen.registers.values import parameters
+from tfra.codegen.sidecar import ports, sidecar
+from tfra.codegen.verilog import plain_verilog, to_rtlil
+from tfra.hdl.bus.map import BITS, BYTES
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.front_end.ports import NUMBER, WORD
+from tfra.hdl.ip.framer import FAULTS, FORMAT
+from tfra.hdl.ip.wrapper import Wrapper
+from tfra.model.fixed.design import Design
+
+Port = tuple[str, str, int, str]
+"""Name, direction, bits, meaning."""
+
+RULES = {
+    "clock": "every port belongs to aclk and counts at its rising edge",
+    "reset": "aresetn is synchronous, active low, and needed for one cycle at least after power-up",
+    "streams": "AXI4-Lite and AXI4-Stream; no output depends on an input of the same cycle",
+}
+
+
+def wrapper(design: Design) -> Wrapper:
+    """Everything around the core of ``design``; raises ``ValueError`` for a converter that does not fit.
+
+    Raises ``InputError`` without the compiler of the register map.
+    """
+    loaded = microarchitecture(design).loaded is not None
+    return Wrapper(design, register_map(parameters(design)), loaded=loaded)
+
+
+def module_name(design: Design) -> str:
+    """Name of the wrapper's module."""
+    return f"{design.name}_axi"
+
+
+def wrapper_ports(design: Design) -> list[Port]:
+    """Ports of the module in order."""
+    return [
+        ("aclk", "in", 1, "clock, rising edge"),
+        ("aresetn", "in", 1, "synchronous reset, active low"),
+        *_axi_lite(),
+        ("s_axis_tdata", "in", WORD * design.bus.taxels_per_beat, f"taxels, {WORD} bits each, the first one lowest"),
+        ("s_axis_tuser", "in", NUMBER, "number of the frame, read with its last beat"),
+        ("s_axis_tlast", "in", 1, "last beat of a frame"),
+        ("s_axis_tvalid", "in", 1, ""),
+        ("s_axis_tready", "out", 1, ""),
+        ("m_axis_tdata", "out", BITS, "word of an output frame"),
+        ("m_axis_tuser", "out", 1, "with the last word: a soft reset cut the frame"),
+        ("m_axis_tlast", "out", 1, "last word of a frame"),
+        ("m_axis_tvalid", "out", 1, ""),
+        ("m_axis_tready", "in", 1, ""),
+        ("interrupt", "out", 1, "a level, high while an enabled event is pending"),
+    ]
+
+
+def _axi_lite() -> Iterator[Port]:
+    channels = {
+        "aw": ("in", {"addr": 8, "prot": 3}),
+        "w": ("in", {"data": BITS, "strb": BYTES}),
+        "b": ("out", {"resp": 2}),
+        "ar": ("in", {"addr": 8, "prot": 3}),
+        "r": ("out", {"data": BITS, "resp": 2}),
+    }
+    for name, (direction, words) in channels.items():
+        back = "out" if direction == "in" else "in"
+        for key, bits in {**words, "valid": 1}.items():
+            yield f"s_axi_{name}{key}", direction, bits, ""
+        yield f"s_axi_{name}ready", back, 1, ""
+
+
+class Top(wiring.Component):
+    """The wrapper under the standard's port names, and the core as a module from elsewhere."""
+
+    def __init__(self, design: Design) -> None:
+        self._design, self._wrapper = design, wrapper(design)
+        self._ports = wrapper_ports(design)
+        super().__init__({name: (In if way == "in" else Out)(bits) for name, way, bits, _ in self._ports})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.domains.sync = sync = ClockDomain()
+        m.submodules.core = inner = self._wrapper
+        m.d.comb += [sync.clk.eq(self.aclk), sync.rst.eq(~self.aresetn)]
+        inputs, outputs = self._wired(inner)
+        m.d.comb += [inputs[name].eq(getattr(self, name)) for name in inputs]
+        m.d.comb += [getattr(self, name).eq(value) for name, value in outputs.items()]
+        m.submodules.instance = Instance(self._design.name, **self._core(inner))
+        return m
+
+    @staticmethod
+    def _wired(inner: Wrapper) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Inputs and outputs of the wrapper by the names of the ports."""
+        axi, frames, results = inner.axi, inner.frames, inner.results
+        inputs: dict[str, Any] = {}
+        outputs: dict[str, Any] = {"interrupt": inner.interrupt}
+        for name, member in axi.signature.members.items():
+            (inputs if member.flow is In else outputs)[f"s_axi_{name}"] = getattr(axi, name)
+        inputs |= {"s_axis_tdata": frames.p.words.as_value(), "s_axis_tuser": frames.p.user}
+        inputs |= {"s_axis_tlast": frames.p.last, "s_axis_tvalid": frames.valid, "m_axis_tready": results.ready}
+        outputs |= {"s_axis_tready": frames.ready, "m_axis_tvalid": results.valid}
+        outputs |= {f"m_axis_t{name}": results.p[name] for name in ("data", "user", "last")}
+        return inputs, outputs
+
+    @staticmethod
+    def _core(inner: Wrapper) -> dict[str, Any]:
+        """Pins of the core's instance."""
+        pins = {"i_clk": ClockSignal(), "i_rst": inner.core_reset}
+        pins |= {"i_taxel_data": inner.taxel.p, "i_taxel_valid": inner.taxel.valid, "o_taxel_ready": inner.taxel.ready}
+        pins |= {"o_result_data": inner.result.p.data, "o_result_last": inner.result.p.last}
+        pins |= {"o_result_valid": inner.result.valid, "i_result_ready": inner.result.ready}
+        if "load" in inner.signature.members:
+            load = inner.load
+            pins |= {"i_load_data": load.p, "i_load_valid": load.valid, "o_load_ready": load.ready}
+        return pins
+
+
+def wrapper_verilog(design: Design) -> str:
+    """Verilog of the module ``NAME_axi``, which has one instance of the core's, ``NAME``; the same text always.
+
+    Raises ``ValueError`` for a converter of fewer than 8 or more than 16 bits or a result word beyond 32,
+    ``InputError`` without the compiler of the register map, ``ToolError`` when yosys fails.
+    """
+    name, top = module_name(design), Top(design)
+    order = [port for port, *_ in wrapper_ports(design)]
+    return header(design) + plain_verilog(to_rtlil(top, name), name, order, [_stub(design)])
+
+
+def _stub(design: Design) -> str:
+    """The core's module without content."""
+    rows = ports(design, microarchitecture(design).loaded is not None)
+    words = {"in": "input", "out": "output"}
+    pins = ",\n".join(f"  {words[row['direction']]} [{row['bits'] - 1}:0] {row['name']}" for row in rows)
+    return f"module {design.name} (\n{pins}\n);\nendmodule\n"
+
+
+def header(design: Design) -> str:
+    """Comment at the head: ports, rules, frames, and where the registers are described."""
+    facts = sidecar(design)
+    lines = [
+        f"Core {facts['name']} behind AXI, generated by {facts['generator']}; do not edit.",
+        f"Configuration SHA-256: {facts['configuration_sha256']}",
+        "",
+        *wrapped(f"Module {module_name(design)} has one instance of {design.name}, which is in {design.name}.v."),
+        *section("Ports", (f"{name:<15}{way:<5}{bits:>3}  {note}" for name, way, bits, note in wrapper_ports(design))),
+        *section("Rules", (line for name, text in RULES.items() for line in wrapped(f"{name}: {text}.", 2))),
+        *section("Frames in", _frames_in(design)),
+        *section("Frames out", _frames_out(design)),
+        *section("Registers", ("those of registers/tfra.h, from address 0 on; CONTROL.run = 1 starts the core",)),
+    ]
+    return comment(lines)
+
+
+def _frames_in(design: Design) -> Iterator[str]:
+    sensor, beat = design.sensor, design.bus.taxels_per_beat
+    beats = -(-sensor.taxels // beat)
+    yield f"{sensor.rows} x {sensor.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last beat"
+    yield f"a word has {design.adc.bits} bits after a reset, two's complement, in the low bits of its {WORD}"
+    yield "a frame of another length is dropped and counted"
+
+
+def _frames_out(design: Design) -> Iterator[str]:
+    yield "word 0: bits 15:0 sequence, which counts frames that came, good or bad; bits 31:16 TUSER of the frame"
+    flags = ", ".join(f"{place} {name}" for name, place in FAULTS.items())
+    yield f"word 1: faults of the frame, bits {flags}; bits 31:24 format, {FORMAT}"
+    last = design.frame_words + 1
+    yield f"words 2..{last}: the words of {design.name}.v, extended to 32 bits by their signs; TLAST with the last"
+    if any(field.name == "forces" for field in design.layout):
+        yield "CONTROL.taxel_forces = 0 leaves the forces at the taxels out"
+    yield "TUSER = 1 with TLAST: a soft reset cut this frame"
