@@ -55,15 +55,19 @@ def verilog(design: Design) -> dict[str, str]:
     return {f"{design.name}.v": to_verilog(design), f"{module_name(design)}.v": wrapper_verilog(design)}
 
 
-def run(design: Design, frames: Traffic, simulator: str, texts: dict[str, str], seed: int = 0) -> dict[str, Any]:
+def run(
+    design: Design, frames: Traffic, simulator: str, texts: dict[str, str], seed: int = 0, pauses: bool = True
+) -> dict[str, Any]:
     """Simulate; the frames that came back, and the registers.  Raises ``RuntimeError`` for a simulation that fails."""
-    loaded = microarchitecture(design).loaded
+    built = microarchitecture(design)
+    loaded = built.loaded
     job = {
         "frames": frames.sent,
         "expected": len(frames.answers),
         "coefficients": [] if loaded is None else loaded.tolist(),
         "control": RUN | FORCES | CHECK_SEQUENCE,
-        "pauses": True,
+        "silence": 20_000 + 20 * built.frame_latency,
+        "pauses": pauses,
         "seed": seed,
     }
     with tempfile.TemporaryDirectory() as folder:
@@ -85,7 +89,7 @@ def differences(frames: Traffic, outcome: dict[str, Any]) -> list[str]:
     back, found = outcome["back"], []
     if len(back) != len(frames.answers):
         found.append(f"{len(back)} frames came back, {len(frames.answers)} are expected")
-    for number, ((cut, words), expected) in enumerate(zip(back, frames.answers, strict=False)):
+    for number, ((cut, words, _), expected) in enumerate(zip(back, frames.answers, strict=False)):
         if cut or words != expected:
             places = [place for place, pair in enumerate(zip(words, expected, strict=False)) if pair[0] != pair[1]]
             found.append(f"frame {number}: {len(words)} words, differing at {places[:5]}, tuser {cut}")

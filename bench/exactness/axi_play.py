@@ -28,8 +28,8 @@ LOAD_DATA, LOAD_CHECKSUM, CONTROL, ERRORS = 0x80, 0x88, 0x40, 0x48
 COUNTERS = {"FRAMES_IN": 0x60, "FRAMES_OUT": 0x64, "FRAMES_DROPPED": 0x68, "FRAMES_SATURATED": 0x6C}
 STATES = {**COUNTERS, "ERRORS": ERRORS, "LOAD_COUNT": 0x84, "FRAME_CYCLES": 0x70}
 
-SILENCE = 20_000
-"""Cycles without a frame after which none is expected."""
+PERIOD = 10
+"""Of the clock, in ns."""
 
 
 @cocotb.test()
@@ -40,7 +40,7 @@ async def play(dut: Any) -> None:
     sink = AxiStreamSink(AxiStreamBus.from_prefix(dut, "m_axis"), dut.aclk, dut.aresetn, False, byte_lanes=1)
     manager = AxiLiteMaster(AxiLiteBus.from_prefix(dut, "s_axi"), dut.aclk, dut.aresetn, False)
     dut.aresetn.value = 0
-    Clock(dut.aclk, 10, unit="ns").start()
+    Clock(dut.aclk, PERIOD, unit="ns").start()
     await ClockCycles(dut.aclk, 4)
     dut.aresetn.value = 1
     await ClockCycles(dut.aclk, 2)
@@ -53,24 +53,27 @@ async def play(dut: Any) -> None:
         source.send_nowait(AxiStreamFrame(tdata=beats, tuser=user))
     ended: list[bool] = []
     reader = cocotb.start_soon(keep_reading(manager, random.Random(job["seed"]), ended))
-    back = [frame async for frame in received(dut, sink, job["expected"])]
+    back = [frame async for frame in received(dut, sink, job["expected"], job["silence"])]
     ended.append(True)
     await reader
     states = {name: await read(manager, address) for name, address in STATES.items()}
     Path("outcome.json").write_text(json.dumps({"back": back, "states": states}))
 
 
-async def received(dut: Any, sink: Any, expected: int) -> Any:
-    """Frames as they come back, ``[tuser, words]``, until none comes any more; more than expected ones, too."""
+async def received(dut: Any, sink: Any, expected: int, silence: int) -> Any:
+    """Frames as they come back, ``[tuser, words, cycle of the last word]``, until none comes for ``silence`` cycles.
+
+    More than the ``expected`` ones come after a shorter time, if at all.
+    """
     count, quiet = 0, 0
-    while quiet < (SILENCE if count < expected else 2000):
+    while quiet < (silence if count < expected else 2000):
         if sink.empty():
             await ClockCycles(dut.aclk, 50)
             quiet += 50
             continue
         frame, quiet, count = sink.recv_nowait(), 0, count + 1
         user = frame.tuser[-1] if isinstance(frame.tuser, list) else frame.tuser
-        yield [int(user), [int(word) for word in frame.tdata]]
+        yield [int(user), [int(word) for word in frame.tdata], round(frame.sim_time_end / PERIOD)]
 
 
 def pauses(rng: random.Random) -> Iterator[bool]:
