@@ -53,7 +53,7 @@ PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
   registers tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour \
-  abuse misuse accuracy
+  abuse misuse accuracy axi axi_cost
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -79,9 +79,9 @@ test-rest: $(READY) icarus chromium
 
 test-all: test test-rest
 
-campaign mixed bits formats rest signals gates mutants: GROUP := exactness
+campaign mixed bits formats rest signals gates mutants axi: GROUP := exactness
 cores schedule timing: GROUP := cycles
-estimates blocks baselines primitives registers tree rounding: GROUP := parts
+estimates blocks baselines primitives registers tree rounding axi_cost: GROUP := parts
 speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
 calibrate errors truth fem_convergence page notebook first_hour: GROUP := contacts

@@ -31,7 +31,7 @@ from tfra.codegen.schema import (
 )
 from tfra.codegen.tomlfile import read_toml
 from tfra.codegen.weightsfile import read_weights
-from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Choices, Formats, Search
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Bus, Choices, Formats, Search
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.errors import InputError, quoted
@@ -162,6 +162,8 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
         search = Search(document.search.steps, document.search.plateau_tolerance)
     with _blame(file, "formats"):
         formats = _formats(document.formats)
+    with _blame(file, "bus"):
+        bus = Bus(document.bus.taxels_per_beat)
     weights = _weights(file, document.estimator)
     trained = None if weights is None else read_weights(file.parent / weights, sensor)
     with _blame(file, ""):
@@ -174,6 +176,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
             architecture=_architecture(document.architecture, sensor),
             images=document.target.images,
             target=document.target.name,
+            bus=bus,
         )
         given = {each.name: getattr(choices, each.name) for each in fields(choices)}
         if trained is None:

@@ -44,6 +44,7 @@ def sections(design: Design, layer: LayerSpec) -> Sections:
         "formats.signals": dict(design.formats.signals),
         "architecture": {"kind": architecture.kind, **(lanes if architecture.kind == "parallel" else {})},
         "target": {"name": design.target, "images": design.images},
+        "bus": {"taxels_per_beat": design.bus.taxels_per_beat},
         "layer": {
             "poisson": layer.poisson,
             "sampling": layer.sampling,

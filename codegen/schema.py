@@ -12,7 +12,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
-from tfra.model.choices import Adc, Architecture, Images, Search
+from tfra.model.choices import Adc, Architecture, Bus, Images, Search
 from tfra.model.cover.layer import Sampling
 from tfra.model.recording import Coding, Order, Sign, Unit
 
@@ -123,6 +123,12 @@ class TargetSection(Section):
     images: Images = "inline"
 
 
+class BusSection(Section):
+    """``[bus]``: the streams around the core."""
+
+    taxels_per_beat: int = Bus().taxels_per_beat
+
+
 class EstimatorSection(Section):
     """``[estimator]``: the algorithm; of the learned one the file of its weights, and what its core gives."""
 
@@ -206,6 +212,7 @@ class Document(Section):
     formats: FormatsSection = FormatsSection()
     architecture: ArchitectureSection = ArchitectureSection()
     target: TargetSection = TargetSection()
+    bus: BusSection = BusSection()
     estimator: EstimatorSection = EstimatorSection()
     layer: LayerSection = LayerSection()
     contact: list[ContactSection] = []

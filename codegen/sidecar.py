@@ -40,9 +40,6 @@ RULES = {
 }
 """Rules of the ports, as sentences."""
 
-_CHOICES = ("name", "sensor", "adc", "estimator", "search", "formats", "architecture", "target", "memory_contents")
-"""What a configuration's hash covers, with that of the coefficients."""
-
 _FIELDS = {
     "frame": "number of the frame in the core, from 0 after a reset; it wraps",
     "exponent": "E of this frame: words in N are worth lsb times 2^-E",
@@ -129,6 +126,7 @@ def _choices(design: Design) -> dict[str, Any]:
         "architecture": form.Architecture(**asdict(design.architecture)),
         "target": design.target,
         "memory_contents": design.images,
+        "bus": form.Bus(taxels_per_beat=design.bus.taxels_per_beat),
     }
 
 

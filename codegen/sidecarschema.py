@@ -75,6 +75,10 @@ class Architecture(Part):
     vector_words: Annotated[int, Field(description="words of a vector that move in a cycle; 0 for a serial core")]
 
 
+class Bus(Part):
+    taxels_per_beat: Annotated[int, Field(description="of the wrapper's input stream")]
+
+
 class Port(Part):
     name: str
     direction: Literal["in", "out"]
@@ -170,6 +174,7 @@ class Sidecar(Part):
     architecture: Architecture
     target: Annotated[str, Field(description="family of devices")]
     memory_contents: Annotated[Images, Field(description="where the memories' contents come from")]
+    bus: Bus
     widths_bits: Annotated[dict[str, int], Field(description="word lengths inside the core")]
     ports: list[Port]
     rules: dict[str, str]

@@ -179,13 +179,28 @@ class Architecture:
     kind: str = "parallel"
 
 
+TAXELS_PER_BEAT = (1, 2, 4)
+"""Taxels that a beat of the input stream may have, 16 bits each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bus:
+    """The streams around the core: ``taxels_per_beat`` of the input, one of ``TAXELS_PER_BEAT``."""
+
+    taxels_per_beat: int = 1
+
+    def __post_init__(self) -> None:
+        reason = f"1, 2 or 4 is needed, got {self.taxels_per_beat}"
+        _require(self.taxels_per_beat in TAXELS_PER_BEAT, "taxels_per_beat", reason)
+
+
 SERIAL = Architecture(mac_lanes=0, vector_words=0, kind="serial")
 """The serial core."""
 
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """One core: sensor, converter, search, formats and architecture; ``sparse`` drops small coefficients.
+    """One core: sensor, converter, search, formats, architecture and bus; ``sparse`` drops small coefficients.
 
     ``images`` is the source of the memories' initial contents, or states that coefficients are loaded after a reset.
     ``target``, one of ``TARGETS``, chooses cells, never a result or a cycle.
@@ -202,6 +217,7 @@ class Choices:
     sparse: Filter | None = None
     images: Images = "inline"
     target: str = "portable"
+    bus: Bus = field(default_factory=Bus)
 
     def __post_init__(self) -> None:
         reason = f"one of {', '.join(TARGETS)} is needed, got {quoted(self.target)}"

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out, connect
 
 from tfra.codegen.sidecar import ports
 from tfra.codegen.sidecarschema import Port
-from tfra.codegen.verilog import plain_verilog, to_rtlil
+from tfra.codegen.verilog import declaration, plain_verilog, to_rtlil
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.uart.bridge import Bridge
@@ -111,20 +111,11 @@ class _Restart(wiring.Component):
 
 
 def _stream_ports(design: Design) -> list[Port]:
-    return [port for port in _ports(design) if port.name not in ("clk", "rst")]
-
-
-def _ports(design: Design) -> list[Port]:
-    return ports(design, microarchitecture(design).loaded is not None)
-
-
-def _declared(design: Design) -> str:
-    """The core's module with its ports alone."""
-    pins = ", ".join(f"{port.direction}put [{port.bits - 1}:0] {port.name}" for port in _ports(design))
-    return f"module {design.name} ({pins});\nendmodule\n"
+    every = ports(design, microarchitecture(design).loaded is not None)
+    return [port for port in every if port.name not in ("clk", "rst")]
 
 
 def board_verilog(design: Design, board: Board) -> str:
     """Verilog of the module ``top`` of a board; the core is in a file of its own."""
     order = ("clock", "button", "rx", "tx", "alive", "dropped", "waits")
-    return plain_verilog(to_rtlil(BoardTop(design, board), TOP), TOP, order, [_declared(design)])
+    return plain_verilog(to_rtlil(BoardTop(design, board), TOP), TOP, order, [declaration(design)])

@@ -11,8 +11,9 @@ from tfra.codegen.html import document
 from tfra.codegen.package import sheettables as tables
 from tfra.codegen.package.contents import Contents, filled
 from tfra.codegen.package.diagrams import blocks, waves
-from tfra.codegen.package.pins import input_bits, pins
 from tfra.codegen.registers.files import VENDOR
+from tfra.codegen.wrapper import ports_of
+from tfra.codegen.wrapperports import input_bits
 from tfra.hdl.uart.bridge import WORD_BYTES
 
 _SECTIONS = {
@@ -113,5 +114,5 @@ _INSTANCE = Template("  $wrapper $name (\n$pins\n  );")
 
 def instance(contents: Contents) -> str:
     """An instance of the wrapper in Verilog, with wires of the ports' names."""
-    rows = ",\n".join(f"    .{pin.name}({pin.name})" for pin in pins(contents.design))
+    rows = ",\n".join(f"    .{pin.name}({pin.name})" for pin in ports_of(contents.design))
     return _INSTANCE.substitute(wrapper=contents.wrapper, name=f"{contents.name}_0", pins=rows)

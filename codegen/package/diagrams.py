@@ -26,7 +26,7 @@ def blocks(name: str) -> str:
     parts += [_box(150, 130, 555, 46, "registers: settings, tables, coefficients, control, counters, interrupt")]
     parts += [_arrow(x + 52, 130, x + 52, 90) for _, x, _ in _BOXES]
     parts += [_text(75, 141, "s_axi", "port"), _arrow(30, 154, 150, 154)]
-    parts += [_text(757, 141, "interrupt", "port"), _arrow(705, 154, 800, 154)]
+    parts += [_text(757, 141, "irq", "port"), _arrow(705, 154, 800, 154)]
     label = f'role="img" aria-label="Blocks of {escape(name)}_axi"'
     return f'<svg class="blocks" viewBox="0 0 830 190" {label}>{"".join(parts)}</svg>'
 

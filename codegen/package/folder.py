@@ -17,9 +17,11 @@ from tfra.codegen.package.part import Part
 from tfra.codegen.package.readme import readme
 from tfra.codegen.package.vivado import vivado
 from tfra.codegen.registers.files import register_files
+from tfra.codegen.wrapper import wrapper_verilog
 from tfra.model.fixed.design import Design
 
 WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
+    lambda contents: {f"{contents.wrapper}.v": wrapper_verilog(contents.design)},
     lambda contents: register_files(contents.design),
     lambda contents: driver_files(contents.design),
     lambda contents: {**contents.cells, **contents.rules},
@@ -31,9 +33,7 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     datasheet,
     readme,
 )
-"""Each makes texts of files by their names, and sees those of the writers before it.
-
-The wrapper NAME_axi.v and the drivers come first: files that list others name those that are there.
+"""Each makes texts of files by their names, and sees those of the writers before it: some list the others' files.
 """
 
 

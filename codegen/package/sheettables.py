@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from tfra.codegen.html import grid, row
 from tfra.codegen.package.accuracy import accuracy
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.package.pins import pins
 from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
+from tfra.codegen.wrapper import ports_of
 from tfra.hdl.bus.map import Field, Kind, Register
 from tfra.model.facts import MEANINGS, words
 
@@ -29,7 +29,7 @@ def _table(label: str, header: Sequence[str], rows: Iterable[Sequence[str]], num
 
 def wrapper_ports(contents: Contents) -> str:
     """Ports of NAME_axi."""
-    rows = [(pin.name, pin.direction, f"{pin.bits}", pin.note) for pin in pins(contents.design)]
+    rows = [(pin.name, pin.direction, f"{pin.bits}", pin.note) for pin in ports_of(contents.design)]
     return _table("Ports of the wrapper", ("port", "", "bits", "meaning"), rows, [2])
 
 

@@ -39,6 +39,6 @@ def parameters(design: Design) -> dict[str, int]:
         "LATENCY_CYCLES": core.latency,
         "INTERVAL_CYCLES": core.initiation_interval,
         "LOAD_LENGTH": 0 if core.loaded is None else core.loaded.size,
-        "TAXELS_PER_BEAT": 1,
+        "TAXELS_PER_BEAT": design.bus.taxels_per_beat,
         "REPAIR_PLACES": repair_places(design.sensor.taxels),
     }

@@ -79,7 +79,7 @@ class Codes(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.codes = codes = Memory(
+        m.submodules.places = codes = Memory(
             shape=stored_code(self._design.adc.bits), depth=2 << len(self.address), init=[]
         )
         read, write = codes.read_port(), codes.write_port()

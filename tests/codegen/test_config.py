@@ -350,6 +350,7 @@ WRONG_SECTIONS = [
         "[architecture]\nmac_lanes = 3",
         "architecture.mac_lanes: a multiple of 4 up to 100 (4 parities x 25 quads) is needed, got 3",
     ),
+    ("[bus]\ntaxels_per_beat = 3", "bus.taxels_per_beat: 1, 2 or 4 is needed, got 3"),
     ('[architecture]\nkind = "serail"', "architecture.kind: one of parallel, serial is needed, got 'serail'"),
     (
         '[architecture]\nkind = "serial"\nmac_lanes = 4',

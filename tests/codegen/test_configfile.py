@@ -15,7 +15,7 @@ from tfra.codegen.config import load
 from tfra.codegen.configfile import config_text
 from tfra.codegen.cover import LayerSpec
 from tfra.codegen.weightsfile import Trained, write_weights
-from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Bus, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
@@ -39,7 +39,7 @@ def read(design: Design, folder: Path, layer: LayerSpec = LAYER) -> Design:
         PLAIN,
         replace(PLAIN, formats=FORMATS["wide"], architecture=SERIAL),
         replace(PLAIN, adc=Adc(12, 123456.789, 7), search=Search(33, 0.1), images="load", target="ecp5"),
-        replace(PLAIN, architecture=Architecture(8, 2), images="readmemh"),
+        replace(PLAIN, architecture=Architecture(8, 2), images="readmemh", bus=Bus(4)),
         replace(
             PLAIN,
             formats=replace(

@@ -34,10 +34,10 @@ foreach {name kind} {s_axi aximm s_axis axis m_axis axis} {
   ipx::associate_bus_interfaces -busif $$name -clock aclk $$core
 }
 ipx::infer_bus_interface aresetn xilinx.com:signal:reset_rtl:1.0 $$core
-ipx::infer_bus_interface interrupt xilinx.com:signal:interrupt_rtl:1.0 $$core
+ipx::infer_bus_interface irq xilinx.com:signal:interrupt_rtl:1.0 $$core
 ipx::associate_bus_interfaces -clock aclk -reset aresetn $$core
 set_property value ACTIVE_LOW [ipx::add_bus_parameter POLARITY [ipx::get_bus_interfaces aresetn -of_objects $$core]]
-set_property value LEVEL_HIGH [ipx::add_bus_parameter SENSITIVITY [ipx::get_bus_interfaces interrupt -of_objects $$core]]
+set_property value LEVEL_HIGH [ipx::add_bus_parameter SENSITIVITY [ipx::get_bus_interfaces irq -of_objects $$core]]
 
 # Registers.
 foreach map [ipx::get_memory_maps -of_objects $$core] { ipx::remove_memory_map [get_property name $$map] $$core }

@@ -91,7 +91,7 @@ class Simulated:
 
     def interrupt(self) -> bool:
         async def level() -> bool:
-            return bool(int(self._dut.interrupt.value))
+            return bool(int(self._dut.irq.value))
 
         return bool(self._done(level))
 

@@ -49,7 +49,7 @@ def device(design: Design, words: Ints) -> dict[str, str]:
                     declared.append(f"assign {wire} = 0;")
     bus = {f"{c}{word}": f"s_axi_{c}{word}" for c, texts in CHANNELS.items() for word in (*texts, "valid", "ready")}
     wired += [f".bus__{name}({wire})" for name, wire in bus.items()]
-    wired += [".clk(aclk)", ".rst(!aresetn)", ".interrupt(interrupt)"]
+    wired += [".clk(aclk)", ".rst(!aresetn)", ".interrupt(irq)"]
     instance = f"registers registers ({', '.join(wired)});"
     body = "\n".join([f"module device({_ports()});", *declared, instance, model, "endmodule", ""])
     own = plain_verilog(to_rtlil(Registers(registers), "registers"), "registers")
@@ -59,7 +59,7 @@ def device(design: Design, words: Ints) -> dict[str, str]:
 
 def _ports() -> str:
     """Ports of the wrapper."""
-    found = ["input wire aclk", "input wire aresetn", "output wire interrupt"]
+    found = ["input wire aclk", "input wire aresetn", "output wire irq"]
     for channel, texts in CHANNELS.items():
         answer = channel in ("b", "r")
         for word in (*texts, "valid", "ready"):

@@ -1,0 +1,148 @@
+"""Cores behind AXI, in Verilog, against the model: malformed frames among good ones, with pauses on both streams.
+
+``python -m bench.exactness.axi [--scale S]`` sends the frames of every case through Icarus and through Verilator,
+driven by cocotbext-axi.  Every good frame has to be answered once, in order and bit for bit, and every other one to be
+counted.  Writes ``bench/results/axi.json`` and the table in docs/ip.md, and exits with 1 for any difference.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bench.exactness.axi_traffic import Traffic, traffic
+from bench.exactness.campaign import core, untrained
+from bench.publish import ROOT, publish
+from tfra.codegen.config import load
+from tfra.codegen.verilog import to_verilog
+from tfra.codegen.wrapper import module_name, wrapper_verilog
+from tfra.hdl.cores import microarchitecture
+from tfra.model.choices import SERIAL, Adc, Architecture, Bus
+from tfra.model.fixed.design import Design
+from tfra.sim.tools import choose, environment
+
+RUN, CHECK_SEQUENCE = 1 << 0, 1 << 6
+FORCES = 1 << 3
+"""Bits of CONTROL."""
+
+
+def cases() -> tuple[tuple[Design, dict[str, int]], ...]:
+    """Designs, and the frames for each in both simulators."""
+    fast = load(ROOT / "examples" / "fast.toml").design
+    return (
+        (untrained(4, 4, (6, 4), architecture=Architecture(16)), {"icarus": 3000, "verilator": 10_000}),
+        (
+            untrained(3, 5, (5, 7), architecture=SERIAL, adc=Adc(12), bus=Bus(2)),
+            {"icarus": 200, "verilator": 1000},
+        ),
+        (
+            untrained(3, 5, (5, 7), architecture=Architecture(12, 2), images="load", bus=Bus(4)),
+            {"icarus": 500, "verilator": 2000},
+        ),
+        (replace(fast, target="portable"), {"icarus": 100, "verilator": 400}),
+    )
+
+
+def verilog(design: Design) -> dict[str, str]:
+    """Texts of the core and of its wrapper, by file name."""
+    return {f"{design.name}.v": to_verilog(design), f"{module_name(design)}.v": wrapper_verilog(design)}
+
+
+def run(
+    design: Design, frames: Traffic, simulator: str, texts: dict[str, str], seed: int = 0, pauses: bool = True
+) -> dict[str, Any]:
+    """Simulate; the frames that came back, and the registers.  Raises ``RuntimeError`` for a simulation that fails."""
+    built = microarchitecture(design)
+    loaded = built.loaded
+    job = {
+        "frames": frames.sent,
+        "expected": len(frames.answers),
+        "coefficients": [] if loaded is None else loaded.tolist(),
+        "control": RUN | FORCES | CHECK_SEQUENCE,
+        "silence": 20_000 + 20 * built.frame_latency,
+        "pauses": pauses,
+        "seed": seed,
+    }
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        for name, text in texts.items():
+            (place / name).write_text(text)
+        (place / "job.json").write_text(json.dumps(job))
+        variables = {**environment(choose(simulator), place), "PYTHONPATH": str(ROOT)}
+        command = [sys.executable, "-m", "bench.exactness.axi_play", simulator, module_name(design), folder]
+        done = subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True, check=False)
+        if not (place / "outcome.json").exists():
+            raise RuntimeError((done.stdout + done.stderr)[-4000:])
+        outcome: dict[str, Any] = json.loads((place / "outcome.json").read_text())
+    return outcome
+
+
+def differences(frames: Traffic, outcome: dict[str, Any]) -> list[str]:
+    """What came back otherwise than it has to, one line each."""
+    back, found = outcome["back"], []
+    if len(back) != len(frames.answers):
+        found.append(f"{len(back)} frames came back, {len(frames.answers)} are expected")
+    for number, ((cut, words, _), expected) in enumerate(zip(back, frames.answers, strict=False)):
+        if cut or words != expected:
+            places = [place for place, pair in enumerate(zip(words, expected, strict=False)) if pair[0] != pair[1]]
+            found.append(f"frame {number}: {len(words)} words, differing at {places[:5]}, tuser {cut}")
+    states = outcome["states"]
+    found += [f"{name} is {states[name]}, not {n}" for name, n in frames.counters.items() if states[name] != n]
+    return found
+
+
+def measure(design: Design, counts: dict[str, int], seed: int) -> list[dict[str, Any]]:
+    """One record for each simulator."""
+    texts, records = verilog(design), []
+    for simulator, count in counts.items():
+        frames, start = traffic(design, count, seed), time.perf_counter()
+        found = differences(frames, run(design, frames, simulator, texts, seed))
+        records.append(
+            {
+                "array": f"{design.sensor.rows}×{design.sensor.columns}",
+                "core": core(design) + (", loaded" if microarchitecture(design).loaded is not None else ""),
+                "taxels_per_beat": design.bus.taxels_per_beat,
+                "simulator": simulator,
+                "frames": count,
+                "malformed": frames.counters["FRAMES_DROPPED"],
+                "words": sum(len(answer) for answer in frames.answers),
+                "differences": found[:20],
+                "seconds": round(time.perf_counter() - start, 1),
+            }
+        )
+        print(records[-1], flush=True)
+    return records
+
+
+def main() -> int:
+    """Run, print, publish."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scale", type=float, default=1.0, help="share of the frames, for a shorter run")
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    records = []
+    for design, counts in cases():
+        fewer = {simulator: max(1, int(count * options.scale)) for simulator, count in counts.items()}
+        records += measure(design, fewer, options.seed)
+    lines = [
+        "| array | core | taxels a beat | simulator | frames | malformed | words compared | differences |",
+        "|---|---|---:|---|---:|---:|---:|---:|",
+    ]
+    lines += [
+        f"| {r['array']} | {r['core']} | {r['taxels_per_beat']} | {r['simulator']} | {r['frames']:,} "
+        f"| {r['malformed']:,} | {r['words']:,} | {len(r['differences'])} |"
+        for r in records
+    ]
+    publish("axi", {"seed": options.seed, "records": records}, "\n".join(lines), "docs/ip.md")
+    return int(any(r["differences"] for r in records))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,75 @@
+"""What the wrapper costs: cycles from frame to frame beside those of the core alone, latency, and size.
+
+``python -m bench.parts.axi_cost`` sends frames back to back through the presets behind AXI, in Verilator, synthesises
+the wrapper without its core, and writes ``bench/results/axi_cost.json`` and the tables in docs/ip.md.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bench.exactness.axi import differences, run, verilog
+from bench.exactness.axi_traffic import traffic
+from bench.publish import ROOT, publish
+from tfra.codegen.config import load
+from tfra.codegen.verilog import to_rtlil
+from tfra.codegen.wrapper import wrapper
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.front_end.unit import FrontEnd
+from tfra.model.fixed.design import Design
+from tfra.synth.flow import synthesise
+from tfra.synth.targets import find
+
+PRESETS = ("fast", "balanced", "small", "learned_fast", "learned_resultant", "learned_small")
+TARGET = "ecp5-25-6"
+
+
+def interval(design: Design) -> dict[str, Any]:
+    """Cycles from frame to frame of the core alone, as it states them, and behind AXI, as measured."""
+    core = microarchitecture(design)
+    frames = traffic(design, core.enough + 2, 1, malformed=0)
+    outcome = run(design, frames, "verilator", verilog(design), pauses=False)
+    if found := differences(frames, outcome):
+        raise AssertionError(found)
+    ends = np.array([cycle for _, _, cycle in outcome["back"]])
+    measured = float(np.diff(ends)[core.settled].mean())
+    return {"alone": core.initiation_interval, "behind_axi": measured, "latency": core.latency}
+
+
+def size(made: Any) -> dict[str, int]:
+    """Cells of a component on the target."""
+    with tempfile.TemporaryDirectory() as folder:
+        return dict(synthesise(to_rtlil(made, "part"), "part", find(TARGET), Path(folder)).resources)
+
+
+def main() -> None:
+    """Measure, store, publish."""
+    record: dict[str, Any] = {"intervals": {}, "sizes": {}}
+    lines = ["| preset | core alone | behind AXI | latency of the core | latency added |", "|---|---:|---:|---:|---:|"]
+    for name in PRESETS:
+        design = replace(load(ROOT / "examples" / f"{name}.toml").design, target="portable")
+        found = record["intervals"][name] = interval(design)
+        around = wrapper(design)
+        found["added"] = around.latency
+        record["sizes"][name] = size(around)
+        more = found["behind_axi"] / found["alone"] - 1
+        lines.append(
+            f"| {name} | {found['alone']:,} | {found['behind_axi']:,.1f} ({more:+.1%}) | {found['latency']:,} "
+            f"| {found['added']} |"
+        )
+        print(lines[-1], flush=True)
+    record["sizes"]["front end"] = size(FrontEnd(design))
+    lines += ["", f"| on `{TARGET}` | LUT | FF | DSP | BRAM |", "|---|---:|---:|---:|---:|"]
+    for name, cells in record["sizes"].items():
+        label = "the front end in it" if name == "front end" else f"wrapper of {name}"
+        lines.append(f"| {label} | " + " | ".join(f"{cells.get(k, 0):,}" for k in ("LUT", "FF", "DSP", "BRAM")) + " |")
+    publish("axi_cost", record, "\n".join(lines), "docs/ip.md")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,43 @@
+"""CRC-32 of words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.crc.catalog import CRC32_ISO_HDLC
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.bus.map import BITS, BYTES
+from tfra.hdl.lib.pipeline import register
+
+
+class Crc(wiring.Component):
+    """CRC-32, that of zlib, Ethernet and PNG, of words whose lowest byte comes first; a byte a cycle.
+
+    Words may come every ``interval`` cycles.  ``latency`` counts cycles from a word to its CRC.
+
+    Members: ``word``, ``start``: in; ``restart``: in, forgets all words; ``crc``: of the words so far, 0 without any;
+    ``done``: out, a pulse when it covers the last word.
+    """
+
+    interval = BYTES
+    latency = 1 + BYTES
+
+    def __init__(self) -> None:
+        super().__init__({"word": In(BITS), "start": In(1), "restart": In(1), "crc": Out(BITS), "done": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.crc = crc = CRC32_ISO_HDLC(data_width=8).create()
+        rest = Signal(BITS, reset_less=True)
+        left = Signal(BYTES)  # a one for each byte
+        m.d.sync += [rest.eq(rest[8:]), left.eq(left[1:])]
+        with m.If(self.start):
+            m.d.sync += [rest.eq(self.word), left.eq(-1)]
+        m.d.comb += [
+            *(crc.data.eq(rest[:8]), crc.valid.eq(left[0]), crc.start.eq(self.restart), self.crc.eq(crc.crc)),
+            self.done.eq(register(m, left == 1, "done", control=True)),
+        ]
+        return m

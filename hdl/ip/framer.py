@@ -1,0 +1,94 @@
+"""Facts and results of a frame become an output frame of 32-bit words."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Cat, Const, Module, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.bus.map import BITS
+from tfra.hdl.front_end.ports import FACTS
+from tfra.hdl.interface import ports
+from tfra.hdl.ip.ports import ANSWER
+from tfra.hdl.lib.arithmetic import during
+from tfra.hdl.lib.pipeline import wrapping_counter
+from tfra.hdl.lib.streams import PerFrameQueue
+from tfra.model.fixed.design import Design
+from tfra.model.tfra import Status
+
+FORMAT = 1
+"""Version of the output frame."""
+FRAMES = 8
+"""Frames whose facts wait: at least as many as a core holds, or it would wait for them."""
+
+FAULTS = {"saturation": 2, "sequence_gap": 5, "simulated": 7, "out_of_range": 8, "stuck": 9}
+"""Places of the flags in the second word, which are those of ERRORS."""
+
+_FORMAT_PLACE = 24
+
+
+class Framer(wiring.Component):
+    """Two words of facts, then the words of the result, extended by their sign.
+
+    =========  ==========================================================================================
+    SEQUENCE   sends the frame's sequence, and its number; decides whether it has the forces at the taxels
+    FAULTS     sends the flags and the format
+    WORDS      sends the words of the core, or drops those of forces
+    =========  ==========================================================================================
+
+    Raises ``ValueError`` for result words that don't fit.
+
+    Members: ``facts``, ``result``: streams in; ``taxel_forces``: in, a setting; ``o``: stream out, combinational from
+    ``result``; ``saturated``: out, the result that ends reports it, or its frame was; ``busy``: out, a frame is there.
+    """
+
+    def __init__(self, design: Design) -> None:
+        if design.word_bits > BITS:
+            raise ValueError(f"result words of {BITS} bits at most are supported, got {design.word_bits}")
+        self._words = design.frame_words
+        field = next((field for field in design.layout if field.name == "forces"), None)
+        self._forces = range(0) if field is None else range(field.start, field.start + field.count)
+        super().__init__(
+            {
+                "facts": In(stream.Signature(FACTS)),
+                "result": In(stream.Signature(ports.result(design))),
+                "taxel_forces": In(1),
+                "o": Out(stream.Signature(ANSWER)),
+                "saturated": Out(1),
+                "busy": Out(1),
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.queue = queue = PerFrameQueue(FACTS, (), FRAMES)
+        wiring.connect(m, wiring.flipped(self.facts), queue.i)
+        facts, result, o = queue.o.p, self.result, self.o
+        kept = Signal(init=1)  # the frame has its forces
+        number, _ = wrapping_counter(m, result.valid & result.ready, self._words, "number")
+        drop = ~kept & during(number, self._forces) if self._forces else Const(0)
+        m.d.comb += [self.busy.eq(queue.o.valid), o.p.started.eq(facts.started)]
+        with m.FSM():
+            with m.State("SEQUENCE"):
+                m.d.comb += [o.valid.eq(queue.o.valid), o.p.data.eq(Cat(facts.sequence, facts.user))]
+                with m.If(o.valid & o.ready):
+                    m.d.sync += kept.eq(self.taxel_forces)
+                    m.next = "FAULTS"
+            with m.State("FAULTS"):
+                m.d.comb += [o.valid.eq(1), o.p.data.eq(FORMAT << _FORMAT_PLACE)]
+                m.d.comb += [o.p.data[place].eq(facts.flags[name]) for name, place in FAULTS.items()]
+                with m.If(o.ready):
+                    m.next = "WORDS"
+            with m.State("WORDS"):
+                ends = result.valid & result.ready & result.p.last
+                limited = result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
+                m.d.comb += [
+                    *(o.valid.eq(result.valid & ~drop), result.ready.eq(o.ready | drop)),
+                    *(o.p.data.eq(result.p.data), o.p.last.eq(result.p.last), queue.o.ready.eq(ends)),
+                    self.saturated.eq(ends & (facts.flags.saturation | limited.any())),
+                ]
+                with m.If(ends):
+                    m.next = "SEQUENCE"
+        return m
