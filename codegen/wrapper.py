@@ -20,6 +20,7 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.ports import WORD
 from tfra.hdl.ip.framer import FAULTS, FORMAT
 from tfra.hdl.ip.wrapper import Wrapper
+from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
 
 RULES = {
@@ -116,7 +117,8 @@ def wrapper_verilog(design: Design) -> str:
     """
     name, top = module_name(design), Top(design)
     order = [port.name for port in ports_of(design)]
-    text = plain_verilog(to_rtlil(top, name), name, order, [declaration(design)])
+    cells = (file.read_text() for file in cell_models(design.target))
+    text = plain_verilog(to_rtlil(top, name), name, order, [declaration(design), *cells])
     before, head, module = text.partition(f"module {name}(")
     return f"{header(design)}{before}{head}{module.replace('endmodule', f'{_unread()}endmodule', 1)}"
 

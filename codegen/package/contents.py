@@ -12,6 +12,7 @@ from typing import Any
 from tfra.codegen.package.part import Part
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
 
 
@@ -57,12 +58,13 @@ class Contents:
     @property
     def cells(self) -> dict[str, str]:
         """Models of the device's cells for simulators, by their names in the package."""
-        return {f"testbench/{file.name}": file.read_text() for file in self.core.cell_models}
+        found = {*self.core.cell_models, *cell_models(self.design.target)}
+        return {f"testbench/{file.name}": file.read_text() for file in sorted(found)}
 
     @property
     def rules(self) -> dict[str, str]:
         """What Verilator's lint shall not say of these models."""
-        found = [file.with_name("cells.vlt") for file in self.core.cell_models[:1]]
+        found = [file.with_name("cells.vlt") for file in cell_models(self.design.target)[:1]]
         return {f"testbench/{file.name}": file.read_text() for file in found}
 
 
