@@ -280,6 +280,20 @@ def test_late_frames_are_dropped_whole_or_wait():
         assert (seen.taken[-1] < 100) == bool(drop)
 
 
+def test_a_frame_right_after_a_tare_has_the_new_offsets():
+    design = make(2, 2)
+    session, expected = Session(FrontEnd(design)), Expected(design)
+    session.set(Settings(14))
+    session.pulse("tare")
+    expected.unit.tare()
+    frames = numbered(4, 4)
+    session.frames(*frames)
+    expected.frames(frames)
+    seen = session.play()
+    assert len(seen.codes) == 3
+    compare(seen, expected)
+
+
 @pytest.mark.parametrize("stall", [flowing, random_stalls])
 def test_taxels_that_can_not_wait_go_before_repairs(stall):
     """A frame comes while the one before is being repaired: neither waits for the other's products for long."""
