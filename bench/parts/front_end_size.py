@@ -1,7 +1,7 @@
 """What the front end takes on parts.
 
-``python -m bench.parts.front_end_size`` synthesises that of ``examples/fast.toml``, places and routes it alone,
-and writes ``bench/results/front_end_size.json`` and the table of docs/front_end.md.
+``python -m bench.parts.front_end_size`` synthesises that of ``examples/fast.toml``, and writes
+``bench/results/front_end_size.json`` and the table of docs/front_end.md.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from bench.parts import blocks
 from bench.publish import ROOT, publish
 from tfra.codegen.config import load
 from tfra.codegen.verilog import to_rtlil, with_free_collisions
@@ -38,10 +37,8 @@ def main() -> None:
     """Measure, store, publish."""
     design = load(ROOT / "examples" / "fast.toml").design
     record: dict[str, Any] = {part: measure(design, part) for part in TARGETS}
-    record["mhz"] = blocks.measure("front_end", FrontEnd(design))["mhz"]
     lines = [f"| part | {' | '.join(USED)} |", "|---|" + "---:|" * len(USED)]
     lines += [f"| `{part}` | {' | '.join(f'{record[part][name]:,}' for name in USED)} |" for part in TARGETS]
-    lines += ["", f"Alone on `{blocks.TARGET}`, placed and routed for {blocks.AIM:.0f} MHz: {record['mhz']} MHz."]
     publish("front_end_size", record, "\n".join(lines), PAGE)
 
 
