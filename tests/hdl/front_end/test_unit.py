@@ -280,6 +280,42 @@ def test_late_frames_are_dropped_whole_or_wait():
         assert (seen.taken[-1] < 100) == bool(drop)
 
 
+def test_a_frame_right_after_a_tare_has_the_new_offsets():
+    design = make(2, 2)
+    session, expected = Session(FrontEnd(design)), Expected(design)
+    session.set(Settings(14))
+    session.pulse("tare")
+    expected.unit.tare()
+    frames = numbered(4, 4)
+    session.frames(*frames)
+    expected.frames(frames)
+    seen = session.play()
+    assert len(seen.codes) == 3
+    compare(seen, expected)
+
+
+@pytest.mark.parametrize("stall", [flowing, random_stalls])
+def test_taxels_that_can_not_wait_go_before_repairs(stall):
+    """A frame comes while the one before is being repaired: neither waits for the other's products for long."""
+    design = make(3, 5)
+    m = design.sensor.taxels
+    rng = np.random.default_rng(5)
+    terms = [k << PLACE | 9000 + k for k in (0, 1, 2, 14)]
+    table = [HEADER | 3 << PLACE, *terms, HEADER | 14 << PLACE, 3 << PLACE | ONE]
+    tables = Tables(np.zeros(m, np.int64), rng.integers(1, 1 << 17, m), np.array(table * 3))
+    session, expected = Session(FrontEnd(design), stall_in=stall), Expected(design)
+    expected.unit.tables = tables
+    session.set(Settings(14), tables, drop_late=1)
+    for frames in (numbered(2, m), numbered(2, m, 2), numbered(2, m, 4)):
+        session.frames(*frames)
+        session.check("busy", 0)
+        expected.frames(frames)
+    seen = session.play()
+    compare(seen, expected)
+    if stall is flowing:
+        assert (np.diff(seen.taken)[: 2 * m - 1] == 1).all()
+
+
 def test_nothing_is_taken_while_the_unit_does_not_run():
     session = transparent(make())
     session.frames(*numbered(1))
