@@ -30,6 +30,8 @@
 # make tree    what a comparator tree would cost (docs/architecture.md)
 # make registers
 #              the register map in docs/registers.md, and its size
+# make front_end, make front_end_size
+#              what offsets and dead taxels cost with the front end, and what it takes on parts, docs/front_end.md
 # make rounding
 #              what another rounding of products would cost and be worth, docs/numerics.md
 # make gates   the gates of larger cores, simulated
@@ -39,6 +41,8 @@
 # make estimates, make blocks, make baselines
 #              the prices of docs/synth.md's estimates, and its table of blocks alone on a part; what the baselines' cores
 #              take and how fast they are
+# make axi, make axi_cost
+#              the cores behind AXI against the model, and what the wrapper costs, docs/ip.md
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
@@ -53,7 +57,7 @@ PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
   registers tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour \
-  abuse misuse accuracy axi axi_cost
+  abuse misuse accuracy front_end front_end_size axi axi_cost
 
 .PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
@@ -81,12 +85,12 @@ test-all: test test-rest
 
 campaign mixed bits formats rest signals gates mutants axi: GROUP := exactness
 cores schedule timing: GROUP := cycles
-estimates blocks baselines primitives registers tree rounding axi_cost: GROUP := parts
+estimates blocks baselines primitives registers tree rounding front_end_size axi_cost: GROUP := parts
 speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
 calibrate errors truth fem_convergence page notebook first_hour: GROUP := contacts
 abuse misuse: GROUP := abuse
-accuracy: GROUP := accuracy
+accuracy front_end: GROUP := accuracy
 
 $(STUDIES): $(READY) icarus
 	$(VENV)/bin/python -m bench.$(GROUP).$@

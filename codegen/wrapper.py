@@ -80,6 +80,21 @@ def _axi_lite() -> Iterator[Port]:
         yield f"s_axi_{name}ready", back, 1, ""
 
 
+_LINT = """\
+
+// The name is that of the bus's signal, and a word of C++.
+/* verilator lint_off SYMRSVDWORD */
+{}/* verilator lint_on SYMRSVDWORD */
+"""
+
+_UNUSED = """\
+  // The registers need no protection, and have four bytes each.
+  wire unused_inputs;
+  assign unused_inputs = &{s_axi_awprot, s_axi_awaddr[1:0], s_axi_arprot, s_axi_araddr[1:0]};
+endmodule
+"""
+
+
 class Top(wiring.Component):
     """The wrapper under the standard's port names, and the core as a module from elsewhere."""
 
@@ -134,7 +149,8 @@ def wrapper_verilog(design: Design) -> str:
     """
     name, top = module_name(design), Top(design)
     order = [port for port, *_ in wrapper_ports(design)]
-    return header(design) + plain_verilog(to_rtlil(top, name), name, order, [_stub(design)])
+    text = plain_verilog(to_rtlil(top, name), name, order, [_stub(design)])
+    return header(design) + _LINT.format(text.replace("endmodule\n", _UNUSED, 1))
 
 
 def _stub(design: Design) -> str:

@@ -79,7 +79,7 @@ class Codes(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.codes = codes = Memory(
+        m.submodules.places = codes = Memory(
             shape=stored_code(self._design.adc.bits), depth=2 << len(self.address), init=[]
         )
         read, write = codes.read_port(), codes.write_port()
@@ -121,7 +121,8 @@ class Codes(wiring.Component):
         bits, taxels = self._design.adc.bits, self._design.sensor.taxels
         point = PRODUCT_POINT - bits
         half = Const(1 << (point - 1), point)
-        terms = repair_places(taxels).bit_length()
+        # A code has two bits less than a factor; the sums of all terms, and a half.
+        longest = DEVIATION + GAIN + 1 - (GAIN + 1 - WORD) + repair_places(taxels).bit_length()
         m.submodules.multiplier = multiplier = Multiplier(DEVIATION, GAIN + 1, self._design.target)
         repairs = delayed(m, self.term.valid, FETCH, "repairs", control=True)
         weight = delayed(m, self.term.weight, FETCH, "weight")
@@ -132,7 +133,7 @@ class Codes(wiring.Component):
         ]
         adds = delayed(m, repairs, Multiplier.latency, "adds", control=True)
         ends = delayed(m, self.term.end, FETCH + Multiplier.latency, "ends")
-        before = Signal(signed(len(multiplier.product) - 1 + terms), reset_less=True)
+        before = Signal(signed(longest), reset_less=True)
         total = Signal.like(before, reset_less=True)
         sums = Signal.like(before)
         m.d.comb += sums.eq(multiplier.product + Mux(adds, before, half))

@@ -16,14 +16,15 @@ def reading(word: Value, word_bits: Value, is_unsigned: Value) -> tuple[Value, V
     Combinational.  A word is saturated at both ends of its range, and out of range if the bits above are no extension
     of it.
     """
-    moved = (word << (WORD - word_bits)[:4])[:WORD]
+    unused = (WORD - word_bits)[:4]
+    more = [unused >= bits for bits in range(1, WORD - _FEWEST + 1)]  # so many bits are unused, or more
+    moved = (word << unused)[:WORD]
     top = moved[-1]
     # Both ends have all bits set but for the sign, which an unsigned word has the other way round.
     ones = moved[:-1] ^ (top ^ is_unsigned).replicate(WORD - 1)
-    unused = Cat(word_bits < WORD - place for place in range(WORD - _FEWEST))
-    saturated = (ones | Cat(unused, Const(0, _FEWEST - 1))).all()
+    saturated = (ones | Cat(more, Const(0, _FEWEST - 1))).all()
     extension = word ^ (word[-1] & ~is_unsigned).replicate(WORD)
-    above = Cat(word_bits <= place for place in range(_FEWEST, WORD))
-    sign = Cat(word_bits == place + 1 for place in range(_FEWEST - 1, WORD)) & (~is_unsigned).replicate(9)
-    outside = (extension[_FEWEST:] & above).any() | (extension[_FEWEST - 1 :] & sign).any()
+    # From the sign on, or above the highest bit of an unsigned word.
+    above, from_sign = Cat(more[::-1]), Cat(more[::-1], Const(1, 1))
+    outside = (extension[_FEWEST:] & above).any() | ((extension[_FEWEST - 1 :] & from_sign).any() & ~is_unsigned)
     return Cat(moved, top & ~is_unsigned).as_signed(), saturated, outside

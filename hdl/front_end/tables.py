@@ -70,12 +70,13 @@ class Tables(wiring.Component):
         with m.If(own.place_written):
             m.d.sync += place.eq(own.index)
         chosen = [own.data_written & (own.kind == kind) for kind in (OFFSETS, GAINS, REPAIRS)]
+        here = place[: len(self.index)]
         entry = register(m, read.data, "entry")
         m.d.comb += [
-            read.addr.eq(Cat(Mux(self.taxel, self.index, place), page)),
+            read.addr.eq(Cat(Mux(self.taxel, self.index, here), page)),
             *(self.offset.eq(entry[OFFSETS].as_signed()), self.gain.eq(entry[GAINS])),
             write.en.eq(Mux(self.tare, 0b11, Cat(chosen[:REPAIRS]))),
-            write.addr.eq(Mux(self.tare, Cat(self.place, ~page), Cat(place[: len(self.index)], page))),
+            write.addr.eq(Mux(self.tare, Cat(self.place, ~page), Cat(here, page))),
             write.data[OFFSETS].eq(Mux(self.tare, self.mean.as_unsigned(), own.data)),
             write.data[GAINS].eq(Mux(self.tare, self.gain, own.data[:GAIN])),
             *(self.repair.eq(chosen[REPAIRS]), self.repair_place.eq(place)),

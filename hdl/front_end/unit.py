@@ -69,6 +69,13 @@ class FrontEnd(wiring.Component):
         """Cycles from the transfer of a frame's last taxel to that of its first code, if nothing is repaired."""
         return History.latency + Calibrate.latency + 2 + Handover.latency
 
+    def interval(self, words: int, headers: int) -> int:
+        """Most cycles from a frame to the next, back to back, with repairs of that many ``words`` and ``headers``.
+
+        A frame is taken while the one before is handed over, and waits while that one is repaired.
+        """
+        return self._design.sensor.taxels + self.latency + Repair.cycles(words, headers)
+
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         taxels = self._design.sensor.taxels
@@ -91,7 +98,7 @@ class FrontEnd(wiring.Component):
         waiting = occupancy(m, 2, completes, handover.done)
         page = delayed(m, into, History.latency + Calibrate.latency, "page")
         m.d.comb += [
-            *(intake.time.eq(self.time), intake.skip.eq(self.skip)),
+            *(intake.time.eq(self.time), intake.skip.eq(self.skip), means.tare.eq(self.tare)),
             *(intake.room.eq(~places[1] & ~means.settling), intake.hold.eq(handover.repair & ~repair.repaired)),
             *(means.between.eq(intake.idle | intake.ended), means.good.eq(intake.good), means.written.eq(turn)),
             *(history.entered.eq(intake.entered), history.index.eq(intake.index), history.word.eq(intake.word)),

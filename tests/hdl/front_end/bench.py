@@ -1,0 +1,218 @@
+"""Drive a front end: settings, tables, frames and resets in order; what came out, frame by frame."""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from amaranth import Elaboratable, Module, ResetInserter, Signal
+from amaranth.sim import Simulator
+
+from tfra.hdl.front_end.ports import EVENTS
+from tfra.hdl.front_end.tables import GAINS, OFFSETS, REPAIRS
+from tfra.hdl.front_end.unit import FrontEnd
+from tfra.model.fixed.front_end import Settings, Tables
+from tfra.sim.harness import flowing, plain
+from tfra.sim.protocol import Pattern
+
+LIMIT = 60_000
+
+
+@dataclass
+class Frame:
+    """A frame on its way in, whole or not."""
+
+    words: list[int]
+    user: int = 0
+    ends: bool = True
+
+
+@dataclass
+class Seen:
+    """What came out: per frame, its facts and codes; events; faulty taxels; cycles."""
+
+    facts: list[dict[str, Any]] = field(default_factory=list)
+    codes: list[list[int]] = field(default_factory=list)
+    events: Counter[str] = field(default_factory=Counter)
+    faulty: list[dict[str, int]] = field(default_factory=list)
+    values: list[int] = field(default_factory=list)
+    taken: list[int] = field(default_factory=list)
+    """Cycle of each taxel's transfer."""
+    given: list[int] = field(default_factory=list)
+    """Cycle of each code's transfer."""
+
+
+class Resettable(Elaboratable):
+    """A front end with a reset."""
+
+    def __init__(self, unit: FrontEnd) -> None:
+        self.unit, self.reset = unit, Signal()
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.unit = ResetInserter({"sync": self.reset})(self.unit)
+        return m
+
+
+class Session:
+    """Steps to be played in order; each method adds one."""
+
+    def __init__(self, unit: FrontEnd, *, stall_in: Pattern = flowing, stall_out: Pattern = flowing, seed: int = 0):
+        self.top, self.unit = Resettable(unit), unit
+        self.seen, self.cycle, self.steps, self.background = Seen(), 0, [], []
+        self._in, self._out = stall_in(random.Random(f"{seed} in")), stall_out(random.Random(f"{seed} out"))
+
+    def set(self, settings: Settings, tables: Tables | None = None, **more: int) -> None:
+        """Write registers, while the unit does not run; run again."""
+
+        async def step(ctx: Any) -> None:
+            own = self.unit.settings
+            ctx.set(own.run, 0)
+            await self._drained(ctx)
+            repairs = len(tables.repairs) if tables else 0
+            for name, value in (asdict(settings) | {"repair_words": repairs} | more).items():
+                ctx.set(getattr(own, name), int(value))
+            kinds = ((OFFSETS, tables.offsets), (GAINS, tables.gains), (REPAIRS, tables.repairs)) if tables else ()
+            for kind, words in kinds:
+                await self._write(ctx, kind, 0, words)
+            ctx.set(own.run, 1)
+
+        self.steps.append(step)
+
+    async def _write(self, ctx: Any, kind: int, place: int, words: Any) -> None:
+        bus = self.unit.tables
+        for name, value in (("kind", kind), ("index", place), ("place_written", 1)):
+            ctx.set(getattr(bus, name), value)
+        await ctx.tick()
+        ctx.set(bus.place_written, 0)
+        for word in words:
+            ctx.set(bus.data, int(word) & 0xFFFFFFFF)
+            ctx.set(bus.data_written, 1)
+            await ctx.tick()
+            ctx.set(bus.data_written, 0)
+
+    def read(self, kind: int, place: int) -> None:
+        """Read a word of a table into ``seen.values``."""
+
+        async def step(ctx: Any) -> None:
+            await self._drained(ctx)
+            await self._write(ctx, kind, place, ())
+            await ctx.tick().repeat(2)
+            self.seen.values.append(ctx.get(self.unit.tables.value))
+
+        self.steps.append(step)
+
+    def frames(self, *frames: Frame) -> None:
+        """Send them."""
+
+        async def step(ctx: Any) -> None:
+            for frame in frames:
+                for number, word in enumerate(frame.words):
+                    while next(self._in):
+                        await ctx.tick()
+                    last = frame.ends and number == len(frame.words) - 1
+                    ctx.set(self.unit.i.payload, {"word": int(word), "user": frame.user, "last": last})
+                    ctx.set(self.unit.i.valid, 1)
+                    taken = False
+                    while not taken:
+                        *_, taken = await ctx.tick().sample(self.unit.i.ready)
+                    self.seen.taken.append(self.cycle)
+                    ctx.set(self.unit.i.valid, 0)
+
+        self.steps.append(step)
+
+    def pulse(self, name: str) -> None:
+        """``tare`` or ``simulate``."""
+
+        async def step(ctx: Any) -> None:
+            ctx.set(getattr(self.unit, name), 1)
+            await ctx.tick()
+            ctx.set(getattr(self.unit, name), 0)
+            await ctx.tick().repeat(3)
+
+        self.steps.append(step)
+
+    def reset(self, *, skip: bool, drained: bool = True) -> None:
+        """A soft reset, which cuts a frame if it is to ``skip`` its rest."""
+
+        async def step(ctx: Any) -> None:
+            if drained:
+                await self._drained(ctx)
+            ctx.set(self.top.reset, 1)
+            ctx.set(self.unit.skip, skip)
+            await ctx.tick().repeat(2)
+            ctx.set(self.top.reset, 0)
+            ctx.set(self.unit.skip, 0)
+
+        self.steps.append(step)
+
+    def check(self, name: str, value: int) -> None:
+        """A port has a value, once all frames are out."""
+
+        async def step(ctx: Any) -> None:
+            await self._drained(ctx)
+            assert ctx.get(getattr(self.unit, name)) == value, name
+
+        self.steps.append(step)
+
+    async def _drained(self, ctx: Any) -> None:
+        await ctx.tick()
+        while ctx.get(self.unit.busy):
+            await ctx.tick()
+        await ctx.tick().repeat(10)  # faults of a frame that is no more than a part of a mean
+
+    def play(self) -> Seen:
+        """Play all steps until the unit is empty."""
+        simulator = Simulator(self.top)
+        simulator.add_clock(1e-6)
+
+        async def main(ctx: Any) -> None:
+            for step in self.steps:
+                await step(ctx)
+            await self._drained(ctx)
+
+        simulator.add_testbench(self._watch, background=True)  # first: it counts cycles for the others
+        simulator.add_testbench(main)
+        for process in (self._take, *self.background):
+            simulator.add_testbench(process, background=True)
+        simulator.run()
+        return self.seen
+
+    async def _watch(self, ctx: Any) -> None:
+        unit, names = self.unit, list(EVENTS.members)
+        while True:
+            ports = [getattr(unit.events, name) for name in names]
+            _, _, store, faulty, *events = await ctx.tick().sample(
+                unit.faulty_store, unit.faulty, *ports
+            )
+            self.cycle += 1
+            assert self.cycle < LIMIT, "no end"
+            self.seen.events.update(name for name, event in zip(names, events, strict=False) if event)
+            if store:
+                self.seen.faulty.append(plain(faulty))
+
+    async def _take(self, ctx: Any) -> None:
+        unit, held = self.unit, None
+        while True:
+            ready = [not next(self._out), not next(self._out)]
+            ctx.set(unit.facts.ready, ready[0])
+            ctx.set(unit.codes.ready, ready[1])
+            _, _, facts_valid, facts, code_valid, code = await ctx.tick().sample(
+                unit.facts.valid, unit.facts.payload, unit.codes.valid, unit.codes.payload
+            )
+            assert held is None or (code_valid and code == held), "changed before it was taken"
+            held = code if code_valid and not ready[1] else None
+            if facts_valid and ready[0]:
+                self.seen.facts.append(plain(facts))
+                self.seen.codes.append([])
+            if code_valid and ready[1]:
+                self.seen.codes[-1].append(int(code))
+                self.seen.given.append(self.cycle)
+
+
+def words(values: Any) -> list[int]:
+    """Signed numbers as words of 16 bits."""
+    return (np.asarray(values).ravel() & 0xFFFF).tolist()
