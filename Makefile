@@ -42,6 +42,8 @@
 #              the prices of docs/synth.md's estimates, and its table of blocks alone on a part; what the baselines' cores
 #              take and how fast they are
 # make docs    the site of docs/, build/docs/index.html
+# make axi, make axi_cost
+#              the cores behind AXI against the model, and what the wrapper costs, docs/ip.md
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of

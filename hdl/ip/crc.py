@@ -19,7 +19,7 @@ class Crc(wiring.Component):
     Words may come every ``interval`` cycles.  ``latency`` counts cycles from a word to its CRC.
 
     Members: ``word``, ``start``: in; ``restart``: in, forgets all words; ``crc``: of the words so far, 0 without any;
-    ``done``: out, a pulse when it covers the last word.
+    ``done``: out, a pulse when it covers the last word and no other has come.
     """
 
     interval = BYTES
@@ -38,6 +38,6 @@ class Crc(wiring.Component):
             m.d.sync += [rest.eq(self.word), left.eq(-1)]
         m.d.comb += [
             *(crc.data.eq(rest[:8]), crc.valid.eq(left[0]), crc.start.eq(self.restart), self.crc.eq(crc.crc)),
-            self.done.eq(register(m, left == 1, "done", control=True)),
+            self.done.eq(register(m, (left == 1) & ~self.start, "done", control=True)),
         ]
         return m

@@ -18,7 +18,7 @@ class Tail(wiring.Component):
 
     A soft reset leaves this stage alone, since a word that is offered has to stay until it is taken.
 
-    ``latency``: one cycle.
+    ``latency``: one cycle.  A frame has three words or more, so that its time is read before the next one ends.
 
     Members: ``i``: stream in; ``restart``: in, the stages before are reset; ``o``: stream out, registered; ``ended``:
     out, the last word of a complete frame is taken; ``started``: out, the time of that frame's first taxel; ``busy``:

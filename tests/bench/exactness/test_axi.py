@@ -1,0 +1,82 @@
+"""The campaign behind AXI: what it sends, what it expects, and that it notices what is wrong."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.exactness.axi import differences, run, verilog
+from bench.exactness.axi_traffic import traffic
+from bench.exactness.campaign import untrained
+from tfra.codegen.wrapper import module_name
+from tfra.model.choices import Architecture, Bus
+from tfra.model.fixed.design import Design
+
+Texts = dict[str, str]
+
+
+@cache
+def small(per_beat: int = 1) -> Design:
+    return untrained(4, 4, (6, 4), architecture=Architecture(16), bus=Bus(per_beat))
+
+
+@cache
+def texts(per_beat: int = 1) -> Texts:
+    return verilog(small(per_beat))
+
+
+@pytest.mark.parametrize("per_beat", [1, 4])
+def test_traffic_has_every_kind_of_frame(per_beat: int) -> None:
+    design = small(per_beat)
+    frames, whole = traffic(design, 300, 3), 16 // per_beat
+    lengths = np.array([len(beats) for _, beats in frames.sent])
+    assert min((lengths == 1).sum(), (lengths < whole).sum(), (lengths > whole).sum()) > 10
+    assert frames.counters["FRAMES_IN"] == (lengths == whole).sum() == len(frames.answers)
+    assert frames.counters["FRAMES_DROPPED"] == (lengths != whole).sum()
+    heads = np.array([answer[:2] for answer in frames.answers])
+    assert (heads[:, 0] & 0xFFFF).tolist() == np.flatnonzero(lengths == whole).tolist()
+    assert all((heads[:, 1] >> bit & 1).any() for bit in (2, 5, 8))
+
+
+def outcome(change: Callable[[Texts], Texts], count: int, simulator: str = "icarus") -> list[str]:
+    frames = traffic(small(), count, 7)
+    return differences(frames, run(small(), frames, simulator, change(texts()), 7))
+
+
+def test_a_hundred_frames() -> None:
+    assert outcome(lambda given: given, 100) == []
+
+
+@pytest.mark.long
+def test_a_thousand_frames() -> None:
+    assert outcome(lambda given: given, 1000, "verilator") == []
+
+
+def in_wrapper(pattern: str, other: str) -> Callable[[Texts], Texts]:
+    """A change of the first place in the wrapper that has the ``pattern``."""
+
+    def change(given: Texts) -> Texts:
+        name = f"{module_name(small())}.v"
+        text, found = re.subn(pattern, other, given[name], count=1)
+        assert found
+        return given | {name: text}
+
+    return change
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("pattern", "other", "seen"),
+    [
+        (r"assign m_axis_tdata = (.*);", r"assign m_axis_tdata = \1 ^ (\1 == 32'd3);", "words, differing at"),
+        (r"(\.hardware__FRAMES_DROPPED__count_up\()[^)]*", r"\g<1>1'b0", "FRAMES_DROPPED is 0"),
+    ],
+)
+def test_a_planted_error_is_noticed(pattern: str, other: str, seen: str) -> None:
+    found: Any = outcome(in_wrapper(pattern, other), 40)
+    assert any(seen in line for line in found), found

@@ -1,0 +1,97 @@
+"""Blocks around a core alone: CRC, load, and the last stage of output frames."""
+
+from __future__ import annotations
+
+import random
+import zlib
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.hdl.bus.manager import simulated
+from tfra.hdl.ip.crc import Crc
+from tfra.hdl.ip.tail import Tail
+
+
+@settings(max_examples=15, deadline=None)
+@given(words=st.lists(st.integers(0, (1 << 32) - 1), max_size=6), rest=st.integers(0, 3))
+def test_crc(words: list[int], rest: int) -> None:
+    crc, pulses = Crc(), []
+
+    async def drive(ctx: Any) -> None:
+        for word in words:
+            ctx.set(crc.word, word)
+            ctx.set(crc.start, 1)
+            await ctx.tick()
+            ctx.set(crc.start, 0)
+            await ctx.tick().repeat(crc.interval - 1 + rest)
+        await ctx.tick().repeat(crc.latency - crc.interval)
+        assert ctx.get(crc.crc) == zlib.crc32(b"".join(word.to_bytes(4, "little") for word in words))
+        await ctx.tick().repeat(3)
+        ctx.set(crc.restart, 1)
+        await ctx.tick()
+        assert ctx.get(crc.crc) == 0
+
+    async def watch(ctx: Any) -> None:
+        while True:
+            pulses.append(ctx.get(crc.done))
+            await ctx.tick()
+
+    simulated(crc, drive, background=[watch])
+    assert sum(pulses) == (len(words) if rest else min(1, len(words)))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_tail_ends_every_frame_that_a_reset_cuts(seed: int) -> None:
+    """What leaves: complete frames, or beginnings of frames and a beat that says so; nothing offered is withdrawn."""
+    rng, tail = random.Random(seed), Tail()
+    sent: list[list[int]] = []
+    back: list[tuple[list[int], int]] = []
+    ended: list[int] = []
+
+    async def source(ctx: Any) -> None:
+        for number in range(60):
+            sent.append([number << 8 | word for word in range(rng.randint(3, 6))])
+            for word in sent[-1]:
+                ctx.set(tail.i.valid, 1)
+                last = word == sent[-1][-1]
+                ctx.set(tail.i.payload, {"data": word, "last": last, "started": number})
+                while True:
+                    restart = rng.random() < 0.05
+                    ctx.set(tail.restart, restart)
+                    _, _, ready = await ctx.tick().sample(tail.i.ready)
+                    ctx.set(tail.restart, 0)
+                    if ready or restart:
+                        break
+                ctx.set(tail.i.valid, 0)
+                if restart:
+                    break
+        await ctx.tick().repeat(50)
+
+    async def sink(ctx: Any) -> None:
+        words: list[int] = []
+        offered = None
+        while True:
+            ready = rng.random() < 0.5
+            ctx.set(tail.o.ready, ready)
+            _, _, valid, p, end, started = await ctx.tick().sample(
+                tail.o.valid, tail.o.payload, tail.ended, tail.started
+            )
+            assert offered in (None, (valid, p.data, p.user, p.last)), "withdrawn or changed"
+            offered = (valid, p.data, p.user, p.last) if valid and not ready else None
+            ended.extend([started] * end)
+            if valid and ready:
+                words += [] if p.user else [p.data]
+                if p.last:
+                    back.append((words, p.user))
+                    words = []
+
+    simulated(tail, source, background=[sink])
+    complete = [words for words, cut in back if not cut]
+    assert all(words in sent for words in complete)
+    assert ended == [words[0] >> 8 for words in complete]
+    cuts = [words for words, cut in back if cut]
+    assert cuts
+    assert all(words and any(each[: len(words)] == words for each in sent) for words in cuts)

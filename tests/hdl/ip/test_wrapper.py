@@ -1,0 +1,250 @@
+"""Everything around a core, with a simple core inside: frames, errors, resets, load, times."""
+
+from __future__ import annotations
+
+import random
+import zlib
+from typing import Any
+
+import pytest
+
+from tests.hdl.ip.harness import Bench
+from tests.marks import long
+from tfra.model.choices import Adc, Architecture, Bus, Search
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
+
+
+def design(taxels_per_beat: int = 1, **choices: Any) -> TfraDesign:
+    sensor = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
+    return TfraDesign(
+        sensor, "small", search=Search(3), architecture=Architecture(4), bus=Bus(taxels_per_beat), **choices
+    )
+
+
+def packed(taxels: list[int], per_beat: int) -> list[int]:
+    """Beats of a frame; places that are left have ones."""
+    filled = [taxel & 0xFFFF for taxel in taxels] + [0xFFFF] * (-len(taxels) % per_beat)
+    groups = [filled[n : n + per_beat] for n in range(0, len(filled), per_beat)]
+    return [sum(word << (16 * place) for place, word in enumerate(group)) for group in groups]
+
+
+FRAME = [7, -3, 4, 100, -200, 5]
+
+
+@pytest.mark.parametrize("per_beat", [4, *long(1, 2)])
+def test_frames_of_all_lengths(per_beat: int) -> None:
+    bench = Bench(design(per_beat))
+    rng = random.Random(per_beat)
+    expected, dropped, whole = [], {"short": 0, "long": 0}, len(packed(FRAME, per_beat))
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        for sequence in range(30):
+            first, length = rng.randint(-8000, 8000), rng.choice([whole, whole, 1, rng.randint(1, 3 * whole)])
+            beats = (packed([first, *FRAME[1:]], per_beat) * 3)[:length]
+            await bench.send(ctx, beats, sequence + 1000, stalls=rng)
+            if length == whole:
+                expected.append((0, bench.answer(first, sequence, sequence + 1000)))
+            else:
+                dropped["short" if length < whole else "long"] += 1
+        await bench.settle(ctx)
+        assert (await bench.read(ctx, "FRAMES_IN"))["count"] == len(expected)
+        assert (await bench.read(ctx, "FRAMES_OUT"))["count"] == len(expected)
+        assert (await bench.read(ctx, "FRAMES_DROPPED"))["count"] == sum(dropped.values())
+        errors = await bench.read(ctx, "ERRORS")
+        assert (errors["short_frame"], errors["long_frame"]) == (dropped["short"] > 0, dropped["long"] > 0)
+        assert (await bench.read(ctx, "STATUS"))["busy"] == 0
+
+    bench.run(host, rng=random.Random(5))
+    assert bench.back == expected
+    assert min(dropped.values()) > 0
+
+
+@pytest.mark.parametrize("per_beat", [2, *long(1, 4)])
+def test_latency(per_beat: int) -> None:
+    bench = Bench(design(per_beat))
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        await bench.send(ctx, packed(FRAME, per_beat))
+        await bench.settle(ctx)
+        cycles = (await bench.read(ctx, "FRAME_CYCLES"))["cycles"]
+        assert cycles == bench.given[-1] - bench.taken[0] - (per_beat > 1)
+
+    bench.run(host)
+    own = 1  # of the simple core, from its last taxel to its first word
+    assert bench.given[2] - bench.taken[-1] == bench.wrapper.latency + own
+
+
+def test_forces_are_left_out_frame_by_frame() -> None:
+    bench = Bench(design())
+
+    async def host(ctx: Any) -> None:
+        for forces in (1, 0, 1):
+            await bench.write(ctx, "CONTROL", run=1, taxel_forces=forces)
+            await bench.send(ctx, packed(FRAME, 1))
+            await bench.settle(ctx)
+
+    bench.run(host)
+    assert bench.back == [(0, bench.answer(7, n, forces=n != 1)) for n in range(3)]
+
+
+def test_soft_reset_in_frames() -> None:
+    """A frame that comes in is skipped to its end; one that goes out is ended; a word on offer stays."""
+    bench = Bench(design())
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        await bench.send(ctx, packed(FRAME, 1))
+        await ctx.tick().until(bench.dut.results.valid)
+        await bench.settle(ctx, 8)
+        bench.open = False
+        await bench.settle(ctx, 8)
+        await bench.send(ctx, packed(FRAME, 1)[:4], last=False)
+        offered = ctx.get(bench.dut.results.payload.data)
+        await bench.write(ctx, "CONTROL", run=1, soft_reset=1)
+        await bench.settle(ctx, 8)
+        assert ctx.get(bench.dut.results.valid)
+        assert ctx.get(bench.dut.results.payload.data) == offered
+        bench.open = True
+        await bench.send(ctx, [1, 2, 3])  # the rest of the frame that was cut, and more
+        await bench.send(ctx, packed([50, *FRAME[1:]], 1), user=9)
+        await bench.settle(ctx)
+        assert (await bench.read(ctx, "FRAMES_OUT"))["count"] == 1
+        assert (await bench.read(ctx, "FRAMES_DROPPED"))["count"] == 0
+        assert not any((await bench.read(ctx, "ERRORS")).values())
+
+    bench.run(host)
+    (cut, words), whole = bench.back
+    assert cut == 1
+    assert words[:-1] == bench.answer(7, 0)[: len(words) - 1]
+    assert whole == (0, bench.answer(50, 0, 9))
+
+
+@pytest.mark.long
+def test_soft_reset_between_frames() -> None:
+    bench = Bench(design(4))
+
+    async def host(ctx: Any) -> None:
+        for _ in range(2):
+            await bench.write(ctx, "CONTROL", run=1, soft_reset=1)
+            await bench.send(ctx, packed(FRAME, 4))
+            await bench.settle(ctx)
+
+    bench.run(host)
+    assert bench.back == [(0, bench.answer(7, 0))] * 2
+
+
+def test_run_stops_between_frames() -> None:
+    bench = Bench(design())
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CONTROL", run=1)
+        await bench.send(ctx, packed(FRAME, 1)[:2], last=False)
+        await bench.write(ctx, "CONTROL", run=0)
+        await bench.send(ctx, packed(FRAME, 1)[2:])
+        ctx.set(bench.dut.frames.valid, 1)
+        for _ in range(100):
+            assert not ctx.get(bench.dut.frames.ready)
+            await ctx.tick()
+        assert (await bench.read(ctx, "STATUS"))["running"] == 0
+
+    bench.run(host)
+    assert bench.back == [(0, bench.answer(7, 0))]
+
+
+@pytest.mark.parametrize("wrong", [0, *long(1)])
+def test_load_at_the_rate_of_the_bus(wrong: int) -> None:
+    words = [3, -5, 1 << 16, -1, 9]
+    crc = zlib.crc32(b"".join((word & 0xFFFFFFFF).to_bytes(4, "little") for word in words))
+    bench = Bench(design(), len(words))
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "LOAD_CHECKSUM", crc=crc ^ wrong)
+        await bench.write(ctx, "CONTROL", run=1)
+        assert (await bench.read(ctx, "STATUS"))["loaded"] == 0
+        assert (await bench.read(ctx, "LOAD_STATUS"))["ready"] == 1
+        for word in [*words, 77]:  # one more than it takes
+            await bench.write(ctx, "LOAD_DATA", word=word & 0xFFFFFFFF)
+        await bench.settle(ctx, 10)
+        assert await bench.read(ctx, "LOAD_STATUS") == {"ready": 0, "match": 1 - wrong}
+        assert (await bench.read(ctx, "LOAD_CRC"))["crc"] == crc
+        assert (await bench.read(ctx, "LOAD_COUNT"))["words"] == len(words)
+        assert (await bench.read(ctx, "ERRORS"))["load_checksum"] == wrong
+        assert await bench.read(ctx, "INTERRUPT_STATUS") == {"error": wrong, "frame": 0, "loaded": 1}
+        assert (await bench.read(ctx, "STATUS"))["loaded"] == 1
+        await bench.send(ctx, packed(FRAME, 1))
+        await bench.settle(ctx)
+        await bench.write(ctx, "CONTROL", run=1, soft_reset=1)
+        await bench.settle(ctx, 4)
+        assert (await bench.read(ctx, "LOAD_CRC"))["crc"] == 0
+        assert (await bench.read(ctx, "LOAD_COUNT"))["words"] == 0
+        assert (await bench.read(ctx, "STATUS"))["loaded"] == 0
+
+    bench.run(host)
+    assert bench.back == [(0, bench.answer(7 + sum(words), 0))]
+
+
+def test_stale_simulated_and_interrupts() -> None:
+    bench = Bench(design())
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "INTERRUPT_ENABLE", error=1)
+        await bench.write(ctx, "FRAME_TIMEOUT", cycles=200)
+        await bench.settle(ctx, 500)
+        assert not (await bench.read(ctx, "ERRORS"))["stale"], "it does not run"
+        await bench.write(ctx, "CONTROL", run=1)
+        await bench.settle(ctx, 150)
+        await bench.send(ctx, packed(FRAME, 1))
+        await bench.settle(ctx, 150)
+        assert not (await bench.read(ctx, "ERRORS"))["stale"]
+        assert not ctx.get(bench.dut.interrupt)
+        await bench.settle(ctx, 100)
+        assert (await bench.read(ctx, "ERRORS"))["stale"]
+        assert ctx.get(bench.dut.interrupt)
+        await bench.write(ctx, "FRAME_TIMEOUT", cycles=0)
+        await bench.settle(ctx, 300)
+        await bench.write(ctx, "ERRORS", **dict.fromkeys(await bench.read(ctx, "ERRORS"), 1))
+        await bench.write(ctx, "INTERRUPT_STATUS", error=1, frame=1)
+        await bench.settle(ctx, 300)
+        assert not ctx.get(bench.dut.interrupt)
+        await bench.write(ctx, "CONTROL", run=1, simulate_error=1)
+        await bench.settle(ctx, 4)
+        assert ctx.get(bench.dut.interrupt)
+        assert (await bench.read(ctx, "ERRORS"))["simulated"]
+        await bench.send(ctx, packed(FRAME, 1))
+        await bench.send(ctx, packed(FRAME, 1))
+        await bench.settle(ctx, 300)
+        assert (await bench.read(ctx, "INTERRUPT_STATUS"))["frame"]
+
+    bench.run(host)
+    assert bench.back == [(0, bench.answer(7, n, flags=(n == 1) << 7)) for n in range(3)]
+
+
+def test_calibration() -> None:
+    """An offset is written, read back, applied, and its CRC is that of zlib."""
+    bench = Bench(design())
+    offset = 5 << 3  # 5 codes of 14 bits, in 1/2^17 of a range of 2^14
+
+    async def host(ctx: Any) -> None:
+        await bench.write(ctx, "CALIBRATION_PLACE", index=0, kind=0)
+        await bench.write(ctx, "CALIBRATION_DATA", word=offset)
+        await bench.settle(ctx, 8)
+        crc = zlib.crc32(offset.to_bytes(4, "little"))
+        assert (await bench.read(ctx, "CALIBRATION_CRC"))["crc"] == crc
+        await bench.write(ctx, "CALIBRATION_PLACE", index=0, kind=0)
+        await bench.settle(ctx, 8)
+        assert (await bench.read(ctx, "CALIBRATION_VALUE"))["word"] == offset
+        await bench.write(ctx, "CONTROL", run=1)
+        await bench.send(ctx, packed(FRAME, 1))
+        await bench.settle(ctx)
+
+    bench.run(host)
+    assert bench.back == [(0, bench.answer(7 - 5, 0))]
+
+
+@pytest.mark.parametrize("bits", [7, 17])
+def test_converters_that_do_not_fit_are_refused(bits: int) -> None:
+    with pytest.raises(ValueError, match=r"adc\.bits: 8 to 16"):
+        Bench(design(adc=Adc(bits)))
