@@ -55,7 +55,7 @@ DESCRIPTION = [
         'name: is missing, and the file\'s own, "always", is a keyword of Verilog: set another one',
     ),
     Misuse(
-        "a keyword of VHDL as a package's name",
+        "a keyword of VHDL as name of a package",
         config("[sensor]", 'name = "signal"\n[sensor]'),
         "generate wrong.toml --out core --package",
         'name: "signal" is a keyword of VHDL',
