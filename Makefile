@@ -17,8 +17,8 @@
 # make accuracy
 #              the tables and the figure of docs/accuracy.md: every estimator on identical frames
 # make page    the picture of docs/view.md
-# make notebook, make first_hour
-#              docs/notebook.ipynb and docs/first_hour.md, run again
+# make notebook, make first_hour, make tutorial
+#              docs/notebook.ipynb, docs/first_hour.md and docs/tutorial.md, run again
 # make bits    the default studies, docs/how_many_bits.md: an hour
 # make mixed   cores with mixed word lengths, verified, docs/numerics.md
 # make schedule, make timing
@@ -41,6 +41,7 @@
 # make estimates, make blocks, make baselines
 #              the prices of docs/synth.md's estimates, and its table of blocks alone on a part; what the baselines' cores
 #              take and how fast they are
+# make docs    the site of docs/, build/docs/index.html
 # make axi, make axi_cost
 #              the cores behind AXI against the model, and what the wrapper costs, docs/ip.md
 # make clean   forget everything that was made here, the environment included
@@ -57,9 +58,9 @@ PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
   registers tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour \
-  abuse misuse accuracy front_end front_end_size axi axi_cost
+  tutorial abuse misuse accuracy front_end front_end_size axi axi_cost
 
-.PHONY: demo test test-rest test-all clean icarus chromium $(STUDIES)
+.PHONY: demo test test-rest test-all docs clean icarus chromium $(STUDIES)
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -83,12 +84,16 @@ test-rest: $(READY) icarus chromium
 
 test-all: test test-rest
 
+# Warnings are errors; nothing is downloaded.  All pages are made anew (-E), as each shows the titles of the others.
+docs: $(READY)
+	$(VENV)/bin/sphinx-build -q -E -W --keep-going -d build/doctrees docs build/docs
+
 campaign mixed bits formats rest signals gates mutants axi: GROUP := exactness
 cores schedule timing: GROUP := cycles
-estimates blocks baselines primitives registers tree rounding front_end_size axi_cost: GROUP := parts
+estimates blocks baselines primitives registers tree rounding axi_cost front_end_size: GROUP := parts
 speed c_speed libraries: GROUP := speed
 growth large sparse: GROUP := large
-calibrate errors truth fem_convergence page notebook first_hour: GROUP := contacts
+calibrate errors truth fem_convergence page notebook first_hour tutorial: GROUP := contacts
 abuse misuse: GROUP := abuse
 accuracy front_end: GROUP := accuracy
 

@@ -3,14 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from tfra.cli.common import Config, Json, OutDirectory, print_json, progress
 from tfra.codegen.core import check_core
+from tfra.model.errors import InputError
+
+if TYPE_CHECKING:
+    from tfra.codegen.config import Project
 
 
-def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
+Package = Annotated[
+    bool,
+    typer.Option("--package", help="Write a folder for FPGA projects: FuseSoC, Vivado, LiteX, a board, a datasheet."),
+]
+
+
+def generate(config: Config, out: OutDirectory, package: Package = False, json: Json = False) -> None:
     """Write the core: Verilog, ROM images, a testbench, and a JSON file that describes them.
 
     Prints the condition number of the sensor, and how often the core is expected to agree with double precision.
@@ -19,12 +31,16 @@ def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
     from tfra.codegen.generate import generate as write
     from tfra.codegen.outlook import outlook
     from tfra.codegen.processes import ToolError
+    from tfra.synth.part import part_of
 
     project = load(config)
     check_core(project)
+    if package:
+        _check_package(project, out, config)
     try:
         with progress("generating the core"):
-            sidecar = write(project.design, out, [config])
+            part = part_of(project.design) if package else None
+            sidecar = write(project.design, out, [config], part)
     except ToolError as error:
         typer.echo(f"tfra generate: {error}", err=True)
         raise typer.Exit(1) from None
@@ -36,3 +52,15 @@ def generate(config: Config, out: OutDirectory, json: Json = False) -> None:
         if expected.doubtful:
             typer.echo("the word lengths are short for this sensor: try formats.name = \"wide\", or tfra study")
         typer.echo(f"{out}: core {project.design.name}, described in {project.design.name}.json")
+
+
+def _check_package(project: Project, out: Path, config: Path) -> None:
+    """Raise ``InputError`` now for a name or a directory that would be refused after a minute."""
+    from tfra.codegen.files import check_directory
+    from tfra.codegen.names import check_packaged
+
+    check_directory(out, "generate", [config])
+    try:
+        check_packaged(project.design.name)
+    except ValueError as error:
+        raise InputError(project.path, "", str(error)) from None

@@ -19,9 +19,9 @@ def header(facts: dict[str, Any], cells: Sequence[str]) -> str:
         f"Configuration SHA-256: {facts['configuration_sha256']}",
         "",
         *wrapped(f"Computes {facts['computes']}."),
-        *section("Ports", _ports(facts["ports"])),
+        *section("Ports", port_lines(facts["ports"])),
         *section("Rules", (line for name, text in facts["rules"].items() for line in wrapped(f"{name}: {text}.", 2))),
-        *section("Frames", _frames(facts)),
+        *section("Frames", frame_lines(facts)),
         *section("Cycles", _cycles(facts)),
         *section("Beside this file", _files(facts, cells)),
     ]
@@ -44,27 +44,37 @@ def wrapped(text: str, indent: int = 0) -> list[str]:
     return textwrap.wrap(text, _WIDTH, subsequent_indent=" " * indent)
 
 
-def _ports(ports: list[dict[str, Any]]) -> Iterator[str]:
+def port_lines(ports: list[dict[str, Any]]) -> Iterator[str]:
+    """A line for each of the sidecar's ``ports``."""
     for port in ports:
-        yield f"{port['name']:<14}{port['direction']:<5}{port['bits']:>3}  {port['note']}"
+        yield f"{port['name']:<15}{port['direction']:<5}{port['bits']:>3}  {port['note']}"
 
 
-def _frames(facts: dict[str, Any]) -> Iterator[str]:
+def frame_lines(facts: dict[str, Any]) -> Iterator[str]:
+    """Order and formats of the words of a frame."""
     taxel, result = facts["taxel"], facts["result"]
     yield f"taxel: {taxel['transfers_per_frame']} codes, {taxel['order']}"
     yield f"result: {result['transfers_per_frame']} words, the last one with result_last"
-    yield f"  {result['note']}"
+    yield f"  value: {result['value']}"
     yield f"  {'words':<10}{'field':<14}{'bits':>4}  {'format':<14}{'lsb':>12}  unit"
     for field in result["fields"]:
         first, last = field["start"], field["start"] + field["count"] - 1
         words = str(first) if first == last else f"{first}..{last}"
         kind = f"{field['bits']:>4}  {field['format']:<14}{field['lsb']:>12.6g}"
-        yield f"  {words:<10}{field['name']:<14}{kind}  {field['unit']}".rstrip()
+        unit = "" if field["unit"] == "1" else field["unit"]
+        yield f"  {words:<10}{field['name']:<14}{kind}  {unit}".rstrip()
+    yield "meaning of the fields"
+    for field in result["fields"]:
+        yield f"  {field['name']:<14}{field['meaning']}"
+    yield "bits of status"
+    for bit in result["status_bits"]:
+        yield f"  {bit['bit']:<2} {bit['name']}: {bit['meaning']}"
 
 
 def _cycles(facts: dict[str, Any]) -> Iterator[str]:
-    yield f"from the last taxel to the first result word: {facts['latency_cycles']}, when the core is idle"
-    yield f"from the last taxel to the last result word: {facts['frame_latency_cycles']}"
+    latency = facts["latency_cycles"]
+    yield f"from the last taxel to the first result word: {latency['first_word']}, when the core is idle"
+    yield f"from the last taxel to the last result word: {latency['last_word']}"
     yield f"from frame to frame, when they come back to back: {facts['interval_cycles']}"
 
 

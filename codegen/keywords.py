@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import keyword
+
 KEYWORDS = frozenset(
     """
     accept_on alias always always_comb always_ff always_latch and assert assign assume automatic before begin bind bins
@@ -27,3 +29,32 @@ KEYWORDS = frozenset(
 
 SIMULATORS = frozenset({"bool", "std", "wone", "wreal"})
 """Keywords of Icarus and Verilator beyond the standard."""
+
+_VHDL = """
+abs access after alias all and architecture array assert assume attribute begin block body buffer bus case component
+configuration constant context cover default disconnect downto else elsif end entity exit fairness file for force
+function generate generic group guarded if impure in inertial inout is label library linkage literal loop map mod nand
+new next nor not null of on open or others out package parameter port postponed procedure process property protected
+private pure range record register reject release rem report restrict return rol ror select sequence severity shared
+signal sla sll sra srl strong subtype then to transport type unaffected units until use variable view vmode vpkg vprop
+vunit wait when while with xnor xor
+"""
+_C = """
+alignas alignof auto bool break case char const constexpr continue default do double else enum extern false float for
+goto if inline int long nullptr register restrict return short signed sizeof static static_assert struct switch
+thread_local true typedef typeof typeof_unqual union unsigned void volatile while
+"""
+_TCL = """
+after append apply array break catch close concat continue default dict else elseif error eval exec exit expr file for
+foreach format global if incr info join lappend lindex linsert list llength lrange lreplace lsearch lset lsort
+namespace open package proc puts regexp regsub rename return scan set source split string subst switch then time trace
+unset uplevel upvar variable while
+"""
+
+PACKAGED = {
+    "VHDL": frozenset(_VHDL.split()),
+    "C": frozenset(_C.split()),
+    "Python": frozenset(keyword.kwlist),
+    "Tcl": frozenset(_TCL.split()),
+}
+"""Words of the languages in which a package is used: VHDL (IEEE 1076-2019), C (C23), Python, Tcl's commands."""

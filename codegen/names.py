@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from tfra.codegen.keywords import KEYWORDS, SIMULATORS
+from tfra.codegen.keywords import KEYWORDS, PACKAGED, SIMULATORS
 
 PORTS = frozenset(
     {
@@ -34,6 +34,18 @@ def checked(name: str) -> str:
     if word := _taken(name):
         raise ValueError(f'name: "{name}" is {word}')
     return name
+
+
+def check_packaged(name: str) -> None:
+    """Raise ``ValueError`` (``name: ...``) for a word that one of a package's languages keeps for itself.
+
+    VHDL knows no case, and has no names with two underscores in a row or one at the end.
+    """
+    for language, words in PACKAGED.items():
+        if (name.lower() if language == "VHDL" else name) in words:
+            raise ValueError(f'name: "{name}" is a keyword of {language}, which a package is used in')
+    if "__" in name or name.endswith("_"):
+        raise ValueError(f'name: "{name}" is no name in VHDL, which has no "__" and no "_" at the end')
 
 
 def _taken(name: str) -> str:

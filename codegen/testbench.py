@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from string import Template
+from typing import Any
 
 import numpy as np
 
-from tfra.codegen.sidecar import LOADED
+from tfra.codegen.header import frame_lines
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.model.arrays import Ints
 from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.fixed.design import Design
 
@@ -18,9 +20,16 @@ CONTACTS = 4
 
 SEED = 1
 
+_LINE = 10
+"""Words in a line of the file."""
+
 _TEMPLATE = Template("""\
 // Self-checking testbench of $name: $frames frames, $words result words, all compared.
-// iverilog -g2012 -o tb $name.v testbench/${name}_tb.v$cells && vvp tb     (in the directory of $name.v)
+// It needs no other file but the core, and runs in any directory:
+// iverilog -g2012 -o tb $name.v ${name}_tb.v$cells && vvp tb
+//
+// Words are hexadecimal, two's complement where signed, the first of a line leftmost.
+$formats
 `timescale 1ns / 1ps
 module ${name}_tb;
   reg clk = 0, rst = 1;
@@ -28,6 +37,7 @@ module ${name}_tb;
   reg signed [$word_top:0] expected [0:$last_word];
 $load_signals  reg [15:0] noise = 16'hace1;  // shift register: decides who stalls
   integer taxel = 0, word = 0, errors = 0, quiet = 0;
+  integer code_count = 0, result_count = 0;
   wire taxel_ready, result_valid, result_last;
   wire signed [$word_top:0] result_data;
   reg taxel_valid = 0, result_ready = 0;
@@ -42,9 +52,8 @@ $load_ports    .taxel_data(taxel_data), .taxel_valid(taxel_valid), .taxel_ready(
   always #5 clk = !clk;
 
   initial begin
-    $$readmemh("testbench/taxels.hex", taxels);
-    $$readmemh("testbench/results.hex", expected);
-$load_file    repeat (4) @(negedge clk);
+$load_words    give_frames;
+    repeat (4) @(negedge clk);
     rst = 0;
 $load_transfers  end
 
@@ -70,21 +79,28 @@ $load_transfers  end
       word = word + 1;
       if (word == $words) begin
         $$display("%s: %0d words compared, %0d differ", errors ? "FAILED" : "PASSED", word, errors);
+        if (errors) $$fatal;  // ends the simulator with an error
         $$finish;
       end
     end
     if (quiet > $patience) begin
       $$display("FAILED: no result for %0d cycles, %0d words compared", quiet, word);
-      $$finish;
+      $$fatal;
     end
   end
-endmodule
+
+$tasks
+  task give_frames;
+    begin
+$given    end
+  endtask
+${load_tasks}endmodule
 """)
 
 _LOAD = {
     "load_signals": """\
   reg signed [$load_top:0] coefficients [0:$last_load];
-  integer load = 0;
+  integer load = 0, coefficient_count = 0;
   reg load_valid = 0;
   wire load_ready;
   wire signed [$load_top:0] load_data = coefficients[load];
@@ -92,8 +108,8 @@ _LOAD = {
     "load_ports": """\
     .load_data(load_data), .load_valid(load_valid), .load_ready(load_ready),
 """,
-    "load_file": f"""\
-    $$readmemh("{LOADED}", coefficients);
+    "load_words": """\
+    give_coefficients;
 """,
     "load_transfers": """\
     load_valid = 1;
@@ -103,44 +119,91 @@ _LOAD = {
     end
     load_valid = 0;
 """,
+    "load_tasks": """
+$store
+  task give_coefficients;
+    begin
+$coefficients    end
+  endtask
+""",
 }
 """The parts of a testbench for a core with a ``load`` port."""
 
+_STORE = Template("""\
+  task $kind(input integer count, input [$top:0] words);
+    integer place;
+    for (place = count - 1; place >= 0; place = place - 1) begin
+      $memory[${kind}_count] = words[$slot * place +: $bits];
+      ${kind}_count = ${kind}_count + 1;
+    end
+  endtask
+""")
 
-def testbench(design: Design, interval: int) -> dict[str, str]:
-    """Texts of the testbench's files by name; ``interval``: cycles from frame to frame without stalls."""
+
+def testbench(design: Design, facts: dict[str, Any]) -> dict[str, str]:
+    """Text of the testbench by its file's name; ``facts`` are those of the sidecar."""
     core = microarchitecture(design)
     codes = np.concatenate([contact_codes(design, CONTACTS, SEED), directed_codes(design)])
     words = design.model(codes).words
+    code_bits, word_bits = design.adc.bits, design.word_bits
     text = _TEMPLATE.substitute(
         name=design.name,
         cells="".join(f" {file.name}" for file in core.cell_models),
         frames=len(codes),
         words=words.size,
         frame=design.frame_words,
-        taxel_top=design.adc.bits - 1,
-        word_top=design.word_bits - 1,
+        taxel_top=code_bits - 1,
+        word_top=word_bits - 1,
         last_taxel=codes.size - 1,
         last_word=words.size - 1,
-        patience=20 * interval + 1000,
+        patience=20 * facts["interval_cycles"] + 1000,
+        formats="".join(f"// {line}\n" for line in frame_lines(facts)).rstrip(),
+        tasks=_store("code", "taxels", code_bits) + "\n" + _store("result", "expected", word_bits),
+        given="".join(_frames(codes.reshape(len(codes), -1), words, code_bits, word_bits)),
         **_load(core),
     )
-    return {
-        f"{design.name}_tb.v": text,
-        "taxels.hex": hex_words(codes.ravel(), design.adc.bits),
-        "results.hex": hex_words(words.ravel(), design.word_bits),
-    }
+    return {f"{design.name}_tb.v": text}
 
 
 def _load(core: Microarchitecture) -> dict[str, str]:
-    words = core.loaded
+    words, bits = core.loaded, core.design.coefficient_word
     if words is None:
         return dict.fromkeys(_LOAD, "")
-    sizes = {"last_load": len(words) - 1, "load_top": core.design.coefficient_word - 1}
-    return {name: Template(text).substitute(sizes) for name, text in _LOAD.items()}
+    parts = {
+        "last_load": len(words) - 1,
+        "load_top": bits - 1,
+        "store": _store("coefficient", "coefficients", bits),
+        "coefficients": "".join(_lines("coefficient", words, bits)),
+    }
+    return {name: Template(text).substitute(parts) for name, text in _LOAD.items()}
+
+
+def _store(kind: str, memory: str, bits: int) -> str:
+    """A task that stores a line of words."""
+    slot = 4 * _digits(bits)
+    return _STORE.substitute(kind=kind, memory=memory, bits=bits, slot=slot, top=slot * _LINE - 1)
+
+
+def _frames(codes: Ints, words: Ints, code_bits: int, word_bits: int) -> Iterator[str]:
+    for number, (given, expected) in enumerate(zip(codes, words, strict=True)):
+        yield f"      // frame {number}, {'a contact' if number < CONTACTS else 'a corner case'}\n"
+        yield from _lines("code", given, code_bits)
+        yield from _lines("result", expected, word_bits)
+
+
+def _lines(kind: str, words: Ints, bits: int) -> Iterator[str]:
+    """Calls of the task ``kind`` with a line of ``words`` each."""
+    digits, size = hex_words(words, bits).split(), 4 * _digits(bits) * _LINE
+    for start in range(0, len(digits), _LINE):
+        line = digits[start : start + _LINE]
+        yield f"      {kind}({len(line)}, {size}'h{'_'.join(line)});\n"
+
+
+def _digits(bits: int) -> int:
+    return -(-bits // 4)
 
 
 def hex_words(words: Iterable[int], bits: int) -> str:
     """Text for ``$readmemh``: two's complement words of ``bits``, one a line."""
-    digits, mask = -(-bits // 4), (1 << bits) - 1
+    digits, mask = _digits(bits), (1 << bits) - 1
     return "".join(f"{int(word) & mask:0{digits}x}\n" for word in words)

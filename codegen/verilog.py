@@ -19,7 +19,7 @@ from tfra.codegen.identifiers import with_plain_names
 from tfra.codegen.netlist import Module as Netlist
 from tfra.codegen.netlist import Wire, parse, written
 from tfra.codegen.processes import ToolError, complaint, running
-from tfra.codegen.sidecar import port_names
+from tfra.codegen.sidecar import port_names, ports
 from tfra.codegen.tidy import tidied
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
@@ -119,6 +119,13 @@ def to_verilog(design: Design) -> str:
     core = microarchitecture(design)
     models = [file.read_text() for file in core.cell_models]
     return plain_verilog(to_rtlil(Top(design), design.name), design.name, port_names(core), models)
+
+
+def declaration(design: Design) -> str:
+    """The core's module with its ports alone, for modules that have an instance of it."""
+    rows = ports(design, microarchitecture(design).loaded is not None)
+    pins = ", ".join(f"{port.direction}put [{port.bits - 1}:0] {port.name}" for port in rows)
+    return f"module {design.name} ({pins});\nendmodule\n"
 
 
 def plain_verilog(rtlil: str, top: str, order: Sequence[str] = (), models: Iterable[str] = ()) -> str:

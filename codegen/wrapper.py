@@ -9,26 +9,39 @@ from amaranth import ClockDomain, ClockSignal, Instance, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.codegen.header import comment, section, wrapped
+from tfra.codegen.header import comment, port_lines, section, wrapped
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.sidecar import ports, sidecar
-from tfra.codegen.verilog import plain_verilog, to_rtlil
-from tfra.hdl.bus.map import BITS, BYTES
+from tfra.codegen.sidecar import sidecar
+from tfra.codegen.sidecarschema import Port
+from tfra.codegen.verilog import declaration, plain_verilog, to_rtlil
+from tfra.codegen.wrapperports import wrapper_ports
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.front_end.ports import NUMBER, WORD
+from tfra.hdl.front_end.ports import WORD
 from tfra.hdl.ip.framer import FAULTS, FORMAT
 from tfra.hdl.ip.wrapper import Wrapper
+from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
-
-Port = tuple[str, str, int, str]
-"""Name, direction, bits, meaning."""
 
 RULES = {
     "clock": "every port belongs to aclk and counts at its rising edge",
-    "reset": "aresetn is synchronous, active low, and needed for one cycle at least after power-up",
-    "streams": "AXI4-Lite and AXI4-Stream; no output depends on an input of the same cycle",
+    "reset": (
+        "aresetn is synchronous, active low, and needed for one cycle at least after power-up. The register"
+        " CONTROL.soft_reset resets core and streams, but no register; it skips the rest of a frame that it cuts at the"
+        " input, and ends one that it cuts at the output by a beat with tlast and tuser high"
+    ),
+    "start": "no frame is taken until CONTROL.run is 1; a loaded core needs its coefficients by LOAD_DATA before",
+    "streams": (
+        "a beat moves at a rising edge with valid and ready high; no output depends on an input of the same cycle"
+    ),
+    "short and long frames": (
+        "are dropped whole, counted in FRAMES_DROPPED and reported in ERRORS; the next frame is not affected"
+    ),
 }
+"""Rules of the ports, as sentences."""
+
+_UNREAD = ("s_axi_awprot", "s_axi_arprot", "s_axi_awaddr[1:0]", "s_axi_araddr[1:0]")
+"""Bits of inputs that change nothing: registers have no protection, and are whole words."""
 
 
 def wrapper(design: Design) -> Wrapper:
@@ -45,54 +58,9 @@ def module_name(design: Design) -> str:
     return f"{design.name}_axi"
 
 
-def wrapper_ports(design: Design) -> list[Port]:
+def ports_of(design: Design) -> list[Port]:
     """Ports of the module in order."""
-    return [
-        ("aclk", "in", 1, "clock, rising edge"),
-        ("aresetn", "in", 1, "synchronous reset, active low"),
-        *_axi_lite(),
-        ("s_axis_tdata", "in", WORD * design.bus.taxels_per_beat, f"taxels, {WORD} bits each, the first one lowest"),
-        ("s_axis_tuser", "in", NUMBER, "number of the frame, read with its last beat"),
-        ("s_axis_tlast", "in", 1, "last beat of a frame"),
-        ("s_axis_tvalid", "in", 1, ""),
-        ("s_axis_tready", "out", 1, ""),
-        ("m_axis_tdata", "out", BITS, "word of an output frame"),
-        ("m_axis_tuser", "out", 1, "with the last word: a soft reset cut the frame"),
-        ("m_axis_tlast", "out", 1, "last word of a frame"),
-        ("m_axis_tvalid", "out", 1, ""),
-        ("m_axis_tready", "in", 1, ""),
-        ("interrupt", "out", 1, "a level, high while an enabled event is pending"),
-    ]
-
-
-def _axi_lite() -> Iterator[Port]:
-    channels = {
-        "aw": ("in", {"addr": 8, "prot": 3}),
-        "w": ("in", {"data": BITS, "strb": BYTES}),
-        "b": ("out", {"resp": 2}),
-        "ar": ("in", {"addr": 8, "prot": 3}),
-        "r": ("out", {"data": BITS, "resp": 2}),
-    }
-    for name, (direction, words) in channels.items():
-        back = "out" if direction == "in" else "in"
-        for key, bits in {**words, "valid": 1}.items():
-            yield f"s_axi_{name}{key}", direction, bits, ""
-        yield f"s_axi_{name}ready", back, 1, ""
-
-
-_LINT = """\
-
-// The name is that of the bus's signal, and a word of C++.
-/* verilator lint_off SYMRSVDWORD */
-{}/* verilator lint_on SYMRSVDWORD */
-"""
-
-_UNUSED = """\
-  // The registers need no protection, and have four bytes each.
-  wire unused_inputs;
-  assign unused_inputs = &{s_axi_awprot, s_axi_awaddr[1:0], s_axi_arprot, s_axi_araddr[1:0]};
-endmodule
-"""
+    return wrapper_ports(design, register_map(parameters(design)).address_bits)
 
 
 class Top(wiring.Component):
@@ -100,8 +68,8 @@ class Top(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design, self._wrapper = design, wrapper(design)
-        self._ports = wrapper_ports(design)
-        super().__init__({name: (In if way == "in" else Out)(bits) for name, way, bits, _ in self._ports})
+        flows = {"in": In, "out": Out}
+        super().__init__({port.name: flows[port.direction](port.bits) for port in ports_of(design)})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -119,7 +87,7 @@ class Top(wiring.Component):
         """Inputs and outputs of the wrapper by the names of the ports."""
         axi, frames, results = inner.axi, inner.frames, inner.results
         inputs: dict[str, Any] = {}
-        outputs: dict[str, Any] = {"interrupt": inner.interrupt}
+        outputs: dict[str, Any] = {"irq": inner.interrupt}
         for name, member in axi.signature.members.items():
             (inputs if member.flow is In else outputs)[f"s_axi_{name}"] = getattr(axi, name)
         inputs |= {"s_axis_tdata": frames.p.words.as_value(), "s_axis_tuser": frames.p.user}
@@ -148,17 +116,15 @@ def wrapper_verilog(design: Design) -> str:
     ``InputError`` without the compiler of the register map, ``ToolError`` when yosys fails.
     """
     name, top = module_name(design), Top(design)
-    order = [port for port, *_ in wrapper_ports(design)]
-    text = plain_verilog(to_rtlil(top, name), name, order, [_stub(design)])
-    return header(design) + _LINT.format(text.replace("endmodule\n", _UNUSED, 1))
+    order = [port.name for port in ports_of(design)]
+    cells = (file.read_text() for file in cell_models(design.target))
+    text = plain_verilog(to_rtlil(top, name), name, order, [declaration(design), *cells])
+    before, head, module = text.partition(f"module {name}(")
+    return f"{header(design)}{before}{head}{module.replace('endmodule', f'{_unread()}endmodule', 1)}"
 
 
-def _stub(design: Design) -> str:
-    """The core's module without content."""
-    rows = ports(design, microarchitecture(design).loaded is not None)
-    words = {"in": "input", "out": "output"}
-    pins = ",\n".join(f"  {words[row['direction']]} [{row['bits'] - 1}:0] {row['name']}" for row in rows)
-    return f"module {design.name} (\n{pins}\n);\nendmodule\n"
+def _unread() -> str:
+    return f"  wire unused = &{{{', '.join(_UNREAD)}}};\n"
 
 
 def header(design: Design) -> str:
@@ -169,7 +135,7 @@ def header(design: Design) -> str:
         f"Configuration SHA-256: {facts['configuration_sha256']}",
         "",
         *wrapped(f"Module {module_name(design)} has one instance of {design.name}, which is in {design.name}.v."),
-        *section("Ports", (f"{name:<15}{way:<5}{bits:>3}  {note}" for name, way, bits, note in wrapper_ports(design))),
+        *section("Ports", port_lines([port.model_dump() for port in ports_of(design)])),
         *section("Rules", (line for name, text in RULES.items() for line in wrapped(f"{name}: {text}.", 2))),
         *section("Frames in", _frames_in(design)),
         *section("Frames out", _frames_out(design)),

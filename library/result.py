@@ -85,7 +85,7 @@ class Result:
 
     @property
     def threshold(self) -> float | None:
-        """Of the uncertainty over |F_z|: frames over it are ``IMPLAUSIBLE``; only the learned estimator has it."""
+        """Of the uncertainty over ``|F_z|``: frames over it are ``IMPLAUSIBLE``; only the learned estimator has it."""
         return self.found.threshold
 
     @property

@@ -13,7 +13,7 @@ from tfra.model.tfra import Result, Status
 MEANINGS = {
     Status.NO_CONTACT: "nothing presses, all results are zero",
     Status.COMPRESSION_ONLY: "no taxel is under traction, so no tangential force can be found",
-    Status.NO_DIRECTION: "centroids of compression and traction coincide, phi is set to 0",
+    Status.NO_DIRECTION: "the tangential force has no direction, phi is set to 0",
     Status.VANISHING_DENOMINATOR: "the dependent friction coefficient has a zero denominator and is set to zero",
     Status.DEPENDENT_OUT_OF_RANGE: "the dependent friction coefficient exceeds 1",
     Status.INPUT_SATURATED: "a taxel is at an end of the converter's range",

@@ -14,7 +14,7 @@ from tfra.hdl.cores import microarchitecture
 from tfra.model.converter import quantise
 from tfra.model.cover.scenes import wild_codes
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.words import decode
+from tfra.model.fixed.words import scaled
 from tfra.model.tfra import Status
 from tfra.sim import tools
 from tfra.sim.account import Returned, accounts, contact_errors, float_errors, histogram, reasons
@@ -66,7 +66,7 @@ def verify(
     shown = bad or next((run for run in runs if run.violations), runs[0])
     recorded = shown.record(waves) if waves else None
     back = Returned.of(design, every, runs)
-    result, seen = decode(design, back.words), stimuli[back.whole]
+    result, seen = scaled(design, back.words), stimuli[back.whole]
     special, unfit = reasons(result.status, SPECIAL), reasons(result.status, Status, seen.known)
     why = {"model": np.where(back.compared, "", NOT_RETURNED), "float": back.why(special), "contact": back.why(unfit)}
     return Report(
@@ -118,4 +118,4 @@ def _stated(design: Design, core: Any) -> tuple[int | None, int | None]:
         stated = microarchitecture(design)
         return stated.latency, stated.initiation_interval
     facts = core.sidecar if isinstance(core, Netlist) else {}
-    return facts.get("latency_cycles"), facts.get("interval_cycles")
+    return facts.get("latency_cycles", {}).get("first_word"), facts.get("interval_cycles")

@@ -54,6 +54,12 @@ DESCRIPTION = [
         "generate always.toml --out core",
         'name: is missing, and the file\'s own, "always", is a keyword of Verilog: set another one',
     ),
+    Misuse(
+        "a keyword of VHDL as name of a package",
+        config("[sensor]", 'name = "signal"\n[sensor]'),
+        "generate wrong.toml --out core --package",
+        'name: "signal" is a keyword of VHDL',
+    ),
     Misuse("a port as name", config("[sensor]", 'name = "clk"\n[sensor]'), WRONG, 'name: "clk" is a port of the core'),
     Misuse(
         "a mesh of 1e-6 mm",

@@ -55,29 +55,29 @@ class Contact:
     """One contact on the cover; SI units and radians.
 
     The normal load is compressive, q_z < 0, and the tangential load is proportional to it (Eq. 32):
-    (q_x, q_y) = mu |q_z| (cos phi, sin phi), so that F_x = mu |F_z| cos phi and F_y = mu |F_z| sin phi as in
-    the paper's Tables 1 and 2.  Eqs. 13, 14 and 32 print F_z and q_z without the modulus; with F_z < 0 that
+    ``(q_x, q_y) = mu |q_z| (cos phi, sin phi)``, so that ``F_x = mu |F_z| cos phi`` and ``F_y = mu |F_z| sin phi``
+    as in the paper's Tables 1 and 2.  Eqs. 13, 14 and 32 print F_z and q_z without the modulus; with F_z < 0 that
     would turn phi by 180 degrees against the tables and against Eq. 11.
-
-    Attributes:
-        shape: Pressure profile; a ``ContactShape`` or its name.
-        center_x, center_y: Centre of the footprint, origin in the first taxel, m.
-        half_x, half_y: Semi-axes of the ellipse or half sides of the rectangle, m, > 0.
-        normal_force: Resultant F_z, N, < 0 (compression).
-        mu: Ratio of the tangential to the normal resultant (Eq. 15), >= 0.
-        phi: Direction of the tangential resultant from the x axis, rad.
 
     Raises ``ValueError`` naming the field for a value outside these ranges or not finite.
     """
 
     shape: ContactShape
+    """Pressure profile; a ``ContactShape`` or its name."""
     center_x: float
+    """Centre of the footprint along x, origin in the first taxel, m."""
     center_y: float
+    """The same along y, m."""
     half_x: float
+    """Semi-axis of the ellipse or half side of the rectangle along x, m, > 0."""
     half_y: float
+    """The same along y, m, > 0."""
     normal_force: float
+    """Resultant F_z, N, < 0 (compression)."""
     mu: float
+    """Ratio of the tangential to the normal resultant (Eq. 15), >= 0."""
     phi: float
+    """Direction of the tangential resultant from the x axis, rad."""
 
     def __post_init__(self) -> None:
         try:

@@ -285,7 +285,7 @@ def test_verify_writes_a_page(
 
 
 def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def facts(design: Any, path: Path, inputs: list[Path]) -> dict[str, str]:
+    def facts(design: Any, path: Path, inputs: list[Path], part: None) -> dict[str, str]:
         assert inputs == [Path("skin.toml")]
         return {"name": design.name, "path": str(path)}
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -61,7 +62,7 @@ def test_sidecar_tells_what_the_core_is(made):
     design, directory = made
     facts = json.loads((directory / f"{design.name}.json").read_text())
     assert facts["name"] == design.name
-    assert facts["latency_cycles"] == microarchitecture(design).latency
+    assert facts["latency_cycles"]["first_word"] == microarchitecture(design).latency
     assert facts["result"]["transfers_per_frame"] == design.frame_words
     assert {p["name"]: p["bits"] for p in facts["ports"]}["result_data"] == design.word_bits
     verilog = (directory / f"{design.name}.v").read_text()
@@ -116,20 +117,37 @@ def test_icarus_reads_it_without_a_word(made):
     assert lint.icarus(directory / f"{design.name}.v") == ""
 
 
-def run_testbench(directory, name):
-    """What the generated testbench says in Icarus."""
+def run_testbench(directory, name, elsewhere=None):
+    """What the generated testbench says in Icarus; it runs in the folder ``elsewhere``, which has nothing else."""
     compile_ = ["iverilog", "-g2012", "-Wall", "-Wno-timescale", "-o", "tb", f"{name}.v", f"testbench/{name}_tb.v"]
     done = subprocess.run(compile_, cwd=directory, capture_output=True, text=True, check=True)
     assert done.stderr == ""
-    return subprocess.run(["vvp", "-n", "tb"], cwd=directory, capture_output=True, text=True, check=True).stdout
+    command = ["vvp", "-n", str(directory / "tb")]
+    done = subprocess.run(command, cwd=elsewhere or directory, capture_output=True, text=True, check=False)
+    assert (done.returncode == 0) == ("PASSED" in done.stdout)
+    return done.stdout
+
+
+def change_word(directory, name, kind, place, change):
+    """Plant ``change`` in a word of the testbench: the first of the ``place``-th line of its ``kind``."""
+    file = directory / "testbench" / f"{name}_tb.v"
+    lines = file.read_text().splitlines(keepends=True)
+    number = [n for n, line in enumerate(lines) if line.startswith(f"      {kind}(")][place]
+    head, digits = lines[number].split("'h", 1)
+    first = digits.partition("_")[0]
+    lines[number] = f"{head}'h{int(first, 16) ^ change:0{len(first)}x}{digits[len(first) :]}"
+    file.write_text("".join(lines))
 
 
 def test_the_testbench_passes(made, tmp_path):
     design, directory = made
     shutil.copytree(directory, tmp_path / "core")
-    said = run_testbench(tmp_path / "core", design.name)
-    count = len((directory / "testbench" / "results.hex").read_text().split())
+    (tmp_path / "empty").mkdir()
+    embedded = design.images != "readmemh"
+    said = run_testbench(tmp_path / "core", design.name, tmp_path / "empty" if embedded else None)
+    count = int(re.search(r"(\d+) result words", (directory / "testbench" / f"{design.name}_tb.v").read_text())[1])
     assert f"PASSED: {count} words compared, 0 differ" in said
+    assert count % design.frame_words == 0
 
 
 def test_files_beside_the_verilog_are_in_the_sidecar(made):
@@ -161,9 +179,7 @@ def test_the_testbench_notices_a_wrong_load(made, tmp_path):
     if design not in (DESIGNS["serial"], DESIGNS["loaded"]):
         return
     shutil.copytree(directory, tmp_path / "core")
-    file = tmp_path / "core" / "coefficients" / "load.hex"
-    first, rest = file.read_text().split("\n", 1)
-    file.write_text(f"{int(first, 16) ^ 0x4000:x}\n{rest}")
+    change_word(tmp_path / "core", design.name, "coefficient", 0, 0x4000)
     assert "FAILED" in run_testbench(tmp_path / "core", design.name)
 
 
@@ -171,10 +187,7 @@ def test_the_testbench_notices_a_wrong_load(made, tmp_path):
 def test_the_testbench_notices_a_wrong_word(made, tmp_path):
     design, directory = made
     shutil.copytree(directory, tmp_path / "core")
-    file = tmp_path / "core" / "testbench" / "results.hex"
-    lines = file.read_text().splitlines()
-    lines[20] = f"{int(lines[20], 16) ^ 1:0{len(lines[30])}x}"
-    file.write_text("\n".join(lines) + "\n")
+    change_word(tmp_path / "core", design.name, "result", 2, 1)
     said = run_testbench(tmp_path / "core", design.name)
     assert "1 differ" in said
     assert "FAILED" in said

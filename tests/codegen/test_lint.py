@@ -107,8 +107,12 @@ def test_the_head_tells_what_the_sidecar_does(core):
         assert [port["name"], port["direction"], str(port["bits"]), *port["note"].split()] in words
     for field in facts["result"]["fields"]:
         assert any(line[1:2] == [field["name"]] and field["format"] in line for line in words)
-    for cycles in ("latency_cycles", "frame_latency_cycles", "interval_cycles"):
-        assert re.search(rf": {facts[cycles]}\b", head), cycles
+        assert [field["name"], *field["meaning"].split()] in words
+    for bit in facts["result"]["status_bits"]:
+        assert [str(bit["bit"]), f"{bit['name']}:", *bit["meaning"].split()] in words
+    latency = facts["latency_cycles"]
+    for cycles in (latency["first_word"], latency["last_word"], facts["interval_cycles"]):
+        assert re.search(rf": {cycles}\b", head), cycles
 
 
 def test_the_hash_covers_every_choice():

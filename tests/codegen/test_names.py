@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from tfra.codegen.keywords import KEYWORDS
-from tfra.codegen.names import PORTS, checked, name_from
+from tfra.codegen.keywords import KEYWORDS, PACKAGED
+from tfra.codegen.names import PORTS, check_packaged, checked, name_from
 from tfra.codegen.verilog import Top
 from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -39,6 +39,31 @@ def test_words_that_are_taken(word: str) -> None:
 def test_no_core_has_the_name_of_a_module_of_another() -> None:
     with pytest.raises(ValueError, match=r'^name: "skin__core" is like a module inside of a core$'):
         checked("skin__core")
+
+
+@pytest.mark.parametrize(
+    ("word", "language"),
+    [("signal", "VHDL"), ("Signal", "VHDL"), ("double", "C"), ("lambda", "Python"), ("lappend", "Tcl")],
+)
+def test_words_that_no_package_may_be_called(word: str, language: str) -> None:
+    """A core alone may: its Verilog knows none of these languages."""
+    assert checked(word) == word
+    with pytest.raises(ValueError, match=rf'^name: "{word}" is a keyword of {language}, which a package is used in$'):
+        check_packaged(word)
+
+
+@pytest.mark.parametrize("name", ["skin_", "my__skin"])
+def test_names_that_vhdl_does_not_have(name: str) -> None:
+    with pytest.raises(ValueError, match=rf'^name: "{name}" is no name in VHDL'):
+        check_packaged(name)
+
+
+def test_words_of_languages_are_complete() -> None:
+    """C23 has 54, nine of which begin with an underscore, as no core does."""
+    assert len(PACKAGED["C"]) == 54 - 9
+    assert {"begin", "entity", "signal", "process", "view"} <= PACKAGED["VHDL"]
+    assert {"None", "lambda", "yield"} <= PACKAGED["Python"]
+    check_packaged("skin")
 
 
 def test_names_that_are_free() -> None:

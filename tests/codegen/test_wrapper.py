@@ -12,7 +12,7 @@ from tests.codegen import lint
 from tests.codegen.test_generate import DESIGNS
 from tests.marks import long
 from tfra.codegen.verilog import to_verilog
-from tfra.codegen.wrapper import module_name, wrapper_ports, wrapper_verilog
+from tfra.codegen.wrapper import module_name, ports_of, wrapper_verilog
 from tfra.model.choices import Adc, Bus
 from tfra.model.fixed.design import Design
 
@@ -45,7 +45,8 @@ def test_plain_verilog_with_one_core(design: str, tmp_path: Path) -> None:
 def test_ports_are_those_of_the_standard() -> None:
     text = wrapper_verilog(CASES["serial"])
     body = text[text.index("\nmodule ") : text.index("endmodule")]
-    for name, direction, bits, _ in wrapper_ports(CASES["serial"]):
+    for port in ports_of(CASES["serial"]):
+        name, direction, bits = port.name, port.direction, port.bits
         size = rf"\[{bits - 1}:0\] " if bits > 1 else ""
         assert re.search(rf"^  {direction}put {size}{name};", body, re.M), name
         assert re.search(rf"^//   {name} ", text, re.M), name

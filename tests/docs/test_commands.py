@@ -41,13 +41,31 @@ TASTE = re.compile(r"COMMAND|…|\.\.\.|: ")
 """In what is no command: part of one, or a message."""
 
 
+FENCE = re.compile(r"^ *(?:<!-- (?P<mark>[a-z ]+) -->\n *)?```\w*\n(?P<lines>.*?)^ *```", re.M | re.S)
+
+NOT_YET = "not yet"
+"""Mark of a block whose commands are to come."""
+
+WHOLE = "run"
+"""Mark of a block that tests/docs/test_howto.py runs as a whole."""
+
+
 def commands(page: str) -> tuple[list[str], list[str]]:
     """The commands of a page: those in blocks, which are to be copied, and those that sentences name."""
     text = (ROOT / page).read_text()
-    fence = re.compile(r"^```\w*\n(.*?)^```", re.M | re.S)
-    blocks = [line for block in fence.findall(text) for line in block.splitlines()]
-    named = re.findall(r"`([^`\n]+)`", fence.sub("", text))
+    blocks = [line for found in FENCE.finditer(text) if found["mark"] not in {NOT_YET, WHOLE} for line in _lines(found)]
+    named = re.findall(r"`([^`\n]+)`", FENCE.sub("", text))
     return _commands(blocks), _commands(named)
+
+
+def marked(mark: str) -> list[tuple[str, list[str]]]:
+    """The page and the lines of every block with this mark."""
+    found = ((page, block) for page in PAGES for block in FENCE.finditer((ROOT / page).read_text()))
+    return [(page, _lines(block)) for page, block in found if block["mark"] == mark]
+
+
+def _lines(block: re.Match[str]) -> list[str]:
+    return [line.strip() for line in block["lines"].splitlines()]
 
 
 def _commands(lines: list[str]) -> list[str]:
@@ -117,6 +135,14 @@ def test_what_sentences_name(page: str, line: str) -> None:
     assert {word.partition("=")[0] for word in words[2:] if word.startswith("-")} <= known | {"--help"}
 
 
+@pytest.mark.parametrize(("page", "lines"), marked(NOT_YET))
+def test_what_is_to_come(page: str, lines: list[str]) -> None:
+    """As soon as such a command is there, the page's mark has to go."""
+    for line in _commands(lines):
+        with pytest.raises(typer.TyperException):
+            parsed(shlex.split(line)[1:])
+
+
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder as a reader has it: the examples, a sensor of one's own, and recordings of it in several forms."""
@@ -155,10 +181,12 @@ def run(line: str) -> None:
         assert main(words) == 0, line
 
 
-SLOW = {"README.md", "docs/how_many_bits.md", "docs/development.md"}
+SLOW = {
+    "README.md", "docs/how_many_bits.md", "docs/development.md", "docs/howto/target.md", "docs/howto/word_lengths.md"
+}
 """Pages whose cores are simulated for minutes."""
 
-REPLAYED = {"docs/first_hour.md"}
+REPLAYED = {"docs/first_hour.md", "docs/tutorial.md"}
 """Pages with a test of their own that compares every answer."""
 
 TO_COPY = [

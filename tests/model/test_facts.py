@@ -44,7 +44,7 @@ def test_by_hand() -> None:
         "3 of 5 frames: contact",
         "1: no contact (nothing presses, all results are zero)",
         "1: compression only (no taxel is under traction, so no tangential force can be found)",
-        "1 of all: no direction (centroids of compression and traction coincide, phi is set to 0)",
+        "1 of all: no direction (the tangential force has no direction, phi is set to 0)",
         "1 of all: output saturated (a result exceeded its word length and was saturated)",
         "phi: median 5.0, 350.0 to 20.0 degrees (2 frames)",
         "mu: median 0.500, 0.100 to 0.700 (3 frames)",

@@ -76,7 +76,7 @@ def standin(words: Ints) -> Maker:
         images = {"words.hex": sent, "setup.hex": f"{fault:x}\n{at:x}\n"}
         layout = ((DESIGN.adc.bits, True),)
         probe = Probe("input", "probe_input", "probe_input_words", layout, DESIGN.sensor.taxels)
-        facts = {"latency_cycles": LATENCY, "interval_cycles": INTERVAL}
+        facts = {"latency_cycles": {"first_word": LATENCY}, "interval_cycles": INTERVAL}
         return Netlist("standin", text, facts, images, probes=(probe,))
 
     return make

@@ -81,4 +81,4 @@ def test_gates(cache: Path) -> None:
     core = synthesised(design, "ice40", cache)
     run = simulate(design, codes, "icarus", expected=FixedTfra(design)(codes).words, core=core)
     assert (run.compared, run.mismatches) == (run.words.size, 0)
-    assert run.latency[0] == core.sidecar["latency_cycles"]
+    assert run.latency[0] == core.sidecar["latency_cycles"]["first_word"]

@@ -189,6 +189,7 @@ def test_every_probe_shows_the_models_stage(cache: Path) -> None:
 
 
 @pytest.mark.usefixtures("few")
+@pytest.mark.usefixtures("few")
 def test_wrong_coefficients_are_traced_to_their_stage(cache: Path) -> None:
     first = f"18'h{lane_images(DESIGN)[0, 0] & 0x3FFFF:05x}"
     wrong = tampered(cache, first, "18'h00000")

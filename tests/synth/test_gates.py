@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.marks import long
 from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.errors import InputError
 from tfra.model.fixed.design import Design
@@ -59,7 +60,7 @@ def test_gates_equal_the_model(gates: Netlist, cache: Path) -> None:
     run = play(gates, cache)
     assert (run.compared, run.mismatches) == (run.words.size, 0)
     alone = play(gates, cache, frames=1)
-    assert alone.latency[0] == gates.sidecar["latency_cycles"]
+    assert alone.latency[0] == gates.sidecar["latency_cycles"]["first_word"]
 
 
 @pytest.mark.long
@@ -163,8 +164,8 @@ def test_the_core_of_a_target_equals_the_model(target: str, cache: Path) -> None
     assert (run.compared, run.mismatches) == (run.words.size, 0)
 
 
-def test_only_a_target_has_instances(cache: Path) -> None:
-    for target, cells_of in (("portable", 0), ("ecp5", 4), ("ice40", 0)):
-        text = generated(replace(DESIGN, target=target), cache).verilog
-        assert text.count("MULT18X18D #(") == cells_of
-        assert text.count("DP16KD #(") == cells_of // 2  # two lanes share one
+@pytest.mark.parametrize(("target", "cells_of"), [("ecp5", 4), *long(("portable", 0), ("ice40", 0))])
+def test_only_a_target_has_instances(cache: Path, target: str, cells_of: int) -> None:
+    text = generated(replace(DESIGN, target=target), cache).verilog
+    assert text.count("MULT18X18D #(") == cells_of
+    assert text.count("DP16KD #(") == cells_of // 2  # two lanes share one

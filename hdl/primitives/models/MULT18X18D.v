@@ -1,15 +1,12 @@
 // MULT18X18D of the ECP5 as a multiplier: input, pipeline and output registers, each with a clock, an enable and a
 // synchronous reset of its own, or none; words signed or not.  Cascades (SRI, SRO, RO), the C input and asynchronous
 // resets are not modelled: parameters and inputs that ask for them are fatal.  Latency: the sum of the registers.
+// There are no pins for SRI: these have wires from the cell beside them alone, and no router can bring them a constant.
 module MULT18X18D (
   input
     A17, A16, A15, A14, A13, A12, A11, A10, A9, A8, A7, A6, A5, A4, A3, A2, A1, A0,
     B17, B16, B15, B14, B13, B12, B11, B10, B9, B8, B7, B6, B5, B4, B3, B2, B1, B0,
     C17, C16, C15, C14, C13, C12, C11, C10, C9, C8, C7, C6, C5, C4, C3, C2, C1, C0,
-    SRIA17, SRIA16, SRIA15, SRIA14, SRIA13, SRIA12, SRIA11, SRIA10, SRIA9, SRIA8, SRIA7, SRIA6, SRIA5, SRIA4,
-    SRIA3, SRIA2, SRIA1, SRIA0,
-    SRIB17, SRIB16, SRIB15, SRIB14, SRIB13, SRIB12, SRIB11, SRIB10, SRIB9, SRIB8, SRIB7, SRIB6, SRIB5, SRIB4,
-    SRIB3, SRIB2, SRIB1, SRIB0,
     SIGNEDA, SIGNEDB, SOURCEA, SOURCEB,
     CLK0, CLK1, CLK2, CLK3, CE0, CE1, CE2, CE3, RST0, RST1, RST2, RST3,
   output

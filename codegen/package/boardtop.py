@@ -1,0 +1,121 @@
+"""The top module of a board: UART, bridge and core at the board's own clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from amaranth import ClockDomain, ClockSignal, DomainRenamer, Instance, Module, ResetSignal, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out, connect
+
+from tfra.codegen.sidecar import ports
+from tfra.codegen.sidecarschema import Port
+from tfra.codegen.verilog import declaration, plain_verilog, to_rtlil
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.lib.pipeline import delayed, register
+from tfra.hdl.uart.bridge import Bridge
+from tfra.hdl.uart.rx import Rx
+from tfra.hdl.uart.tx import Tx
+from tfra.model.fixed.design import Design
+
+BAUD = 1_000_000
+"""Bits a second of the line."""
+
+TOP = "top"
+
+_START_BITS = 10
+"""Of the counter that holds the reset after power-up, until block memories can be read."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A board with a serial line: its clock, and whether its button and its lamps are on when their pins are low."""
+
+    name: str
+    clock_hz: int
+    inverted: bool
+
+    @property
+    def divisor(self) -> int:
+        """Clock cycles of a bit on the line; a divisor of every clock here."""
+        return self.clock_hz // BAUD
+
+
+class BoardTop(wiring.Component):
+    """The core of ``design``, an instance of its Verilog module, behind a serial line.
+
+    Members: ``clock``; ``button``: resets while it is pressed; ``rx``, ``tx``: the line at ``BAUD``, on which a break
+    resets, too; lamps: ``alive`` changes with each result frame, ``dropped`` shows that a frame was dropped since the
+    reset, ``waits`` that the core waits for coefficients.
+    """
+
+    def __init__(self, design: Design, board: Board) -> None:
+        self._design, self._board, self._divisor = design, board, board.divisor
+        inputs = {"clock": In(1), "button": In(1), "rx": In(1)}
+        super().__init__({**inputs, "tx": Out(1), "alive": Out(1), "dropped": Out(1), "waits": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.domains.sync = ClockDomain(local=True)
+        m.domains.line = ClockDomain(local=True, reset_less=True)
+        m.submodules.receiver = rx = DomainRenamer("line")(Rx(self._divisor))
+        m.submodules.transmitter = tx = Tx(self._divisor)
+        m.submodules.bridge = bridge = Bridge(self._design)
+        m.submodules.restart = restart = DomainRenamer("line")(_Restart())
+        connect(m, rx.o, bridge.i)
+        connect(m, bridge.o, tx.i)
+        m.d.comb += [
+            *(ClockSignal("sync").eq(self.clock), ClockSignal("line").eq(self.clock)),
+            *(restart.button.eq(self.button ^ self._board.inverted), restart.broken.eq(rx.broken)),
+            ResetSignal().eq(restart.reset),
+            *(rx.line.eq(self.rx), self.tx.eq(tx.line), bridge.fault.eq(rx.fault)),
+        ]
+        alive, dropped = Signal(name="alive_word"), Signal(name="dropped_word")
+        with m.If(bridge.result.valid & bridge.result.ready & bridge.result.payload.last):
+            m.d.sync += alive.eq(~alive)
+        with m.If(bridge.dropped):
+            m.d.sync += dropped.eq(1)
+        for lamp, lit in ((self.alive, alive), (self.dropped, dropped), (self.waits, bridge.load.ready)):
+            m.d.comb += lamp.eq(lit ^ self._board.inverted)
+        m.submodules.core = self._core(bridge)
+        return m
+
+    def _core(self, bridge: Any) -> Instance:
+        pins = {"i_clk": ClockSignal(), "i_rst": ResetSignal()}
+        for port in _stream_ports(self._design):
+            stream, _, member = port.name.partition("_")
+            words = getattr(bridge, stream)
+            word = {"valid": words.valid, "ready": words.ready}.get(member)
+            if word is None:
+                word = words.payload.data if stream == "result" and member == "data" else words.payload
+                word = words.payload.last if member == "last" else word
+            pins[f"{port.direction[0]}_{port.name}"] = word
+        return Instance(self._design.name, **pins)
+
+
+class _Restart(wiring.Component):
+    """The reset, from a register: after power-up, and while ``button`` or ``broken`` is high."""
+
+    def __init__(self) -> None:
+        super().__init__({"button": In(1), "broken": In(1), "reset": Out(1, init=1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        count = Signal(_START_BITS)
+        button = delayed(m, self.button, 2, "button", control=True)
+        with m.If(~count.all()):
+            m.d.sync += count.eq(count + 1)
+        m.d.comb += self.reset.eq(register(m, ~count.all() | button | self.broken, "reset_word", control=True))
+        return m
+
+
+def _stream_ports(design: Design) -> list[Port]:
+    every = ports(design, microarchitecture(design).loaded is not None)
+    return [port for port in every if port.name not in ("clk", "rst")]
+
+
+def board_verilog(design: Design, board: Board) -> str:
+    """Verilog of the module ``top`` of a board; the core is in a file of its own."""
+    order = ("clock", "button", "rx", "tx", "alive", "dropped", "waits")
+    return plain_verilog(to_rtlil(BoardTop(design, board), TOP), TOP, order, [declaration(design)])

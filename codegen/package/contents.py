@@ -1,0 +1,74 @@
+"""What every writer of a package's files reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+from string import Template
+from typing import Any
+
+from tfra.codegen.package.part import Part
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.hdl.primitives import cell_models
+from tfra.model.fixed.design import Design
+
+
+@dataclass(frozen=True)
+class Contents:
+    """A design, the ``facts`` of its sidecar, its part, and the ``texts`` of the files that are there already."""
+
+    design: Design
+    facts: Mapping[str, Any]
+    texts: Mapping[str, str]
+    part: Part
+
+    @property
+    def name(self) -> str:
+        """The core's name; that of the wrapper is ``wrapper``."""
+        return self.design.name
+
+    @property
+    def wrapper(self) -> str:
+        """The module with buses around the core, in a file of the same name."""
+        return f"{self.name}_axi"
+
+    @cached_property
+    def core(self) -> Microarchitecture:
+        """The core, for its cycles and its coefficients."""
+        return microarchitecture(self.design)
+
+    @property
+    def version(self) -> str:
+        """Version of the generator, as three numbers."""
+        return str(self.facts["generator"]).rpartition(" ")[2]
+
+    @property
+    def rtl(self) -> list[str]:
+        """Files of the modules to synthesise, those that are there."""
+        return [name for name in (f"{self.name}.v", f"{self.wrapper}.v") if name in self.texts]
+
+    @property
+    def images(self) -> list[str]:
+        """Files that the core reads its memories' contents from."""
+        return [image["file"] for image in self.facts["images"]]
+
+    @property
+    def cells(self) -> dict[str, str]:
+        """Models of the device's cells for simulators, by their names in the package."""
+        found = {*self.core.cell_models, *cell_models(self.design.target)}
+        return {f"testbench/{file.name}": file.read_text() for file in sorted(found)}
+
+    @property
+    def rules(self) -> dict[str, str]:
+        """What Verilator's lint shall not say of these models."""
+        found = [file.with_name("cells.vlt") for file in cell_models(self.design.target)[:1]]
+        return {f"testbench/{file.name}": file.read_text() for file in found}
+
+
+def filled(template: str, values: Mapping[str, object]) -> str:
+    """The file ``template`` of this folder's ``templates`` with ``values`` for its placeholders."""
+    text = files("tfra.codegen.package").joinpath("templates", template).read_text("utf-8")
+    return Template(text).substitute(values)

@@ -1,0 +1,118 @@
+"""``datasheet.html``: all that an engineer needs who has the package alone, on one page that loads nothing."""
+
+from __future__ import annotations
+
+import zlib
+from html import escape
+from string import Template
+
+from tfra.codegen.html import contents as links
+from tfra.codegen.html import document
+from tfra.codegen.package import sheettables as tables
+from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.package.diagrams import blocks, waves
+from tfra.codegen.registers.files import VENDOR
+from tfra.codegen.wrapper import ports_of
+from tfra.codegen.wrapperports import input_bits
+from tfra.hdl.uart.bridge import WORD_BYTES
+
+_SECTIONS = {
+    "features": "Features",
+    "ports": "Ports",
+    "input": "Input frames",
+    "output": "Output frames",
+    "timing": "Handshakes and cycles",
+    "resets": "Resets",
+    "faults": "Faulty frames",
+    "load": "Loading coefficients",
+    "calibration": "Loading the calibration",
+    "registers": "Registers",
+    "resources": "Resources",
+    "accuracy": "Accuracy",
+    "integration": "Integration",
+}
+
+
+def datasheet(contents: Contents) -> dict[str, str]:
+    """The page; raises ``InputError`` without the extra ``ip``."""
+    count, errors = tables.errors(contents)
+    values = {
+        **{f"h_{name}": f'<h2 id="{name}">{title}</h2>' for name, title in _SECTIONS.items()},
+        **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in waves().items()},
+        **_numbers(contents),
+        "contents": links(_SECTIONS),
+        "blocks": blocks(contents.name),
+        "wrapper_ports": tables.wrapper_ports(contents),
+        "core_ports": tables.core_ports(contents),
+        "output_words": tables.output_words(contents),
+        "status_bits": tables.status_bits(contents),
+        "registers": tables.registers(contents),
+        "cycles": tables.cycles(contents),
+        "resources": tables.resources(contents),
+        "errors": errors,
+        "contacts": count,
+        "load": _load(contents),
+        "instance": escape(instance(contents)),
+        "rules": "".join(f"<li><b>{escape(name)}</b>: {escape(text)}.</li>" for name, text in _rules(contents).items()),
+    }
+    body = filled("datasheet.html", values)
+    sensor = contents.design.sensor
+    title = f"{contents.wrapper}: contact forces of {sensor.rows} × {sensor.columns} taxels"
+    return {"datasheet.html": document(title, [body], filled("datasheet.css", {}))}
+
+
+def _rules(contents: Contents) -> dict[str, str]:
+    return dict(contents.facts["rules"])
+
+
+def _numbers(contents: Contents) -> dict[str, object]:
+    """Numbers and names of the page's sentences."""
+    facts, design, part = contents.facts, contents.design, contents.part
+    taxels, beat = design.sensor.taxels, input_bits(design)
+    slots = beat // 16
+    forces = next((field.count for field in design.layout if field.name == "forces"), 0)
+    return {
+        "name": contents.name,
+        "wrapper": contents.wrapper,
+        "vendor": VENDOR,
+        "version": contents.version,
+        "hash": facts["configuration_sha256"],
+        "computes": escape(facts["computes"]),
+        "rows": design.sensor.rows,
+        "columns": design.sensor.columns,
+        "pitch": f"{1e3 * design.sensor.pitch_x:g} × {1e3 * design.sensor.pitch_y:g} mm",
+        "taxels": taxels,
+        "slots": slots,
+        "beats": -(-taxels // slots),
+        "bits": design.adc.bits,
+        "lsb_pa": f"{design.adc.lsb:.6g}",
+        "words": design.frame_words,
+        "output_beats": tables.HEADER_BEATS + design.frame_words,
+        "short_beats": tables.HEADER_BEATS + design.frame_words - forces,
+        "word_bytes": WORD_BYTES,
+        "part": part.name,
+        "mhz": f"{part.clock_mhz:g}",
+        "basis": escape(part.basis),
+        "rate": f"{1e6 * part.clock_mhz / facts['interval_cycles']:,.0f}",
+        "first_us": f"{part.microseconds(facts['latency_cycles']['first_word']):,.1f}",
+        "architecture": design.architecture.kind,
+    }
+
+
+def _load(contents: Contents) -> str:
+    """The steps, or that there are none."""
+    words = contents.core.loaded
+    if words is None:
+        return "<p>None: the coefficients are in the core's memories from the start. LOAD_WORDS is 0.</p>"
+    image = b"".join((int(word) & 0xFFFFFFFF).to_bytes(4, "little") for word in words)
+    values = {"count": f"{len(words):,}", "crc": f"0x{zlib.crc32(image):08X}", "bits": contents.design.coefficient_word}
+    return filled("datasheet_load.html", values)
+
+
+_INSTANCE = Template("  $wrapper $name (\n$pins\n  );")
+
+
+def instance(contents: Contents) -> str:
+    """An instance of the wrapper in Verilog, with wires of the ports' names."""
+    rows = ",\n".join(f"    .{pin.name}({pin.name})" for pin in ports_of(contents.design))
+    return _INSTANCE.substitute(wrapper=contents.wrapper, name=f"{contents.name}_0", pins=rows)

@@ -1,0 +1,35 @@
+"""Calibrates a core, and prints the resultant force of ten frames: ``python example.py REGISTERS FRAMES``.
+
+REGISTERS is a device that maps them, such as ``/dev/uio0``; FRAMES gives output frames, one after the other: a device
+of the DMA, or a file.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+from tfra_host import Core, Mapped, frame_bytes, parse_frame, read_coefficients
+
+SIDECAR = Path(__file__).resolve().parents[1] / "NAME.json"
+
+
+def main(registers: str, frames: str) -> None:
+    facts = json.loads(SIDECAR.read_text(encoding="utf-8"))
+    core = Core(Mapped(registers), facts)
+    if "load" in facts:
+        core.load(read_coefficients(SIDECAR.parent / facts["load"]["file"], facts))
+    core.tare(log2_frames=3)  # nothing may touch the sensor now
+    core.wait_tare()
+    with open(frames, "rb") as source:
+        for _ in range(10):
+            frame = parse_frame(facts, source.read(frame_bytes(facts)))
+            x, y, z = frame.resultant
+            faults = ", ".join(sorted(frame.faults)) or "no"
+            print(f"{frame.sequence}: {x:.6f} {y:.6f} {z:.6f} N, friction {frame.mu:.3f}, {faults} faults")
+    core.stop()
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

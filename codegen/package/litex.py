@@ -1,0 +1,18 @@
+"""``litex/NAME.py``: the wrapper as a LiteX module."""
+
+from __future__ import annotations
+
+from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.wrapperports import input_bits
+
+
+def litex(contents: Contents) -> dict[str, str]:
+    """A Python module that needs LiteX alone."""
+    values = {
+        "name": contents.name,
+        "wrapper": contents.wrapper,
+        "bits": input_bits(contents.design),
+        "sources": ", ".join(f'"{name}"' for name in (f"{contents.name}.v", f"{contents.wrapper}.v")),
+        "images": ", ".join(f'"{name}"' for name in contents.images),
+    }
+    return {f"litex/{contents.name}.py": filled("litex.py.txt", values)}

@@ -1,0 +1,48 @@
+"""``vivado``: a script that packages the wrapper as an IP core, and its constraints."""
+
+from __future__ import annotations
+
+from tfra.codegen.package.constraints import timing
+from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.package.fusesoc import VENDOR
+from tfra.codegen.registers.source import as_map, compiled
+from tfra.codegen.registers.values import parameters
+from tfra.hdl.bus.map import Field, Kind, Register
+
+_ACCESS = {Kind.PULSE: "write-only", Kind.PORT: "write-only", Kind.SETTING: "read-write", Kind.EVENT: "read-write"}
+"""What software may do, as IP-XACT says it; it only reads the other kinds."""
+
+
+def vivado(contents: Contents) -> dict[str, str]:
+    """``vivado/package_ip.tcl`` and ``vivado/NAME_axi.xdc``."""
+    registers = as_map(compiled(parameters(contents.design))).registers
+    values = {
+        **timing(contents),
+        "wrapper": contents.wrapper,
+        "vendor": VENDOR,
+        "version": ".".join(contents.version.split(".")[:2]),
+        "description": f"Computes {contents.facts['computes']}".replace('"', "'"),
+        "images": " ".join(contents.images),
+        "registers": "".join(map(_register, registers)).rstrip(),
+    }
+    return {
+        "vivado/package_ip.tcl": filled("package_ip.tcl", values),
+        f"vivado/{contents.wrapper}.xdc": filled("wrapper.xdc", values),
+    }
+
+
+def _register(register: Register) -> str:
+    fields = "".join(map(_field, register.fields))
+    access = {(True, True): "read-write", (True, False): "read-only", (False, True): "write-only"}
+    kind = access[register.readable, register.writable]
+    return f'register {register.name} 0x{register.address:02X} {kind} {{{_braced(register.text)}}} {{\n{fields}}}\n'
+
+
+def _field(field: Field) -> str:
+    access = _ACCESS.get(field.kind, "read-only")
+    return f"  {field.name} {field.low} {field.bits} {access} {{{_braced(field.text)}}}\n"
+
+
+def _braced(text: str) -> str:
+    """Text for Tcl's braces, which have to be in pairs."""
+    return text.replace("{", "(").replace("}", ")").replace("\\", "/")

@@ -1,0 +1,63 @@
+"""UART receiver: a line to bytes, 8 data bits, no parity, one stop bit."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Cat, Module, Signal
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.lib.pipeline import delayed
+from tfra.hdl.lib.streams import always_ready_stream
+
+BYTE = 8
+
+
+class Rx(wiring.Component):
+    """Receive bytes of ``divisor`` clock cycles a bit; a bit is sampled in its middle.
+
+    Members:
+        line: the pin, asynchronous, high at rest.
+        o: stream of bytes, out, without backpressure; ``valid`` is high for one cycle.
+        fault: pulse: the stop bit was low, and the byte is lost.
+        broken: a break: the stop bit after eight zeros was low; high until the line is high again.
+    """
+
+    def __init__(self, divisor: int) -> None:
+        self._divisor = divisor
+        super().__init__({"line": In(1), "o": Out(always_ready_stream(BYTE)), "fault": Out(1), "broken": Out(1)})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        # Two registers for the clock's domain; inverted, since registers are 0 at power-up and a line at rest is 1.
+        line = ~delayed(m, ~self.line, 2, "line", control=True)
+        left = Signal(range(self._divisor), reset_less=True)
+        # A 1 above the bits to come; it is in the lowest place when the stop bit is next.
+        bits = Signal(BYTE + 1, reset_less=True)
+        whole = Signal()
+        m.d.comb += [whole.eq(bits[0]), self.o.payload.eq(bits[1:])]
+        m.d.sync += [left.eq(left - 1), self.o.valid.eq(0), self.fault.eq(0)]
+        with m.FSM():
+            with m.State("IDLE"):
+                m.d.sync += [left.eq(self._divisor // 2 - 1), bits.eq(1 << BYTE)]
+                with m.If(~line):
+                    m.next = "START"
+            with m.State("START"), m.If(left == 0):
+                m.d.sync += left.eq(self._divisor - 1)
+                m.next = "BITS"
+                with m.If(line):  # too short for a start bit
+                    m.next = "IDLE"
+            with m.State("BITS"), m.If(left == 0):
+                m.d.sync += left.eq(self._divisor - 1)
+                with m.If(~whole):
+                    m.d.sync += bits.eq(Cat(bits[1:], line))
+                with m.Else():
+                    m.d.sync += [self.o.valid.eq(line), self.fault.eq(~line), self.broken.eq(~line & ~bits[1:].any())]
+                    m.next = "IDLE"
+                    with m.If(~line):
+                        m.next = "LOW"
+            with m.State("LOW"), m.If(line):
+                m.d.sync += self.broken.eq(0)
+                m.next = "IDLE"
+        return m

@@ -1,0 +1,104 @@
+"""``tfra generate --package``: the folder, and answers to names and places that it can't have."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tfra.cli.main import main
+
+CONFIG = """
+[sensor]
+rows = 2
+columns = 2
+pitch_x_mm = 4.0
+pitch_y_mm = 4.0
+thickness_mm = 3.0
+
+[search]
+steps = 3
+
+[architecture]
+kind = "serial"
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("skin.toml").write_text(CONFIG)
+    return tmp_path
+
+
+def files(folder: Path) -> set[str]:
+    return {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
+
+
+def test_the_package_has_more_than_the_core(folder: Path) -> None:
+    assert main(["generate", "skin.toml", "--out", "core"]) == 0
+    assert main(["generate", "skin.toml", "--out", "package", "--package"]) == 0
+    core, package = files(folder / "core"), files(folder / "package")
+    assert core == {"skin.v", "skin.json", "coefficients/load.hex", "testbench/skin_tb.v", "tfra-manifest.json"}
+    for name in core - {"tfra-manifest.json"}:
+        assert (folder / "core" / name).read_bytes() == (folder / "package" / name).read_bytes(), name
+    assert package - core == {
+        *("README.md", "datasheet.html", "skin.core", "constraints/skin.sdc", "litex/skin.py"),
+        *("vivado/package_ip.tcl", "vivado/skin_axi.xdc"),
+        *("registers/tfra.h", "registers/tfra.html", "registers/tfra.xml"),
+        *("boards/talk.py", "boards/line.json"),
+        *("boards/ulx3s/top.v", "boards/ulx3s/ulx3s.lpf", "boards/ulx3s/build.sh"),
+    }
+    lines = (folder / "package" / "README.md").read_text().splitlines()
+    listed = {line.split("`")[1] for line in lines if line.startswith("| `")}
+    assert listed <= package
+    for name in package:
+        assert str(folder) not in (folder / "package" / name).read_text(), name
+
+
+@pytest.mark.long
+def test_same_bytes_whatever_the_hash_seed(folder: Path) -> None:
+    for seed in ("1", "2"):
+        command = [sys.executable, "-m", "tfra.cli", "generate", "skin.toml", "--out", seed, "--package"]
+        subprocess.run(command, check=True, env={"PYTHONHASHSEED": seed}, capture_output=True)
+    assert files(folder / "1") == files(folder / "2")
+    for name in files(folder / "1"):
+        assert (folder / "1" / name).read_bytes() == (folder / "2" / name).read_bytes(), name
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("signal", 'name: "signal" is a keyword of VHDL, which a package is used in'),
+        ("a__b", 'name: "a__b" is no name in VHDL, which has no "__" and no "_" at the end'),
+        ("proc", 'name: "proc" is a keyword of Tcl, which a package is used in'),
+        ("../up", "name: a letter, then at most 62 letters, digits and underscores are needed, got '../up'"),
+        ("module", 'name: "module" is a keyword of Verilog'),
+    ],
+)
+def test_names_are_refused_in_a_line(
+    folder: Path, name: str, reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("skin.toml").write_text(f'name = "{name}"\n{CONFIG}')
+    assert main(["generate", "skin.toml", "--out", "package", "--package"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith("skin.toml: ")
+    assert error.count("\n") == 1
+    assert reason in error
+    assert [file.name for file in folder.iterdir()] == ["skin.toml"]
+
+
+def test_a_folder_of_others_is_left_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("notes").mkdir()
+    Path("notes/thesis.tex").write_text("text")
+    assert main(["generate", "skin.toml", "--out", "notes", "--package"]) == 2
+    assert capsys.readouterr().err.startswith("notes: is not replaced: it holds thesis.tex")
+    assert files(folder) == {"skin.toml", "notes/thesis.tex"}
+
+
+def test_the_summary_is_that_of_the_core(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["generate", "skin.toml", "--out", "package", "--package", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["name"] == "skin"

@@ -1,0 +1,147 @@
+"""A driver with a simulated device: every access of the driver is one of AXI4-Lite in a Verilog simulator.
+
+``python -m tests.codegen.package.bridge SIMULATOR FOLDER`` compiles the Verilog of FOLDER as ``world.json`` there says,
+and plays the scenario with the driver of FOLDER's package.  ``outcome.json`` says what went wrong, or nothing.
+``world.json``: ``top`` and ``sources`` of the device, ``name`` of the design, ``driver``: c or python,
+``taxels_per_beat``, ``sidecar``, and the coefficients, frames and results of ``scenario.World``.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import traceback
+from collections.abc import Callable, Coroutine, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import cocotb
+from cocotb.clock import Clock
+from cocotb.task import bridge, resume
+from cocotb.triggers import ClockCycles, with_timeout
+from cocotb_tools.runner import VerilatorControlFile, get_runner
+from cocotbext.axi import AxiLiteBus, AxiLiteMaster, AxiStreamBus, AxiStreamFrame, AxiStreamSink, AxiStreamSource
+
+from tests.codegen.package.c_driver import CCore, compiled
+from tests.codegen.package.scenario import play
+from tfra.sim.launch import BUILD_ARGUMENTS, TIMESCALE
+from tfra.sim.tools import public_signals
+
+POLLS = 1000
+"""Enough for everything that a driver waits for here, so that a fault ends soon."""
+PATIENCE_US = 10_000
+
+
+class SlaveError(Exception):
+    """The device answered an access with an error."""
+
+
+class Simulated:
+    """``scenario.World`` with a simulated device."""
+
+    def __init__(self, dut: Any, facts: dict[str, Any], host: Any) -> None:
+        bus, low = AxiLiteBus.from_prefix(dut, "s_axi"), {"reset_active_level": False}
+        self.host, self.facts, self._dut = host, facts["sidecar"], dut
+        self.coefficients, self.frames, self.results = facts["coefficients"], facts["frames"], facts["results"]
+        self._manager, self._driver = AxiLiteMaster(bus, dut.aclk, dut.aresetn, **low), facts["driver"]
+        self._damaged: int | None = None
+        self._bytes = 2 * facts["taxels_per_beat"]
+        self._source = AxiStreamSource(AxiStreamBus.from_prefix(dut, "s_axis"), dut.aclk, dut.aresetn, **low)
+        self._sink = AxiStreamSink(AxiStreamBus.from_prefix(dut, "m_axis"), dut.aclk, dut.aresetn, **low)
+        self._library = compiled(Path.cwd(), facts["name"]) if self._driver == "c" else None
+
+    def core(self, facts: dict[str, Any]) -> Any:
+        if self._library is None:
+            return self.host.Core(self, facts, POLLS)
+        return CCore(self._library, self.host, self, facts, POLLS)
+
+    def read32(self, address: int) -> int:
+        answer = self._done(lambda: self._manager.read(address, 4))
+        if int(answer.resp):
+            raise SlaveError(f"read of {address:#x}")
+        return int.from_bytes(answer.data, "little")
+
+    def damage(self, address: int) -> None:
+        self._damaged = address
+
+    def write32(self, address: int, word: int) -> None:
+        if address == self._damaged:
+            self._damaged, word = None, word ^ 1
+        answer = self._done(lambda: self._manager.write(address, word.to_bytes(4, "little")))
+        if int(answer.resp):
+            raise SlaveError(f"write of {address:#x}")
+
+    def send(self, words: Sequence[int], user: int) -> None:
+        data = b"".join((word & 0xFFFF).to_bytes(2, "little") for word in words)
+        data += bytes(-len(data) % self._bytes)
+
+        async def sent() -> None:
+            await self._source.send(AxiStreamFrame(data, tuser=user))
+            await self._source.wait()
+
+        self._done(sent)
+
+    def receive(self) -> tuple[bytes, int]:
+        frame = self._done(lambda: self._sink.recv(compact=False))
+        return bytes(frame.tdata), int(frame.tuser[-1])
+
+    def wait(self, cycles: int) -> None:
+        self._done(lambda: _cycles(self._dut, cycles))
+
+    def interrupt(self) -> bool:
+        async def level() -> bool:
+            return bool(int(self._dut.irq.value))
+
+        return bool(self._done(level))
+
+    def _done(self, what: Callable[[], Coroutine[Any, Any, Any]]) -> Any:
+        async def timed() -> Any:
+            return await with_timeout(cocotb.start_soon(what()), PATIENCE_US, "us")
+
+        return resume(timed)()
+
+
+async def _cycles(dut: Any, cycles: int) -> None:
+    await ClockCycles(dut.aclk, cycles)
+
+
+@cocotb.test()
+async def drive(dut: Any) -> None:
+    """The scenario, in a thread of its own."""
+    facts = json.loads(Path("world.json").read_text())
+    sys.path.insert(0, str(Path.cwd() / "python"))
+    world = Simulated(dut, facts, import_module("tfra_host"))
+    dut.aresetn.value = 0
+    Clock(dut.aclk, 10, unit="ns").start()
+    await ClockCycles(dut.aclk, 8)
+    dut.aresetn.value = 1
+    await ClockCycles(dut.aclk, 4)
+    error = await bridge(_played)(world)
+    Path("outcome.json").write_text(json.dumps(error))
+
+
+def _played(world: Simulated) -> str:
+    try:
+        play(world)
+    except Exception:
+        return traceback.format_exc()
+    return ""
+
+
+def main(simulator: str, folder: Path) -> None:
+    """Compile and run; raises ``SystemExit`` or ``RuntimeError`` for what fails."""
+    facts = json.loads((folder / "world.json").read_text())
+    sources: list[Any] = [folder / name for name in facts["sources"]]
+    if simulator == "verilator":
+        (folder / "device.vlt").write_text(public_signals(facts["top"], ()))
+        sources.append(VerilatorControlFile(folder / "device.vlt"))
+    runner, places = get_runner(simulator), {"build_dir": folder, "hdl_toplevel": facts["top"]}
+    arguments = {"build_args": BUILD_ARGUMENTS[simulator], "timescale": TIMESCALE}
+    runner.build(sources=sources, always=True, **arguments, **places)
+    module = "tests.codegen.package.bridge"
+    runner.test(test_module=module, hdl_toplevel_lang="verilog", test_dir=folder, **places)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], Path(sys.argv[2]))

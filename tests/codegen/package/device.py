@@ -1,0 +1,72 @@
+"""A device to try drivers on: the registers of a design with a small model of the rest, in Verilog.
+
+It has the ports of the wrapper ``NAME_axi``, so another file can take its place.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from amaranth import Shape
+from amaranth.lib.wiring import In
+
+from tfra.codegen.registers.source import register_map
+from tfra.codegen.registers.values import parameters
+from tfra.codegen.verilog import plain_verilog, to_rtlil
+from tfra.hdl.bus.bank import hardware_ports
+from tfra.hdl.bus.registers import Registers
+from tfra.hdl.cores import microarchitecture
+from tfra.model.arrays import Ints
+from tfra.model.fixed.design import Design
+
+MODEL = Path(__file__).with_name("device.v")
+
+CHANNELS: dict[str, tuple[str, ...]] = {"aw": ("addr", "prot"), "w": ("data", "strb"), "b": ("resp",)}
+CHANNELS |= {"ar": ("addr", "prot"), "r": ("data", "resp")}
+BITS = {"addr": 8, "prot": 3, "data": 32, "strb": 4, "resp": 2}
+STREAMS = {
+    "s_axis": {"tdata": 16, "tuser": 16, "tlast": 1, "tvalid": 1},
+    "m_axis": {"tdata": 32, "tuser": 1, "tlast": 1, "tvalid": 1},
+}
+
+
+def device(design: Design, words: Ints) -> dict[str, str]:
+    """The module ``device`` and what it reads, by file: it plays the results ``words (n, frame_words)``."""
+    registers, model = register_map(parameters(design)), MODEL.read_text()
+    loaded = microarchitecture(design).loaded
+    sizes = {"TAXELS": design.sensor.taxels, "WORDS": design.frame_words, "FRAMES": len(words)}
+    sizes["FORCES"] = next(field.start for field in design.layout if field.name == "forces")
+    sizes["LOAD_WORDS"] = 0 if loaded is None else loaded.size
+    declared, wired = [f"localparam {name} = {value};" for name, value in sizes.items()], []
+    for register in registers.registers:
+        for field in register.fields:
+            for name, port in hardware_ports(field).items():
+                wire = f"{register.name}_{name}"
+                declared.append(f"wire [{Shape.cast(port.shape).width - 1}:0] {wire};")
+                wired.append(f".hardware__{register.name}__{name}({wire})")
+                if port.flow == In and not re.search(rf"assign {wire}\b", model):
+                    declared.append(f"assign {wire} = 0;")
+    bus = {f"{c}{word}": f"s_axi_{c}{word}" for c, texts in CHANNELS.items() for word in (*texts, "valid", "ready")}
+    wired += [f".bus__{name}({wire})" for name, wire in bus.items()]
+    wired += [".clk(aclk)", ".rst(!aresetn)", ".interrupt(irq)"]
+    instance = f"registers registers ({', '.join(wired)});"
+    body = "\n".join([f"module device({_ports()});", *declared, instance, model, "endmodule", ""])
+    own = plain_verilog(to_rtlil(Registers(registers), "registers"), "registers")
+    results = "".join(f"{int(word) & 0xFFFFFFFF:08x}\n" for word in words.ravel())
+    return {"device.v": own + body, "results.hex": results}
+
+
+def _ports() -> str:
+    """Ports of the wrapper."""
+    found = ["input wire aclk", "input wire aresetn", "output wire irq"]
+    for channel, texts in CHANNELS.items():
+        answer = channel in ("b", "r")
+        for word in (*texts, "valid", "ready"):
+            flow = "output" if answer != (word == "ready") else "input"
+            found.append(f"{flow} wire [{BITS.get(word, 1) - 1}:0] s_axi_{channel}{word}")
+    for stream, texts in STREAMS.items():
+        flow, back = ("input", "output") if stream == "s_axis" else ("output", "input")
+        found += [f"{flow} wire [{bits - 1}:0] {stream}_{word}" for word, bits in texts.items()]
+        found.append(f"{back} wire {stream}_tready")
+    return ", ".join(found)

@@ -1,0 +1,34 @@
+"""Packages of small cores, made once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from tfra.codegen.generate import generate
+from tfra.codegen.package.part import Part
+from tfra.model.choices import SERIAL, Architecture, Search
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
+
+PART = Part("ecp5-25-6", 98.0, {"LUT": (9000, 24288), "DSP": (9, 28)}, "a LUT is a LUT4 of ECP5")
+ICE40 = Part("ice40up5k", 30.0, {"LUT": (4500, 5280)}, "a LUT is a logic cell of iCE40")
+
+SENSOR = SensorArray(2, 2, 4e-3, 4e-3, 3e-3)
+SERIAL_CORE = TfraDesign(SENSOR, "tiny", search=Search(3), architecture=SERIAL)
+PARALLEL = TfraDesign(SENSOR, "lanes", search=Search(7), architecture=Architecture(4, 1))
+DESIGNS = {
+    "serial": (SERIAL_CORE, PART),
+    "parallel": (PARALLEL, PART),
+    "ecp5": (replace(PARALLEL, name="cells", target="ecp5"), PART),
+    "ice40": (replace(SERIAL_CORE, name="sparse", target="ice40"), ICE40),
+    "files": (replace(PARALLEL, name="images", images="readmemh"), PART),
+}
+
+
+def made(name: str, folder: Path) -> tuple[Design, Path]:
+    """A design, and its package in ``folder``."""
+    design, part = DESIGNS[name]
+    generate(design, folder / "package", (), part)
+    return design, folder / "package"

@@ -1,0 +1,146 @@
+"""The datasheet: every fact of the design is on it, and it loads nothing."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from dataclasses import replace
+from html import unescape
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.accessibility import faults_at_all_widths
+from tests.browser import browser
+from tests.codegen.package.made import PARALLEL, PART, SERIAL_CORE
+from tests.model.fixed.learned.cases import made as learned
+from tfra.codegen.package.accuracy import CONTACTS, SEED, accuracy
+from tfra.codegen.package.contents import Contents
+from tfra.codegen.package.datasheet import datasheet, instance
+from tfra.codegen.package.pins import pins
+from tfra.codegen.registers.source import as_map, compiled
+from tfra.codegen.registers.values import parameters
+from tfra.codegen.sidecar import sidecar
+from tfra.hdl.cores import microarchitecture
+from tfra.model.facts import MEANINGS
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.words import decode
+from tfra.model.metrics import turn_deg
+from tfra.sim.stimuli import contacts
+
+DESIGNS = {
+    "parallel": PARALLEL,
+    "serial": SERIAL_CORE,
+    "learned": learned(2, 3, taxel_forces=False),
+}
+
+
+def contents_of(design: Design) -> Contents:
+    return Contents(design, sidecar(design) | {"images": []}, {}, PART)
+
+
+@pytest.fixture(scope="module", params=DESIGNS)
+def sheet(request: pytest.FixtureRequest) -> tuple[Design, str]:
+    design = DESIGNS[request.param]
+    return design, datasheet(contents_of(design))["datasheet.html"]
+
+
+def table(page: str, label: str) -> list[list[str]]:
+    """The rows of a table, cell by cell."""
+    (body,) = re.findall(rf'aria-label="{label}"><table>.*?<tbody>(.*?)</tbody>', page, re.S)
+    rows = (re.findall(r"<td[^>]*>(.*?)</td>", row, re.S) for row in re.findall(r"<tr.*?</tr>", body, re.S))
+    return [[unescape(cell) for cell in row] for row in rows]
+
+
+def test_every_beat_has_its_bits(sheet: tuple[Design, str]) -> None:
+    """Beats follow each other without a gap, and their number is that of the text."""
+    design, page = sheet
+    rows = table(page, "Output frame")
+    spans = [[int(beat) for beat in row[0].split(" … ")] for row in rows]
+    covered = [range(span[0], span[-1] + 1) for span in spans]
+    assert sorted({beat for span in covered for beat in span}) == list(range(2 + design.frame_words))
+    words = rows[next(n for n, row in enumerate(rows) if row[0] == "2") :]
+    assert [row[2] for row in words] == [field.name for field in design.layout]
+    for row, field in zip(words, design.layout, strict=True):
+        assert row[1].startswith(f"{field.bits - 1}:0, {'sign' if field.signed else 'zeros'}")
+        assert float(row[4].split()[0]) == pytest.approx(field.lsb, rel=1e-5)
+    assert [(row[1], row[2]) for row in rows if row[0] in "01"] == [
+        *(("15:0", "sequence"), ("31:16", "user"), ("2", "saturation"), ("5", "sequence_gap"), ("7", "simulated")),
+        *(("8", "out_of_range"), ("9", "stuck"), ("31:24", "format")),
+    ]
+    assert f"A frame has {2 + design.frame_words} beats" in page
+
+
+def test_every_status_bit_is_explained(sheet: tuple[Design, str]) -> None:
+    design, page = sheet
+    rows = table(page, "Status")
+    assert {int(row[0]): row[2] for row in rows} == {
+        int(np.log2(flag.value)): MEANINGS[flag] for flag in design.status_bits
+    }
+
+
+def test_every_register_and_port_is_there(sheet: tuple[Design, str]) -> None:
+    design, page = sheet
+    registers = as_map(compiled(parameters(design))).registers
+    rows = table(page, "Registers")
+    assert [(row[0], row[1]) for row in rows if row[0]] == [(f"0x{r.address:02X}", r.name) for r in registers]
+    assert [row[3] for row in rows] == [field.name for register in registers for field in register.fields]
+    assert [row[0] for row in table(page, "Ports of the wrapper")] == [pin.name for pin in pins(design)]
+    assert [row[0] for row in table(page, "Ports of the core")][:2] == ["clk", "rst"]
+
+
+def test_cycles_and_times(sheet: tuple[Design, str]) -> None:
+    design, page = sheet
+    core, rows = microarchitecture(design), table(page, "Cycles")
+    expected = [core.latency, core.frame_latency, core.initiation_interval]
+    assert [int(row[1].replace(",", "")) for row in rows] == expected
+    for row, cycles in zip(rows, expected, strict=True):
+        assert float(row[2].replace(",", "")) == pytest.approx(cycles / 98.0, abs=0.006)
+
+
+def test_loads_are_told_with_their_checksum(sheet: tuple[Design, str]) -> None:
+    design, page = sheet
+    words = microarchitecture(design).loaded
+    if words is None:
+        assert "LOAD_WORDS is 0" in page
+        return
+    crc = zlib.crc32(np.asarray(words, dtype="<i4").tobytes())
+    assert page.count(f"0x{crc:08X}") == 2
+    assert f"{len(words):,} words" in page
+
+
+def test_accuracy_is_that_of_the_model() -> None:
+    """Against the same contacts, drawn and measured by the simulators' side."""
+    count, found = accuracy(PARALLEL)
+    drawn = contacts(PARALLEL, np.random.default_rng(SEED), CONTACTS)
+    result = decode(PARALLEL, PARALLEL.model(drawn.codes).words)
+    clear = PARALLEL.float_model(drawn.codes * PARALLEL.adc.lsb).status == 0
+    assert count == clear.sum()
+    friction = np.abs(result.mu - drawn.mu)[clear]
+    angle = turn_deg(result.phi_deg, drawn.phi_deg)[clear]
+    by_name = {(error.reference, error.name): (error.median, error.high) for error in found}
+    truth = "the simulated contact"
+    assert by_name[truth, "μ"] == pytest.approx(tuple(np.percentile(friction, (50, 95))))
+    assert by_name[truth, "φ / °"] == pytest.approx(tuple(np.percentile(angle, (50, 95))))
+
+
+def test_the_instance_has_every_port() -> None:
+    text = instance(contents_of(PARALLEL))
+    assert re.findall(r"\.(\w+)\((\w+)\)", text) == [(pin.name, pin.name) for pin in pins(PARALLEL)]
+
+
+def test_same_design_same_page() -> None:
+    first, second = (datasheet(contents_of(replace(PARALLEL)))["datasheet.html"] for _ in range(2))
+    assert first == second
+    assert "$" not in re.sub(r"<(style|svg).*?</\1>", "", first, flags=re.S)
+
+
+@pytest.mark.long
+def test_it_loads_nothing_and_everyone_can_read_it(sheet: tuple[Design, str], tmp_path: Path) -> None:
+    (tmp_path / "datasheet.html").write_text(sheet[1])
+    with browser(tmp_path) as tab:
+        tab.open(tmp_path / "datasheet.html")
+        assert tab.requests == []
+        assert tab.messages == []
+        assert faults_at_all_widths(tab) == []

@@ -1,0 +1,98 @@
+"""The example programs on a board of files, and the page that shows them."""
+
+from __future__ import annotations
+
+import re
+import struct
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.codegen.package.c_driver import SOURCES, STRICT
+from tests.codegen.package.test_drivers import beats, written
+from tests.codegen.package.test_simulated import DESIGN
+from tfra.codegen.package.drivers import driver_files
+from tfra.codegen.registers.source import register_map
+from tfra.codegen.registers.values import parameters
+from tfra.codegen.sidecar import LOADED
+from tfra.codegen.testbench import hex_words
+from tfra.hdl.cores import microarchitecture
+from tfra.model.fixed.design import Design
+
+PAGE, SOURCE = Path(__file__).parents[3] / "docs" / "driver.md", Path(__file__).parents[3] / "codegen/package/driver"
+FRAMES = np.random.default_rng(3).integers(-4000, 4000, (10, DESIGN.sensor.taxels))
+STATES = {0x44: 0b0010, 0x90: 0b11}
+"""STATUS of a core that is loaded and stopped, LOAD_STATUS of one that waits and has the right checksum."""
+
+
+def board(folder: Path, design: Design) -> list[str]:
+    """The package in ``folder`` with the board's files; the lines that an example prints, up to the faults."""
+    written(folder, design)
+    words = [0] * 1024
+    for register in register_map(parameters(design)).registers:
+        words[register.address // 4] = STATES.get(register.address, register.reset)
+    (folder / "registers.bin").write_bytes(struct.pack("<1024I", *words))
+    results = design.model(FRAMES).words.tolist()
+    frames = [beats(design, result, header=(number, 1 << 24)) for number, result in enumerate(results)]
+    (folder / "frames.bin").write_bytes(b"".join(struct.pack(f"<{len(frame)}I", *frame) for frame in frames))
+    loaded = microarchitecture(design).loaded
+    if loaded is not None:
+        (folder / LOADED).parent.mkdir()
+        (folder / LOADED).write_text(hex_words(loaded, design.coefficient_word))
+    field = {f.name: f for f in design.layout}
+    lines, (first, mu) = [], (field["resultant"].start, field["mu"])
+    for number, result in enumerate(results):
+        newton = [word * field["resultant"].lsb / 2 ** result[1] for word in result[first : first + 3]]
+        forces = " ".join(f"{force:.6f}" for force in newton)
+        lines.append(f"{number}: {forces} N, friction {result[mu.start] * mu.lsb:.3f}, ")
+    return lines
+
+
+@pytest.mark.parametrize("images", ["load", "inline"])
+def test_the_example_in_c(tmp_path: Path, images: str) -> None:
+    design = replace(DESIGN, images=images)
+    lines = board(tmp_path, design)
+    files = [tmp_path / "driver" / name for name in ("example.c", *SOURCES)]
+    files.append(Path(__file__).with_name("board.c"))
+    options = ["-Idriver", "-Iregisters", f"-DFRAME={design.frame_words + 2}u", "-fsanitize=address,undefined"]
+    subprocess.run(["gcc", *STRICT, *options, "-o", "example", *files], cwd=tmp_path, check=True)
+    done = subprocess.run(["./example"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines() == [f"{line}faults 0x000" for line in lines]
+
+
+@pytest.mark.parametrize("images", ["load", "inline"])
+def test_the_example_in_python(tmp_path: Path, images: str) -> None:
+    """With registers mapped from a file, which has afterwards what was written."""
+    lines = board(tmp_path, replace(DESIGN, images=images))
+    command = [sys.executable, "python/example.py", "registers.bin", "frames.bin"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    assert done.stdout.splitlines() == [f"{line}no faults" for line in lines]
+    words = struct.unpack("<1024I", (tmp_path / "registers.bin").read_bytes())
+    assert words[0xA4 // 4] == 3
+    assert words[0x40 // 4] == 0b1000
+
+
+def test_the_page_shows_the_examples() -> None:
+    blocks = dict(re.findall(r"^```(c|python)\n(.*?)^```", PAGE.read_text(), re.M | re.S))
+    assert blocks["c"] in (SOURCE / "example.c").read_text()
+    assert blocks["python"] in (SOURCE / "example.py").read_text()
+
+
+def test_the_page_has_every_error_and_function() -> None:
+    page, header = PAGE.read_text(), (SOURCE / "tfra_driver.h").read_text()
+    errors = re.findall(r"TFRA_ERROR_(\w+) = (\d+)", header)
+    assert re.findall(r"^\| (\d+) \| `(\w+)` \|", page, re.M) == [(code, name) for name, code in errors]
+    functions = set(re.findall(r"^(?:tfra_error_t|uint32_t) tfra_(\w+)\(", header, re.M))
+    named = set(re.findall(r"`(\w+)`", page))
+    assert functions - named == {"crc32", "repair_target", "repair_source"}
+
+
+def test_the_example_of_a_core_that_is_not_loaded() -> None:
+    text = driver_files(replace(DESIGN, images="inline"))["driver/example.c"]
+    assert "tfra_load" not in text
+    assert "coefficients" not in text
