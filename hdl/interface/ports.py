@@ -16,8 +16,3 @@ def taxel(design: Design) -> Shape:
 def result(design: Design) -> data.StructLayout:
     """One word of a result frame; ``last`` marks its end."""
     return data.StructLayout({"data": signed(design.word_bits), "last": 1})
-
-
-def coefficient(design: Design) -> Shape:
-    """A coefficient to load."""
-    return signed(design.coefficient_word)
