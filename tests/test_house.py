@@ -35,7 +35,7 @@ def rooms() -> list[list[str]]:
     """Rooms of the picture, floor by floor from the ground; those on one floor don't know each other."""
     text = (ROOT / "docs" / "architecture.md").read_text()
     lines = text.partition(PICTURE)[2].partition("```\n")[2].partition("```")[0].splitlines()
-    floors = [re.findall(r"[a-z]+(?:/[a-z]+)*(?=/?(?:\s|$))", line.partition("  ─")[0]) for line in lines]
+    floors = [re.findall(r"[a-z_]+(?:/[a-z_]+)*(?=/?(?:\s|$))", line.partition("  ─")[0]) for line in lines]
     return [floor for floor in reversed(floors) if floor]
 
 
