@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tfra.cli.main import main
+from tfra.codegen.package.drivers import C_FILES, PYTHON_FILES
 
 CONFIG = """
 [sensor]
@@ -47,7 +48,9 @@ def test_the_package_has_more_than_the_core(folder: Path) -> None:
         assert (folder / "core" / name).read_bytes() == (folder / "package" / name).read_bytes(), name
     assert package - core == {
         *("README.md", "datasheet.html", "skin.core", "constraints/skin.sdc", "litex/skin.py"),
-        *("vivado/package_ip.tcl", "vivado/skin_axi.xdc"),
+        *("skin_axi.v", "vivado/package_ip.tcl", "vivado/skin_axi.xdc", "driver/tfra_constants.h"),
+        *(f"driver/{name}" for name in ("skin_config.h", "skin_coefficients.h", *C_FILES)),
+        *(f"python/{name}" for name in ("tfra_host/constants.json", *PYTHON_FILES)),
         *("registers/tfra.h", "registers/tfra.html", "registers/tfra.xml"),
         *("boards/talk.py", "boards/line.json"),
         *("boards/ulx3s/top.v", "boards/ulx3s/ulx3s.lpf", "boards/ulx3s/build.sh"),
@@ -99,6 +102,7 @@ def test_a_folder_of_others_is_left_alone(folder: Path, capsys: pytest.CaptureFi
     assert files(folder) == {"skin.toml", "notes/thesis.tex"}
 
 
+@pytest.mark.long
 def test_the_summary_is_that_of_the_core(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["generate", "skin.toml", "--out", "package", "--package", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["name"] == "skin"

@@ -42,6 +42,7 @@ def test_plain_verilog_with_one_core(design: str, tmp_path: Path) -> None:
     assert wrapper_verilog(of) == text
 
 
+@pytest.mark.long
 def test_ports_are_those_of_the_standard() -> None:
     text = wrapper_verilog(CASES["serial"])
     body = text[text.index("\nmodule ") : text.index("endmodule")]

@@ -35,7 +35,7 @@ PLACEHOLDERS = {
 """What a page leaves to the reader, and a value of it."""
 
 LONG = {"synth", "study", "paper", "live", "train"}
-"""Commands of which only the arguments are checked here, since they take minutes or never end: other tests run them."""
+"""Commands of which only the arguments are checked here, since they take long or never end: other tests run them."""
 
 TASTE = re.compile(r"COMMAND|…|\.\.\.|: ")
 """In what is no command: part of one, or a message."""
@@ -164,7 +164,7 @@ def _text(name: str, frames: np.ndarray, separator: str, times: bool) -> None:
 def run(line: str) -> None:
     """Execute a ``tfra`` command, or parse one of ``LONG``."""
     words = [PLACEHOLDERS.get(word, word) for word in shlex.split(line, comments=True)[1:]]
-    if words[0] in LONG:
+    if words[0] in LONG or "--package" in words:
         parsed(words)
     else:
         assert main(words) == 0, line

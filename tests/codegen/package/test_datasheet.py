@@ -18,10 +18,10 @@ from tests.model.fixed.learned.cases import made as learned
 from tfra.codegen.package.accuracy import CONTACTS, SEED, accuracy
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.datasheet import datasheet, instance
-from tfra.codegen.package.pins import pins
 from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar import sidecar
+from tfra.codegen.wrapper import ports_of
 from tfra.hdl.cores import microarchitecture
 from tfra.model.facts import MEANINGS
 from tfra.model.fixed.design import Design
@@ -86,7 +86,7 @@ def test_every_register_and_port_is_there(sheet: tuple[Design, str]) -> None:
     rows = table(page, "Registers")
     assert [(row[0], row[1]) for row in rows if row[0]] == [(f"0x{r.address:02X}", r.name) for r in registers]
     assert [row[3] for row in rows] == [field.name for register in registers for field in register.fields]
-    assert [row[0] for row in table(page, "Ports of the wrapper")] == [pin.name for pin in pins(design)]
+    assert [row[0] for row in table(page, "Ports of the wrapper")] == [pin.name for pin in ports_of(design)]
     assert [row[0] for row in table(page, "Ports of the core")][:2] == ["clk", "rst"]
 
 
@@ -127,7 +127,7 @@ def test_accuracy_is_that_of_the_model() -> None:
 
 def test_the_instance_has_every_port() -> None:
     text = instance(contents_of(PARALLEL))
-    assert re.findall(r"\.(\w+)\((\w+)\)", text) == [(pin.name, pin.name) for pin in pins(PARALLEL)]
+    assert re.findall(r"\.(\w+)\((\w+)\)", text) == [(pin.name, pin.name) for pin in ports_of(PARALLEL)]
 
 
 def test_same_design_same_page() -> None:

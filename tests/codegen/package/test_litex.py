@@ -11,14 +11,14 @@ import pytest
 from tests.codegen.package.made import PARALLEL, PART
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.litex import litex
-from tfra.codegen.package.pins import pins
 from tfra.codegen.sidecar import sidecar
 from tfra.codegen.verilog import run_yosys
+from tfra.codegen.wrapper import ports_of
 
 
 def stub() -> str:
     """The wrapper with its ports alone."""
-    rows = [f"{pin.direction}put [{pin.bits - 1}:0] {pin.name}" for pin in pins(PARALLEL)]
+    rows = [f"{pin.direction}put [{pin.bits - 1}:0] {pin.name}" for pin in ports_of(PARALLEL)]
     return f"module lanes_axi({', '.join(rows)});\nendmodule\n"
 
 
@@ -55,7 +55,7 @@ def test_a_system_with_the_core_is_elaborated(tmp_path: Path, monkeypatch: pytes
     soc.comb += [core.sink.data.eq(platform.request("taxel")), core.sink.valid.eq(1), core.source.ready.eq(1)]
     soc.finalize()
     verilog = str(platform.get_verilog(soc, name="system"))
-    for pin in pins(PARALLEL):
+    for pin in ports_of(PARALLEL):
         assert f".{pin.name}" in verilog, pin.name
     (tmp_path / "system.v").write_text(verilog)
     (tmp_path / "stub.v").write_text(stub())

@@ -80,13 +80,12 @@ def test_the_scenario(tmp_path: Path, package: dict[str, str], simulator: str, d
     ("simulator", "driver", "change"),
     [
         ("icarus", "c", {}),
-        *long(
-            ("icarus", "python", {}),
-            ("verilator", "c", {"images": "inline", "bus": Bus(4)}),
-            ("verilator", "python", {"architecture": SERIAL, "images": "inline", "bus": Bus(2)}),
-        ),
+        ("icarus", "python", {}),
+        ("verilator", "c", {"images": "inline", "bus": Bus(4)}),
+        ("verilator", "python", {"architecture": SERIAL, "images": "inline", "bus": Bus(2)}),
     ],
 )
+@pytest.mark.long
 def test_the_scenario_on_the_core(tmp_path: Path, simulator: str, driver: str, change: dict[str, Any]) -> None:
     """The generated wrapper and core in place of the device."""
     design = replace(DESIGN, name="skin", **change)

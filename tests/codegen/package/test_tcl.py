@@ -11,11 +11,11 @@ import pytest
 from tests.codegen.package.made import PARALLEL, PART, made
 from tfra.codegen.package.constraints import constraints
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.package.pins import pins
 from tfra.codegen.package.vivado import vivado
 from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar import sidecar
+from tfra.codegen.wrapper import ports_of
 
 STAND_INS = """
 namespace eval ipx { proc unknown args { said $args; return [lindex $args end] }; namespace unknown ::ipx::unknown }
@@ -72,7 +72,7 @@ def test_vivado_associates_clock_and_reset(folder: Path) -> None:
     assert all("aclk" in words for words in associated)
     assert ["ipx::associate_bus_interfaces", "-clock", "aclk", "-reset", "aresetn", associated[0][-1]] in associated
     assert found[-1][0] == "ipx::save_core"
-    assert {"aclk", "aresetn", "interrupt"} <= {pin.name for pin in pins(PARALLEL)}
+    assert {"aclk", "aresetn", "irq"} <= {pin.name for pin in ports_of(PARALLEL)}
 
 
 def test_vivado_needs_the_wrapper(folder: Path, tmp_path: Path) -> None:
