@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Signal, Value
+from amaranth import Cat, Module, Mux, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -12,7 +12,6 @@ from tfra.hdl.bus.bank import hardware
 from tfra.hdl.bus.map import BITS, RegisterMap
 from tfra.hdl.front_end.ports import EVENTS, FAULTY, SETTINGS, TABLES
 from tfra.hdl.ip.crc import Crc
-from tfra.hdl.lib.pipeline import register
 
 LOADING = wiring.Signature(
     {
@@ -115,14 +114,14 @@ class Control(wiring.Component):
         m.d.comb += self.hardware.INTERRUPT_STATUS.error_set.eq(Cat(found.values()).any())
 
     def _stale(self, m: Module) -> Value:
-        """FRAME_TIMEOUT has passed since the last frame, or since the report of that; 0 stays where it is."""
-        left = Signal(BITS)
+        """FRAME_TIMEOUT has passed since the last frame, or since the report of that."""
+        hw = self.hardware
+        passed, over = Signal(BITS), Signal()
         arrived = self.events.accepted | self.events.dropped
-        with m.If(~self.hardware.STATUS.running | arrived | ~left.any()):
-            m.d.sync += left.eq(self.hardware.FRAME_TIMEOUT.cycles)
-        with m.Else():
-            m.d.sync += left.eq(left - 1)
-        return register(m, self.hardware.STATUS.running & ~arrived & (left == 1), "stale", control=True)
+        counts = hw.STATUS.running & ~arrived & ~over
+        m.d.sync += passed.eq(Mux(counts, passed + 1, 0))
+        m.d.sync += over.eq(counts & hw.FRAME_TIMEOUT.cycles.any() & (passed >= hw.FRAME_TIMEOUT.cycles))
+        return over
 
     def _frames(self, m: Module) -> None:
         hw, faulty = self.hardware, self.hardware.FAULTY_TAXEL

@@ -43,9 +43,6 @@ TASTE = re.compile(r"COMMAND|…|\.\.\.|: ")
 
 FENCE = re.compile(r"^ *(?:<!-- (?P<mark>[a-z ]+) -->\n *)?```\w*\n(?P<lines>.*?)^ *```", re.M | re.S)
 
-NOT_YET = "not yet"
-"""Mark of a block whose commands are to come."""
-
 WHOLE = "run"
 """Mark of a block that tests/docs/test_howto.py runs as a whole."""
 
@@ -53,7 +50,7 @@ WHOLE = "run"
 def commands(page: str) -> tuple[list[str], list[str]]:
     """The commands of a page: those in blocks, which are to be copied, and those that sentences name."""
     text = (ROOT / page).read_text()
-    blocks = [line for found in FENCE.finditer(text) if found["mark"] not in {NOT_YET, WHOLE} for line in _lines(found)]
+    blocks = [line for found in FENCE.finditer(text) if found["mark"] != WHOLE for line in _lines(found)]
     named = re.findall(r"`([^`\n]+)`", FENCE.sub("", text))
     return _commands(blocks), _commands(named)
 
@@ -133,14 +130,6 @@ def test_what_sentences_name(page: str, line: str) -> None:
         return
     known = {name for option in command(words[1]).params for name in (*option.opts, *option.secondary_opts)}
     assert {word.partition("=")[0] for word in words[2:] if word.startswith("-")} <= known | {"--help"}
-
-
-@pytest.mark.parametrize(("page", "lines"), marked(NOT_YET))
-def test_what_is_to_come(page: str, lines: list[str]) -> None:
-    """As soon as such a command is there, the page's mark has to go."""
-    for line in _commands(lines):
-        with pytest.raises(typer.TyperException):
-            parsed(shlex.split(line)[1:])
 
 
 @pytest.fixture

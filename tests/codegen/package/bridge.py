@@ -46,7 +46,7 @@ class Simulated:
         self.coefficients, self.frames, self.results = facts["coefficients"], facts["frames"], facts["results"]
         self._manager, self._driver = AxiLiteMaster(bus, dut.aclk, dut.aresetn, **low), facts["driver"]
         self._damaged: int | None = None
-        self._bytes = 2 * facts["taxels_per_beat"]
+        self.taxels_per_beat = facts["taxels_per_beat"]
         self._source = AxiStreamSource(AxiStreamBus.from_prefix(dut, "s_axis"), dut.aclk, dut.aresetn, **low)
         self._sink = AxiStreamSink(AxiStreamBus.from_prefix(dut, "m_axis"), dut.aclk, dut.aresetn, **low)
         self._library = compiled(Path.cwd(), facts["name"]) if self._driver == "c" else None
@@ -74,7 +74,7 @@ class Simulated:
 
     def send(self, words: Sequence[int], user: int) -> None:
         data = b"".join((word & 0xFFFF).to_bytes(2, "little") for word in words)
-        data += bytes(-len(data) % self._bytes)
+        data += bytes(-len(data) % (2 * self.taxels_per_beat))
 
         async def sent() -> None:
             await self._source.send(AxiStreamFrame(data, tuser=user))

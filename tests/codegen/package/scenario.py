@@ -20,6 +20,7 @@ class World(Protocol):
     host: ModuleType
     facts: dict[str, Any]
     """The sidecar."""
+    taxels_per_beat: int
     coefficients: list[int]
     frames: list[list[int]]
     """Words of converters, of frames that are computed one after the other; at least three."""
@@ -217,8 +218,8 @@ def faults(world: World, core: Any) -> None:
     core.start()
     assert world.read32(0x40) == 0b1001001, "a stop keeps the options"
     assert core.get_errors() == set()
-    world.send(world.frames[0][:-1], 7)
-    world.send([*world.frames[0], 0, 0], 8)
+    world.send(world.frames[0][: world.taxels_per_beat], 7)
+    world.send([*world.frames[0], *[0] * world.taxels_per_beat], 8)
     world.wait(20)
     assert core.get_errors() == {"short_frame", "long_frame"}
     assert world.interrupt()

@@ -19,9 +19,11 @@ from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar import sidecar
+from tfra.codegen.verilog import to_verilog
+from tfra.codegen.wrapper import wrapper_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
-from tfra.model.choices import Architecture
+from tfra.model.choices import SERIAL, Architecture, Bus
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
@@ -72,6 +74,25 @@ def simulated(
 @pytest.mark.parametrize(("simulator", "driver"), [("icarus", "c"), ("icarus", "python"), *long(("verilator", "c"))])
 def test_the_scenario(tmp_path: Path, package: dict[str, str], simulator: str, driver: str) -> None:
     assert simulated(simulator, tmp_path, DESIGN, package, driver, "device", "device.v") == ""
+
+
+@pytest.mark.parametrize(
+    ("simulator", "driver", "change"),
+    [
+        ("icarus", "c", {}),
+        *long(
+            ("icarus", "python", {}),
+            ("verilator", "c", {"images": "inline", "bus": Bus(4)}),
+            ("verilator", "python", {"architecture": SERIAL, "images": "inline", "bus": Bus(2)}),
+        ),
+    ],
+)
+def test_the_scenario_on_the_core(tmp_path: Path, simulator: str, driver: str, change: dict[str, Any]) -> None:
+    """The generated wrapper and core in place of the device."""
+    design = replace(DESIGN, name="skin", **change)
+    texts = {**register_files(design), **driver_files(design)}
+    texts |= {"skin_axi.v": wrapper_verilog(design), "skin.v": to_verilog(design)}
+    assert simulated(simulator, tmp_path, design, texts, driver, "skin_axi", "skin_axi.v", "skin.v") == ""
 
 
 @pytest.mark.long
