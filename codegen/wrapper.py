@@ -16,9 +16,10 @@ from tfra.codegen.sidecar import sidecar
 from tfra.codegen.sidecarschema import Port
 from tfra.codegen.verilog import declaration, plain_verilog, to_rtlil
 from tfra.codegen.wrapperports import wrapper_ports
+from tfra.hdl.bus.map import BITS
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.ports import WORD
-from tfra.hdl.ip.framer import FAULTS, FORMAT
+from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
 from tfra.hdl.ip.wrapper import Wrapper
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
@@ -153,11 +154,11 @@ def _frames_in(design: Design) -> Iterator[str]:
 
 
 def _frames_out(design: Design) -> Iterator[str]:
-    yield "word 0: bits 15:0 sequence, which counts frames that came, good or bad; bits 31:16 TUSER of the frame"
     flags = ", ".join(f"{place} {name}" for name, place in FAULTS.items())
-    yield f"word 1: faults of the frame, bits {flags}; bits 31:24 format, {FORMAT}"
-    last = design.frame_words + 1
-    yield f"words 2..{last}: the words of {design.name}.v, extended to 32 bits by their signs; TLAST with the last"
+    first, last = HEADER_WORDS, HEADER_WORDS + design.frame_words - 1
+    yield "word 0: bits 15:0 sequence, which counts frames that came, good or bad; bits 31:16 TUSER of the frame"
+    yield from wrapped(f"word 1: faults of the frame, bits {flags}; bits 31:{FORMAT_PLACE} format, {FORMAT}", 2)
+    yield f"words {first}..{last}: those of {design.name}.v, their signs extended to {BITS} bits; TLAST with the last"
     if any(field.name == "forces" for field in design.layout):
         yield "CONTROL.taxel_forces = 0 leaves the forces at the taxels out"
-    yield "TUSER = 1 with TLAST: a soft reset cut this frame"
+    yield "TUSER = 1 with TLAST: a soft reset cut this frame; throw it away"

@@ -14,6 +14,7 @@ from tfra.codegen.package.diagrams import blocks, waves
 from tfra.codegen.registers.files import VENDOR
 from tfra.codegen.wrapper import ports_of
 from tfra.codegen.wrapperports import input_bits
+from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.hdl.uart.bridge import WORD_BYTES
 
 _SECTIONS = {
@@ -87,8 +88,8 @@ def _numbers(contents: Contents) -> dict[str, object]:
         "bits": design.adc.bits,
         "lsb_pa": f"{design.adc.lsb:.6g}",
         "words": design.frame_words,
-        "output_beats": tables.HEADER_BEATS + design.frame_words,
-        "short_beats": tables.HEADER_BEATS + design.frame_words - forces,
+        "output_beats": HEADER_WORDS + design.frame_words,
+        "short_beats": HEADER_WORDS + design.frame_words - forces,
         "word_bytes": WORD_BYTES,
         "part": part.name,
         "mhz": f"{part.clock_mhz:g}",

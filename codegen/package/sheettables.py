@@ -11,16 +11,10 @@ from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.wrapper import ports_of
 from tfra.hdl.bus.map import Field, Kind, Register
+from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
 from tfra.model.facts import MEANINGS, words
 
-HEADER_BEATS = 2
-"""Beats of an output frame before the core's words."""
-
 _ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVENT: "R/W1C"}
-
-_FAULTS = ("saturation", "sequence_gap", "simulated", "out_of_range", "stuck")
-"""Fields of ERRORS that beat 1 repeats for its frame."""
-
 
 def _table(label: str, header: Sequence[str], rows: Iterable[Sequence[str]], numbers: Iterable[int] = ()) -> str:
     names = set(range(len(header))) - set(numbers)
@@ -42,7 +36,7 @@ def core_ports(contents: Contents) -> str:
 def output_words(contents: Contents) -> str:
     """Every beat of an output frame, with the bits of each."""
     errors = as_map(compiled(parameters(contents.design)))["ERRORS"].fields
-    faults = [(f"{HEADER_BEATS - 1}", f"{f.low}", f.name, "", "", f.text) for f in errors if f.name in _FAULTS]
+    faults = [(f"{HEADER_WORDS - 1}", f"{f.low}", f.name, "", "", f.text) for f in errors if f.name in FAULTS]
     heads = [
         ("0", "15:0", "sequence", "", "1", "frames that arrived since the reset, good or bad, from 0: a gap is a loss"),
         ("0", "31:16", "user", "", "1", "s_axis_tuser of the frame"),
@@ -51,7 +45,7 @@ def output_words(contents: Contents) -> str:
     ]
     rows = [*heads]
     for field, fact in zip(contents.design.layout, contents.facts["result"]["fields"], strict=True):
-        first = HEADER_BEATS + field.start
+        first = HEADER_WORDS + field.start
         beats = f"{first}" if field.count == 1 else f"{first} … {first + field.count - 1}"
         extended = "sign" if field.signed else "zeros"
         bits = f"{field.bits - 1}:0, {extended} above"

@@ -18,6 +18,8 @@ from tfra.hdl.lib.streams import PerFrameQueue
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
 
+HEADER_WORDS = 2
+"""Words of an output frame before those of the core."""
 FORMAT = 1
 """Version of the output frame."""
 FRAMES = 8
@@ -26,7 +28,8 @@ FRAMES = 8
 FAULTS = {"saturation": 2, "sequence_gap": 5, "simulated": 7, "out_of_range": 8, "stuck": 9}
 """Places of the flags in the second word, which are those of ERRORS."""
 
-_FORMAT_PLACE = 24
+FORMAT_PLACE = 24
+"""Lowest bit of the version in the second word, to the highest one."""
 
 
 class Framer(wiring.Component):
@@ -77,7 +80,7 @@ class Framer(wiring.Component):
                     m.d.sync += kept.eq(self.taxel_forces)
                     m.next = "FAULTS"
             with m.State("FAULTS"):
-                m.d.comb += [o.valid.eq(1), o.p.data.eq(FORMAT << _FORMAT_PLACE)]
+                m.d.comb += [o.valid.eq(1), o.p.data.eq(FORMAT << FORMAT_PLACE)]
                 m.d.comb += [o.p.data[place].eq(facts.flags[name]) for name, place in FAULTS.items()]
                 with m.If(o.ready):
                     m.next = "WORDS"

@@ -14,6 +14,8 @@ from tfra.model.fixed.repair import repaired
 
 WORD = 16
 """Bits of a converter's word, of which the low ones are used."""
+LEAST_WORD = 8
+"""Fewest bits of a word that are used."""
 DEVIATION = 18
 """Bits of a mean less its offset, signed, in 1/2^17 of the converter's range; also those of an offset."""
 GAIN = 17
@@ -43,8 +45,8 @@ def repair_places(taxels: int) -> int:
 
 def check(design: Design) -> None:
     """Raise ``ValueError`` for a design that the front end can't be built for."""
-    if not 8 <= design.adc.bits <= WORD:
-        raise ValueError(f"adc.bits: 8 to {WORD} are supported with the front end, got {design.adc.bits}")
+    if not LEAST_WORD <= design.adc.bits <= WORD:
+        raise ValueError(f"adc.bits: {LEAST_WORD} to {WORD} are supported with the front end, got {design.adc.bits}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +68,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         ranges = {
-            "word_bits": (8, WORD),
+            "word_bits": (LEAST_WORD, WORD),
             **dict.fromkeys(("log2_average", "log2_tare"), (0, MOST_AVERAGED)),
             **dict.fromkeys(("dead_band", "contact"), (0, (1 << 16) - 1)),
             "stuck_frames": (0, OLDEST),

@@ -32,6 +32,7 @@ from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar import sidecar
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip.framer import FAULTS
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 
@@ -360,3 +361,8 @@ def test_repairs(host: ModuleType, library: ctypes.CDLL) -> None:
         with pytest.raises(host.DeviceError, match="checksum"):  # this bus makes none
             core.set_repairs(repairs)
         assert [word for address, word in bus.written if address == 0xB8] == words
+
+
+def test_faults_of_a_frame_have_the_places_of_errors() -> None:
+    errors = {field.name: field.low for field in register_map({})["ERRORS"].fields}
+    assert FAULTS.items() <= errors.items()
