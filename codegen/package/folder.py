@@ -17,11 +17,13 @@ from tfra.codegen.package.part import Part
 from tfra.codegen.package.readme import readme
 from tfra.codegen.package.vivado import vivado
 from tfra.codegen.registers.files import register_files
+from tfra.codegen.sidecarschema import schema
 from tfra.codegen.wrapper import wrapper_verilog
 from tfra.model.fixed.design import Design
 
 WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     lambda contents: {f"{contents.wrapper}.v": wrapper_verilog(contents.design)},
+    lambda contents: {"core.schema.json": schema()},
     lambda contents: register_files(contents.design),
     lambda contents: driver_files(contents.design),
     lambda contents: {**contents.cells, **contents.rules},

@@ -9,7 +9,7 @@ from tfra.codegen.package.accuracy import accuracy
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.wrapper import ports_of
+from tfra.codegen.wrapper import ports_of, wrapper
 from tfra.hdl.bus.map import Field, Kind, Register
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
 from tfra.model.facts import MEANINGS, words
@@ -78,10 +78,12 @@ def _register(register: Register, field: Field) -> tuple[str, ...]:
 
 
 def cycles(contents: Contents) -> str:
-    """Latency and interval of the core, in cycles and µs at the part's clock."""
+    """Latency and interval, in cycles and µs at the part's clock."""
     facts, part = contents.facts, contents.part
-    latency = facts["latency_cycles"]
+    latency, added = facts["latency_cycles"], wrapper(contents.design).latency
     rows = [
+        ("from s_axis_tlast to the first result word on m_axis, which is its beat 2", latency["first_word"] + added),
+        ("from s_axis_tlast to m_axis_tlast", latency["last_word"] + added),
         ("from the core's last taxel to its first result word", latency["first_word"]),
         ("from the core's last taxel to its last result word", latency["last_word"]),
         ("from frame to frame, back to back", facts["interval_cycles"]),
