@@ -12,14 +12,8 @@ from tests.codegen.package.made import PARALLEL, PART
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.litex import litex
 from tfra.codegen.sidecar import sidecar
-from tfra.codegen.verilog import run_yosys
-from tfra.codegen.wrapper import ports_of
-
-
-def stub() -> str:
-    """The wrapper with its ports alone."""
-    rows = [f"{pin.direction}put [{pin.bits - 1}:0] {pin.name}" for pin in ports_of(PARALLEL)]
-    return f"module lanes_axi({', '.join(rows)});\nendmodule\n"
+from tfra.codegen.verilog import run_yosys, to_verilog
+from tfra.codegen.wrapper import ports_of, wrapper_verilog
 
 
 def module(folder: Path) -> Any:
@@ -58,5 +52,7 @@ def test_a_system_with_the_core_is_elaborated(tmp_path: Path, monkeypatch: pytes
     for pin in ports_of(PARALLEL):
         assert f".{pin.name}" in verilog, pin.name
     (tmp_path / "system.v").write_text(verilog)
-    (tmp_path / "stub.v").write_text(stub())
-    run_yosys("read_verilog stub.v system.v; hierarchy -check -top system; proc; check -assert", tmp_path)
+    (tmp_path / "lanes_axi.v").write_text(wrapper_verilog(PARALLEL))
+    (tmp_path / "lanes.v").write_text(to_verilog(PARALLEL))
+    read = "read_verilog lanes.v lanes_axi.v system.v"
+    run_yosys(f"{read}; hierarchy -check -top system; proc; check -assert", tmp_path)
