@@ -55,12 +55,14 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
 
 
 def _check_package(project: Project, out: Path, config: Path) -> None:
-    """Raise ``InputError`` now for a name or a directory that would be refused after a minute."""
+    """Raise ``InputError`` now for what would be refused after a minute: directory, name, word lengths."""
     from tfra.codegen.files import check_directory
     from tfra.codegen.names import check_packaged
+    from tfra.codegen.wrapper import check_wrapped
 
     check_directory(out, "generate", [config])
     try:
         check_packaged(project.design.name)
+        check_wrapped(project.design)
     except ValueError as error:
         raise InputError(project.path, "", str(error)) from None

@@ -19,9 +19,11 @@ from tfra.codegen.wrapperports import wrapper_ports
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.ports import WORD
+from tfra.hdl.ip import framer
 from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
 from tfra.hdl.ip.wrapper import Wrapper
 from tfra.hdl.primitives import cell_models
+from tfra.model.fixed import front_end
 from tfra.model.fixed.design import Design
 
 RULES = {
@@ -43,6 +45,12 @@ RULES = {
 
 _UNREAD = ("s_axi_awprot", "s_axi_arprot", "s_axi_awaddr[1:0]", "s_axi_araddr[1:0]")
 """Bits of inputs that change nothing: registers have no protection, and are whole words."""
+
+
+def check_wrapped(design: Design) -> None:
+    """Raise ``ValueError`` that names a section of CONFIG where converter or result words do not fit the wrapper."""
+    front_end.check(design)
+    framer.check(design)
 
 
 def wrapper(design: Design) -> Wrapper:

@@ -32,6 +32,12 @@ FORMAT_PLACE = 24
 """Lowest bit of the version in the second word, to the highest one."""
 
 
+def check(design: Design) -> None:
+    """Raise ``ValueError`` for result words that don't fit an output frame."""
+    if design.word_bits > BITS:
+        raise ValueError(f"formats: result words of {BITS} bits at most fit behind AXI, got {design.word_bits}")
+
+
 class Framer(wiring.Component):
     """Two words of facts, then the words of the result, extended by their sign.
 
@@ -48,8 +54,7 @@ class Framer(wiring.Component):
     """
 
     def __init__(self, design: Design) -> None:
-        if design.word_bits > BITS:
-            raise ValueError(f"result words of {BITS} bits at most are supported, got {design.word_bits}")
+        check(design)
         self._words = design.frame_words
         field = next((field for field in design.layout if field.name == "forces"), None)
         self._forces = range(0) if field is None else range(field.start, field.start + field.count)

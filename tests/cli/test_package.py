@@ -94,6 +94,26 @@ def test_names_are_refused_in_a_line(
     assert [file.name for file in folder.iterdir()] == ["skin.toml"]
 
 
+@pytest.mark.parametrize(
+    ("section", "reason"),
+    [
+        ("[adc]\nbits = 7", "adc.bits: 8 to 16 are supported with the front end, got 7"),
+        ("[adc]\nbits = 17", "adc.bits: 8 to 16 are supported with the front end, got 17"),
+        ("[adc]\nbits = 16\n[formats]\nforce_fraction_bits = 16", "formats: result words of 32 bits at most fit behind AXI, got "),
+        ("[bus]\ntaxels_per_beat = 3", "bus.taxels_per_beat: "),
+    ],
+)
+def test_words_that_do_not_fit_are_refused_in_a_line(
+    folder: Path, section: str, reason: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("skin.toml").write_text(f"{CONFIG}\n{section}\n")
+    assert main(["generate", "skin.toml", "--out", "package", "--package"]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"skin.toml: {reason}")
+    assert error.count("\n") == 1
+    assert [file.name for file in folder.iterdir()] == ["skin.toml"]
+
+
 def test_a_folder_of_others_is_left_alone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     Path("notes").mkdir()
     Path("notes/thesis.tex").write_text("text")
