@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tfra.codegen.generate import generate
 from tfra.codegen.package.part import Part
-from tfra.model.choices import SERIAL, Architecture, Search
+from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
@@ -18,11 +18,14 @@ ICE40 = Part("ice40up5k", 30.0, {"LUT": (4500, 5280)}, "a LUT is a logic cell of
 SENSOR = SensorArray(2, 2, 4e-3, 4e-3, 3e-3)
 SERIAL_CORE = TfraDesign(SENSOR, "tiny", search=Search(3), architecture=SERIAL)
 PARALLEL = TfraDesign(SENSOR, "lanes", search=Search(7), architecture=Architecture(4, 1))
+SHORT = Formats("short", coefficient=10, operand=10, vector_fraction=0, force_fraction=0)
+"""Few gates, which are placed soon."""
 DESIGNS = {
     "serial": (SERIAL_CORE, PART),
     "parallel": (PARALLEL, PART),
     "ecp5": (replace(PARALLEL, name="cells", target="ecp5"), PART),
     "ice40": (replace(SERIAL_CORE, name="sparse", target="ice40"), ICE40),
+    "few": (replace(PARALLEL, name="few", target="ecp5", adc=Adc(8), search=Search(2), formats=SHORT), PART),
     "files": (replace(PARALLEL, name="images", images="readmemh"), PART),
 }
 

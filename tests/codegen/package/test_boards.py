@@ -172,7 +172,7 @@ def test_the_host_compares_every_word(package: tuple[Any, Path], shift: int, mon
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", ["ice40", "ecp5"])
+@pytest.mark.parametrize("name", ["ice40", "few"])
 def test_a_bitstream_is_built(name: str, tmp_path: Path) -> None:
     """With the tools of PyPI, which are found beside Python."""
     design, folder = made(name, tmp_path)
