@@ -27,6 +27,14 @@ steps = 3
 kind = "serial"
 """
 
+WIDE = """
+[adc]
+bits = 16
+
+[formats]
+force_fraction_bits = 16
+"""
+
 
 @pytest.fixture
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -99,7 +107,7 @@ def test_names_are_refused_in_a_line(
     [
         ("[adc]\nbits = 7", "adc.bits: 8 to 16 are supported with the front end, got 7"),
         ("[adc]\nbits = 17", "adc.bits: 8 to 16 are supported with the front end, got 17"),
-        ("[adc]\nbits = 16\n[formats]\nforce_fraction_bits = 16", "formats: result words of 32 bits at most fit behind AXI, got "),
+        (WIDE, "formats: result words of 32 bits at most fit behind AXI, got "),
         ("[bus]\ntaxels_per_beat = 3", "bus.taxels_per_beat: "),
     ],
 )
