@@ -58,7 +58,14 @@ def test_every_package_is_installed() -> None:
     told = tomllib.loads((EXAMPLES.parent / "pyproject.toml").read_text())["tool"]["setuptools"]
     assert set(told["packages"]) == set(told["package-dir"])
     root, rooms = EXAMPLES.parent, {path.split("/")[0] for path in told["package-dir"].values()}
-    folders = {str(file.parent.relative_to(root)) for room in rooms for file in (root / room).rglob("*.py")}
+    data = {
+        file
+        for package, patterns in told["package-data"].items()
+        for pattern in patterns
+        for file in (root / told["package-dir"][package]).glob(pattern)
+    }
+    files = {file for room in rooms for file in (root / room).rglob("*.py")} - data
+    folders = {str(file.parent.relative_to(root)) for file in files}
     assert set(told["package-dir"].values()) == folders
     assert (Path(str(tfra.__file__)).parent / "py.typed").exists()
 

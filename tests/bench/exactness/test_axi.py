@@ -48,8 +48,9 @@ def outcome(change: Callable[[Texts], Texts], count: int, simulator: str = "icar
     return differences(frames, run(small(), frames, simulator, change(texts()), 7))
 
 
-def test_thirty_frames() -> None:
-    assert outcome(lambda given: given, 30) == []
+@pytest.mark.long
+def test_a_hundred_frames() -> None:
+    assert outcome(lambda given: given, 100) == []
 
 
 @pytest.mark.long

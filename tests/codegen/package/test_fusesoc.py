@@ -41,6 +41,7 @@ def test_sim_compares_every_word(package: tuple[str, Path], tmp_path: Path) -> N
     assert done.returncode == 0
 
 
+@pytest.mark.long
 def test_sim_fails_for_a_wrong_word(package: tuple[str, Path], tmp_path: Path) -> None:
     name, folder = package
     file = folder / "testbench" / f"{name}_tb.v"
