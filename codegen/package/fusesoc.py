@@ -6,8 +6,7 @@ import json
 from collections.abc import Iterable
 
 from tfra.codegen.package.contents import Contents, filled
-
-VENDOR = "tfra"
+from tfra.codegen.registers.files import VENDOR
 
 _SYNTHESIS: dict[str, tuple[str, dict[str, str | list[str]]]] = {
     "ecp5": ("trellis", {"yosys_synth_options": ["-no-rw-check"]}),

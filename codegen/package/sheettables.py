@@ -7,14 +7,13 @@ from collections.abc import Iterable, Sequence
 from tfra.codegen.html import grid, row
 from tfra.codegen.package.accuracy import accuracy
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.registers.source import as_map, compiled
-from tfra.codegen.registers.values import parameters
 from tfra.codegen.wrapper import ports_of, wrapper
 from tfra.hdl.bus.map import Field, Kind, Register
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
 from tfra.model.facts import MEANINGS, words
 
 _ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVENT: "R/W1C"}
+
 
 def _table(label: str, header: Sequence[str], rows: Iterable[Sequence[str]], numbers: Iterable[int] = ()) -> str:
     names = set(range(len(header))) - set(numbers)
@@ -35,15 +34,14 @@ def core_ports(contents: Contents) -> str:
 
 def output_words(contents: Contents) -> str:
     """Every beat of an output frame, with the bits of each."""
-    errors = as_map(compiled(parameters(contents.design)))["ERRORS"].fields
+    errors = contents.registers["ERRORS"].fields
     faults = [(f"{HEADER_WORDS - 1}", f"{f.low}", f.name, "", "", f.text) for f in errors if f.name in FAULTS]
-    heads = [
+    rows = [
         ("0", "15:0", "sequence", "", "1", "frames that arrived since the reset, good or bad, from 0: a gap is a loss"),
         ("0", "31:16", "user", "", "1", "s_axis_tuser of the frame"),
         *faults,
         ("1", "31:24", "format", "", "1", "1: this format; all other bits of the beat are 0"),
     ]
-    rows = [*heads]
     for field, fact in zip(contents.design.layout, contents.facts["result"]["fields"], strict=True):
         first = HEADER_WORDS + field.start
         beats = f"{first}" if field.count == 1 else f"{first} … {first + field.count - 1}"
@@ -64,7 +62,7 @@ def status_bits(contents: Contents) -> str:
 def registers(contents: Contents) -> str:
     """The register map, a row for each field."""
     rows: list[tuple[str, ...]] = []
-    for register in as_map(compiled(parameters(contents.design))).registers:
+    for register in contents.registers.registers:
         rows += [_register(register, field) for field in register.fields]
     return _table("Registers", ("address", "register", "bits", "field", "access", "reset", "meaning"), rows)
 

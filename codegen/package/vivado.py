@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from tfra.codegen.package.constraints import timing
 from tfra.codegen.package.contents import Contents, filled
-from tfra.codegen.package.fusesoc import VENDOR
-from tfra.codegen.registers.source import as_map, compiled
-from tfra.codegen.registers.values import parameters
-from tfra.hdl.bus.map import Field, Kind, Register
+from tfra.codegen.registers.files import VENDOR
+from tfra.hdl.bus.map import Field, Register
 
-_ACCESS = {Kind.PULSE: "write-only", Kind.PORT: "write-only", Kind.SETTING: "read-write", Kind.EVENT: "read-write"}
-"""What software may do, as IP-XACT says it; it only reads the other kinds."""
+_ACCESS = {(True, True): "read-write", (True, False): "read-only", (False, True): "write-only"}
+"""What software may do, as IP-XACT says it: whether it reads, whether it writes."""
 
 
 def vivado(contents: Contents) -> dict[str, str]:
     """``vivado/package_ip.tcl`` and ``vivado/NAME_axi.xdc``."""
-    registers = as_map(compiled(parameters(contents.design))).registers
     values = {
         **timing(contents),
         "wrapper": contents.wrapper,
@@ -23,7 +20,7 @@ def vivado(contents: Contents) -> dict[str, str]:
         "version": ".".join(contents.version.split(".")[:2]),
         "description": f"Computes {contents.facts['computes']}".replace('"', "'"),
         "images": " ".join(contents.images),
-        "registers": "".join(map(_register, registers)).rstrip(),
+        "registers": "".join(map(_register, contents.registers.registers)).rstrip(),
     }
     return {
         "vivado/package_ip.tcl": filled("package_ip.tcl", values),
@@ -33,13 +30,12 @@ def vivado(contents: Contents) -> dict[str, str]:
 
 def _register(register: Register) -> str:
     fields = "".join(map(_field, register.fields))
-    access = {(True, True): "read-write", (True, False): "read-only", (False, True): "write-only"}
-    kind = access[register.readable, register.writable]
+    kind = _ACCESS[register.readable, register.writable]
     return f'register {register.name} 0x{register.address:02X} {kind} {{{_braced(register.text)}}} {{\n{fields}}}\n'
 
 
 def _field(field: Field) -> str:
-    access = _ACCESS.get(field.kind, "read-only")
+    access = _ACCESS[field.kind.readable, field.kind.writable]
     return f"  {field.name} {field.low} {field.bits} {access} {{{_braced(field.text)}}}\n"
 
 

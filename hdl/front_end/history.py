@@ -10,15 +10,14 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.front_end.means import PART
-from tfra.hdl.front_end.ports import WORD
 from tfra.hdl.front_end.reading import reading
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
-from tfra.model.fixed.front_end import MOST_AVERAGED
+from tfra.model.fixed.front_end import MOST_AVERAGED, OLDEST, WORD
 
 SUM = WORD + 1 + MOST_AVERAGED
 """Bits of a sum."""
-AGE = 8
+AGE = OLDEST.bit_length()
 """Bits of the number of frames with the same word."""
 
 KEPT = data.StructLayout({"sum": signed(SUM), "word": WORD, "age": AGE})

@@ -6,9 +6,8 @@ from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
+from tfra.model.fixed.front_end import WORD
 
-WORD = 16
-"""Bits of a converter's word, of which the low ones are used."""
 NUMBER = 16
 """Bits of a frame's number."""
 
