@@ -50,10 +50,8 @@
 # constraints.txt, and from Debian (python3-venv, iverilog, chromium): as root it is installed, otherwise the command
 # is shown.
 
-PACKAGES := model hdl codegen sim synth study train view cli paper
 VENV := .venv
 READY := $(VENV)/ready
-TYPES := build/types/tfra
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
 STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
@@ -66,16 +64,11 @@ STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule
 demo: $(READY) icarus
 	$(VENV)/bin/python -m tfra.cli.demo
 
-# mypy can't follow the import hook of an editable installation, and setuptools' strict mode, which it can
-# follow, links single files, so that a new file is missed until the next installation.  Links under one folder
-# `tfra`, made anew each time, show mypy everything by its installed name: the files of `library`, and the packages.
 # mypy runs beside the first tests.
 test: $(READY) icarus chromium
-	@rm -rf $(TYPES)
-	@mkdir -p $(TYPES)
-	@ln -s "$(CURDIR)"/library/*.* $(PACKAGES:%="$(CURDIR)/%") $(TYPES)
+	@mkdir -p build
 	$(VENV)/bin/ruff check
-	MYPYPATH=build/types $(VENV)/bin/mypy --strict -p tfra >build/types.txt 2>&1 & types=$$!; \
+	$(VENV)/bin/mypy --strict -p tfra >build/types.txt 2>&1 & types=$$!; \
 	  $(PYTEST) -m "not long"; tests=$$?; \
 	  wait $$types; types=$$?; cat build/types.txt; exit $$((tests | types))
 
@@ -102,7 +95,7 @@ $(STUDIES): $(READY) icarus
 
 clean:
 	rm -rf $(VENV) build sim_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis
-	find $(PACKAGES) library examples tests -name __pycache__ -prune -exec rm -rf {} +
+	find . -name __pycache__ -prune -exec rm -rf {} +
 
 # The last lines fill the caches of the tools, which takes half a minute each and would surprise a test's timeout.
 $(READY): pyproject.toml constraints.txt

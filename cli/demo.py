@@ -19,16 +19,16 @@ from pathlib import Path
 
 from rich.console import Console
 
-from tfra.codegen.processes import Stopped, stoppable
 from tfra.contacts import Truth
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Floats
 from tfra.model.converter import quantise
-from tfra.model.errors import InputError
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import errors
 from tfra.model.tfra import Result, Tfra
 from tfra.model.truth import sentence
+from tfra.runtime.errors import InputError
+from tfra.runtime.processes import Stopped, stoppable
 from tfra.sim.run import ProtocolError, Run, SimulationError, simulate
 
 WIDTH = 80
@@ -108,7 +108,7 @@ class Sensor:
 
 def measure(path: Path, simulator: str | None = None) -> Sensor:
     """Run the contacts of the CONFIG file at ``path`` through float TFRA, the bit-accurate model and the core."""
-    from tfra.codegen.config import load
+    from tfra.codegen.config.read import load
 
     project = load(path)
     design, contacts, layer = project.design, project.contacts, project.layer

@@ -13,10 +13,10 @@ from rich.table import Table
 from tfra.cli.common import Config, Json, print_json, progress, simulation_failures
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
 from tfra.engines import DOUBLE, Engine, run
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
+    from tfra.codegen.config.read import Project
     from tfra.model.tfra import Result
 
 SHOWN = 12  # rows of the table on a terminal
@@ -52,12 +52,12 @@ def estimate(
     given: Given | None = None,
 ) -> None:
     """Estimate the friction coefficient and direction of every frame, and the force under every taxel."""
-    from tfra.codegen.config import load
-    from tfra.codegen.configfile import config_text
-    from tfra.codegen.resultfile import Estimate, check_result, write_result
-    from tfra.model.diagnosis import warnings
-    from tfra.model.facts import as_dict, facts, lines
+    from tfra.codegen.config.read import load
+    from tfra.codegen.config.write import config_text
     from tfra.model.truth import sentence
+    from tfra.recordings.diagnosis import warnings
+    from tfra.recordings.facts import as_dict, facts, lines
+    from tfra.recordings.results import Estimate, check_result, write_result
 
     if codes and engine not in DOUBLE:
         raise InputError("tfra estimate", "--codes", f"the {engine.value} engine always sees the converter's codes")

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from tfra.model.errors import InputError, quoted
+from tfra.runtime.errors import InputError, quoted
 
 Name = Annotated[str | None, typer.Argument(metavar="NAME", help="An example; without --out, print its text.")]
 Out = Annotated[
@@ -21,8 +21,8 @@ Out = Annotated[
 
 def examples(name: Name = None, out: Out = None) -> None:
     """List the example CONFIG and STUDY files and the recording, print one, or write them to a directory."""
-    from tfra.codegen.examples import examples as known
-    from tfra.codegen.examples import title, write_examples
+    from tfra.codegen.config.examples import examples as known
+    from tfra.codegen.config.examples import title, write_examples
 
     texts = known()
     chosen = None if name is None else name.removesuffix(".toml")

@@ -10,7 +10,7 @@ import typer
 from tfra.cli.common import Config, Json, print_json, progress
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
+    from tfra.codegen.config.read import Project
     from tfra.model.arrays import Floats
 
 Out = Annotated[Path, typer.Option(metavar="FRAMES.npz", help="Output file.")]
@@ -18,9 +18,9 @@ Out = Annotated[Path, typer.Option(metavar="FRAMES.npz", help="Output file.")]
 
 def frames(config: Config, out: Out, json: Json = False) -> None:
     """Simulate CONFIG's contacts: a frame of taxel stresses per contact and direction, with ground truth."""
-    from tfra.codegen.config import load
-    from tfra.codegen.files import check_archive, write_npz
+    from tfra.codegen.config.read import load
     from tfra.contacts import Truth
+    from tfra.runtime.outputs import check_archive, write_npz
 
     project = load(config)
     check_archive(out, "frames", [config])

@@ -10,10 +10,10 @@ import typer
 
 from tfra.cli.common import Config, Json, OutDirectory, print_json, progress
 from tfra.codegen.core import check_core
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
+    from tfra.codegen.config.read import Project
 
 
 Package = Annotated[
@@ -27,10 +27,10 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
 
     Prints the condition number of the sensor, and how often the core is expected to agree with double precision.
     """
-    from tfra.codegen.config import load
+    from tfra.codegen.accuracy_estimate import outlook
+    from tfra.codegen.config.read import load
     from tfra.codegen.generate import generate as write
-    from tfra.codegen.outlook import outlook
-    from tfra.codegen.processes import ToolError
+    from tfra.runtime.processes import ToolError
     from tfra.synth.part import part_of
 
     project = load(config)
@@ -56,9 +56,9 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
 
 def _check_package(project: Project, out: Path, config: Path) -> None:
     """Raise ``InputError`` now for what would be refused after a minute: directory, name, word lengths."""
-    from tfra.codegen.files import check_directory
-    from tfra.codegen.names import check_packaged
-    from tfra.codegen.wrapper import check_wrapped
+    from tfra.codegen.config.names import check_packaged
+    from tfra.codegen.verilog.wrapper import check_wrapped
+    from tfra.runtime.outputs import check_directory
 
     check_directory(out, "generate", [config])
     try:

@@ -12,10 +12,10 @@ import typer
 from tfra.cli.synth import find_target
 from tfra.codegen.core import check_core
 from tfra.model.choices import SERIAL, Adc, Architecture
-from tfra.model.errors import InputError, Notice
+from tfra.runtime.errors import InputError, Notice
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
+    from tfra.codegen.config.read import Project
     from tfra.synth.targets import Target
 
 OPTIONS = {
@@ -64,8 +64,8 @@ def init(
     out: Out = None,
 ) -> None:
     """Write a CONFIG file for your sensor, with a comment on every key and a contact to simulate."""
-    from tfra.codegen.files import check_config, write_config
-    from tfra.codegen.template import commented
+    from tfra.codegen.config.template import commented
+    from tfra.runtime.outputs import check_config, write_config
 
     part = target and find_target(target)
     sensor: dict[str, Any] = {"rows": rows, "columns": columns}
@@ -95,8 +95,8 @@ def _core(part: Target) -> dict[str, Any]:
 
 def _project(content: dict[str, Any], out: Path | None) -> Project:
     """The project of ``content``; raises ``InputError`` that names the option instead of the key."""
-    from tfra.codegen.config import made
-    from tfra.codegen.names import name_from
+    from tfra.codegen.config.names import name_from
+    from tfra.codegen.config.read import made
 
     try:
         name = name_from(out.stem) if out else "sensor"

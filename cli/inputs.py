@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from tfra.model.errors import InputError
-from tfra.model.recording import Coding, Input, Order, Sign, Unit, overridden
+from tfra.recordings.input import Coding, Input, Order, Sign, Unit, overridden
+from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
-    from tfra.codegen.framesfile import Recording
+    from tfra.codegen.config.read import Project
+    from tfra.recordings.frames import Recording
 
 Given = Mapping[str, Any]
 """The options given by the user: fields of ``Input`` by name."""
@@ -72,7 +72,7 @@ def for_recording(project: Project, path: Path, given: Given, command: str) -> P
 
     Raises ``InputError`` for options that contradict each other.
     """
-    from tfra.codegen.framesfile import read_as
+    from tfra.recordings.frames import read_as
 
     return _read_by(project, lambda: read_as(path, project.input, given), command)
 
@@ -92,6 +92,6 @@ def _read_by(project: Project, choose: Callable[[], Input], command: str) -> Pro
 
 def frames_at(path: Path, project: Project) -> Recording:
     """Return the recording at ``path``, read as ``project.input`` says; raises ``InputError``."""
-    from tfra.codegen.framesfile import read_recording
+    from tfra.recordings.frames import read_recording
 
     return read_recording(path, project.design.sensor, project.design.adc, project.input)

@@ -14,12 +14,12 @@ from tfra.cli.common import Config, progress
 from tfra.cli.complaint import say
 from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_recording
 from tfra.codegen.core import check_core
-from tfra.codegen.packages import require
 from tfra.engines import DOUBLE, Engine, codes, double, run
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
+from tfra.runtime.extras import require
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
+    from tfra.codegen.config.read import Project
     from tfra.model.arrays import Floats
     from tfra.model.tfra import Result
 
@@ -51,8 +51,8 @@ def live(
     Frames that the engine or the browser has no time for are dropped. Ctrl-C ends it.
     """
     require("tfra live", "view", "plotly")
-    from tfra.codegen.config import load
-    from tfra.codegen.processes import Stopped
+    from tfra.codegen.config.read import load
+    from tfra.runtime.processes import Stopped
     from tfra.view.feed import Feed
     from tfra.view.page import render_live
     from tfra.view.server import serving
@@ -99,9 +99,9 @@ def _frames(
 
     Raises ``InputError`` for a missing source or an unreadable recording.
     """
-    from tfra.codegen.framelines import FrameLines
-    from tfra.codegen.replay import due, replayed
-    from tfra.codegen.streams import is_stream, open_stream
+    from tfra.recordings.lines import FrameLines
+    from tfra.recordings.replay import due, replayed
+    from tfra.recordings.streams import is_stream, open_stream
 
     def check(stress: Floats) -> None:
         if engine not in DOUBLE:

@@ -24,8 +24,8 @@ from tfra.cli.synth import synth
 from tfra.cli.train import train
 from tfra.cli.verify import verify
 from tfra.cli.view import view
-from tfra.codegen.processes import Stopped, stoppable
-from tfra.model.errors import InputError, Notice, shortened
+from tfra.runtime.errors import InputError, Notice, shortened
+from tfra.runtime.processes import Stopped, stoppable
 
 EXAMPLES: dict[Callable[..., None], tuple[str, ...]] = {
     init: (

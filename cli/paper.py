@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 
 from tfra.cli.common import Json, OutDirectory, print_json, progress
-from tfra.codegen.packages import require
+from tfra.runtime.extras import require
 
 
 def paper(out: OutDirectory, json: Json = False) -> None:

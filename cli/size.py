@@ -10,7 +10,7 @@ import typer
 from tfra.cli.common import Config, Json, PageFile, print_json, progress
 from tfra.cli.synth import TargetName, find_target
 from tfra.codegen.core import check_core
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 
 Frames = Annotated[
     float, typer.Option(metavar="F", min=1e-3, max=1e12, help="Required throughput, in frames a second.")
@@ -48,9 +48,9 @@ def size(
     Prints TOML to paste into CONFIG. Its comments state the core's speed, its resources, and why other cores were not
     chosen.
     """
-    from tfra.codegen.config import load
-    from tfra.codegen.files import check_page, write_page
+    from tfra.codegen.config.read import load
     from tfra.model.choices import Architecture
+    from tfra.runtime.outputs import check_page, write_page
     from tfra.synth.candidates import Bounds
     from tfra.synth.size import size as choose
     from tfra.synth.sizepage import page as drawn

@@ -12,8 +12,8 @@ from typing import Annotated
 import typer
 
 from tfra.cli.common import Json, OutDirectory, print_json
-from tfra.codegen.packages import require
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
+from tfra.runtime.extras import require
 
 Study = Annotated[Path, typer.Argument(metavar="STUDY", help="CONFIG, frames and comparisons, in TOML.")]
 WorkOption = Annotated[

@@ -8,7 +8,7 @@ import typer
 
 from tfra.cli.common import Config, Json, OutDirectory, forecasts, print_json
 from tfra.codegen.core import check_core
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.synth.run import Run
@@ -41,8 +41,8 @@ def synth(
     config: Config, target: TargetName, out: OutDirectory, seeds: Seeds = 3, clock_mhz: Clock = None, json: Json = False
 ) -> None:
     """Synthesise, place and route the core: resources, frequency, critical path, frames per second."""
-    from tfra.codegen.config import load
-    from tfra.codegen.processes import Stopped, ToolError
+    from tfra.codegen.config.read import load
+    from tfra.runtime.processes import Stopped, ToolError
     from tfra.synth.run import Run
 
     part = find_target(target)

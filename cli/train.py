@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tfra.cli.common import Config, Json, print_json, progress
-from tfra.codegen.packages import require
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
+from tfra.runtime.extras import require
 
 if TYPE_CHECKING:
     from tfra.train.loop import State
@@ -48,9 +48,9 @@ def train(
     require("tfra train", "train", "threadpoolctl")
     if minutes is not None and steps is not None:
         raise InputError("tfra train", "--minutes", "and --steps exclude each other")
-    from tfra.codegen.config import load_tfra
-    from tfra.codegen.files import check_archive
-    from tfra.codegen.weightsfile import write_weights
+    from tfra.codegen.config.read import load_tfra
+    from tfra.codegen.config.weights import write_weights
+    from tfra.runtime.outputs import check_archive
     from tfra.train.loop import DivergedError
     from tfra.train.run import Budget, run
 

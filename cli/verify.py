@@ -14,10 +14,10 @@ from tfra.cli.frames import simulated
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
 from tfra.codegen.core import check_core
 from tfra.engines import codes
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
+    from tfra.codegen.config.read import Project
     from tfra.model.arrays import Floats
     from tfra.sim.run import Netlist
 
@@ -71,9 +71,9 @@ def verify(
     given: Given | None = None,
 ) -> None:
     """Simulate the core and compare every bit with the bit-accurate model; exit code 1 if any differs."""
-    from tfra.codegen.config import load
-    from tfra.codegen.files import check_page, check_waves, write_page, write_vcd
-    from tfra.model.scratch import scratch, temporary
+    from tfra.codegen.config.read import load
+    from tfra.runtime.outputs import check_page, check_waves, write_page, write_vcd
+    from tfra.runtime.scratch import scratch, temporary
     from tfra.sim.shown import page as report_page
     from tfra.sim.shown import render
     from tfra.sim.verify import verify as check
@@ -119,7 +119,7 @@ def verify(
 
 def _gates(project: Project, family: Family) -> Netlist:
     """Return the synthesised netlist of the core for ``family``."""
-    from tfra.model.cache import cache_directory
+    from tfra.runtime.cache import cache_directory
     from tfra.synth.gates import synthesised
 
     with simulation_failures("verify"), progress("synthesising the core"):
@@ -137,8 +137,8 @@ def _for_frames(project: Project, path: Path | None, given: Given) -> Project:
 
 def _stimuli(project: Project, path: Path | None) -> tuple[Floats | None, dict[str, Any]]:
     """Return frames and their reference values: from ``path``, else of CONFIG's contacts, else none."""
-    from tfra.codegen.framesfile import read_references
     from tfra.contacts import Truth
+    from tfra.recordings.frames import read_references
 
     if path is not None:
         frames = frames_at(path, project).frames

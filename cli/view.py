@@ -8,8 +8,8 @@ from typing import Annotated
 import typer
 
 from tfra.cli.common import Json, print_json
-from tfra.codegen.packages import require
-from tfra.model.errors import InputError, quoted
+from tfra.runtime.errors import InputError, quoted
+from tfra.runtime.extras import require
 
 Results = Annotated[
     list[Path],
@@ -26,7 +26,7 @@ def view(results: Results, out: Out, every: Every = 1, frames: Frames = ":", jso
     The page is one self-contained file; open it in a browser.
     """
     require("tfra view", "view", "plotly")
-    from tfra.codegen.files import check_page, write_page
+    from tfra.runtime.outputs import check_page, write_page
     from tfra.view.chosen import Chosen
     from tfra.view.page import render, require_few
     from tfra.view.resultfile import read_all

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from tfra.codegen.config import Project
+    from tfra.codegen.config.read import Project
 
 
 def check_core(project: Project) -> None:

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from tfra.codegen.files import output_directory
-from tfra.codegen.header import header
-from tfra.codegen.memories import extract
 from tfra.codegen.package.folder import package
 from tfra.codegen.package.part import Part
-from tfra.codegen.sidecar import LOADED, sidecar
-from tfra.codegen.testbench import hex_words, testbench
-from tfra.codegen.verilog import to_verilog
+from tfra.codegen.sidecar.build import LOADED, sidecar
+from tfra.codegen.verilog.emit import to_verilog
+from tfra.codegen.verilog.header import header
+from tfra.codegen.verilog.memories import extract
+from tfra.codegen.verilog.testbench import hex_words, testbench
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
+from tfra.runtime.outputs import output_directory
 
 
 def generate(
@@ -51,7 +51,7 @@ def content(design: Design) -> tuple[dict[str, Any], dict[str, str]]:
     verilog, images = extract(verilog) if design.images == "readmemh" else (verilog, [])
     core = microarchitecture(design)
     words = core.loaded
-    facts = sidecar(design, images)
+    facts = sidecar(design, [image.facts for image in images])
     return facts, {
         f"{design.name}.v": header(facts, [file.stem for file in core.cell_models]) + verilog,
         **{image.file: hex_words(image.words, image.bits) for image in images},

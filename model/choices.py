@@ -9,9 +9,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from tfra.model.errors import quoted
 from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter
+from tfra.runtime.errors import quoted
 
 Images = Literal["inline", "readmemh", "load"]
 """Source of the initial contents of memories: the Verilog itself, or files that it reads by ``$readmemh``; or the

@@ -192,7 +192,7 @@ class Tfra:
 
     ``plateau_tolerance`` and ``contact_threshold`` in Pa; frames within [-threshold, threshold) are no contact.
     ``ops`` replaces the sensor's own operators, for instance by filtered ones (:mod:`tfra.model.sparse`), or the
-    multiplication method (:mod:`tfra.model.separable`, :mod:`tfra.model.toeplitz`).
+    multiplication method (:mod:`bench.large.separable`, :mod:`bench.large.toeplitz`).
     """
 
     def __init__(

@@ -7,10 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import TwoSlopeNorm
 from matplotlib.figure import Figure
 
-from tfra.codegen.colours import BLACK, BLUE, VERMILION
 from tfra.model.arrays import Floats
 from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
+from tfra.report.colours import BLACK, BLUE, VERMILION
 
 PHI = 45
 """Direction of the tangential force, in degrees; the paper does not say its own."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure
 
-from tfra.codegen.colours import BLACK, BLUE, ORANGE, VERMILION
 from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
+from tfra.report.colours import BLACK, BLUE, ORANGE, VERMILION
 
 PHI = 45
 """Direction of the tangential force, in degrees; the paper does not say its own."""

@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tfra.codegen.colours import BLACK, BLUE, ORANGE, VERMILION
 from tfra.model.arrays import Floats
 from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.published import errors, largest, largest_plain, table
 from tfra.paper.setups import DIRECTIONS, Setup, near
+from tfra.report.colours import BLACK, BLUE, ORANGE, VERMILION
 
 STYLES: dict[str, dict[str, Any]] = {
     "TFRA, float": {"color": BLUE, "marker": "o", "linewidth": 1},

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from tfra.codegen.colours import BLACK, BLUE, VERMILION
 from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup, near
+from tfra.report.colours import BLACK, BLUE, VERMILION
 
 PHI = 45
 SHIFTS = tuple((x, y) for y in (-0.5, 0.0, 0.5) for x in (-0.5, 0.0, 0.5))

@@ -9,11 +9,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
-from tfra.codegen.colours import BLUE, GREEN, VERMILION
 from tfra.model.arrays import Floats
-from tfra.model.literal import LiteralTfra
+from tfra.paper.literal import LiteralTfra
 from tfra.paper.picture import Column, Columns, Picture, Text
 from tfra.paper.setups import DIRECTIONS, Engine, Setup
+from tfra.report.colours import BLUE, GREEN, VERMILION
 
 STYLES = {"two-variable": (VERMILION, "s"), "TFRA literal": (GREEN, "^"), "TFRA": (BLUE, "o")}
 COLUMNS = {"two-variable": "two_variable_ms", "TFRA literal": "literal_ms", "TFRA": "tfra_ms"}

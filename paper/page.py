@@ -8,9 +8,9 @@ from html import escape
 from itertools import groupby
 from pathlib import Path
 
-from tfra.codegen.html import contents, document, grid, row, text
 from tfra.paper.picture import Picture, Text
 from tfra.paper.tables import HEADER, MAXIMA_HEADER, Cells, Table
+from tfra.report.html import contents, document, grid, row, text
 
 STYLE = """
 tr.published { background: #f3f0e6; }

@@ -12,8 +12,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from tfra.codegen.files import output_directory
-from tfra.codegen.ownership import MANIFEST
 from tfra.paper import page, tables
 from tfra.paper.fig2 import fig2
 from tfra.paper.fig4 import fig4
@@ -24,6 +22,8 @@ from tfra.paper.picture import Picture, looks, write
 from tfra.paper.setups import setups
 from tfra.paper.sptfra import sptfra
 from tfra.paper.surfaces import surfaces
+from tfra.runtime.outputs import output_directory
+from tfra.runtime.ownership import MANIFEST
 
 PIECES = 11
 """How often ``report`` tells of progress: two tables, seven figures, two contacts of Fig. 9."""

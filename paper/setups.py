@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from tfra.codegen.config import Project, load
+from tfra.codegen.config.read import Project, load
 from tfra.model.arrays import Floats
 from tfra.model.converter import quantise
 from tfra.model.cover.contact import Contact

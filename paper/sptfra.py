@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tfra.codegen.colours import BLACK, BLUE, ORANGE, VERMILION
 from tfra.model.boussinesq import operators
 from tfra.model.choices import Adc
 from tfra.model.converter import quantise
@@ -20,6 +19,7 @@ from tfra.model.sparse import Filter, Kind, filtered, multiplications
 from tfra.model.tfra import Result, Tfra
 from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import DIRECTIONS, Setup
+from tfra.report.colours import BLACK, BLUE, ORANGE, VERMILION
 
 STRENGTHS: dict[Kind, tuple[float, ...]] = {
     "F1": (3, 7, 13, 25, 41, 51, 61, 81, 100),

@@ -15,14 +15,14 @@ from typing import Any
 
 import numpy as np
 
-from tfra.codegen.processes import ToolError, beyond, running
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface import microarchitecture as hdl
 from tfra.model.arrays import Ints
-from tfra.model.cache import Files, cache_directory, kept
-from tfra.model.errors import InputError
 from tfra.model.fixed.design import Design
-from tfra.model.scratch import scratch, writing
+from tfra.runtime.cache import Files, cache_directory, kept
+from tfra.runtime.errors import InputError
+from tfra.runtime.processes import ToolError, beyond, running
+from tfra.runtime.scratch import scratch, writing
 from tfra.sim import tools
 from tfra.sim.launch import WAVES
 from tfra.sim.protocol import Job, Outcome, Probe
@@ -140,9 +140,9 @@ def simulate(
 
 def generated(design: Design, cache: Path) -> Netlist:
     """Return the generated core of ``design``, from ``cache`` if the same sources have made it before."""
-    from tfra import codegen, hdl, model
+    from tfra import codegen, hdl, model, runtime
 
-    key = digest(repr(design), tools.versions(), *texts(sources(codegen, hdl, model)))
+    key = digest(repr(design), tools.versions(), *texts(sources(codegen, hdl, model, runtime)))
     files = kept(cache / f"core-{design.name}-{key}", lambda: _generate(design))
     images = {name: content.decode() for name, content in files.items()}  # and what else was made
     verilog, sidecar = images.pop(f"{design.name}.v"), json.loads(images.pop(f"{design.name}.json"))

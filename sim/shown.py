@@ -10,10 +10,10 @@ from rich.console import Console
 from rich.table import Column
 from rich.table import Table as Printed
 
-from tfra.codegen.html import bars, contents, document, grid, row
-from tfra.model.facts import words
 from tfra.model.metrics import ERRORS
 from tfra.model.tfra import Status
+from tfra.recordings.facts import words
+from tfra.report.html import bars, contents, document, grid, row
 from tfra.sim.report import Report
 
 AGAINST = {"model": "model, every bit", "float": "double precision", "contact": "true values"}

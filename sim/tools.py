@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 
 SIMULATORS = ("icarus", "verilator", "amaranth")
 

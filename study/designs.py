@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from tfra.codegen.processes import ToolError
 from tfra.model.choices import Formats
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.scratch import scratch, temporary
+from tfra.runtime.processes import ToolError
+from tfra.runtime.scratch import scratch, temporary
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.frames.block import Part
 from tfra.study.report.words import CLOSE_PERCENT

@@ -12,9 +12,9 @@ from typing import Any
 
 import polars as pl
 
-from tfra.codegen.configfile import config_text
-from tfra.codegen.files import output_directory
-from tfra.model.errors import InputError
+from tfra.codegen.config.write import config_text
+from tfra.runtime.errors import InputError
+from tfra.runtime.outputs import output_directory
 from tfra.sim.run import digest
 from tfra.study.designs import Described, Named, Placed, Uniform, Verified, chosen, named
 from tfra.study.errors.converter import converters

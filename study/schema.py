@@ -1,4 +1,4 @@
-"""Schema of a STUDY file: form only, as in :mod:`tfra.codegen.schema`; examples/study_hertz.toml explains every key.
+"""Schema of a STUDY file, form only (:mod:`tfra.codegen.config.schema`); examples/study_hertz.toml explains every key.
 
 Only ``config`` and ``[frames]`` are required.  Every section in the file is run; an empty one has its defaults.
 """
@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from tfra.codegen.schema import Section
+from tfra.codegen.config.schema import Section
 from tfra.study.errors.converter import BITS, NOISE
 from tfra.study.errors.sensitivity import SHORTER, UNIFORM
 from tfra.study.errors.variants import STEPS, TOLERANCES

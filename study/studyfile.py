@@ -10,12 +10,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from tfra.codegen.complaints import complaint
-from tfra.codegen.config import Project, load
-from tfra.codegen.tomlfile import read_toml
+from tfra.codegen.config.complaints import complaint
+from tfra.codegen.config.read import Project, load
 from tfra.hdl.cores import microarchitecture
-from tfra.model.errors import InputError, quoted
 from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.runtime.errors import InputError, quoted
+from tfra.runtime.tomlfile import read_toml
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.frames.frameset import Definition
 from tfra.study.schema import SearchSection, StudyDocument

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 
-from tfra.codegen.html import document, grid, row
+from tfra.report.html import document, grid, row
 
 
 @dataclass(frozen=True)

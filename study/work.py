@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from tfra.codegen.pieces import Pieces, put
-from tfra.codegen.workfolder import held
+from tfra.runtime.pieces import Pieces, put
+from tfra.runtime.workfolder import held
 from tfra.sim.run import digest
 from tfra.study.frames.frameset import Definition, FrameSet
 from tfra.study.search.trials import sqlite

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from amaranth import Shape
 from amaranth.hdl import Fragment, Instance, MemoryInstance
 
-from tfra.codegen.verilog import Top
+from tfra.codegen.verilog.emit import Top
 from tfra.model.fixed.design import Design
 from tfra.synth.counting import Counting
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tfra.codegen.processes import ToolError
-from tfra.codegen.verilog import STRICT
+from tfra.codegen.verilog.emit import STRICT
+from tfra.runtime.processes import ToolError
 from tfra.synth.census import block_of
 from tfra.synth.ecp5.placement import is_constant, place
 from tfra.synth.ecp5.prepare import prepare

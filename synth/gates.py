@@ -11,14 +11,14 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from tfra.codegen.processes import ToolError
-from tfra.codegen.sidecar import sidecar
-from tfra.codegen.verilog import Top, run_yosys, to_rtlil, with_free_collisions
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.verilog.emit import Top, run_yosys, to_rtlil, with_free_collisions
 from tfra.hdl.primitives import cell_models
-from tfra.model.cache import Files, kept
-from tfra.model.errors import InputError
 from tfra.model.fixed.design import Design
-from tfra.model.scratch import scratch, temporary
+from tfra.runtime.cache import Files, kept
+from tfra.runtime.errors import InputError
+from tfra.runtime.processes import ToolError
+from tfra.runtime.scratch import scratch, temporary
 from tfra.sim import tools
 from tfra.sim.run import Netlist, SimulationError, digest, sources, texts
 from tfra.synth.ecp5.prepare import prepare
@@ -53,9 +53,9 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
 
 def gate_sources() -> list[Path]:
     """The source files that the netlist depends on."""
-    from tfra import codegen, hdl, model, synth
+    from tfra import codegen, hdl, model, runtime, synth
 
-    return sources(codegen, hdl, model, synth)
+    return sources(codegen, hdl, model, runtime, synth)
 
 
 def _synthesise(design: Design, family: str) -> Files:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from tfra.model.cache import cache_directory, kept
+from tfra.runtime.cache import cache_directory, kept
 
 _FOUND = "found"
 """The entry that holds what the step returned."""

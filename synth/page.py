@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from html import escape
 from typing import Any
 
-from tfra.codegen.html import bars, contents, document, grid, row
+from tfra.report.html import bars, contents, document, grid, row
 from tfra.synth.report import TIMES, cell, fmax, unfinished
 
 _TITLES = {"resources": "Resources", "clock": "Clock", "timing": "Timing", "blocks": "Blocks", "cells": "Cells"}

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from tfra import synth
-from tfra.codegen.files import output_directory
-from tfra.codegen.verilog import Top, to_rtlil, with_free_collisions
+from tfra.codegen.verilog.emit import Top, to_rtlil, with_free_collisions
 from tfra.model.fixed.design import Design
+from tfra.runtime.outputs import output_directory
 from tfra.sim.run import digest, sources, texts
 from tfra.synth.estimate import Estimate, estimate, misfits
 from tfra.synth.flow import NETLIST, CriticalPath, Route, Synthesis, options, pack, route, synthesise

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from tfra.codegen.html import bars, contents, document, grid, row
+from tfra.report.html import bars, contents, document, grid, row
 from tfra.synth.candidates import Candidate, Sizing
 from tfra.synth.sizetext import lines
 

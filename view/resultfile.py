@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tfra.codegen.arrays import Archive, Shape, archive
-from tfra.codegen.config import load_tfra
-from tfra.codegen.framesfile import REFERENCES, read_references
-from tfra.codegen.resultfile import OPTIONAL
-from tfra.codegen.shapes import FRAMES
+from tfra.codegen.config.read import load_tfra
 from tfra.model.arrays import Floats
-from tfra.model.errors import InputError, shortened
 from tfra.model.fixed.design import Design
-from tfra.model.scratch import scratch, temporary
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status
+from tfra.recordings.arrays import Archive, Shape, archive
+from tfra.recordings.frames import REFERENCES, read_references
+from tfra.recordings.results import OPTIONAL
+from tfra.recordings.shapes import FRAMES
+from tfra.runtime.errors import InputError, shortened
+from tfra.runtime.scratch import scratch, temporary
 
 VALUES = {"resultant": (3,), "phi_deg": (), "mu": (), "mu_x": (), "mu_y": (), "sweep_index": (), "status": ()}
 """Values of a frame in a result, by key: their shapes."""

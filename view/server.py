@@ -10,7 +10,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import parse_qs, urlsplit
 
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 from tfra.view.feed import Feed
 
 HOST = "127.0.0.1"

@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Any
 
 from bench.abuse.damages import DAMAGES
-from tfra.model.cache import _read
 from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.scratch import discard
 from tfra.model.sensor import SensorArray
+from tfra.runtime.cache import _read
+from tfra.runtime.scratch import discard
 from tfra.sim.run import simulate
 
 DESIGN = TfraDesign(

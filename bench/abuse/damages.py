@@ -7,7 +7,7 @@ import socket
 from collections.abc import Callable
 from pathlib import Path
 
-from tfra.model.scratch import part
+from tfra.runtime.scratch import part
 
 
 def _content(change: Callable[[bytes], bytes]) -> Callable[[Path], None]:

@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from tfra.codegen.ownership import directory_objection, file_objection
+from tfra.runtime.ownership import directory_objection, file_objection
 
 PATIENCE = 5.0
 """Seconds that killed processes have to disappear."""

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.abuse.mistakes import CONFIG, Make, Misuse, config
-from tfra.codegen.weightsfile import Trained, write_weights
+from tfra.codegen.config.weights import Trained, write_weights
 from tfra.model.learned.weights import Weights
 from tfra.model.sensor import SensorArray
 

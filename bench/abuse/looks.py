@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 
-from tfra.codegen.files import output_directory, write_npz
-from tfra.codegen.ownership import directory_objection, file_objection
+from tfra.runtime.outputs import output_directory, write_npz
+from tfra.runtime.ownership import directory_objection, file_objection
 
 WRITERS = 3
 FILES = 40

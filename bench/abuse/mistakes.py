@@ -13,9 +13,9 @@ import numpy as np
 import polars as pl
 from mcap.writer import Writer
 
-from tfra.codegen.files import output_directory
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
+from tfra.runtime.outputs import output_directory
 
 LSB = Adc().lsb
 """Stress of a code, in Pa."""

@@ -33,7 +33,7 @@ from bench.abuse.training import TRAINING
 from bench.abuse.views import PAGES
 from bench.publish import ROOT, publish
 from tfra.cli.main import main as tfra
-from tfra.codegen.files import write_npz
+from tfra.runtime.outputs import write_npz
 
 FILES = [
     Misuse("a pipe as CONFIG", lambda: os.mkfifo("wrong.toml"), WRONG, "is not a regular file but a pipe"),

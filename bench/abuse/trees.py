@@ -25,8 +25,8 @@ import numpy as np
 
 from bench.abuse.kills import CONFIG
 from tfra.cli.main import main
-from tfra.codegen.files import output_directory, write_npz
-from tfra.codegen.ownership import MANIFEST
+from tfra.runtime.outputs import output_directory, write_npz
+from tfra.runtime.ownership import MANIFEST
 
 NAMES = (
     *("core", "out", "fpga", "notes.txt", "thesis.tex", "core.json", "core.v", "images", "sensor.toml", "paper.json"),

@@ -16,7 +16,7 @@ from bench.accuracy.cases import SEED, Case, cases
 from bench.accuracy.figure import plot
 from bench.accuracy.tables import tables
 from bench.publish import insert, store
-from tfra.codegen.configfile import millimetres
+from tfra.codegen.config.write import millimetres
 from tfra.model.learned.network import Network
 from tfra.model.learned.weights import NAMES
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.publish import ROOT
-from tfra.codegen.config import load
-from tfra.codegen.weightsfile import read_weights
+from tfra.codegen.config.read import load
+from tfra.codegen.config.weights import read_weights
 from tfra.model.cover.contact import Contact
 from tfra.model.fixed.learned.design import LearnedDesign
 

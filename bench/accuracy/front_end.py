@@ -22,7 +22,7 @@ from bench.accuracy.scenes import LEVELS, scaled
 from bench.accuracy.tables import DIGITS, SYMBOLS, UNITS, both, markdown
 from bench.learned.plausibility import peak
 from bench.publish import ROOT, insert, store
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.converter import convert
 from tfra.model.cover.scenes import any_contacts

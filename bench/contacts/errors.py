@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 from bench.contacts import truth
 from bench.contacts.half_space import half_space
 from bench.publish import ROOT, insert, store
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.model.arrays import Floats
 from tfra.model.boussinesq import operators
 from tfra.model.cover.cells import taxel_forces

@@ -13,7 +13,7 @@ from typing import Any, get_args
 import numpy as np
 
 from bench.publish import ROOT
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.cover.layer import Sampling, frames

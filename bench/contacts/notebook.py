@@ -22,7 +22,7 @@ from matplotlib import pyplot
 
 from bench.publish import ROOT
 from tfra.cli.main import main as tfra
-from tfra.model.errors import Notice
+from tfra.runtime.errors import Notice
 
 NOTEBOOK = ROOT / "docs" / "notebook.ipynb"
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from bench.publish import ROOT
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.contacts import Truth
 from tfra.model.converter import quantise
 from tfra.model.fixed.words import decode

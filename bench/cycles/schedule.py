@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bench.publish import ROOT, insert
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.hdl.parallel.tfra.parallel import Parallel
 from tfra.hdl.parallel.tfra.timeline.timeline import Timeline
 from tfra.model.fixed.design import Design

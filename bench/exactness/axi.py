@@ -20,9 +20,9 @@ from typing import Any
 from bench.exactness.axi_traffic import Traffic, traffic
 from bench.exactness.campaign import core, untrained
 from bench.publish import ROOT, publish
-from tfra.codegen.config import load
-from tfra.codegen.verilog import to_verilog
-from tfra.codegen.wrapper import module_name, wrapper_verilog
+from tfra.codegen.config.read import load
+from tfra.codegen.verilog.emit import to_verilog
+from tfra.codegen.verilog.wrapper import module_name, wrapper_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Bus
 from tfra.model.fixed.design import Design

@@ -23,7 +23,7 @@ from typing import Any
 import polars as pl
 
 from bench.publish import ROOT, insert, store
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.study.errors.cascade import Step, View
 from tfra.study.report.answer import HEADLINE, answer
 from tfra.study.report.words import QUANTITIES, STEPS, number

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from bench.publish import ROOT, publish
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.design import LearnedDesign

@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.cycles.streamed import random_design
 from bench.exactness.campaign import untrained
-from tfra.codegen.verilog import Top, to_rtlil
+from tfra.codegen.verilog.emit import Top, to_rtlil
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.serial.trace import trace
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search

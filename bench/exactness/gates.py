@@ -8,12 +8,12 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 
-from tfra.model.cache import cache_directory
 from tfra.model.choices import Architecture, Search
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
+from tfra.runtime.cache import cache_directory
 from tfra.sim.run import simulate
 from tfra.synth.gates import FAMILIES, synthesised
 

@@ -15,9 +15,11 @@ from pathlib import Path
 
 from bench.publish import ROOT
 
-PACKAGES = ("model", "hdl", "codegen", "sim", "synth", "study", "train", "view", "cli", "paper")
+PACKAGES = (
+    "runtime", "model", "recordings", "report", "hdl", "codegen", "sim", "synth", "study", "train", "view", "cli", "paper",
+)
 """Folders that are packages in the package ``tfra``, whose own files are in the folder ``library``."""
-FOLDERS = ("library", *PACKAGES, "bench", "tests")
+FOLDERS = ("tfra", *PACKAGES, "bench", "tests")
 """Folders of Python files."""
 _LEFT = shutil.ignore_patterns(".git", ".venv", "build", "__pycache__", "*.egg-info", ".hypothesis", ".*_cache")
 
@@ -59,13 +61,8 @@ class Copy:
 
     def __init__(self, folder: Path) -> None:
         self.root = folder / "tree"
-        self._path = folder / "path"
-        """First on the path of imports: links to the copy have the names of the installed packages here."""
         self._scratch = folder / "scratch"
-        shutil.copytree(ROOT, self.root, ignore=_LEFT)
-        (self._path / "tfra").mkdir(parents=True)
-        for file in [*(self.root / "library").glob("*.*"), *(self.root / package for package in PACKAGES)]:
-            (self._path / "tfra" / file.name).symlink_to(file)
+        shutil.copytree(ROOT, self.root, ignore=_LEFT, symlinks=True)
 
     def write(self, file: str, text: str) -> None:
         """Replace a file's text; its bytecode goes, since it may have the same size and second."""
@@ -79,7 +76,7 @@ class Copy:
         shutil.rmtree(self._scratch, ignore_errors=True)
         shutil.rmtree(self.root / ".hypothesis", ignore_errors=True)
         self._scratch.mkdir()
-        more = {"PYTHONPATH": str(self._path), "TFRA_CACHE": str(self._scratch / "cache"), "OMP_NUM_THREADS": "1"}
+        more = {"PYTHONPATH": str(self.root), "TFRA_CACHE": str(self._scratch / "cache"), "OMP_NUM_THREADS": "1"}
         how = {"cwd": self.root, "env": {**os.environ, **more}, "start_new_session": True, "stderr": subprocess.STDOUT}
         with (self._scratch / "output").open("w+") as output:
             process = subprocess.Popen([sys.executable, "-m", *arguments], stdout=output, **how)
@@ -143,7 +140,7 @@ def _module(file: str) -> str:
     """The name by which a file is imported."""
     name = file.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
     folder, dot, inside = name.partition(".")
-    if folder == "library":
+    if folder == "tfra":
         return f"tfra{dot}{inside}"
     return f"tfra.{name}" if folder in PACKAGES else name
 

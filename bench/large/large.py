@@ -18,6 +18,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from bench.large.separable import ORDER, Separable, SeparableProducts, separated
+from bench.large.toeplitz import IterativeProducts
 from bench.publish import ROOT, insert, store
 from tfra.model.arrays import Floats
 from tfra.model.boussinesq import Operators, operators
@@ -25,9 +27,7 @@ from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import codes_of, local_contacts
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.model.separable import ORDER, Separable, SeparableProducts, separated
 from tfra.model.tfra import Dense, Products, Result, Tfra
-from tfra.model.toeplitz import IterativeProducts
 
 SEED = 2024
 PITCHES = {"4 mm": 4e-3, "2 mm": 2e-3}

@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from bench.publish import ROOT, publish
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.model.arrays import Floats
 from tfra.model.boussinesq import Operators, operators
 from tfra.model.choices import Adc

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from bench.publish import publish
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.engines import Engine, double
 from tfra.model.arrays import Floats
 from tfra.model.cover.cells import taxel_forces

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from bench.publish import ROOT, publish
-from tfra.codegen.config import load
-from tfra.codegen.weightsfile import Trained, read_weights
+from tfra.codegen.config.read import load
+from tfra.codegen.config.weights import Trained, read_weights
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.train.errors import COUNT, NOISES, PERCENTILES, SEED, TABLE, Series

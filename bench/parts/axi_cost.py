@@ -16,9 +16,9 @@ import numpy as np
 from bench.exactness.axi import differences, run, verilog
 from bench.exactness.axi_traffic import traffic
 from bench.publish import ROOT, publish
-from tfra.codegen.config import load
-from tfra.codegen.verilog import to_rtlil
-from tfra.codegen.wrapper import wrapper
+from tfra.codegen.config.read import load
+from tfra.codegen.verilog.emit import to_rtlil
+from tfra.codegen.verilog.wrapper import wrapper
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.unit import FrontEnd
 from tfra.model.fixed.design import Design

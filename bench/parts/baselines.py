@@ -15,7 +15,7 @@ from typing import Any
 
 from bench.parts.flat import Flat
 from bench.publish import ROOT
-from tfra.codegen.verilog import to_rtlil
+from tfra.codegen.verilog.emit import to_rtlil
 from tfra.hdl.parallel.cordic import Cordic
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design

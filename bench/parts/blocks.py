@@ -18,8 +18,8 @@ from amaranth.lib import wiring
 
 from bench.parts.flat import Flat
 from bench.publish import ROOT, publish
-from tfra.codegen.config import load
-from tfra.codegen.verilog import to_rtlil, with_free_collisions
+from tfra.codegen.config.read import load
+from tfra.codegen.verilog.emit import to_rtlil, with_free_collisions
 from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.synth.flow import route, synthesise
 from tfra.synth.pins import Pins

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from bench.publish import ROOT, publish
-from tfra.codegen.config import load
-from tfra.codegen.verilog import to_rtlil, with_free_collisions
+from tfra.codegen.config.read import load
+from tfra.codegen.verilog.emit import to_rtlil, with_free_collisions
 from tfra.hdl.front_end.unit import FrontEnd
 from tfra.model.fixed.design import Design
 from tfra.synth.flow import synthesise

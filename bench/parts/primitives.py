@@ -21,7 +21,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from bench.publish import ROOT
-from tfra.codegen.verilog import run_yosys
+from tfra.codegen.verilog.emit import run_yosys
 from tfra.hdl.primitives import Multiplier, Rom
 
 RESULT = ROOT / "bench" / "results" / "primitives.json"

@@ -13,11 +13,11 @@ from typing import Any
 
 from bench.parts import blocks
 from bench.publish import ROOT, insert, publish
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.table import table
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.verilog import to_rtlil
+from tfra.codegen.verilog.emit import to_rtlil
 from tfra.hdl.bus.map import RegisterMap
 from tfra.hdl.bus.registers import Registers
 from tfra.synth.flow import synthesise

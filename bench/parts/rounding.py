@@ -20,8 +20,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from bench.publish import publish
-from tfra.codegen.cover import LayerSpec
-from tfra.codegen.verilog import to_rtlil
+from tfra.codegen.config.cover import LayerSpec
+from tfra.codegen.verilog.emit import to_rtlil
 from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_steps
 from tfra.hdl.lib.pipeline import driver, register
 from tfra.hdl.parallel.matvec.drain import FINE, on_grid

@@ -17,8 +17,8 @@ from amaranth.lib.wiring import In, Out
 
 from bench.parts.flat import Flat
 from bench.publish import ROOT, publish
-from tfra.codegen.config import load
-from tfra.codegen.verilog import to_rtlil, with_free_collisions
+from tfra.codegen.config.read import load
+from tfra.codegen.verilog.emit import to_rtlil, with_free_collisions
 from tfra.hdl.lib.arithmetic import less
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
 from tfra.hdl.parallel.tfra.sweep.winner import Winner, winner_latency

@@ -9,9 +9,9 @@ from amaranth import ClockDomain, ClockSignal, DomainRenamer, Instance, Module, 
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
-from tfra.codegen.sidecar import ports
-from tfra.codegen.sidecarschema import Port
-from tfra.codegen.verilog import declaration, plain_verilog, to_rtlil
+from tfra.codegen.sidecar.build import ports
+from tfra.codegen.sidecar.schema import Port
+from tfra.codegen.verilog.emit import declaration, plain_verilog, to_rtlil
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.uart.bridge import Bridge

@@ -12,7 +12,7 @@ from typing import Any
 from tfra.codegen.package.part import Part
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.wrapper import module_name
+from tfra.codegen.verilog.wrapper import module_name
 from tfra.hdl.bus.map import RegisterMap
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture

@@ -6,15 +6,15 @@ import zlib
 from html import escape
 from string import Template
 
-from tfra.codegen.html import contents as links
-from tfra.codegen.html import document
 from tfra.codegen.package import sheettables as tables
 from tfra.codegen.package.contents import Contents, filled
 from tfra.codegen.package.diagrams import blocks, waves
 from tfra.codegen.registers.files import VENDOR
-from tfra.codegen.wrapper import ports_of
+from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.hdl.uart.bridge import WORD_BYTES
+from tfra.report.html import contents as links
+from tfra.report.html import document
 
 _SECTIONS = {
     "features": "Features",

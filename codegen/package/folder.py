@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from tfra.codegen.names import check_packaged
+from tfra.codegen.config.names import check_packaged
 from tfra.codegen.package.boards import boards
 from tfra.codegen.package.constraints import constraints
 from tfra.codegen.package.contents import Contents
@@ -17,8 +17,8 @@ from tfra.codegen.package.part import Part
 from tfra.codegen.package.readme import readme
 from tfra.codegen.package.vivado import vivado
 from tfra.codegen.registers.files import register_files
-from tfra.codegen.sidecarschema import schema
-from tfra.codegen.wrapper import wrapper_verilog
+from tfra.codegen.sidecar.schema import schema
+from tfra.codegen.verilog.wrapper import wrapper_verilog
 from tfra.model.fixed.design import Design
 
 WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tfra.codegen.package.contents import Contents, filled
-from tfra.codegen.wrapperports import input_bits
+from tfra.codegen.verilog.wrapperports import input_bits
 
 
 def litex(contents: Contents) -> dict[str, str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tfra.codegen.package.contents import Contents, filled
-from tfra.codegen.sidecar import LOADED
+from tfra.codegen.sidecar.build import LOADED
 
 _FILES = (
     ("datasheet.html", "everything about the core on one page: words, cycles, registers, resets, faults; begin here"),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from tfra.codegen.html import grid, row
 from tfra.codegen.package.accuracy import accuracy
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.wrapper import ports_of, wrapper
+from tfra.codegen.verilog.wrapper import ports_of, wrapper
 from tfra.hdl.bus.map import Field, Kind, Register
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
-from tfra.model.facts import MEANINGS, words
+from tfra.recordings.facts import MEANINGS, words
+from tfra.report.html import grid, row
 
 _ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVENT: "R/W1C"}
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfra.codegen.packages import require
 from tfra.codegen.registers.page import page
 from tfra.codegen.registers.source import SOURCE, as_map, compiled
 from tfra.codegen.registers.values import parameters
 from tfra.model.fixed.design import Design
-from tfra.model.scratch import scratch, temporary, writing
+from tfra.runtime.extras import require
+from tfra.runtime.scratch import scratch, temporary, writing
 
 if TYPE_CHECKING:
     from systemrdl.node import AddrmapNode

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfra.model.scratch import scratch, temporary, writing
+from tfra.runtime.scratch import scratch, temporary, writing
 
 if TYPE_CHECKING:
     from systemrdl.node import AddrmapNode

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfra.codegen.packages import require
 from tfra.hdl.bus.map import BITS, Field, Kind, Register, RegisterMap
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
+from tfra.runtime.extras import require
 
 if TYPE_CHECKING:
     from systemrdl.node import AddrmapNode, FieldNode, RegNode

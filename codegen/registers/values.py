@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from importlib.metadata import version
 
-from tfra.codegen.sidecar import sidecar
+from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import repair_places

@@ -9,9 +9,10 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
-from tfra.hdl.front_end.ports import NUMBER, TAXEL, WORD
+from tfra.hdl.front_end.ports import NUMBER, TAXEL
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import wrapping_counter
+from tfra.model.fixed.front_end import WORD
 
 ORIGIN = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "started": BITS})
 """Where a frame comes from: FACTS without the faults of its taxels."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from amaranth import Cat, Const, Value
 
-from tfra.hdl.front_end.ports import WORD
+from tfra.model.fixed.front_end import WORD
 
 _FEWEST = 8
 """Bits of the shortest words."""

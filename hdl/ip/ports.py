@@ -5,7 +5,8 @@ from __future__ import annotations
 from amaranth.lib import data
 
 from tfra.hdl.bus.map import BITS
-from tfra.hdl.front_end.ports import NUMBER, WORD
+from tfra.hdl.front_end.ports import NUMBER
+from tfra.model.fixed.front_end import WORD
 
 OUTPUT = data.StructLayout({"data": BITS, "user": 1, "last": 1})
 """A beat of an output frame; ``user`` in its last one: a reset cut the frame."""

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from scipy import special
 
 from tfra.model.arrays import Floats
-from tfra.model.errors import quoted
+from tfra.runtime.errors import quoted
 
 
 class ContactShape(StrEnum):

@@ -38,10 +38,10 @@ from scipy import linalg, sparse
 from scipy.sparse.linalg import LinearOperator, cg
 
 from tfra.model.arrays import Floats, Ints
-from tfra.model.cache import cache_directory, kept
 from tfra.model.cover import contact as contact_module
 from tfra.model.cover.contact import Contact
 from tfra.model.sensor import SensorArray
+from tfra.runtime.cache import cache_directory, kept
 
 try:
     import skfem

@@ -17,15 +17,15 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from tfra.codegen.cover import LayerSpec
-from tfra.codegen.inputfile import opened
-from tfra.codegen.pieces import Pieces, put
+from tfra.codegen.config.cover import LayerSpec
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
-from tfra.model.errors import InputError
-from tfra.model.recording import PLAIN, Input
-from tfra.model.scratch import writing
 from tfra.model.sensor import SensorArray
+from tfra.recordings.input import PLAIN, Input
+from tfra.runtime.errors import InputError
+from tfra.runtime.inputs import opened
+from tfra.runtime.pieces import Pieces, put
+from tfra.runtime.scratch import writing
 from tfra.study.frames.block import BLOCK, Block, Part, Stream, generator
 from tfra.study.frames.mixture import Mixture
 from tfra.study.frames.recording import Recording

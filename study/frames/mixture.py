@@ -14,13 +14,13 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-from tfra.codegen.cover import LayerSpec
+from tfra.codegen.config.cover import LayerSpec
 from tfra.model.arrays import Floats
 from tfra.model.cover.cells import cell_shares
 from tfra.model.cover.contact import Contacts, ContactShape
 from tfra.model.cover.layer import frames
-from tfra.model.errors import quoted
 from tfra.model.sensor import SensorArray
+from tfra.runtime.errors import quoted
 from tfra.study.frames.block import BLOCK, Block, Part, Stream, generator, with_noise
 from tfra.study.frames.schema import ComponentSection, Range
 

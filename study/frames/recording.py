@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from tfra.codegen.framesfile import REFERENCES, read_recording, read_references
-from tfra.codegen.ownership import is_as_written
 from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Adc
-from tfra.model.recording import PLAIN, Input
 from tfra.model.sensor import SensorArray
+from tfra.recordings.frames import REFERENCES, read_recording, read_references
+from tfra.recordings.input import PLAIN, Input
+from tfra.runtime.ownership import is_as_written
 from tfra.study.frames.block import BLOCK, Block, Part
 
 

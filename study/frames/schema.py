@@ -1,4 +1,4 @@
-"""Schema of the ``[frames]`` section of a STUDY file: form only, as in :mod:`tfra.codegen.schema`.
+"""Schema of the ``[frames]`` section of a STUDY file: form only, as in :mod:`tfra.codegen.config.schema`.
 
     [frames]
     train = 20000
@@ -28,7 +28,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Discriminator, Field, Tag
 
-from tfra.codegen.schema import Section, form
+from tfra.codegen.config.schema import Section, form
 from tfra.model.arrays import Floats
 
 MOST_FRAMES = 100_000_000

@@ -12,7 +12,7 @@ from typing import Any
 import plotly.graph_objects as go
 import polars as pl
 
-from tfra.codegen.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION
+from tfra.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from tfra.study.errors.cascade import Step, View
 from tfra.study.report.figure import GREY, PALE, ROW, Dot, Rows, Scale, add_dots, add_unfit, figure, say, wrapped
 from tfra.study.report.words import (

@@ -10,7 +10,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from tfra.codegen.colours import BLACK
+from tfra.report.colours import BLACK
 from tfra.study.report.words import number
 
 GREY, PALE = "#767676", "#dddddd"

@@ -10,7 +10,7 @@ from typing import Any
 import plotly.graph_objects as go
 import polars as pl
 
-from tfra.codegen.colours import BLACK, BLUE, GREEN, ORANGE
+from tfra.report.colours import BLACK, BLUE, GREEN, ORANGE
 from tfra.study.report.figure import GREY, Scale, figure, say, wrapped
 from tfra.study.report.found import HELD_OUT, PLACED, costs_of, errors_of
 from tfra.study.report.words import CLOSE, CLOSE_PERCENT, QUANTITIES, Tables, number, taken

@@ -16,8 +16,8 @@ import plotly.graph_objects as go
 import polars as pl
 from plotly.offline import get_plotlyjs
 
-from tfra.codegen.html import contents, document, grid, row
 from tfra.model.fixed.design import Design
+from tfra.report.html import contents, document, grid, row
 from tfra.study.errors.cascade import View
 from tfra.study.report import charts, front
 from tfra.study.report.answer import answer, explanation, unfit

@@ -9,8 +9,8 @@ import pytest
 
 from bench.cycles import cores
 from bench.publish import ROOT
-from tfra.codegen.config import MOST_TAXELS, load
-from tfra.codegen.sidecar import sidecar
+from tfra.codegen.config.read import MOST_TAXELS, load
+from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.cores import microarchitecture
 from tfra.model.boussinesq import operators
 from tfra.model.sensor import SensorArray

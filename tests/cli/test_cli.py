@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from tfra.cli.main import main
-from tfra.codegen.config import load
-from tfra.codegen.resultfile import KEYS
+from tfra.codegen.config.read import load
 from tfra.model.tfra import Tfra
 from tfra.model.two_variable import TwoVariable
+from tfra.recordings.results import KEYS
 from tfra.sim.report import Report, Timing
 from tfra.sim.run import SimulationError
 

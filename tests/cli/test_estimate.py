@@ -11,12 +11,12 @@ import pytest
 
 from tests.cli.test_cli import CONFIG, refusal
 from tfra.cli.main import main
-from tfra.codegen.config import load
-from tfra.codegen.resultfile import KEYS
+from tfra.codegen.config.read import load
 from tfra.model.converter import quantise
-from tfra.model.facts import facts, lines
 from tfra.model.tfra import Status, Tfra
 from tfra.model.truth import sentence
+from tfra.recordings.facts import facts, lines
+from tfra.recordings.results import KEYS
 
 CONTACT = """
 [[contact]]

@@ -10,8 +10,8 @@ import pytest
 
 from tests.cli.test_cli import refusal
 from tfra.cli.main import main
-from tfra.codegen.config import load
-from tfra.codegen.examples import examples
+from tfra.codegen.config.examples import examples
+from tfra.codegen.config.read import load
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 WEIGHTS = "hertz_40x20.weights.npz"

@@ -14,11 +14,11 @@ import pytest
 from tests.cli.test_cli import CONFIG, refusal
 from tfra.cli.inputs import OPTIONS
 from tfra.cli.main import main
-from tfra.codegen.config import load
-from tfra.codegen.files import write_npz
-from tfra.codegen.resultfile import KEYS
+from tfra.codegen.config.read import load
 from tfra.model.converter import quantise
-from tfra.model.recording import PLAIN, Input, overridden
+from tfra.recordings.input import PLAIN, Input, overridden
+from tfra.recordings.results import KEYS
+from tfra.runtime.outputs import write_npz
 
 PLAIN_CONFIG = CONFIG.partition("[[contact]]")[0]
 

@@ -15,13 +15,13 @@ from tests.cli.test_cli import CONFIG, refusal
 from tests.cli.test_live import live, values
 from tests.model.learned.random_weights import random_weights
 from tfra.cli.main import main
-from tfra.codegen.config import load
-from tfra.codegen.weightsfile import Trained, read_weights, write_weights
+from tfra.codegen.config.read import load
+from tfra.codegen.config.weights import Trained, read_weights, write_weights
 from tfra.model.converter import quantise
-from tfra.model.facts import RESULTANT_ALONE
 from tfra.model.learned.learned import Learned
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
+from tfra.recordings.facts import RESULTANT_ALONE
 
 SENSOR = SensorArray(5, 6, 4e-3, 4e-3, 3e-3)
 ESTIMATOR = '[estimator]\nkind = "learned"\nweights = "lab/w.npz"\n'

@@ -16,11 +16,11 @@ import pytest
 from tests.cli.test_cli import refusal
 from tests.marks import long
 from tfra.cli.main import main
-from tfra.codegen.config import load
-from tfra.codegen.ownership import MANIFEST
-from tfra.codegen.processes import Stopped
+from tfra.codegen.config.read import load
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
+from tfra.runtime.ownership import MANIFEST
+from tfra.runtime.processes import Stopped
 from tfra.synth import run as flow
 from tfra.synth.estimate import estimate
 from tfra.synth.flow import CriticalPath, Route, Synthesis

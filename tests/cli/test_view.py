@@ -88,6 +88,6 @@ def test_a_result_of_an_earlier_version(folder: Path, capfd: pytest.CaptureFixtu
 
 
 def test_plotly_is_asked_for(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.codegen.packages.find_spec", lambda name: None)
+    monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None)
     line = "tfra view: plotly is missing, please run: pip install 'tfra[view]'"
     assert refusal(capfd, "view", "float.npz", "--out", "page.html") == line

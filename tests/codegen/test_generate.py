@@ -17,8 +17,8 @@ import pytest
 from tests.codegen import lint
 from tests.marks import long
 from tfra.codegen.generate import generate
-from tfra.codegen.sidecar import LOADED
-from tfra.codegen.verilog import run_yosys
+from tfra.codegen.sidecar.build import LOADED
+from tfra.codegen.verilog.emit import run_yosys
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
@@ -45,7 +45,7 @@ DESIGNS["narrow"] = replace(DESIGNS["even"], name="narrow", architecture=Archite
 def few_frames():
     """Testbenches with every third directed frame."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tfra.codegen.testbench.directed_codes", lambda design: directed_codes(design)[::3])
+        patch.setattr("tfra.codegen.verilog.testbench.directed_codes", lambda design: directed_codes(design)[::3])
         yield
 
 

@@ -11,7 +11,7 @@ import pytest
 from tests.codegen import lint
 from tests.marks import long
 from tests.model.fixed.learned.cases import made
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.codegen.generate import content
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
@@ -117,7 +117,7 @@ def test_the_head_tells_what_the_sidecar_does(core):
 
 def test_the_hash_covers_every_choice():
     """Any other choice, coefficient or kind of image gives another hash."""
-    from tfra.codegen.sidecar import sidecar
+    from tfra.codegen.sidecar.build import sidecar
 
     first = DESIGNS["serial"]
     others = [

@@ -15,9 +15,9 @@ import pytest
 
 from tests.marks import long
 from tests.model.fixed.learned.cases import made
-from tfra.codegen import testbench
-from tfra.codegen.sidecar import sidecar
-from tfra.codegen.verilog import to_verilog
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.verilog import testbench
+from tfra.codegen.verilog.emit import to_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
@@ -95,8 +95,8 @@ def ends(design, folder, verilog):
 
 @pytest.fixture(autouse=True)
 def _few_frames(monkeypatch):
-    monkeypatch.setattr("tfra.codegen.testbench.CONTACTS", 2)
-    monkeypatch.setattr("tfra.codegen.testbench.directed_codes", lambda design: directed_codes(design)[:1])
+    monkeypatch.setattr("tfra.codegen.verilog.testbench.CONTACTS", 2)
+    monkeypatch.setattr("tfra.codegen.verilog.testbench.directed_codes", lambda design: directed_codes(design)[:1])
 
 
 @pytest.mark.parametrize(

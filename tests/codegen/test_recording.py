@@ -17,12 +17,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from tfra.codegen.framesfile import FORMATS, Recording, read_recording
-from tfra.codegen.shapes import wrong_shape
 from tfra.model.choices import Adc
-from tfra.model.errors import InputError
-from tfra.model.recording import PLAIN, Input
 from tfra.model.sensor import SensorArray
+from tfra.recordings.frames import FORMATS, Recording, read_recording
+from tfra.recordings.input import PLAIN, Input
+from tfra.recordings.shapes import wrong_shape
+from tfra.runtime.errors import InputError
 
 SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
 ADC = Adc(12, 150e3)

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
-
 from tests.codegen.test_recordinglog import ARRAY, StoragePlugin, array, bag
+
 from tests.marks import long
 from tfra.cli.main import app, main
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 
 ROOT = Path(__file__).parents[2]
 PAGES = ["README.md", *sorted(str(page.relative_to(ROOT)) for page in (ROOT / "docs").rglob("*.md"))]

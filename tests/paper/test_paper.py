@@ -16,13 +16,13 @@ from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tfra.cli.demo import PAPER
 from tfra.cli.main import main
-from tfra.codegen.ownership import MANIFEST
 from tfra.model.cover.contact import Contact
 from tfra.model.sensor import SensorArray
 from tfra.paper.picture import rounded, to_csv
 from tfra.paper.report import report
 from tfra.paper.setups import DIRECTIONS, setups
 from tfra.paper.surfaces import cell_means
+from tfra.runtime.ownership import MANIFEST
 
 ROOT = Path(__file__).parents[2]
 SOURCES = {"table1": "table1_hertzian.csv", "table2": "table2_nonhertzian.csv"}
@@ -238,7 +238,7 @@ def test_a_foreign_directory_is_left_alone(tmp_path: Path, capsys: pytest.Captur
 def test_without_matplotlib(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("tfra.codegen.packages.find_spec", lambda name: None)
+    monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None)
     assert main(["paper", "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == "tfra paper: matplotlib is missing, please run: pip install 'tfra[paper]'\n"
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tfra.codegen.sidecar import sidecar
-from tfra.codegen.verilog import Top, plain_verilog, to_rtlil, with_free_collisions
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.verilog.emit import Top, plain_verilog, to_rtlil, with_free_collisions
 from tfra.model.choices import Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign

@@ -17,12 +17,12 @@ from bench.abuse.damages import DAMAGES
 from tests.marks import long
 from tfra.hdl.interface import ports
 from tfra.model.arrays import Ints
-from tfra.model.cache import kept
 from tfra.model.choices import Architecture, Search
-from tfra.model.errors import InputError
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
+from tfra.runtime.cache import kept
+from tfra.runtime.errors import InputError
 from tfra.sim import run as run_module
 from tfra.sim.protocol import Probe
 from tfra.sim.run import Netlist, ProtocolError, SimulationError, simulate

@@ -13,11 +13,11 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.serial.serial import Serial
 from tfra.model.choices import SERIAL, Adc, Formats, Search
 from tfra.model.cover.scenes import contact_codes
-from tfra.model.errors import InputError
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
+from tfra.runtime.errors import InputError
 from tfra.sim.report import Report
 from tfra.sim.run import simulate
 from tfra.sim.verify import verify

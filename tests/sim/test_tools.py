@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 from tfra.sim import tools
 
 

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from tfra.codegen.cover import LayerSpec
+from tfra.codegen.config.cover import LayerSpec
 from tfra.model.choices import Adc, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray

@@ -24,9 +24,9 @@ from distributed import LocalCluster
 
 from tests.study.test_studyfile import CONFIG, GOOD
 from tfra.cli.main import main
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.hdl.cores import microarchitecture
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 from tfra.study.run import run
 from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE

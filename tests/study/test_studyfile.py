@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 from tfra.study.errors.converter import BITS
 from tfra.study.frames.block import Part
 from tfra.study.studyfile import StudyFile, load_study

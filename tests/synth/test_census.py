@@ -12,7 +12,7 @@ from amaranth.lib.memory import Memory as AmaranthMemory
 
 from tests.marks import long
 from tests.synth.rtlil import count as count_text
-from tfra.codegen.verilog import Top, to_rtlil
+from tfra.codegen.verilog.emit import Top, to_rtlil
 from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign

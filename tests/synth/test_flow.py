@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from tfra.codegen.verilog import run_yosys
-from tfra.model.errors import InputError
+from tfra.codegen.verilog.emit import run_yosys
+from tfra.runtime.errors import InputError
 from tfra.synth.baseline import compare
 from tfra.synth.estimate import tally
 from tfra.synth.flow import Stall, options, read_route, route, synthesise

@@ -12,11 +12,11 @@ import pytest
 
 from tests.marks import long
 from tfra.model.choices import Adc, Architecture, Formats, Search
-from tfra.model.errors import InputError
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
+from tfra.runtime.errors import InputError
 from tfra.sim.run import Netlist, Run, SimulationError, generated, simulate
 from tfra.synth import gates as netlist
 from tfra.synth.census import block_of, lane_of
@@ -106,7 +106,7 @@ def test_cells_of_yosys_leave_room_for_models() -> None:
 
 
 CHANGED = (
-    "codegen/verilog.py",
+    "codegen/verilog/emit.py",
     "hdl/parallel/matvec/unit.py",
     "hdl/primitives/models/DP16KD.v",
     "model/fixed/widths.py",

@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 
 from tfra.cli.main import main
-from tfra.codegen.weightsfile import Trained, read_weights
+from tfra.codegen.config.weights import Trained, read_weights
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import any_contacts
-from tfra.model.errors import InputError
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
+from tfra.runtime.errors import InputError
 from tfra.train import errors, loop
 from tfra.train import run as running
 from tfra.train.loop import DivergedError, State, Trainer

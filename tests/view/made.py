@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from tfra.cli.frames import simulated
-from tfra.codegen.config import Project, load
-from tfra.codegen.files import write_npz
+from tfra.codegen.config.read import Project, load
 from tfra.contacts import Truth
 from tfra.model.arrays import Floats
 from tfra.model.converter import quantise
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Tfra
+from tfra.runtime.outputs import write_npz
 
 CONFIG = """
 [sensor]

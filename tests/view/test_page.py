@@ -16,7 +16,7 @@ import pytest
 from tests.accessibility import faults_at_all_widths
 from tests.browser import Browser, browser
 from tests.view.made import COMPRESSED, CONFIG, NO_CONTACT, write
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.model.tfra import Tfra
 from tfra.view.chosen import Chosen
 from tfra.view.page import render

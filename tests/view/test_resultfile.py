@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from tests.view.made import CONFIG, KEYS, write
-from tfra.codegen.resultfile import KEYS as WRITTEN
-from tfra.model.errors import InputError
+from tfra.recordings.results import KEYS as WRITTEN
+from tfra.runtime.errors import InputError
 from tfra.view.resultfile import CONTEXT, VALUES, read_all
 
 Arrays = dict[str, Any]

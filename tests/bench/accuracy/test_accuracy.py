@@ -18,7 +18,7 @@ from bench.accuracy.tables import tables
 from bench.accuracy.targets import TARGETS, Target, furthest, verdict
 from bench.publish import ROOT
 from tests.bench.accuracy.random_case import random_case
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 from tfra.train.errors import Resultants
 
 

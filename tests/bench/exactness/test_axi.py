@@ -13,7 +13,7 @@ import pytest
 from bench.exactness.axi import differences, run, verilog
 from bench.exactness.axi_traffic import traffic
 from bench.exactness.campaign import untrained
-from tfra.codegen.wrapper import module_name
+from tfra.codegen.verilog.wrapper import module_name
 from tfra.model.choices import Architecture, Bus
 from tfra.model.fixed.design import Design
 

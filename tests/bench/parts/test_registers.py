@@ -8,7 +8,7 @@ import pytest
 
 from bench.parts.registers import measure
 from bench.publish import ROOT
-from tfra.codegen.config import load
+from tfra.codegen.config.read import load
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 

@@ -13,7 +13,7 @@ from amaranth.lib.wiring import In
 
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.verilog import plain_verilog, to_rtlil
+from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
 from tfra.hdl.bus.bank import hardware_ports
 from tfra.hdl.bus.registers import Registers
 from tfra.hdl.cores import microarchitecture

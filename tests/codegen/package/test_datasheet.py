@@ -20,13 +20,13 @@ from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.datasheet import datasheet, instance
 from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.sidecar import sidecar
-from tfra.codegen.wrapper import ports_of
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.cores import microarchitecture
-from tfra.model.facts import MEANINGS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import turn_deg
+from tfra.recordings.facts import MEANINGS
 from tfra.sim.stimuli import contacts
 
 DESIGNS = {

@@ -30,7 +30,7 @@ from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.sidecar import sidecar
+from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.framer import FAULTS
 from tfra.model.fixed.design import Design

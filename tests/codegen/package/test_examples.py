@@ -18,8 +18,8 @@ from tests.codegen.package.test_simulated import DESIGN
 from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.sidecar import LOADED
-from tfra.codegen.testbench import hex_words
+from tfra.codegen.sidecar.build import LOADED
+from tfra.codegen.verilog.testbench import hex_words
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
 

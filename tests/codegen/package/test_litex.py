@@ -11,9 +11,9 @@ import pytest
 from tests.codegen.package.made import PARALLEL, PART
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.litex import litex
-from tfra.codegen.sidecar import sidecar
-from tfra.codegen.verilog import run_yosys, to_verilog
-from tfra.codegen.wrapper import ports_of, wrapper_verilog
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.verilog.emit import run_yosys, to_verilog
+from tfra.codegen.verilog.wrapper import ports_of, wrapper_verilog
 
 
 def module(folder: Path) -> Any:

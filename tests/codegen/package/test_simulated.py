@@ -18,9 +18,9 @@ from tests.marks import long
 from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.sidecar import sidecar
-from tfra.codegen.verilog import to_verilog
-from tfra.codegen.wrapper import wrapper_verilog
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.verilog.emit import to_verilog
+from tfra.codegen.verilog.wrapper import wrapper_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.choices import SERIAL, Architecture, Bus

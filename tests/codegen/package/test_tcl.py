@@ -14,8 +14,8 @@ from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.vivado import vivado
 from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
-from tfra.codegen.sidecar import sidecar
-from tfra.codegen.wrapper import ports_of
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.verilog.wrapper import ports_of
 
 STAND_INS = """
 namespace eval ipx { proc unknown args { said $args; return [lindex $args end] }; namespace unknown ::ipx::unknown }

@@ -20,7 +20,7 @@ from systemrdl.compiler import RDLCompiler
 from tests.hdl.bus.model import Access, accesses, bits
 from tests.marks import long
 from tfra.codegen.registers.source import SOURCE, register_map
-from tfra.codegen.verilog import plain_verilog, to_rtlil
+from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
 from tfra.hdl.bus.map import Kind
 from tfra.hdl.bus.registers import Registers
 from tfra.sim.tools import choose, environment

@@ -14,15 +14,15 @@ from xml.etree import ElementTree
 import pytest
 
 from tests.browser import browser
-from tfra.codegen import packages
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 from tfra.hdl.bus.map import Kind
 from tfra.model.choices import Architecture
-from tfra.model.errors import InputError
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.runtime import extras as packages
+from tfra.runtime.errors import InputError
 
 DESIGN = TfraDesign(SensorArray(3, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4))
 MAP = register_map(parameters(DESIGN))

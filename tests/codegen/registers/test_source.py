@@ -15,9 +15,9 @@ from tfra.codegen.registers.values import parameters
 from tfra.hdl.bus.map import Field, Kind
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import Adc, Architecture
-from tfra.model.errors import InputError
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.runtime.errors import InputError
 
 ROOT = Path(__file__).parents[3]
 DESIGN = TfraDesign(SensorArray(3, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4))

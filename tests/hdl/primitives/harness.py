@@ -10,7 +10,7 @@ from typing import Any
 from amaranth.back import rtlil
 from amaranth.sim import Simulator
 
-from tfra.codegen.verilog import plain_verilog
+from tfra.codegen.verilog.emit import plain_verilog
 from tfra.hdl.primitives import cell_models
 
 Inputs = Mapping[str, Sequence[int]]

@@ -11,7 +11,7 @@ from amaranth.back import rtlil
 
 from tests.hdl.serial.designs import DESIGNS, LEARNED
 from tests.marks import long
-from tfra.codegen.verilog import plain_verilog
+from tfra.codegen.verilog.emit import plain_verilog
 from tfra.hdl.serial.program.memory import store_image
 from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes

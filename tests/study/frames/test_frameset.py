@@ -17,9 +17,9 @@ from pydantic import ValidationError
 
 from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, section
 from tests.study.frames.test_mixture import same
-from tfra.codegen.complaints import complaint
-from tfra.codegen.schema import Section
-from tfra.model.errors import InputError
+from tfra.codegen.config.complaints import complaint
+from tfra.codegen.config.schema import Section
+from tfra.runtime.errors import InputError
 from tfra.study.frames import schema
 from tfra.study.frames.block import BLOCK, Block, Part
 from tfra.study.frames.frameset import Definition, FrameSet

@@ -14,7 +14,7 @@ from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, section
 from tfra.model.cover.cells import cell_shares
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
-from tfra.model.errors import InputError
+from tfra.runtime.errors import InputError
 from tfra.study.frames.block import BLOCK, Block, Part
 from tfra.study.frames.frameset import Definition
 from tfra.study.frames.schema import Range

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from tests.model.cases import make_design
-from tfra.codegen.cover import LayerSpec
+from tfra.codegen.config.cover import LayerSpec
 from tfra.hdl.cores import microarchitecture
 from tfra.model.converter import convert
 from tfra.model.cover.scenes import SENSORS

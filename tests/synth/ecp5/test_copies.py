@@ -13,7 +13,7 @@ from amaranth.back import rtlil
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.codegen.verilog import run_yosys
+from tfra.codegen.verilog.emit import run_yosys
 from tfra.synth.census import lane_of
 from tfra.synth.ecp5.copies import LANES, spread
 from tfra.synth.gates import rename_wires

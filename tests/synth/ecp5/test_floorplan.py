@@ -14,7 +14,7 @@ from amaranth.lib.wiring import In, Out
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfra.codegen.verilog import to_rtlil
+from tfra.codegen.verilog.emit import to_rtlil
 from tfra.hdl.primitives.multiplier import Multiplier
 from tfra.synth.ecp5.floorplan import Floor, plan
 from tfra.synth.flow import route, synthesise

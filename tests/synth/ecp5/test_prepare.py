@@ -13,7 +13,7 @@ from amaranth.lib import wiring
 
 from tests.synth.ecp5.test_copies import _Lanes
 from tests.synth.ecp5.test_registers import Times
-from tfra.codegen.verilog import run_yosys
+from tfra.codegen.verilog.emit import run_yosys
 from tfra.synth.ecp5.prepare import prepare
 
 

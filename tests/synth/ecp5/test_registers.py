@@ -13,7 +13,7 @@ from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.codegen.verilog import run_yosys, with_free_collisions
+from tfra.codegen.verilog.emit import run_yosys, with_free_collisions
 from tfra.synth.ecp5.registers import absorb
 
 

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.model.fixed.learned.cases import codes_of, made
-from tfra.codegen.weightsfile import read_weights
+from tfra.codegen.config.weights import read_weights
 from tfra.model.choices import Adc
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.learned.design import LearnedDesign

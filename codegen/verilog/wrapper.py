@@ -1,0 +1,173 @@
+"""Verilog of the core behind buses: ``NAME_axi``, with registers on AXI4-Lite and frames on AXI4-Stream."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from amaranth import ClockDomain, ClockSignal, Instance, Module
+from amaranth.lib import wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.codegen.registers.source import register_map
+from tfra.codegen.registers.values import parameters
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.sidecar.schema import Port
+from tfra.codegen.verilog.emit import declaration, plain_verilog, to_rtlil
+from tfra.codegen.verilog.header import comment, port_lines, section, wrapped
+from tfra.codegen.verilog.wrapperports import wrapper_ports
+from tfra.hdl.bus.map import BITS
+from tfra.hdl.cores import microarchitecture
+from tfra.hdl.ip import framer
+from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
+from tfra.hdl.ip.wrapper import Wrapper
+from tfra.hdl.primitives import cell_models
+from tfra.model.fixed import front_end
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.front_end import WORD
+
+RULES = {
+    "clock": "every port belongs to aclk and counts at its rising edge",
+    "reset": (
+        "aresetn is synchronous, active low, and needed for one cycle at least after power-up. The register"
+        " CONTROL.soft_reset resets core and streams, but no register; it skips the rest of a frame that it cuts at the"
+        " input, and ends one that it cuts at the output by a beat with tlast and tuser high"
+    ),
+    "start": "no frame is taken until CONTROL.run is 1; a loaded core needs its coefficients by LOAD_DATA before",
+    "streams": (
+        "a beat moves at a rising edge with valid and ready high; no output depends on an input of the same cycle"
+    ),
+    "short and long frames": (
+        "are dropped whole, counted in FRAMES_DROPPED and reported in ERRORS; the next frame is not affected"
+    ),
+}
+"""Rules of the ports, as sentences."""
+
+_UNREAD = ("s_axi_awprot", "s_axi_arprot", "s_axi_awaddr[1:0]", "s_axi_araddr[1:0]")
+"""Bits of inputs that change nothing: registers have no protection, and are whole words."""
+
+
+def check_wrapped(design: Design) -> None:
+    """Raise ``ValueError`` that names a section of CONFIG where converter or result words do not fit the wrapper."""
+    front_end.check(design)
+    framer.check(design)
+
+
+def wrapper(design: Design) -> Wrapper:
+    """Everything around the core of ``design``; raises ``ValueError`` for a converter that does not fit.
+
+    Raises ``InputError`` without the compiler of the register map.
+    """
+    loaded = microarchitecture(design).loaded is not None
+    return Wrapper(design, register_map(parameters(design)), loaded=loaded)
+
+
+def module_name(design: Design) -> str:
+    """Name of the wrapper's module."""
+    return f"{design.name}_axi"
+
+
+def ports_of(design: Design) -> list[Port]:
+    """Ports of the module in order."""
+    return wrapper_ports(design, register_map(parameters(design)).address_bits)
+
+
+class Top(wiring.Component):
+    """The wrapper under the standard's port names, and the core as a module from elsewhere."""
+
+    def __init__(self, design: Design) -> None:
+        self._design, self._wrapper = design, wrapper(design)
+        self.ports = wrapper_ports(design, len(self._wrapper.axi.awaddr))
+        flows = {"in": In, "out": Out}
+        super().__init__({port.name: flows[port.direction](port.bits) for port in self.ports})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.domains.sync = sync = ClockDomain()
+        m.submodules.core = inner = self._wrapper
+        m.d.comb += [sync.clk.eq(self.aclk), sync.rst.eq(~self.aresetn)]
+        inputs, outputs = self._wired(inner)
+        m.d.comb += [inputs[name].eq(getattr(self, name)) for name in inputs]
+        m.d.comb += [getattr(self, name).eq(value) for name, value in outputs.items()]
+        m.submodules.instance = Instance(self._design.name, **self._core(inner))
+        return m
+
+    @staticmethod
+    def _wired(inner: Wrapper) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Inputs and outputs of the wrapper by the names of the ports."""
+        axi, frames, results = inner.axi, inner.frames, inner.results
+        inputs: dict[str, Any] = {}
+        outputs: dict[str, Any] = {"irq": inner.interrupt}
+        for name, member in axi.signature.members.items():
+            (inputs if member.flow is In else outputs)[f"s_axi_{name}"] = getattr(axi, name)
+        inputs |= {"s_axis_tdata": frames.p.words.as_value(), "s_axis_tuser": frames.p.user}
+        inputs |= {"s_axis_tlast": frames.p.last, "s_axis_tvalid": frames.valid, "m_axis_tready": results.ready}
+        outputs |= {"s_axis_tready": frames.ready, "m_axis_tvalid": results.valid}
+        outputs |= {f"m_axis_t{name}": results.p[name] for name in ("data", "user", "last")}
+        return inputs, outputs
+
+    @staticmethod
+    def _core(inner: Wrapper) -> dict[str, Any]:
+        """Pins of the core's instance."""
+        pins = {"i_clk": ClockSignal(), "i_rst": inner.core_reset}
+        pins |= {"i_taxel_data": inner.taxel.p, "i_taxel_valid": inner.taxel.valid, "o_taxel_ready": inner.taxel.ready}
+        pins |= {"o_result_data": inner.result.p.data, "o_result_last": inner.result.p.last}
+        pins |= {"o_result_valid": inner.result.valid, "i_result_ready": inner.result.ready}
+        if "load" in inner.signature.members:
+            load = inner.load
+            pins |= {"i_load_data": load.p, "i_load_valid": load.valid, "o_load_ready": load.ready}
+        return pins
+
+
+def wrapper_verilog(design: Design) -> str:
+    """Verilog of the module ``NAME_axi``, which has one instance of the core's, ``NAME``; the same text always.
+
+    Raises ``ValueError`` for a converter of fewer than 8 or more than 16 bits or a result word beyond 32,
+    ``InputError`` without the compiler of the register map, ``ToolError`` when yosys fails.
+    """
+    name, top = module_name(design), Top(design)
+    order = [port.name for port in top.ports]
+    cells = (file.read_text() for file in cell_models(design.target))
+    text = plain_verilog(to_rtlil(top, name), name, order, [declaration(design), *cells])
+    before, head, module = text.partition(f"module {name}(")
+    return f"{header(design, top.ports)}{before}{head}{module.replace('endmodule', f'{_unread()}endmodule', 1)}"
+
+
+def _unread() -> str:
+    return f"  wire unused = &{{{', '.join(_UNREAD)}}};\n"
+
+
+def header(design: Design, ports: Sequence[Port]) -> str:
+    """Comment at the head: ``ports``, rules, frames, and where the registers are described."""
+    facts = sidecar(design)
+    lines = [
+        f"Core {facts['name']} behind AXI, generated by {facts['generator']}; do not edit.",
+        f"Configuration SHA-256: {facts['configuration_sha256']}",
+        "",
+        *wrapped(f"Module {module_name(design)} has one instance of {design.name}, which is in {design.name}.v."),
+        *section("Ports", port_lines([port.model_dump() for port in ports])),
+        *section("Rules", (line for name, text in RULES.items() for line in wrapped(f"{name}: {text}.", 2))),
+        *section("Frames in", _frames_in(design)),
+        *section("Frames out", _frames_out(design)),
+        *section("Registers", ("those of registers/tfra.h, from address 0 on; CONTROL.run = 1 starts the core",)),
+    ]
+    return comment(lines)
+
+
+def _frames_in(design: Design) -> Iterator[str]:
+    sensor, beat = design.sensor, design.bus.taxels_per_beat
+    beats = -(-sensor.taxels // beat)
+    yield f"{sensor.rows} x {sensor.columns} taxels, row by row, in {beats} beats of {beat}; TLAST with the last beat"
+    yield f"a word has {design.adc.bits} bits after a reset, two's complement, in the low bits of its {WORD}"
+    yield "a frame of another length is dropped and counted"
+
+
+def _frames_out(design: Design) -> Iterator[str]:
+    flags = ", ".join(f"{place} {name}" for name, place in FAULTS.items())
+    first, last = HEADER_WORDS, HEADER_WORDS + design.frame_words - 1
+    yield "word 0: bits 15:0 sequence, which counts frames that came, good or bad; bits 31:16 TUSER of the frame"
+    yield from wrapped(f"word 1: faults of the frame, bits {flags}; bits 31:{FORMAT_PLACE} format, {FORMAT}", 2)
+    yield f"words {first}..{last}: those of {design.name}.v, their signs extended to {BITS} bits; TLAST with the last"
+    if any(field.name == "forces" for field in design.layout):
+        yield "CONTROL.taxel_forces = 0 leaves the forces at the taxels out"
+    yield "TUSER = 1 with TLAST: a soft reset cut this frame; throw it away"

@@ -1,0 +1,272 @@
+"""One-line warnings about what is probably wrong with a recording and its results.
+
+TFRA gives forces for any numbers, also for those of the wrong sign or unit, or without a tare.  Warnings change no
+result; their thresholds lie outside of the values that contacts under a cover show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+
+from tfra.model.arrays import Floats, Ints
+from tfra.model.choices import Choices
+from tfra.model.tfra import Result, Status
+from tfra.recordings.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, words
+from tfra.recordings.input import PASCALS, PLAIN, Input
+
+UNITS = {"kPa": 1e3, "MPa": 1e6, "bar": 1e5, "hPa (mbar)": 1e2, "psi": 6894.76}
+"""Common units of recorded stress, in Pa."""
+
+WRONG_SIGN = 0.6
+"""Share of positive stress above which the sign is doubtful: contacts have at most 0.09, zero-mean noise has 0.5."""
+
+FAINT = 0.02
+"""Share of full scale below which the largest magnitude of a recording is doubtful."""
+
+BEYOND = 20.0
+"""Multiple of full scale above which the unit is doubtful, not the choice of the converter."""
+
+SATURATED = 0.01
+"""Share of frames with a taxel at an end of the range above which a warning is given."""
+
+ALL_OVER, MOSTLY, SOME_FRAMES = 0.05, 0.5, 0.05
+"""A frame seems to have an offset if all its taxels have one sign and the smallest magnitude is above the first share
+of the largest, or the median above the second; contacts show 0.03 and 0.22.  A warning is given above the third share
+of such frames."""
+
+TILTED, MOST_FRAMES = 0.01, 0.5
+"""A frame with more compression than traction seems to have an offset, too, if its median is positive and above the
+first share of the largest magnitude: 0.001 in contacts.  Noise does that by chance, so a warning is given above the
+second share of such frames."""
+
+SCRAMBLED = 1.15
+"""Largest ratio of a recording's roughness to that of its transposed reading: 0.7 in contacts."""
+
+STUCK_FRAMES, STUCK_CHANGE, STUCK_SHARE = 8, 0.1, 0.02
+"""A taxel is stuck if it has one value in at least the first number of frames, while the load changes by the second
+share of the largest, and its value is above the third share of the recording's largest magnitude."""
+
+
+QUIET, STEADY, EVEN, NOTICEABLE, AT_REST = 0.1, 3.0, (0.2, 0.8), 0.003, 0.2
+"""Every taxel has an offset of its own if the mean of the quietest frames, this share of all, is so many times the
+deviation from it, has tension in a share that no contact shows (0.09 at most), and is over the first and under the
+second share of the largest magnitude."""
+
+
+_OFFSET = "--unit codes --coding offset"
+
+
+class _Recording:
+    """Properties of ``frames (n, rows, columns)`` that the warnings check."""
+
+    def __init__(self, frames: Floats) -> None:
+        self.frames = frames
+        self.flat = frames.reshape(len(frames), -1)
+
+    @cached_property
+    def size(self) -> Floats:
+        """Magnitudes ``(n, m)``."""
+        return np.asarray(np.abs(self.flat))
+
+    @cached_property
+    def peak(self) -> Floats:
+        """Largest magnitude of each frame."""
+        return np.asarray(self.size.max(axis=1))
+
+    @property
+    def largest(self) -> float:
+        """Largest magnitude of all."""
+        return float(self.peak.max())
+
+    @cached_property
+    def whole(self) -> bool:
+        """Whether all values are whole numbers, without a common divisor."""
+        return bool((self.flat % 1 == 0).all()) and np.gcd.reduce(self.flat.astype(np.int64), axis=None) == 1
+
+    def offset(self, least: float) -> bool:
+        """Frames that seem to have a constant offset; frames below ``least`` in magnitude are not judged."""
+        told = self.peak >= least
+        flat, size, peak = self.flat[told], self.size[told], self.peak[told]
+        if not len(flat):
+            return False
+        median, low, high = np.median(flat, axis=1), flat.min(axis=1), flat.max(axis=1)
+        far = (size.min(axis=1) > ALL_OVER * peak) | (np.abs(median) > MOSTLY * peak)
+        same = ((low > 0) | (high < 0)) & far
+        tilted = (-low > high) & (median > TILTED * peak)
+        return bool(same.mean() > SOME_FRAMES or (same | tilted).mean() > MOST_FRAMES)
+
+    def offsets(self) -> float:
+        """Mean magnitude of what taxels read while nothing presses, in Pa; 0 where it differs from frame to frame."""
+        if len(self.flat) < STUCK_FRAMES:
+            return 0.0
+        quiet = self.flat[np.argsort(self.size.sum(axis=1))[: max(3, round(QUIET * len(self.flat)))]]
+        mean = quiet.mean(axis=0)
+        level, deviation = float(np.abs(mean).mean()), float(np.abs(quiet - mean).mean())
+        if level <= STEADY * deviation or not EVEN[0] < np.maximum(mean, 0).sum() / np.abs(mean).sum() < EVEN[1]:
+            return 0.0
+        pressed = np.abs(mean).max() < AT_REST * self.largest
+        return level if pressed and level > NOTICEABLE * self.largest else 0.0
+
+    def stuck(self) -> Ints:
+        """Taxels, counted row by row, that keep their value while the load changes."""
+        load = self.size.sum(axis=1)
+        if len(self.flat) < STUCK_FRAMES or load.max() - load.min() <= STUCK_CHANGE * load.max():
+            return np.empty(0, dtype=np.int64)
+        still = np.ptp(self.flat, axis=0) == 0
+        return np.flatnonzero(still & (self.size[0] > STUCK_SHARE * self.largest))
+
+
+def warnings(design: Choices, frames: Floats, found: Result, given: Input = PLAIN) -> list[str]:
+    """Return warnings about ``frames (n, rows, columns)`` in Pa and their results, one line each.
+
+    ``given`` is what made these frames of the recording; the lines name the options of it that may help.
+    """
+    recording = _Recording(frames)
+    meaning = list(_values(design, recording, found.status, given)) or list(_flags(found.status))
+    offsets = list(_offsets(recording))
+    layout = [] if offsets else _layout(recording, found.status, given)  # offsets are rough in every order
+    taxels = *_same(recording), *_stuck(design, recording), *layout
+    return [*meaning, *_scale(design, recording, given), *offsets, *taxels]
+
+
+def _same(recording: _Recording) -> Iterator[str]:
+    n = len(recording.flat)
+    if n > 1 and (recording.flat == recording.flat[0]).all():
+        yield f"all {n} frames are the same: is the recording stuck?"
+
+
+def _offsets(recording: _Recording) -> Iterator[str]:
+    if level := recording.offsets():
+        yield (
+            f"taxels read ±{level:.4g} Pa while nothing presses, the same in every frame: was the sensor tared "
+            "(--tare-frames N, --tare FILE)?"
+        )
+
+
+def _values(design: Choices, recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
+    """Checks offset, then sign, then a sensor at rest: each also looks like the next ones."""
+    n = len(status)
+    if recording.offset(min(10 * design.adc.lsb, 0.1 * recording.largest)):  # a few codes, whatever the unit
+        median = float(np.median(recording.flat))
+        codes = f", or are these codes with an offset ({_OFFSET})" if given.unit == "Pa" else ""
+        yield (
+            f"taxels read about {median:.4g} Pa where nothing seems to press, a common offset: was the sensor tared "
+            f"(--tare-frames N, --tare FILE){codes}?"
+        )
+    elif (positive := positive_share(recording.frames)) > WRONG_SIGN:
+        sign = "negative" if given.compression == "positive" else "positive"
+        yield (
+            f"{100 * positive:.0f} % of the stress is {sign}: is compression {sign} in this file? "
+            f"(--compression {sign})"
+        )
+    elif (silent := int(has(status, Status.NO_CONTACT).sum())) > 0.95 * n:
+        yield f"{silent} of {n} frames have no contact: was the sensor at rest?"
+    elif (without := _share(status, Status.COMPRESSION_ONLY)) > 0.9:
+        yield (
+            f"no tension in {100 * without:.0f} % of the frames with a contact, so no tangential force can be found: "
+            "does this array measure compression only (as FSRs do), is it clipped at zero, or is friction too small?"
+        )
+
+
+def _scale(design: Choices, recording: _Recording, given: Input) -> Iterator[str]:
+    """Checks the magnitude of the values: codes, another unit, or too large for the converter."""
+    if said := _codes(design, recording, given) or _unit(design, recording, given) or _beyond(design, recording, given):
+        yield said
+    top = (1 << (design.adc.bits - 1)) - 1
+    scaled = np.rint(recording.flat / design.adc.lsb)
+    ends = (scaled >= top) | (scaled <= -top - 1)
+    frames, taxels = (int(ends.any(axis=axis).sum()) for axis in (1, 0))
+    if frames > SATURATED * len(ends):
+        yield (
+            f"{frames} of {len(ends)} frames and {taxels} of {ends.shape[1]} taxels reach an end of the converter's "
+            f"range, ±{design.adc.full_scale:g} Pa: was it saturated (the forces would be too small)?"
+        )
+
+
+def _share(status: Ints, flag: Status) -> float:
+    """Share of the frames with a contact of any kind that have ``flag``."""
+    touched = status[~has(status, Status.NO_CONTACT)]
+    return float(has(touched, flag).mean()) if len(touched) else 0.0
+
+
+def _codes(design: Choices, recording: _Recording, given: Input) -> str | None:
+    """Whole numbers within the converter's codes, where a code is more than a pascal."""
+    lsb, codes = design.adc.lsb, 1 << design.adc.bits
+    if given.unit != "Pa" or lsb < 1.5 or not 1 < recording.largest < codes or not recording.whole:
+        return None
+    option = _OFFSET if np.median(recording.flat) > codes / 4 else "--unit codes"
+    return (
+        f"all values are whole numbers up to {recording.largest:.0f}: are these codes of the {design.adc.bits}-bit "
+        f"converter instead of Pa (1 code = {lsb:.6g} Pa)? ({option})"
+    )
+
+
+def _unit(design: Choices, recording: _Recording, given: Input) -> str | None:
+    largest, full = recording.largest, design.adc.full_scale
+    if not 0 < largest < FAINT * full:
+        return None
+    said = f"the largest magnitude is {largest:.4g} Pa, {100 * largest / full:.2g} % of full scale, {full:g} Pa"
+    read = PASCALS.get(given.unit, np.inf)  # codes of another unit are nothing that fits
+    fits = [(name, factor / read) for name, factor in UNITS.items() if FAINT <= largest / full * factor / read <= 2]
+    if not fits:
+        return f"{said}: are the unit, {given.unit}, and adc.full_scale_pa correct, or was nothing pressed?"
+    name, factor = fits[0]
+    option = f" (--unit {name})" if name in PASCALS else ""
+    share = 100 * largest * factor / full
+    return f"{said}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?{option}"
+
+
+def _beyond(design: Choices, recording: _Recording, given: Input) -> str | None:
+    times = recording.largest / design.adc.full_scale
+    if times < BEYOND:
+        return None
+    said, unit = f"the largest magnitude is {times:.0f} times full scale", given.unit
+    if unit == "codes":
+        return f"{said}: is adc.full_scale_pa in Pa (not in kPa)?"
+    option = " (--unit Pa)" if unit == "kPa" else ""
+    return f"{said}: is the file in {unit}, and adc.full_scale_pa in Pa (not in kPa)?{option}"
+
+
+def over_full_scale(design: Choices, frames: Floats, given: Input = PLAIN) -> str:
+    """Return a hint at the cause of stress far beyond full scale, which begins with ``"; "``, or nothing."""
+    recording = _Recording(frames)
+    said = _codes(design, recording, given) or _beyond(design, recording, given)
+    return f"; {said}" if said else ""
+
+
+def _stuck(design: Choices, recording: _Recording) -> Iterator[str]:
+    places = [divmod(int(taxel), design.sensor.columns) for taxel in recording.stuck()]
+    if places:
+        some = ", ".join(f"({row}, {column})" for row, column in places[:5]) + (" ..." if len(places) > 5 else "")
+        who, ask = ("taxel keeps", "is it") if len(places) == 1 else ("taxels keep", "are they")
+        yield f"{len(places)} {who} one value in all frames: (row, column) {some}: {ask} stuck?"
+
+
+def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
+    """Stress is smooth over the array; read along the wrong axis it is not, unless rows equal columns."""
+    touched = recording.frames[~has(status, Status.NO_CONTACT)]
+    _, rows, columns = recording.frames.shape
+    if not len(touched) or rows == columns:
+        return
+    touched = touched / np.abs(touched).max(axis=(1, 2), keepdims=True)
+    told = touched[:, :: -1 if given.flip_y else 1, :: -1 if given.flip_x else 1]
+    way, told = ("column", told) if given.order == "rows" else ("row", told.transpose(0, 2, 1))
+    across = told.reshape(told.shape[0], told.shape[2], told.shape[1])
+    here, there = (sum(np.square(np.diff(f, axis=a)).sum(axis=(1, 2)) for a in (1, 2)) for f in (told, across))
+    ratio = float(np.median(here / np.maximum(there, np.finfo(float).tiny)))
+    if ratio > SCRAMBLED:
+        yield (
+            f"neighbours differ {ratio:.1f} times as much as if the file went {way} by {way}: are rows and columns "
+            f"swapped? (--order {way}s)"
+        )
+
+
+def _flags(status: Ints) -> Iterator[str]:
+    """Status bits of most frames with a contact, except those that other warnings cover."""
+    told = (*WITHOUT_FORCE, Status.INPUT_SATURATED)
+    for flag in Status:
+        if flag not in told and (share := _share(status, flag)) > 0.5:
+            yield f"{100 * share:.0f} % of the frames with a contact: {words(flag)} ({MEANINGS[flag]})"

@@ -1,0 +1,130 @@
+"""Reading a recording from a robot's log: MCAP files, and rosbag2 folders of SQLite or MCAP.
+
+A frame is a message of ROS 2: ``std_msgs/Float32MultiArray`` with a number for each taxel, or ``sensor_msgs/Image`` of
+encoding 32FC1.  Its time is that of the log.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tfra.model.arrays import Floats
+from tfra.model.sensor import SensorArray
+from tfra.recordings.input import Input
+from tfra.recordings.shapes import FRAMES, wrong_shape
+from tfra.runtime.errors import InputError, quoted, shortened
+from tfra.runtime.extras import require
+from tfra.runtime.inputs import opened
+
+_ARRAY, _IMAGE = "std_msgs/msg/Float32MultiArray", "sensor_msgs/msg/Image"
+
+_NEEDED = "Float32MultiArray or Image 32FC1"
+
+
+@dataclass(frozen=True, slots=True)
+class _Message:
+    topic: str
+    kind: str
+    time: int
+    """Of the log, in ns."""
+    data: bytes
+
+
+def is_bag(path: Path) -> bool:
+    """Whether ``path`` is the folder of a rosbag2."""
+    return (path / "metadata.yaml").is_file()
+
+
+def read_log(path: Path, sensor: SensorArray, given: Input) -> tuple[Floats, Floats]:
+    """Return the frames of one topic, ``(n, taxels)`` or ``(n, ...)``, and ``(n,)`` times in s since the first of them.
+
+    The topic is ``given.topic``, or the only one whose first message is a frame.  Raises ``InputError`` if there is no
+    such topic or another of its messages is no frame, and for damaged logs.
+    """
+    require(path, "robot", "mcap", "rosbags")
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    frames: dict[str, list[Floats]] = {}
+    times: dict[str, list[int]] = {}
+    refused: dict[str, str] = {}
+    for message in _messages(path):
+        topic = message.topic
+        if topic in refused or given.topic not in (None, topic):
+            refused.setdefault(topic, "is not asked for")
+            continue
+        frame = _frame(path, store, message)
+        if reason := frame if isinstance(frame, str) else wrong_shape(sensor, given, (1, *frame.shape)):
+            if topic in frames:
+                raise InputError(path, FRAMES, f"message {len(frames[topic])} of {quoted(topic)}: {reason}")
+            refused[topic] = reason
+        else:
+            frames.setdefault(topic, []).append(np.asarray(frame))
+            times.setdefault(topic, []).append(message.time)
+    topic = _only(path, given, list(frames), refused)
+    since, values = np.array(times[topic], dtype=np.int64), np.stack(frames[topic])
+    return values[:, given.skip_columns :] if values.ndim == 2 else values, (since - since[0]) / 1e9
+
+
+def _only(path: Path, given: Input, found: list[str], refused: dict[str, str]) -> str:
+    if len(found) == 1:
+        return found[0]
+    if found:
+        names = shortened(", ".join(sorted(found)), 120)
+        raise InputError(path, FRAMES, f"several topics hold frames, which one? (--topic): {names}")
+    if given.topic is not None and given.topic in refused:
+        raise InputError(path, FRAMES, f"{quoted(given.topic)}: {refused[given.topic]}")
+    names = shortened(", ".join(sorted(refused)), 120) or "none"
+    wanted = f"no topic {quoted(given.topic)}" if given.topic is not None else "no topic that holds frames"
+    raise InputError(path, FRAMES, f"the log has {wanted} ({_NEEDED}), its topics: {names}")
+
+
+def _frame(path: Path, store: Any, message: _Message) -> Floats | str:
+    """The numbers of a message, or why it has none; an image gives its rows."""
+    if message.kind not in (_ARRAY, _IMAGE):
+        return f"{_NEEDED} is needed, got {quoted(message.kind)}"
+    try:
+        content = store.deserialize_cdr(message.data, message.kind)
+        if message.kind == _ARRAY:
+            return np.asarray(content.data, dtype=np.float64)
+        if content.encoding != "32FC1":
+            return f"encoding 32FC1 is needed, got {quoted(content.encoding)}"
+        lines = np.asarray(content.data, dtype=np.uint8).reshape(content.height, content.step)
+        pixels = np.ascontiguousarray(lines[:, : 4 * content.width])
+        return pixels.view(">f4" if content.is_bigendian else "<f4").astype(np.float64)
+    except Exception as error:  # a decoder that trusts its input may raise anything
+        reason = shortened(str(error), 100)
+        raise InputError(path, FRAMES, f"a message of {quoted(message.topic)} is damaged: {reason}") from None
+
+
+def _messages(path: Path) -> Iterator[_Message]:
+    """Every message of the log in the order of time; raises ``InputError`` where it is damaged."""
+    found = _of_bag(path) if path.is_dir() else _of_mcap(path)
+    try:
+        yield from found
+    except (InputError, OSError, MemoryError):
+        raise
+    except Exception as error:  # as above
+        raise InputError(path, "", f"is not a readable log: {shortened(str(error), 100)}") from None
+
+
+def _of_bag(path: Path) -> Iterator[_Message]:
+    from rosbags.rosbag2 import Reader
+
+    with Reader(path) as reader:
+        for connection, time, data in reader.messages():
+            yield _Message(connection.topic, connection.msgtype, time, data)
+
+
+def _of_mcap(path: Path) -> Iterator[_Message]:
+    from mcap.reader import make_reader
+
+    with opened(path) as stream:
+        for schema, channel, message in make_reader(stream, validate_crcs=True).iter_messages():
+            kind = schema.name if schema and channel.message_encoding == "cdr" else channel.message_encoding
+            yield _Message(channel.topic, kind, message.log_time, message.data)

@@ -1,0 +1,168 @@
+"""Output that is complete or absent, and never replaces a file that this program did not write."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tfra.runtime.errors import InputError
+from tfra.runtime.ownership import directory_objection, file_objection, seal_archive, seal_directory, seal_text
+from tfra.runtime.staging import staged
+
+_ADVICE = "move it away, or choose another place"
+
+Objection = Callable[[Path, str], str | None]
+"""Function that states why a command must not replace the file at a path."""
+
+
+def check_archive(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """Raise ``InputError`` now if ``write_npz`` would, if the name does not end in .npz, or if it is one of ``inputs``.
+
+    Call it before a long computation.
+    """
+    _check_file(path, ".npz", command, inputs)
+
+
+def check_waves(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """The same for ``write_vcd`` and a name that ends in .vcd."""
+    _check_file(path, ".vcd", command, inputs)
+
+
+def check_page(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """The same for ``write_page`` and a name that ends in .html."""
+    _check_file(path, ".html", command, inputs)
+
+
+def check_config(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """The same for ``write_config`` and a name that ends in .toml."""
+    _check_file(path, ".toml", command, inputs)
+
+
+def check_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """The same for ``output_directory``, and any name."""
+    with suppress(_Rehearsal), output_directory(path, command, inputs):
+        raise _Rehearsal
+
+
+def _check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Path]) -> None:
+    if Path(path).suffix != suffix:
+        raise InputError(path, "", f"the name of the output must end in {suffix}")
+    with _told(path), suppress(_Rehearsal):
+        target = _real(path)
+        if any(_is_same(target, file) for file in inputs):
+            raise InputError(path, "", "is not replaced: this command reads it: choose another place")
+        with staged(target, _check(path, file_objection, command)) as new:
+            new.touch()
+            raise _Rehearsal
+
+
+def write_npz(path: str | Path, arrays: Mapping[str, npt.NDArray[Any]], command: str) -> None:
+    """Write ``arrays`` as an uncompressed .npz; equal arrays give equal bytes (no dates, no pickles).
+
+    ``path`` may be missing, empty, or what the same ``command`` wrote, as it wrote it.  Anything else is left alone.
+    Raises ``InputError`` then, and when the file can't be written.
+    """
+    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
+        with open(new, "xb") as stream:
+            np.savez(stream, allow_pickle=False, **dict(arrays))
+        seal_archive(new, command)
+
+
+def write_vcd(path: str | Path, waves: Path, command: str) -> None:
+    """Write a copy of the VCD file ``waves``; ``path`` and errors as for ``write_npz``."""
+    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
+        shutil.copyfile(waves, new)
+        seal_text(new, command, ".vcd")
+
+
+def write_page(path: str | Path, page: str, command: str) -> None:
+    """Write an HTML ``page``; ``path`` and errors as for ``write_npz``."""
+    _write_text(path, page, command, ".html")
+
+
+def write_config(path: str | Path, text: str, command: str) -> None:
+    """Write the ``text`` of a CONFIG file; ``path`` and errors as for ``write_npz``."""
+    _write_text(path, text, command, ".toml")
+
+
+def _write_text(path: str | Path, text: str, command: str, suffix: str) -> None:
+    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
+        new.write_text(text, encoding="utf-8", newline="\n")
+        seal_text(new, command, suffix)
+
+
+@contextmanager
+def output_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> Iterator[Path]:
+    """Make an empty directory, which takes the place of ``path`` when the block ends without an exception.
+
+    ``path`` may be missing, empty, or what the same ``command`` wrote, as it wrote it.  Anything else is left alone,
+    and so is a directory with one of ``inputs``, the current one, the home directory, and those above them.  Raises
+    ``InputError`` then, and when the directory can't be written.
+    """
+    with _told(path):
+        target = _real(path)
+        if os.path.lexists(target):
+            _check_place(path, target, inputs)
+        with staged(target, _check(path, directory_objection, command)) as new:
+            new.mkdir()
+            yield new
+            seal_directory(new, command)
+
+
+def _check(path: str | Path, objection: Objection, command: str) -> Callable[[Path], None]:
+    def check(place: Path) -> None:
+        if reason := objection(place, command):
+            raise InputError(path, "", f"is not replaced: {reason}: {_ADVICE}")
+
+    return check
+
+
+def _check_place(path: str | Path, target: Path, inputs: Sequence[Path]) -> None:
+    needed = {"the current directory": _current(), "the home directory": _home()}
+    needed |= {f"{file}, which this command reads": _real(file) for file in inputs}
+    for what, place in needed.items():
+        if place is not None and target in (place, *place.parents):
+            relation = "is" if place == target else "holds"
+            raise InputError(path, "", f"is not replaced: it {relation} {what}: choose another place")
+
+
+class _Rehearsal(Exception):
+    pass
+
+
+@contextmanager
+def _told(path: str | Path) -> Iterator[None]:
+    """Turn an ``OSError`` into an ``InputError`` about ``path``."""
+    try:
+        yield
+    except OSError as error:
+        raise InputError(path, "", f"cannot be written: {error.strerror or error}") from None
+
+
+def _real(path: str | Path) -> Path:
+    return Path(os.path.realpath(path))
+
+
+def _is_same(target: Path, file: Path) -> bool:
+    return target == _real(file) or (target.exists() and file.exists() and target.samefile(file))
+
+
+def _current() -> Path | None:
+    try:
+        return Path.cwd().resolve()
+    except OSError:  # it has been removed
+        return None
+
+
+def _home() -> Path | None:
+    try:
+        return Path.home().resolve()
+    except RuntimeError:  # nobody's
+        return None

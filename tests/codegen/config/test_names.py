@@ -1,0 +1,87 @@
+"""Names of cores: keywords and ports are refused, and the list of ports is complete."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tfra.codegen.config.keywords import KEYWORDS, PACKAGED
+from tfra.codegen.config.names import PORTS, check_packaged, checked, name_from
+from tfra.codegen.verilog.emit import Top
+from tfra.model.choices import Architecture
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
+
+
+def test_keywords_of_ieee_1800_2017() -> None:
+    """Annex B has 248 words; these are first, last, and those that are names of sensors."""
+    assert len(KEYWORDS) == 248
+    assert {"accept_on", "xor", "small", "medium", "large", "soft", "strong", "config", "always", "module"} <= KEYWORDS
+
+
+def test_ports() -> None:
+    design = TfraDesign(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4), images="load")
+    assert set(Top(design).signature.members) | {"clk", "rst"} == PORTS
+
+
+@pytest.mark.parametrize("word", ["module", "small", "clk", "wreal"])
+def test_words_that_are_taken(word: str) -> None:
+    kind = {"clk": "a port of the core", "wreal": "a keyword of Verilog simulators"}.get(word, "a keyword of Verilog")
+    with pytest.raises(ValueError, match=rf'^name: "{word}" is {kind}$'):
+        checked(word)
+    with pytest.raises(ValueError, match=rf'^name: is missing, and the file\'s own, "{word}", is {kind}: set another'):
+        name_from(word)
+
+
+def test_no_core_has_the_name_of_a_module_of_another() -> None:
+    with pytest.raises(ValueError, match=r'^name: "skin__core" is like a module inside of a core$'):
+        checked("skin__core")
+
+
+@pytest.mark.parametrize(
+    ("word", "language"),
+    [("signal", "VHDL"), ("Signal", "VHDL"), ("double", "C"), ("lambda", "Python"), ("lappend", "Tcl")],
+)
+def test_words_that_no_package_may_be_called(word: str, language: str) -> None:
+    """A core alone may: its Verilog knows none of these languages."""
+    assert checked(word) == word
+    with pytest.raises(ValueError, match=rf'^name: "{word}" is a keyword of {language}, which a package is used in$'):
+        check_packaged(word)
+
+
+@pytest.mark.parametrize("name", ["skin_", "my__skin"])
+def test_names_that_vhdl_does_not_have(name: str) -> None:
+    with pytest.raises(ValueError, match=rf'^name: "{name}" is no name in VHDL'):
+        check_packaged(name)
+
+
+def test_words_of_languages_are_complete() -> None:
+    """C23 has 54, nine of which begin with an underscore, as no core does."""
+    assert len(PACKAGED["C"]) == 54 - 9
+    assert {"begin", "entity", "signal", "process", "view"} <= PACKAGED["VHDL"]
+    assert {"None", "lambda", "yield"} <= PACKAGED["Python"]
+    check_packaged("skin")
+
+
+def test_names_that_are_free() -> None:
+    assert [checked(name) for name in ("Module", "skin", "dut", "core")] == ["Module", "skin", "dut", "core"]
+
+
+def test_icarus_agrees(tmp_path: Path) -> None:
+    """A module of a free name compiles, one of a keyword does not."""
+    assert shutil.which("iverilog"), "apt-get install iverilog"
+    for name, compiles in (
+        ("small", False),
+        ("module", False),
+        ("logic", False),
+        ("wreal", False),
+        ("skin", True),
+        ("dut", True),
+    ):
+        source = tmp_path / f"{name}.v"
+        source.write_text(f"module {name}; endmodule\nmodule {name}_tb; {name} dut(); endmodule\n")
+        command = ["iverilog", "-g2012", "-o", str(tmp_path / "out"), str(source)]
+        assert (subprocess.run(command, capture_output=True, check=False).returncode == 0) == compiles

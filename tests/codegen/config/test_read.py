@@ -1,0 +1,446 @@
+"""CONFIG files: what they mean, and the one line that says what is wrong with them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.model.learned.random_weights import random_weights
+from tfra.codegen.config.read import LayerSpec, Project, load, load_tfra
+from tfra.codegen.config.weights import Trained, write_weights
+from tfra.codegen.config.write import config_text
+from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
+from tfra.model.cover.contact import Contact, ContactShape
+from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
+from tfra.recordings.input import PLAIN, Input
+from tfra.runtime.errors import InputError
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CONFIGS = {path for path in EXAMPLES.glob("*.toml") if not path.stem.startswith("study_")}
+
+SENSOR = """
+[sensor]
+rows = 10
+columns = 10
+pitch_x_mm = 4
+pitch_y_mm = 2.0
+thickness_mm = 3.0
+"""
+
+CONTACT = """
+[[contact]]
+shape = "hertz"
+half_x_mm = 8
+half_y_mm = 4
+force_n = -5.73
+mu = 0.5
+phi_deg = 30
+"""
+
+GOOD = SENSOR + CONTACT
+
+
+@pytest.fixture
+def read(tmp_path: Path) -> Any:
+    def read(text: str, name: str = "sensor.toml") -> Project:
+        (tmp_path / name).write_text(text)
+        return load(tmp_path / name)
+
+    return read
+
+
+@pytest.fixture
+def complaint(read: Any, tmp_path: Path) -> Any:
+    def complaint(text: str) -> str:
+        with pytest.raises(InputError) as caught:
+            read(text)
+        return str(caught.value).removeprefix(f"{tmp_path}/")
+
+    return complaint
+
+
+# What a file means
+
+
+def test_defaults(read: Any, tmp_path: Path) -> None:
+    assert read(SENSOR) == Project(
+        design=TfraDesign(SensorArray(10, 10, 0.004, 0.002, 0.003), name="sensor"),
+        layer=LayerSpec(0.48, "point"),
+        contacts=(),
+        path=tmp_path / "sensor.toml",
+    )
+
+
+def test_every_section(read: Any) -> None:
+    project = read(
+        'name = "skin_7"\n'
+        + SENSOR
+        + "[adc]\nbits = 12\nfull_scale_pa = 5e4\ncontact_threshold_codes = 9\n"
+        + "[search]\nsteps = 50\nplateau_tolerance = 2\n"
+        + '[formats]\nname = "wide"\nforce_fraction_bits = 6\n[architecture]\nmac_lanes = 8\n'
+        + '[target]\nname = "portable"\nimages = "readmemh"\n[layer]\npoisson = 0.3\nsampling = "area"\n'
+    )
+    assert project.layer == LayerSpec(0.3, "area")
+    assert project.design == TfraDesign(
+        sensor=SensorArray(10, 10, 0.004, 0.002, 0.003),
+        name="skin_7",
+        adc=Adc(12, 5e4, 9),
+        search=Search(50, 2.0),
+        formats=Formats("custom", coefficient=24, operand=24, vector_fraction=14, force_fraction=6),
+        architecture=Architecture(mac_lanes=8),
+        images="readmemh",
+    )
+
+
+def test_input(read: Any, tmp_path: Path) -> None:
+    assert read(SENSOR).input == PLAIN
+    text = SENSOR + '[input]\nunit = "codes"\ncompression = "positive"\ncoding = "offset"\ntare = "lab/rest.npy"\n'
+    given = Input(unit="codes", compression="positive", coding="offset", tare=tmp_path / "lab" / "rest.npy")
+    assert read(text).input == given
+    text = SENSOR + '[input]\ntare_frames = 3\norder = "columns"\nflip_x = true\nskip_columns = 2\ntopic = "/t"\n'
+    given = Input(tare_frames=3, order="columns", flip_x=True, skip_columns=2, topic="/t")
+    assert read(text).input == given
+    assert read(SENSOR + "[input]\nflip_y = true\n").input == Input(flip_y=True)
+    assert read(SENSOR + '[input]\ntare = "/rest.npy"\n').input.tare == Path("/rest.npy")
+
+
+def test_estimator(read: Any, complaint: Any, tmp_path: Path) -> None:
+    weights = random_weights(np.random.default_rng(0), 100, 3, 2)
+    (tmp_path / "lab").mkdir()
+    write_weights(tmp_path / "lab" / "w.npz", Trained(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), weights, 0.25))
+    assert read(SENSOR).weights is None
+    assert read(SENSOR + '[estimator]\nkind = "tfra"\n').weights is None
+    learned = SENSOR + '[estimator]\nkind = "learned"\nweights = "lab/w.npz"\n'
+    found = read(learned)
+    assert found.weights == "lab/w.npz"
+    assert isinstance(found.design, LearnedDesign)
+    assert np.array_equal(found.design.weights.first, weights.first.astype(np.float32))
+    assert (found.design.threshold, found.design.taxel_forces) == (0.25, True)
+    short = read(learned + "taxel_forces = false\n[formats.signals]\noperand.second = 14\n")
+    assert short.design.result_fields == tuple(name for name in found.design.result_fields if name != "forces")
+    again = read(config_text(short.design, short.layer, "", short.weights))
+    assert (again.design.taxel_forces, again.design.threshold) == (False, 0.25)
+    assert isinstance(load_tfra(tmp_path / "sensor.toml").design, TfraDesign)
+    other = complaint(learned.replace("columns = 10", "columns = 9"))
+    assert other == "lab/w.npz: sensor.columns: is trained for 10, CONFIG has 9: run tfra train again"
+    assert complaint(learned.replace("w.npz", "none.npz")) == "lab/none.npz: cannot be read: No such file or directory"
+    assert complaint(learned + "[formats.signals]\ncoefficient.normal = 14\n") == (
+        "sensor.toml: formats.signals.coefficient.normal: unknown signal, the nearest is coefficient.read2"
+    )
+    assert complaint(SENSOR + '[estimator]\nkind = "learned"\n') == (
+        'sensor.toml: estimator.weights: is missing: kind = "learned" needs a file of tfra train'
+    )
+    for key, value in (("weights", '"w.npz"'), ("taxel_forces", "true")):
+        belongs = complaint(SENSOR + f"[estimator]\n{key} = {value}\n")
+        assert belongs == f'sensor.toml: estimator.{key}: belongs to kind = "learned"'
+    wrong = complaint(SENSOR + '[estimator]\nkind = "best"\n')
+    assert wrong == "sensor.toml: estimator.kind: 'tfra' or 'learned' is needed, got 'best'"
+    empty = complaint(SENSOR + '[estimator]\nkind = "learned"\nweights = ""\n')
+    assert empty == "sensor.toml: estimator.weights: a name is needed, got ''"
+
+
+def test_signals(read: Any) -> None:
+    text = SENSOR + "[formats.signals]\ncoefficient.normal = 14\noperand = {force = 16, combine = 12}\nsums = 20\n"
+    formats = read(text).design.formats
+    assert formats.name == "custom"
+    assert dict(formats.signals) == {"coefficient.normal": 14, "operand.force": 16, "operand.combine": 12, "sums": 20}
+    assert (formats.bits("operand.contact"), formats.bits("scalar")) == (18, 18)
+
+
+def test_contact_in_si_units(read: Any) -> None:
+    (contact,) = read(GOOD).contacts
+    expected = Contact(ContactShape.HERTZ, 0.018, 0.009, 0.008, 0.004, -5.73, 0.5, math.radians(30))
+    assert contact == expected
+
+
+def test_contact_centre_may_be_given(read: Any) -> None:
+    (contact,) = read(GOOD + "center_x_mm = 15.5\ncenter_y_mm = 10\n").contacts
+    assert (contact.center_x, contact.center_y) == (0.0155, 0.01)
+
+
+def test_millimetres_become_the_nearest_metres(read: Any) -> None:
+    assert 0.03 / 1000 != 0.00003  # the naive way
+    sensor = read(SENSOR.replace("pitch_x_mm = 4", "pitch_x_mm = 0.03")).design.sensor
+    assert sensor.pitch_x == 0.00003
+
+
+@pytest.mark.parametrize(
+    ("phi", "degrees"),
+    [
+        ("-30.5", [-30.5]),
+        ("[0, 45.0, 10]", [0, 45, 10]),
+        ("{start = 0, stop = 60, step = 15}", [0, 15, 30, 45]),
+        ("{start = 0, stop = 1, step = 0.1}", [0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9]),
+        ("{start = 10, stop = -10, step = -8}", [10, 2, -6]),
+    ],
+)
+def test_directions(read: Any, phi: str, degrees: list[float]) -> None:
+    contacts = read(GOOD.replace("phi_deg = 30", f"phi_deg = {phi}")).contacts
+    assert [c.phi for c in contacts] == [math.radians(d) for d in degrees]
+
+
+def test_contacts_keep_their_order(read: Any) -> None:
+    second = CONTACT.replace("mu = 0.5", "mu = 0.2").replace("phi_deg = 30", "phi_deg = [1, 2]")
+    assert [c.mu for c in read(GOOD + second).contacts] == [0.5, 0.2, 0.2]
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns", "lanes"),
+    [(2, 2, 4), (3, 4, 16), (2, 5, 12), (10, 10, 16)],
+)
+def test_default_lanes_fit(read: Any, rows: int, columns: int, lanes: int) -> None:
+    text = SENSOR.replace("rows = 10", f"rows = {rows}").replace("columns = 10", f"columns = {columns}")
+    assert read(text).design.architecture.mac_lanes == lanes
+
+
+def test_the_serial_core_chooses_its_own_lanes(read: Any) -> None:
+    assert read(SENSOR + '[architecture]\nkind = "serial"').design.architecture == SERIAL
+    assert read(SENSOR + '[architecture]\nkind = "parallel"').design == read(SENSOR).design
+
+
+@pytest.mark.parametrize(
+    ("file", "name"),
+    [("skin.toml", "skin"), ("my skin-2.toml", "my_skin_2"), ("2skins.toml", "s_2skins"), ("é.toml", "s__")],
+)
+def test_name_follows_from_the_file(read: Any, file: str, name: str) -> None:
+    assert read(SENSOR, file).design.name == name
+
+
+def test_project_is_frozen(read: Any) -> None:
+    project = read(SENSOR)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        project.path = Path()
+
+
+@pytest.mark.parametrize("example", sorted(CONFIGS), ids=lambda path: path.stem)
+def test_examples(example: Path) -> None:
+    project = load(example)
+    assert project.design.name == {"small": "small_core"}.get(example.stem, example.stem)
+    assert len(project.contacts) == {"hertz_40x20": 24, "rectangle_40x40": 24, "skin_8x12": 12}.get(example.stem, 0)
+    assert project.design.sensor.taxels == (96 if example.stem == "skin_8x12" else 100)
+
+
+def test_commented_lines_of_the_example_are_valid(read: Any) -> None:
+    text = (EXAMPLES / "hertz_40x20.toml").read_text()
+    uncommented = text.replace("\n# name =", "\nname =")
+    for key in ("coefficient", "operand", "vector_fraction", "force_fraction", "center_x", "center_y"):
+        assert f"\n# {key}" in text
+        uncommented = uncommented.replace(f"\n# {key}", f"\n{key}")
+    uncommented = uncommented.replace("\n# [input]", "\n[input]")
+    for key in dataclasses.fields(Input):
+        assert f"\n# {key.name} = " in text
+        if key.name not in ("coding", "tare"):  # they need another unit, and no tare_frames
+            uncommented = uncommented.replace(f"\n# {key.name} = ", f"\n{key.name} = ")
+    project, plain = read(uncommented), load(EXAMPLES / "hertz_40x20.toml")
+    standard = dataclasses.replace(project.design.formats, name="standard")
+    assert dataclasses.replace(project.design, formats=standard) == plain.design  # the comments tell defaults
+    assert project.contacts == plain.contacts
+    assert project.input == Input(topic="/skin")
+    assert plain.input == PLAIN
+
+
+# What can be wrong with it: (replaced, by, the line)
+
+WRONG = [
+    # keys
+    ("rows = 10", "", "sensor.rows: is missing"),
+    ("rows = 10", "row = 10", 'sensor.row: unknown key, the nearest valid key is "rows"'),
+    ("[sensor]", "[sensr]", 'sensr: unknown key, the nearest valid key is "sensor"'),
+    ("mu = 0.5", "my = 0.5", 'contact#1.my: unknown key, the nearest valid key is "mu"'),
+    ("mu = 0.5", "", "contact#1.mu: is missing"),
+    ("phi_deg = 30", "phi_deg = {start = 1, stop = 2}", "contact#1.phi_deg.step: is missing"),
+    (
+        "phi_deg = 30",
+        "phi_deg = {start = 1, stops = 2, step = 1}",
+        'contact#1.phi_deg.stops: unknown key, the nearest valid key is "stop"',
+    ),
+    # types
+    ("rows = 10", "rows = 10.0", "sensor.rows: a whole number is needed, got 10.0"),
+    ("rows = 10", "rows = true", "sensor.rows: a whole number is needed, got True"),
+    ("rows = 10", 'rows = "10"', "sensor.rows: a whole number is needed, got '10'"),
+    ("pitch_x_mm = 4", "pitch_x_mm = true", "sensor.pitch_x_mm: a number is needed, got True"),
+    ("pitch_x_mm = 4", "pitch_x_mm = [4]", "sensor.pitch_x_mm: a number is needed, got [4]"),
+    ('shape = "hertz"', "shape = 1", "contact#1.shape: a text in quotes is needed, got 1"),
+    ("[[contact]]", "[contact]", "contact: an array of tables, [[contact]], is needed, got {'force_n': -5.73, "),
+    ("phi_deg = 30", 'phi_deg = "x"', "contact#1.phi_deg: a number is needed, got 'x'"),
+    ("phi_deg = 30", 'phi_deg = [1, "x"]', "contact#1.phi_deg#2: a number is needed, got 'x'"),
+    # sensor
+    ("rows = 10", "rows = 1", "sensor.rows: at least 2 taxels are needed, got 1"),
+    ("columns = 10", "columns = 1", "sensor.columns: at least 2 taxels are needed, got 1"),
+    ("columns = 10", "columns = -3", "sensor.columns: at least 2 taxels are needed, got -3"),
+    ("rows = 10", "rows = 410", "sensor.rows: at most 4096 taxels (rows x columns) are supported, got 4100"),
+    ("pitch_x_mm = 4", "pitch_x_mm = 0", "sensor.pitch_x_mm: 0.001 or more is needed, got 0"),
+    ("pitch_x_mm = 4", "pitch_x_mm = -4.0", "sensor.pitch_x_mm: 0.001 or more is needed, got -4.0"),
+    ("thickness_mm = 3.0", "thickness_mm = 1e9", "sensor.thickness_mm: 1000 or less is needed, got 1000000000.0"),
+    ("thickness_mm = 3.0", "thickness_mm = nan", "sensor.thickness_mm: a finite number is needed, got nan"),
+    ("thickness_mm = 3.0", "thickness_mm = inf", "sensor.thickness_mm: a finite number is needed, got inf"),
+    # contacts
+    ('"hertz"', '"round"', "contact#1.shape: one of hertz, uniform, rounded is needed, got 'round'"),
+    ("half_x_mm = 8", "half_x_mm = 0", "contact#1.half_x_mm: 0.001 or more is needed, got 0"),
+    (
+        "half_x_mm = 8",
+        "half_x_mm = 21",
+        "contact#1.half_x_mm: the footprint from -3 to 39 mm leaves the block from -2 to 38 mm",
+    ),
+    (
+        "mu = 0.5",
+        "mu = 0.5\ncenter_y_mm = 18",
+        "contact#1.center_y_mm: the footprint from 14 to 22 mm leaves the block from -1 to 19 mm",
+    ),
+    ("mu = 0.5", "mu = 0.5\ncenter_y_mm = nan", "contact#1.center_y_mm: a finite number is needed, got nan"),
+    ("mu = 0.5", "mu = -0.5", "contact#1.mu: a finite number >= 0 is needed, got -0.5"),
+    ("mu = 0.5", "mu = 1e9", "contact#1.mu: 100 or less is needed, got 1000000000.0"),
+    ("-5.73", "5.73", "contact#1.force_n: a negative (compressive), finite force is needed, got 5.73"),
+    ("-5.73", "-1e99", "contact#1.force_n: -1e+06 or more is needed, got -1e+99"),
+    ("phi_deg = 30", "phi_deg = inf", "contact#1.phi_deg: a finite number is needed, got inf"),
+    ("phi_deg = 30", "phi_deg = []", "contact#1.phi_deg: at least one value is needed, got []"),
+    (
+        "phi_deg = 30",
+        "phi_deg = {start = 0, stop = 9, step = 0}",
+        "contact#1.phi_deg: a step of 0 does not lead from 0 to 9",
+    ),
+    (
+        "phi_deg = 30",
+        "phi_deg = {start = 0, stop = 9, step = -1}",
+        "contact#1.phi_deg: a step of -1 does not lead from 0 to 9",
+    ),
+    (
+        "phi_deg = 30",
+        "phi_deg = {start = 0, stop = 9, step = 1e-9}",
+        "contact#1.phi_deg: at most 100000 directions are supported, got 9000000000",
+    ),
+]
+
+WRONG_SECTIONS = [
+    ('[input]\nunit = "psi"', "input.unit: 'Pa', 'kPa' or 'codes' is needed, got 'psi'"),
+    ("[input]\nflip_x = 1", "input.flip_x: true or false is needed, got 1"),
+    ("[input]\ntare_frames = -1", "input.tare_frames: 0 or more is needed, got -1"),
+    ("[input]\nskip_column = 1", 'input.skip_column: unknown key, the nearest valid key is "skip_columns"'),
+    ('[input]\ncoding = "signed"', "input.coding: only codes have a coding: the unit must be codes, not Pa"),
+    ('[input]\ntare = "a.npy"\ntare_frames = 2', "input.tare: give the tare as a file or as first frames, not as both"),
+    ("[adc]\nbits = 5", "adc.bits: 6 to 20 is supported, got 5"),
+    ("[adc]\nfull_scale_pa = -1", "adc.full_scale_pa: 0.001 or more is needed, got -1"),
+    ("[adc]\nfull_scale_pa = inf", "adc.full_scale_pa: a finite number is needed, got inf"),
+    (
+        "[adc]\ncontact_threshold_codes = -1",
+        "adc.contact_threshold_codes: 0 to 8191, the largest code, is needed, got -1",
+    ),
+    (
+        "[adc]\nbits = 6\ncontact_threshold_codes = 32",
+        "adc.contact_threshold_codes: 0 to 31, the largest code, is needed, got 32",
+    ),
+    ("[adc]\ncontact_threshold_codes = 2.0", "adc.contact_threshold_codes: a whole number is needed, got 2.0"),
+    ("[search]\nsteps = 0", "search.steps: 1 to 4096 is supported, got 0"),
+    ("[search]\nplateau_tolerance = -1", "search.plateau_tolerance: zero or more is needed, got -1.0"),
+    ('[formats]\nname = "huge"', "formats.name: one of standard, wide is needed, got 'huge'"),
+    ("[formats]\ncoefficient_bits = 5", "formats.coefficient_bits: 6 to 27 bits are supported, got 5"),
+    ("[formats]\nforce_fraction_bits = -1", "formats.force_fraction_bits: 0 to 16 bits are supported, got -1"),
+    (
+        "[formats]\noperand_bits = 12",
+        "formats.operand_bits: the 14-bit converter needs an operand of 14 bits or more",
+    ),
+    (
+        "[architecture]\nmac_lanes = 3",
+        "architecture.mac_lanes: a multiple of 4 up to 100 (4 parities x 25 quads) is needed, got 3",
+    ),
+    ("[bus]\ntaxels_per_beat = 3", "bus.taxels_per_beat: 1, 2 or 4 is needed, got 3"),
+    ('[architecture]\nkind = "serail"', "architecture.kind: one of parallel, serial is needed, got 'serail'"),
+    (
+        '[architecture]\nkind = "serial"\nmac_lanes = 4',
+        "architecture.mac_lanes: the serial core leaves nothing to choose, got 4",
+    ),
+    (
+        '[architecture]\nkind = "serial"\nvector_words = 2',
+        "architecture.vector_words: the serial core leaves nothing to choose, got 2",
+    ),
+    ("[formats.signals]\nsum = 16", 'formats.signals.sum: unknown key, the nearest valid key is "sums"'),
+    (
+        "[formats.signals]\ncoefficient.norm = 16",
+        "formats.signals.coefficient.norm: unknown signal, the nearest is coefficient.normal",
+    ),
+    ("[formats.signals]\ncoefficient = 16", "formats.signals.coefficient: a table is needed, got 16"),
+    ("[formats.signals]\noperand.force = 1.5", "formats.signals.operand.force: a whole number is needed, got 1.5"),
+    ("[formats.signals]\noperand.force = 5", "formats.signals.operand.force: 6 to 27 bits are supported, got 5"),
+    (
+        "[formats.signals]\ncordic = 12",
+        "formats.signals.cordic: at least 18 bits are needed beside the 18 of scalar, got 12",
+    ),
+    (
+        '[formats.signals]\nsums = 12\n[architecture]\nkind = "serial"',
+        "formats.signals.sums: a serial core has one multiplier and one memory for all signals: "
+        "kind = parallel is needed",
+    ),
+    ('[target]\nname = "nexus"', "target.name: one of portable, ecp5, ice40 is needed, got 'nexus'"),
+    ('[target]\nimages = "hex"', "target.images: 'inline', 'readmemh' or 'load' is needed, got 'hex'"),
+    (
+        '[architecture]\nkind = "serial"\n[target]\nimages = "load"',
+        "target.images: a serial core is always loaded: inline or readmemh, for its program, is needed",
+    ),
+    ("[layer]\npoisson = 0.6", "layer.poisson: a value in (-1, 0.5] is needed, got 0.6"),
+    ('[layer]\nsampling = "line"', "layer.sampling: 'point' or 'area' is needed, got 'line'"),
+    ('[layer]\nsolver = "magic"', "layer.solver: 'series' or 'fem' is needed, got 'magic'"),
+    (
+        '[layer]\nsolver = "fem"\nsampling = "area"',
+        "layer.sampling: finite elements give the stress at points only",
+    ),
+    ('[layer]\nsolver = "fem"\npoisson = 0.5', "layer.poisson: finite elements need 0 <= nu < 0.5, got 0.5"),
+]
+
+
+@pytest.mark.parametrize(("replaced", "by", "line"), WRONG, ids=[line for _, _, line in WRONG])
+def test_wrong_value(complaint: Any, replaced: str, by: str, line: str) -> None:
+    assert replaced in GOOD
+    assert complaint(GOOD.replace(replaced, by)).startswith(f"sensor.toml: {line}")
+
+
+@pytest.mark.parametrize(("section", "line"), WRONG_SECTIONS, ids=[line for _, line in WRONG_SECTIONS])
+def test_wrong_section(complaint: Any, section: str, line: str) -> None:
+    assert complaint(f"{GOOD}{section}\n") == f"sensor.toml: {line}"
+
+
+@pytest.mark.parametrize("name", ["", "7up", "a b", "a-b", "a\\n", "x" * 64])
+def test_wrong_name(complaint: Any, name: str) -> None:
+    line = "sensor.toml: name: a letter, then at most 62 letters, digits and underscores are needed, got '"
+    assert complaint(f'name = "{name}"\n{GOOD}').startswith(line)
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        ("", "sensor: is missing"),
+        ("sensor = 3", "sensor: a table is needed, got 3"),
+        ("[sensor]\nrows = = 3", "line 2, column 8: Invalid value"),
+        ("[sensor]\nrows = 3\nrows = 4", "line 3: Cannot overwrite a value"),
+        ("[sensor", "line 1: Expected ']' at the end of a table declaration"),
+        ('\nname = """', 'line 2: Unterminated string'),
+        ("a = " + "9" * 5000, "is not valid TOML"),
+        ("a = " + "[" * 5000, "is not valid TOML"),
+    ],
+)
+def test_malformed_text(complaint: Any, text: str, line: str) -> None:
+    assert complaint(text) == f"sensor.toml: {line}"
+
+
+def test_not_utf_8(tmp_path: Path) -> None:
+    path = tmp_path / "latin.toml"
+    path.write_bytes(b"# one\n# caf\xe9\n")
+    with pytest.raises(InputError, match=r"latin\.toml: line 2: is not UTF-8 text$"):
+        load(path)
+
+
+def test_unreadable(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"none\.toml: cannot be read: No such file or directory$"):
+        load(tmp_path / "none.toml")
+    with pytest.raises(InputError, match=r"cannot be read: Is a directory$"):
+        load(tmp_path)
+
+
+def test_one_line_whatever_the_file_is_called() -> None:
+    assert str(InputError("a\nb.toml", "key", "reason\x1b[2J")) == r"a\nb.toml: key: reason\x1b[2J"

@@ -1,0 +1,140 @@
+"""The sidecar: its schema, and that a program can read a core's words with nothing else."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+from tfra.codegen.config.examples import examples
+from tfra.codegen.config.read import load
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.sidecar.schema import schema
+from tfra.hdl.cores import microarchitecture
+from tfra.model.arrays import Ints
+from tfra.model.choices import Architecture
+from tfra.model.cover.scenes import contact_codes
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.words import decode, received
+from tfra.model.sensor import SensorArray
+
+ROOT = Path(__file__).parents[2]
+DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), name="small", architecture=Architecture(4, 1))
+
+
+def presets() -> list[str]:
+    return [name for name in examples() if name in ("fast", "small", "learned_resultant")]
+
+
+def test_the_published_schema_is_current() -> None:
+    """``python -m tfra.codegen.sidecar.schema > docs/core.schema.json`` renews it."""
+    assert (ROOT / "docs" / "core.schema.json").read_text() == schema()
+
+
+@pytest.mark.parametrize("name", presets())
+def test_sidecars_follow_the_schema(name: str) -> None:
+    design = load(ROOT / "examples" / f"{name}.toml").design
+    facts = json.loads(json.dumps(sidecar(design)))
+    jsonschema.validate(facts, json.loads(schema()))
+    core = microarchitecture(design)
+    assert facts["latency_cycles"]["first_word"] == core.latency
+    assert facts["latency_cycles"]["last_word"] == core.frame_latency
+    assert [2 ** bit["bit"] for bit in facts["result"]["status_bits"]] == [int(bit) for bit in design.status_bits]
+    assert ("load" in facts) == (core.loaded is not None)
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(facts | {"latency_cycles": 3}, json.loads(schema()))
+
+
+def test_every_length_names_its_unit() -> None:
+    """Numbers with a fraction are lengths, stresses or values; their keys say in what."""
+    free = ("lsb", "uncertainty_threshold")
+
+    def numbers(value: Any, key: str) -> None:
+        if isinstance(value, dict):
+            for name, inner in value.items():
+                numbers(inner, name)
+        elif isinstance(value, list):
+            for inner in value:
+                numbers(inner, key)
+        elif isinstance(value, float):
+            assert key.endswith(("_m", "_pa", "_codes")) or key in free, key
+
+    numbers(sidecar(load(ROOT / "examples" / "learned_fast.toml").design), "")
+
+
+def read(folder: Path, frame: list[int]) -> dict[str, list[float]]:
+    """What docs/sidecar.md's program, which has the sidecar alone, makes of a frame."""
+    code = (ROOT / "docs" / "sidecar.md").read_text().partition("```python\n")[2].partition("```")[0]
+    (folder / "core.json").write_text(json.dumps(sidecar(DESIGN)))
+    with contextlib.chdir(folder):
+        space: dict[str, Any] = {}
+        exec(code, space)
+    found: dict[str, list[float]] = space["values"](frame)
+    return found
+
+
+def frames() -> Ints:
+    return DESIGN.model(contact_codes(DESIGN, 12, 3)).words
+
+
+def test_the_sidecar_alone_gives_the_values(tmp_path: Path) -> None:
+    words = frames()
+    known = decode(DESIGN, words)
+    assert (words < 0).any()
+    for number, frame in enumerate(words):
+        told = read(tmp_path, [int(word) & 0xFFFFFFFF for word in frame])
+        np.testing.assert_allclose(told["resultant"], known.resultant[number], rtol=1e-12)
+        np.testing.assert_allclose(told["forces"], known.forces[number].ravel(), rtol=1e-12)
+        np.testing.assert_allclose(told["phi"], known.phi_deg[number], rtol=1e-12)
+        assert told["status"] == [known.status[number]]
+
+
+@pytest.mark.parametrize("bits", [DESIGN.word_bits, 32])
+@pytest.mark.parametrize("kind", [np.int64, np.uint64, np.uint32])
+def test_raw_words_are_extended(bits: int, kind: type) -> None:
+    words = frames()
+    raw = (words & ((1 << bits) - 1)).astype(kind)
+    np.testing.assert_array_equal(received(DESIGN, raw), words)
+
+
+def test_words_at_the_ends_of_a_field() -> None:
+    words = frames()[:1]
+    at, bits = {f.name: f for f in DESIGN.layout}["mu"].start, {f.name: f for f in DESIGN.layout}["mu"].bits
+    for value in (-(1 << (bits - 1)), (1 << (bits - 1)) - 1, -1):
+        words[0, at] = value
+        for raw in (value, value & ((1 << DESIGN.word_bits) - 1), value & 0xFFFFFFFF):
+            given = words.copy()
+            given[0, at] = raw
+            assert received(DESIGN, given)[0, at] == value
+    for value in (1 << (bits - 1), -(1 << (bits - 1)) - 1, (1 << bits) - 1, 1 << 32, -1 << 40):
+        words[0, at] = value
+        with pytest.raises(ValueError, match=r"words: frame 0: mu is from -\d+ to \d+, got"):
+            received(DESIGN, words)
+
+
+@pytest.mark.parametrize(
+    "words", [np.zeros((2, DESIGN.frame_words - 1), np.int64), np.zeros(DESIGN.frame_words, np.int64),
+              np.zeros((2, DESIGN.frame_words)), np.full((1, DESIGN.frame_words), 1 << 63, np.uint64)]
+)  # fmt: skip
+def test_other_words_are_refused(words: Ints) -> None:
+    with pytest.raises(ValueError, match="words: "):
+        received(DESIGN, words)
+
+
+def test_a_field_without_a_sign_has_no_negative_words() -> None:
+    words = frames()[:1]
+    words[0, 0] = -1
+    with pytest.raises(ValueError, match="words: frame 0: frame is from 0 to 65535, got -1"):
+        decode(DESIGN, words)
+
+
+def test_the_hash_covers_the_coefficients() -> None:
+    other = replace(DESIGN, sensor=replace(DESIGN.sensor, thickness=2.9e-3))
+    assert sidecar(other)["configuration_sha256"] != sidecar(DESIGN)["configuration_sha256"]
+    assert sidecar(replace(DESIGN))["configuration_sha256"] == sidecar(DESIGN)["configuration_sha256"]

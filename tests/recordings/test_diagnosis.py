@@ -1,0 +1,313 @@
+"""Every wrong recording is told, and a good one is not."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+
+from tfra.model.arrays import Floats
+from tfra.model.choices import Adc, Architecture
+from tfra.model.converter import quantise
+from tfra.model.cover.scenes import SENSORS, contact_codes
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.words import decode
+from tfra.model.sensor import SensorArray
+from tfra.model.tfra import Status, Tfra
+from tfra.recordings.diagnosis import over_full_scale, warnings
+from tfra.recordings.input import Input, arranged
+
+SQUARE, OBLONG = SENSORS["10×10, 4×2 mm, h 3 mm"], SENSORS["5×7, 3×3 mm, h 2 mm"]
+REST, TOP = 12.0, 8191
+
+
+def design(sensor: SensorArray, adc: Adc | None = None) -> Design:
+    return TfraDesign(sensor, adc=adc or Adc(), architecture=Architecture(4))
+
+
+@lru_cache
+def contacts(sensor: SensorArray, count: int = 40, seed: int = 1) -> Floats:
+    """Random contacts in Pa as a converter sees them, peaks at 10 to 95 % of full scale."""
+    one = design(sensor)
+    return contact_codes(one, count, seed) * one.adc.lsb
+
+
+def told(frames: Floats, sensor: SensorArray = SQUARE, adc: Adc | None = None) -> list[str]:
+    return warnings(design(sensor, adc), frames, Tfra(sensor)(frames))
+
+
+def noise(shape: tuple[int, ...], size: float) -> Floats:
+    return np.random.default_rng(2).normal(size=shape) * size
+
+
+def rest(count: int, sensor: SensorArray = SQUARE) -> Floats:
+    return noise((count, sensor.rows, sensor.columns), REST)
+
+
+@pytest.mark.parametrize("sensor", SENSORS.values(), ids=SENSORS)
+@pytest.mark.parametrize("count", [20, 100])
+def test_contacts_are_not_doubted(sensor: SensorArray, count: int) -> None:
+    """Nor in one recording of many."""
+    for seed in range(4):
+        frames = contacts(sensor, count, seed)
+        assert told(frames, sensor) == []
+        assert told(frames + noise(frames.shape, 2e-3 * np.abs(frames).max()), sensor) == []
+
+
+@pytest.mark.parametrize("sensor", SENSORS.values(), ids=SENSORS)
+def test_single_frames_are_not_doubted(sensor: SensorArray) -> None:
+    """But for those without traction, where no tangential force can be found indeed."""
+    frames = contacts(sensor, 100, 7)
+    tension = (frames > 0).any(axis=(1, 2))
+    for frame, some in zip(frames, tension, strict=True):
+        lines = told(frame[None], sensor)
+        assert lines == [] if some else lines[0].startswith("no tension in 100 % of the frames with a contact")
+
+
+def test_contacts_between_pauses_are_not_doubted() -> None:
+    frames = np.concatenate([rest(60), contacts(SQUARE), rest(60)])
+    one = design(SQUARE)
+    found = Tfra(SQUARE)(frames)
+    status = np.where(np.arange(160) % 100 < 60, Status.NO_CONTACT, found.status)
+    quiet = type(found)(**{**vars(found), "status": status})
+    assert warnings(one, frames, found) == warnings(one, frames, quiet) == []
+
+
+def test_the_bit_accurate_model_is_not_doubted_either() -> None:
+    one, frames = design(OBLONG), contacts(OBLONG)
+    assert warnings(one, frames, decode(one, FixedTfra(one)(quantise(one, frames)).words)) == []
+
+
+# What is wrong with it
+
+
+def test_sign_that_somebody_has_flipped() -> None:
+    frames = -contacts(SQUARE)
+    assert warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), given=Input(compression="positive")) == [
+        "99 % of the stress is negative: is compression negative in this file? (--compression negative)"
+    ]
+
+
+def test_sign() -> None:
+    line = "99 % of the stress is positive: is compression positive in this file? (--compression positive)"
+    assert told(-contacts(SQUARE)) == [line]
+    for sensor in SENSORS.values():
+        for seed in range(3):
+            (line,) = told(-contacts(sensor, 20, seed), sensor)
+            assert line.endswith("is compression positive in this file? (--compression positive)")
+
+
+@pytest.mark.parametrize(
+    ("factor", "peak", "unit"), [(1e3, 144e3, "kPa (times 1000 "), (1e6, 144e3, "MPa (times 1e+06 "), (1e5, 1e5, "bar")]
+)
+def test_unit(factor: float, peak: float, unit: str) -> None:
+    frames = contacts(SQUARE) / np.abs(contacts(SQUARE)).max() * peak / factor
+    (line,) = told(frames)
+    assert line.startswith(f"the largest magnitude is {peak / factor:.4g} Pa, ")
+    assert f"is the unit {unit}" in line
+
+
+def test_the_whole_line_of_a_wrong_unit() -> None:
+    frames = contacts(SQUARE)
+    (line,) = told(frames / np.abs(frames).max() * 144.0)
+    assert line == (
+        "the largest magnitude is 144 Pa, 0.072 % of full scale, 200000 Pa: is the unit kPa (times 1000 it would be "
+        "72 %), or was nothing pressed? (--unit kPa)"
+    )
+    (line,) = told(frames / np.abs(frames).max() * 1e-4)
+    assert line.endswith("are the unit, Pa, and adc.full_scale_pa correct, or was nothing pressed?")
+
+
+def test_codes_instead_of_pascals() -> None:
+    codes = contacts(SQUARE) / design(SQUARE).adc.lsb
+    line = (
+        f"all values are whole numbers up to {np.abs(codes).max():.0f}: are these codes of the 14-bit converter "
+        "instead of Pa (1 code = 24.4141 Pa)? (--unit codes)"
+    )
+    assert told(codes) == [line]
+    assert told(codes + 0.5) != [line]
+
+
+def test_codes_on_a_grid_of_whole_pascals_are_pascals() -> None:
+    adc = Adc(14, 2.0**17)
+    codes = contact_codes(design(SQUARE, adc), 40, 3)
+    assert told(codes * adc.lsb, adc=adc) == []
+
+
+def test_unipolar_codes() -> None:
+    codes = contacts(SQUARE) / design(SQUARE).adc.lsb + 8192
+    offset, units = told(codes)
+    assert offset == (
+        f"taxels read about {np.median(codes):.4g} Pa where nothing seems to press, a common offset: was the sensor "
+        "tared (--tare-frames N, --tare FILE), or are these codes with an offset (--unit codes --coding offset)?"
+    )
+    assert units.startswith("all values are whole numbers up to ")
+    assert units.endswith("(--unit codes --coding offset)")
+
+
+def test_an_offset_of_codes() -> None:
+    frames = contacts(SQUARE) + 5e3
+    (line,) = warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), Input(unit="codes"))
+    assert line.endswith("a common offset: was the sensor tared (--tare-frames N, --tare FILE)?")
+
+
+@pytest.mark.parametrize(
+    ("given", "factor", "said"),
+    [
+        (Input(unit="kPa"), 1e-3, "is the unit MPa (times 1000 it would be 72 %), or was nothing pressed?"),
+        (Input(unit="kPa"), 1e-5, "are the unit, kPa, and adc.full_scale_pa correct, or was nothing pressed?"),
+        (Input(unit="codes"), 1e-3, "are the unit, codes, and adc.full_scale_pa correct, or was nothing pressed?"),
+        (Input(unit="kPa"), 1e3, "is the file in kPa, and adc.full_scale_pa in Pa (not in kPa)? (--unit Pa)"),
+        (Input(unit="codes"), 1e3, "times full scale: is adc.full_scale_pa in Pa (not in kPa)?"),
+    ],
+)
+def test_units_that_somebody_has_given(given: Input, factor: float, said: str) -> None:
+    frames = contacts(SQUARE) / np.abs(contacts(SQUARE)).max() * 144e3 * factor
+    assert warnings(design(SQUARE), frames, Tfra(SQUARE)(frames), given)[0].endswith(said)
+
+
+@pytest.mark.parametrize("flip_x", [False, True])
+@pytest.mark.parametrize("flip_y", [False, True])
+def test_an_order_that_somebody_has_given(flip_x: bool, flip_y: bool) -> None:
+    """A file in rows that is read in columns; the right reading is not doubted."""
+    sensor = SENSORS["5×7, 3×3 mm, h 2 mm"]
+    lines = contacts(sensor, 40, 9).reshape(40, -1)
+    for order, doubted in (("rows", False), ("columns", True)):
+        given = Input(order=order, flip_x=flip_x, flip_y=flip_y)  # type: ignore[arg-type]
+        frames = arranged(lines, given, sensor)
+        found = [line for line in warnings(design(sensor), frames, Tfra(sensor)(frames), given) if "neighbours" in line]
+        assert len(found) == doubted
+        assert all(line.endswith("row by row: are rows and columns swapped? (--order rows)") for line in found)
+
+
+@pytest.mark.parametrize("share", [-0.3, -0.1, 0.03, 0.1, 0.3])
+@pytest.mark.parametrize("sensor", SENSORS.values(), ids=SENSORS)
+def test_offset(sensor: SensorArray, share: float) -> None:
+    frames = contacts(sensor, 40, 5)
+    off = share * np.abs(frames).max()
+    for spread in (0.0, 0.1):
+        per_taxel = off * (1 + spread * np.random.default_rng(4).uniform(-1, 1, frames.shape[1:]))
+        assert any("a common offset: was the sensor tared" in line for line in told(frames + per_taxel, sensor)), spread
+
+
+def test_offset_of_a_sensor_at_rest() -> None:
+    frames = np.concatenate([contacts(SQUARE), rest(40) + 400.0])
+    assert any("a common offset" in line for line in told(frames))
+
+
+@pytest.mark.parametrize("sensor", SENSORS.values(), ids=SENSORS)
+def test_an_offset_of_every_taxel(sensor: SensorArray) -> None:
+    """As tall as it may be, if it is the same while nothing presses; noise of the same size is none."""
+    pressed = contacts(sensor, 40, 5)
+    frames = np.concatenate([np.zeros((10, *pressed.shape[1:])), pressed])
+    assert told(frames, sensor) == []
+    for share in (0.01, 0.03, 0.1):
+        size = share * np.abs(pressed).max()
+        offset = size * np.random.default_rng(6).uniform(-1, 1, pressed.shape[1:])
+        lines = told(frames + offset + noise(frames.shape, 0.05 * size), sensor)
+        assert any("the same in every frame: was the sensor tared" in line for line in lines), share
+        assert not any("was the sensor tared" in line for line in told(frames + noise(frames.shape, size), sensor))
+
+
+def test_sensor_at_rest() -> None:
+    frames = np.abs(rest(100))
+    frames[::2] *= -1
+    found = Tfra(SQUARE)(frames)
+    quiet = type(found)(**{**vars(found), "status": np.full(100, int(Status.NO_CONTACT))})
+    frames = rest(100) * 400
+    assert warnings(design(SQUARE), frames, quiet) == ["100 of 100 frames have no contact: was the sensor at rest?"]
+    two = warnings(design(SQUARE), frames / 400, quiet)
+    assert len(two) == 2
+    assert "% of full scale, 200000 Pa: is the unit kPa (times 1000 it would be " in two[1]
+
+
+def test_saturated() -> None:
+    frames = contacts(SQUARE) * 1.5
+    clipped = np.clip(frames, -2e5, 2e5)
+    assert told(np.clip(frames, -1.99e5, 1.99e5)) == []
+    hit = np.abs(frames) >= 2e5
+    line = (
+        f"{hit.any(axis=(1, 2)).sum()} of 40 frames and {hit.any(axis=0).sum()} of 100 taxels reach an end of the "
+        "converter's range, ±200000 Pa: was it saturated (the forces would be too small)?"
+    )
+    assert told(clipped) == [line]
+    far = told(frames * 1e3)
+    assert far[0].endswith("times full scale: is the file in Pa, and adc.full_scale_pa in Pa (not in kPa)?")
+    assert far[1].startswith("40 of 40 frames and ")
+    rare = np.concatenate([contacts(SQUARE, 200, 3), clipped[hit.any(axis=(1, 2))][:1]])
+    assert told(rare) == []  # one of 201 is below 1 %
+
+
+def test_compression_only() -> None:
+    line = (
+        "no tension in 100 % of the frames with a contact, so no tangential force can be found: does this array "
+        "measure compression only (as FSRs do), is it clipped at zero, or is friction too small?"
+    )
+    assert told(np.minimum(contacts(SQUARE), 0)) == [line]
+
+
+def test_compression_only_with_the_wrong_sign() -> None:
+    assert told(np.maximum(-contacts(SQUARE), 0)) == [
+        "100 % of the stress is positive: is compression positive in this file? (--compression positive)"
+    ]
+
+
+def test_stuck_recording() -> None:
+    frame = next(frame for frame in contacts(SQUARE) if frame.max() > 1e3)
+    assert told(np.repeat(frame[None], 7, axis=0)) == ["all 7 frames are the same: is the recording stuck?"]
+
+
+def test_stuck_taxels() -> None:
+    frames = contacts(SQUARE).copy()
+    frames[:, 3, 4] = -5e4
+    frames[:, 9, 0] = 0.0  # nothing is stuck at zero: many taxels never feel anything
+    assert told(frames) == ["1 taxel keeps one value in all frames: (row, column) (3, 4): is it stuck?"]
+    frames[:, 4, 2:8] = -6e4
+    assert told(frames)[0] == (
+        "7 taxels keep one value in all frames: (row, column) (3, 4), (4, 2), (4, 3), (4, 4), "
+        "(4, 5) ...: are they stuck?"
+    )
+
+
+@pytest.mark.parametrize("name", ["5×7, 3×3 mm, h 2 mm", "4×6, 5×3 mm, h 2 mm"])
+def test_rows_and_columns_exchanged(name: str) -> None:
+    sensor = SENSORS[name]
+    frames = contacts(sensor, 40, 9)
+    scrambled = frames.swapaxes(1, 2).reshape(frames.shape)
+    (line,) = told(scrambled, sensor)
+    assert line.startswith("neighbours differ 1.")
+    assert line.endswith(
+        " times as much as if the file went column by column: are rows and columns swapped? (--order columns)"
+    )
+
+
+def test_most_frames_flagged() -> None:
+    frames = contacts(SQUARE)
+    found = Tfra(SQUARE)(frames)
+    status = found.status.copy()
+    status[::2] = Status.NO_CONTACT
+    status[1::4] = status[3::8] = Status.DEPENDENT_OUT_OF_RANGE
+    odd = type(found)(**{**vars(found), "status": status})
+    assert warnings(design(SQUARE), frames, odd) == [
+        "75 % of the frames with a contact: dependent out of range (the dependent friction coefficient exceeds 1)"
+    ]
+
+
+# Frames that fixed and rtl refuse
+
+
+def test_over_full_scale() -> None:
+    one, frames = design(SQUARE), contacts(SQUARE)
+    peak = np.abs(frames).max()
+    assert over_full_scale(one, frames / peak * 3e5) == ""
+    assert over_full_scale(one, frames / peak * 1.44e8) == (
+        "; the largest magnitude is 720 times full scale: is the file in Pa, and adc.full_scale_pa in Pa (not in kPa)?"
+    )
+    soft = design(SQUARE, Adc(14, 5e4))
+    assert over_full_scale(soft, np.rint(frames / peak * 8000)) == (
+        "; all values are whole numbers up to 8000: are these codes of the 14-bit converter instead of Pa "
+        "(1 code = 6.10352 Pa)? (--unit codes)"
+    )

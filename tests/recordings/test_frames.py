@@ -1,0 +1,441 @@
+"""Frames are read, or refused in one line; test_recording.py has other formats and other readings."""
+
+from __future__ import annotations
+
+import io
+import struct
+import warnings
+import zipfile
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tfra.model.sensor import SensorArray
+from tfra.recordings.frames import read_frames, read_references
+from tfra.runtime.errors import InputError
+
+SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
+FRAMES = np.arange(24.0).reshape(4, 2, 3) - 7.25
+
+
+def refusal(path: Path) -> str:
+    """Return the complaint about the frames at ``path``, without the file's name."""
+    with pytest.raises(InputError) as caught:
+        read_frames(path, SENSOR)
+    return str(caught.value).removeprefix(f"{path}: ")
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32, np.int16])
+def test_frames_round_trip(tmp_path: Path, dtype: type[np.generic]) -> None:
+    frames = FRAMES.astype(dtype)
+    np.savez(tmp_path / "f.npz", frames=frames, mu_ref=np.zeros(4))
+    np.save(tmp_path / "f.npy", frames)
+    np.savetxt(tmp_path / "f.csv", frames.reshape(4, 6), delimiter=",")
+    for suffix in ("npz", "npy", "csv"):
+        found = read_frames(tmp_path / f"f.{suffix}", SENSOR)
+        assert found.dtype == np.float64
+        np.testing.assert_array_equal(found, frames)
+
+
+def test_references(tmp_path: Path) -> None:
+    truth = {"resultant_ref": np.ones((4, 3)), "mu_ref": np.array([0, 1, 2, 3])}
+    np.savez(tmp_path / "f.npz", frames=FRAMES, other=np.zeros(1), **truth)
+    found = read_references(tmp_path / "f.npz", 4)
+    assert list(found) == ["resultant_ref", "mu_ref"]
+    assert found["mu_ref"].tolist() == [0.0, 1.0, 2.0, 3.0]
+    assert read_references(tmp_path / "f.csv", 4) == {}
+
+
+@pytest.mark.parametrize(
+    ("value", "reason"),
+    [
+        (np.zeros(3), "shape (4,) is needed, got (3,)"),
+        (np.zeros((4, 1)), "shape (4,) is needed, got (4, 1)"),
+        (np.array(list("abcd")), "real numbers are needed, got <U1"),
+        (np.ones(4) * 1j, "real numbers are needed, got complex128"),
+        (np.ones(4, dtype=bool), "real numbers are needed, got bool"),
+        (np.array([0, 1, np.inf, 2]), "frame 2: inf is no true value"),
+        (np.array([0, 1, 2, -1e13]), "frame 3: -1e+13 is no true value"),
+    ],
+)
+def test_wrong_references(tmp_path: Path, value: np.ndarray, reason: str) -> None:
+    np.savez(tmp_path / "f.npz", frames=FRAMES, mu_ref=value)
+    with pytest.raises(InputError) as caught:
+        read_references(tmp_path / "f.npz", 4)
+    assert str(caught.value) == f"{tmp_path / 'f.npz'}: mu_ref: {reason}"
+
+
+def test_csv_may_have_headings_blank_lines_and_a_mark(tmp_path: Path) -> None:
+    path = tmp_path / "f.csv"
+    path.write_bytes(b"\xef\xbb\xbfa,b,c,d,e,f\r\n1, 2,3,4e2,-5,6.5\r\n\r\n")
+    assert read_frames(path, SENSOR).tolist() == [[[1, 2, 3], [400, -5, 6.5]]]
+
+
+WRONG_CSV = [
+    ("", "frames: at least one frame is needed, got none"),
+    ("a,b\n", "frames: at least one frame is needed, got none"),
+    ("1,2,3,4,5,6\n1,2,3,4,5\n", "line 2: 6 numbers (2 rows x 3 columns) are needed, got 5"),
+    ("1,2,3,4,5,6,,\n", "line 1: 6 numbers (2 rows x 3 columns) are needed, got 8: "
+     "are the first 2 columns no taxels? (--skip-columns 2)"),
+    ("1;2;3;4;5\n", "line 1: 6 numbers (2 rows x 3 columns) are needed, got 5"),
+    ("1;2;3;4;5;6\n1;2;3;4;5,0\n", "line 2: 6 numbers (2 rows x 3 columns) are needed, got 5"),
+    ("1,5;2;3;4;5;6\n1.5;2;3;4;5;6\n", "line 2: this line has decimal points, others have decimal commas"),
+    (
+        "1.5;2;3;4;5;6\n1;2;3;4;5;6\n1;2;3;4;5,25;6\n",
+        "line 3: this line has decimal commas, others have decimal points",
+    ),
+    ("1.234,5;2;3;4;5;6\n", "line 1: this line has decimal commas, others have decimal points"),
+    (
+        "1,0,2,0,3,0,4,0,5,0,6,0\n",
+        "line 1: 6 numbers (2 rows x 3 columns) are needed, got 12: "
+        "are these decimal commas? then numbers need another separator",
+    ),
+    (
+        "t,a,b,c,d,e,f\n0.0,1,2,3,4,5,6\n0.1,1,2,3,4,5,6\n",
+        "line 2: 6 numbers (2 rows x 3 columns) are needed, got 7: "
+        "is the first column a time stamp? (--skip-columns 1)",
+    ),
+    (
+        "12:30:01;1;2;3;4;5;6\n12:30:02;1;2;3;4;5;6\n",
+        "line 1: 6 numbers (2 rows x 3 columns) are needed, got 7: "
+        "is the first column a time stamp? (--skip-columns 1)",
+    ),
+    ("0,1,2,3,4,5\n1,2,3,4,5,6\n", "line 1: the numbers from 0 to 5 are headings, not stress: remove the line"),
+    ("1.0,2.x,3,4,5,6\n1,2,3,4,5,6\n", "line 1: '2.x' at position 2 is not a number"),
+    ("1.0.0,2.0.0,3.0.0,4.0.0,5.0.0,6.0.0\n", "line 1: '1.0.0' at position 1 is not a number"),
+    ("1_000,2,3,4,5,6\n", "line 1: '1_000' at position 1 is not a number"),
+    ("1,2,\u0663,4,5,6\n", "line 1: '\u0663' at position 3 is not a number"),
+    ("1,2,0x10,4,5,6\n", "line 1: '0x10' at position 3 is not a number"),
+    ("1,2,1e999,4,5,6\n", "frames: frame 0, row 0, column 2 is not finite"),
+    ("1,2,3,4,5,-2e12\n", "frames: frame 0, row 1, column 2 is -2e+12 Pa, the limit is 1e+12 Pa"),
+    ("1,2,3\0,4,5,6\n", "line 1: a NUL byte is in the text"),
+    (
+        "x" * 1_000_000 + ",2,3,4,5,6\n",
+        "line 1: 'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx… (1,000,002 characters) at position 1 is not a number",
+    ),
+    ("\ufeff", "frames: at least one frame is needed, got none"),
+    ("h\n\n1,2,x,4,5,6\n", "line 3: 'x' at position 3 is not a number"),
+    ("1,2,,4,5,6\n", "line 1: '' at position 3 is not a number"),
+    ("1,2,3,4,5,6\n1,2,3,4,5,nan\n", "frames: frame 1, row 1, column 2 is not finite"),
+    ("1,-inf,3,4,5,6\n", "frames: frame 0, row 0, column 1 is not finite"),
+]
+
+
+@pytest.mark.parametrize(("text", "reason"), WRONG_CSV)
+def test_wrong_csv(tmp_path: Path, text: str, reason: str) -> None:
+    path = tmp_path / "f.csv"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_frames(path, SENSOR)
+    assert str(caught.value) == f"{path}: {reason}"
+
+
+WRONG_ARRAYS = [
+    (
+        FRAMES.reshape(4, 3, 2),
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (4, 3, 2): is every frame transposed? (--order columns)",
+    ),
+    (
+        FRAMES[0].T,
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (3, 2): is every frame transposed? (--order columns)",
+    ),
+    (
+        np.zeros((4, 7)),
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (4, 7): is the first column a time stamp? (--skip-columns 1)",
+    ),
+    (
+        np.moveaxis(FRAMES, 0, 2),
+        "frames: shape (n, 2, 3) or (n, 6) is needed, got (2, 3, 4): are frames along the last axis? they "
+        "must be along the first",
+    ),
+    (FRAMES[None], "frames: shape (n, 2, 3) or (n, 6) is needed, got (1, 4, 2, 3)"),
+    (np.float64(1), "frames: shape (n, 2, 3) or (n, 6) is needed, got ()"),
+    (FRAMES * 1e200, "frames: frame 0, row 0, column 0 is -7.25e+200 Pa, the limit is 1e+12 Pa"),
+    (
+        np.full((1, 2, 3), 2**64 - 1, dtype=np.uint64),
+        "frames: frame 0, row 0, column 0 is 1.84467e+19 Pa, the limit is 1e+12 Pa",
+    ),
+    (FRAMES * np.longdouble("1e4000"), "frames: frame 0, row 0, column 0 is not finite"),
+    (np.array([[[(1.0, 2)] * 3] * 2], dtype="f8,i4"), "frames: real numbers are needed, got records"),
+    (np.zeros((1, 2, 3), dtype="M8[s]"), "frames: real numbers are needed, got datetime64[s]"),
+    (FRAMES[:0], "frames: at least one frame is needed, got none"),
+    (np.where(FRAMES == 4.75, np.nan, FRAMES), "frames: frame 2, row 0, column 0 is not finite"),
+    (FRAMES * 1j, "frames: real numbers are needed, got complex128"),
+    (FRAMES.astype(str), "frames: real numbers are needed, got <U32"),
+    (FRAMES > 0, "frames: real numbers are needed, got bool"),
+]
+
+
+@pytest.mark.parametrize("suffix", ["npz", "npy"])
+@pytest.mark.parametrize(("array", "reason"), WRONG_ARRAYS, ids=[reason for _, reason in WRONG_ARRAYS])
+def test_wrong_array(tmp_path: Path, suffix: str, array: np.ndarray, reason: str) -> None:
+    path = tmp_path / f"f.{suffix}"
+    if suffix == "npz":
+        np.savez(path, frames=array)
+    else:
+        np.save(path, array)
+    with pytest.raises(InputError) as caught:
+        read_frames(path, SENSOR)
+    assert str(caught.value) == f"{path}: {reason}"
+
+
+def test_missing_key(tmp_path: Path) -> None:
+    np.savez(tmp_path / "f.npz", stress=FRAMES, mu=FRAMES)
+    with pytest.raises(InputError, match=r"frames: the key is missing, the file has: stress, mu$"):
+        read_frames(tmp_path / "f.npz", SENSOR)
+
+
+@pytest.mark.parametrize("suffix", ["npz", "npy"])
+@pytest.mark.parametrize("damage", ["empty", "noise", "truncated", "pickle"])
+def test_damaged_file(tmp_path: Path, suffix: str, damage: str) -> None:
+    path = tmp_path / f"f.{suffix}"
+    array = np.array([{}]) if damage == "pickle" else FRAMES
+    if suffix == "npz":
+        np.savez(path, frames=array)
+    else:
+        np.save(path, array)
+    good = path.read_bytes()
+    path.write_bytes({"empty": b"", "noise": b"noise" * 50, "truncated": good[:-60], "pickle": good}[damage])
+    usual = {"npz": "is not a readable .npz file: File is not a zip file", "npy": "frames: is not a .npy array"}
+    special = {
+        ("pickle", "npz"): "frames: real numbers are needed, got object",
+        ("pickle", "npy"): "frames: real numbers are needed, got object",
+        ("truncated", "npy"): "frames: the header promises 192 bytes of numbers, the file has 132",
+    }
+    assert refusal(path) == special.get((damage, suffix), usual[suffix])
+
+
+def test_mistaken_suffix(tmp_path: Path) -> None:
+    np.save(tmp_path / "array.npy", FRAMES)
+    np.savez(tmp_path / "archive.npz", frames=FRAMES)
+    (tmp_path / "array.npy").rename(tmp_path / "a.npz")
+    (tmp_path / "archive.npz").rename(tmp_path / "a.npy")
+    for name, reason in {
+        "a.npz": "is not a .npz file but a single array: call it .npy",
+        "a.npy": "frames: is not a .npy array: it is a .npz file",
+        "a.dat": "a name that ends in .npz, .npy, .csv, .txt, .tsv, .parquet or .mcap is needed, or the folder of a "
+        "rosbag2",
+        "a.txt": "cannot be read: No such file or directory",
+        "none.csv": "cannot be read: No such file or directory",
+        "none.npz": "cannot be read: No such file or directory",
+    }.items():
+        with pytest.raises(InputError) as caught:
+            read_frames(tmp_path / name, SENSOR)
+        assert str(caught.value) == f"{tmp_path / name}: {reason}"
+
+
+# Headers that promise what is not there
+
+
+def npy(header: str, data: bytes = b"", version: int = 1) -> bytes:
+    text = header.encode()
+    return b"\x93NUMPY" + bytes([version, 0]) + struct.pack("<H" if version == 1 else "<I", len(text)) + text + data
+
+
+def described(shape: str, kind: str = "'<f8'", order: str = "False") -> str:
+    return f"{{'descr': {kind}, 'fortran_order': {order}, 'shape': {shape}, }}\n"
+
+
+SIX = np.arange(1.0, 7.0).tobytes()
+
+HEADERS = [
+    (described("(True, 2, 3)"), "frames: the header is damaged: {'descr': '<f8', "),
+    (described("(-1, 2, 3)"), "frames: the header is damaged: "),
+    (described("(1.0, 2, 3)"), "frames: the header is damaged: "),
+    (described("[1, 2, 3]"), "frames: the header is damaged: "),
+    (described("(1, 2, 3)", order="1"), "frames: the header is damaged: "),
+    (described("(1, 2, 3)", kind="'<f7'"), "frames: the header is damaged: "),
+    (described("(1, 2, 3)", kind="7"), "frames: the header is damaged: "),
+    ("{'descr': '<f8'}", "frames: the header is damaged: {'descr': '<f8'}"),
+    ("[" * 9000, "frames: the header is damaged: [[[["),
+    ("{'shape': " + "9" * 5000 + "}", "frames: the header is damaged: {'shape': 999"),
+    ("", "frames: the header is damaged: "),
+    (described(f"({2**64}, 2, 3)"), "frames: the header promises the impossible shape (18446744073709551616, 2, 3)"),
+    (described(f"({2**62}, 2, 3)"), "frames: the header promises 221,360,928,884,514,619,392 bytes of numbers"),
+    (described("(2, 2, 3)"), "frames: the header promises 96 bytes of numbers, the file has 48"),
+    (described("(0, 2, 3)"), "frames: the header promises 0 bytes of numbers, the file has 48"),
+    (described("(1, 2, 3)", kind="'|O'"), "frames: real numbers are needed, got object"),
+    (described("(1, 2, 3)", kind="[('a', '<f8')]"), "frames: real numbers are needed, got records"),
+    ("x" * 20_000, "frames: a header of at most 10,000 bytes is supported, got 20,000"),
+]
+
+
+@pytest.mark.parametrize(("header", "reason"), HEADERS, ids=[f"{n}" for n in range(len(HEADERS))])
+@pytest.mark.parametrize("suffix", ["npz", "npy"])
+def test_headers(tmp_path: Path, suffix: str, header: str, reason: str) -> None:
+    path = tmp_path / f"f.{suffix}"
+    path.write_bytes(npy(header, SIX) if suffix == "npy" else zipped(npy(header, SIX)))
+    assert refusal(path).startswith(reason)
+
+
+@pytest.mark.parametrize("version", [1, 2, 3])
+def test_versions_and_orders(tmp_path: Path, version: int) -> None:
+    (tmp_path / "f.npy").write_bytes(npy(described("(1, 2, 3)", order="True"), SIX, version))
+    assert read_frames(tmp_path / "f.npy", SENSOR).tolist() == [[[1, 3, 5], [2, 4, 6]]]
+    (tmp_path / "f.npy").write_bytes(npy(described("(1, 2, 3)", kind="'>f8'"), SIX[::-1], version))
+    assert read_frames(tmp_path / "f.npy", SENSOR).tolist() == [[[6, 5, 4], [3, 2, 1]]]
+
+
+def test_unknown_version(tmp_path: Path) -> None:
+    (tmp_path / "f.npy").write_bytes(npy(described("(1, 2, 3)"), SIX, 4))
+    assert refusal(tmp_path / "f.npy") == "frames: version 1, 2 or 3 of the .npy format is needed, got 4.0"
+
+
+# Archives
+
+
+def zipped(data: bytes, method: int = zipfile.ZIP_STORED, name: str = "frames.npy") -> bytes:
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", method) as archive:
+        archive.writestr(name, data)
+    return packed.getvalue()
+
+
+METHODS = {
+    "stored": zipfile.ZIP_STORED,
+    "deflate": zipfile.ZIP_DEFLATED,
+    "bzip2": zipfile.ZIP_BZIP2,
+    "lzma": zipfile.ZIP_LZMA,
+}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_damaged_members(tmp_path: Path, method: str) -> None:
+    """Any byte of the data may be wrong: the answer is a line, or the frames."""
+    path = tmp_path / "f.npz"
+    frames = np.random.default_rng(0).normal(size=(9, 2, 3))
+    np.save(noise := io.BytesIO(), frames)
+    good = zipped(noise.getvalue(), METHODS[method])
+    path.write_bytes(good)
+    start = good.index(b"frames.npy") + len("frames.npy")
+    for place in range(start, good.index(b"PK\x01\x02"), 5):
+        path.write_bytes(good[:place] + bytes([good[place] ^ 0x55]) + good[place + 1 :])
+        with suppress(InputError):
+            np.testing.assert_array_equal(read_frames(path, SENSOR), frames)  # nobody reads LZMA's version
+
+
+@pytest.mark.parametrize(
+    ("offset", "value", "reason"),
+    [
+        (8, 99, "frames: cannot be unpacked: That compression method is not supported"),
+        (6, 1, "frames: is encrypted"),
+        (14, 7, "frames: is damaged: Bad CRC-32 for file 'frames.npy'"),
+    ],
+)
+def test_unreadable_members(tmp_path: Path, offset: int, value: int, reason: str) -> None:
+    """``offset`` is that of the local header; the central directory has the same fields two bytes further on."""
+    np.save(data := io.BytesIO(), FRAMES)
+    archive = bytearray(zipped(data.getvalue()))
+    archive[offset] = archive[archive.index(b"PK\x01\x02") + offset + 2] = value
+    (tmp_path / "f.npz").write_bytes(archive)
+    assert refusal(tmp_path / "f.npz") == reason
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_a_key_twice(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / "f.npz", "w") as archive:
+        for _ in range(2):
+            archive.writestr("frames.npy", npy(described("(1, 2, 3)"), SIX))
+    assert refusal(tmp_path / "f.npz") == "frames: the archive holds this key more than once"
+
+
+def test_a_bomb_is_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What an archive promises is compared with the machine's memory before a byte of it is unpacked."""
+    monkeypatch.setattr("tfra.recordings.arrays.memory", lambda: 1000)
+    (tmp_path / "f.npz").write_bytes(zipped(npy(described("(20, 2, 3)"), bytes(960)), zipfile.ZIP_DEFLATED))
+    reason = "frames: the header promises 960 bytes of numbers, more than half of this machine's memory"
+    assert refusal(tmp_path / "f.npz") == reason
+
+
+def test_an_archive_of_no_arrays(tmp_path: Path) -> None:
+    (tmp_path / "f.npz").write_bytes(zipped(b"hello", name="frames.npy"))
+    assert refusal(tmp_path / "f.npz") == "frames: is not a .npy array"
+    (tmp_path / "f.npz").write_bytes(zipped(b"hello", name="x" * 30_000))
+    assert len(refusal(tmp_path / "f.npz")) < 300
+
+
+def test_unknown_references_are_nan(tmp_path: Path) -> None:
+    np.savez(tmp_path / "f.npz", frames=FRAMES, mu_ref=[0.5, np.nan, 1, 2])
+    assert np.isnan(read_references(tmp_path / "f.npz", 4)["mu_ref"]).tolist() == [False, True, False, False]
+
+
+def test_out_of_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def exhausted(*arguments: object) -> None:
+        raise MemoryError("Unable to allocate 7.45 GiB")
+
+    np.save(tmp_path / "f.npy", FRAMES)
+    monkeypatch.setattr("tfra.recordings.arrays._filled", exhausted)
+    assert refusal(tmp_path / "f.npy") == "there is not enough memory for it: Unable to allocate 7.45 GiB"
+
+
+# Text
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_line_ends(tmp_path: Path, end: str) -> None:
+    (tmp_path / "f.csv").write_bytes(f"a,b,c,d,e,f{end}1,2,3,4,5,6{end}1,2,3,4,5,7{end}".encode())
+    assert read_frames(tmp_path / "f.csv", SENSOR)[:, 1, 2].tolist() == [6, 7]
+
+
+@pytest.mark.parametrize("headings", ["# stress", '"a","b"', "_1,_2", "p0,,p2", "é,b"])
+def test_headings(tmp_path: Path, headings: str) -> None:
+    (tmp_path / "f.csv").write_text(f"{headings}\n1,2,3,4,5,6\n")
+    assert len(read_frames(tmp_path / "f.csv", SENSOR)) == 1
+
+
+def test_other_encodings(tmp_path: Path) -> None:
+    (tmp_path / "f.csv").write_bytes("1,2,3,4,5,6\n".encode("utf-16"))
+    assert refusal(tmp_path / "f.csv") == "is UTF-16 text, UTF-8 is needed"
+    (tmp_path / "f.csv").write_bytes(b"1,2,3,4,5,6\xff\n")
+    assert refusal(tmp_path / "f.csv") == "is not UTF-8 text"
+
+
+# Anything at all
+
+
+def mutated(good: bytes) -> st.SearchStrategy[bytes]:
+    """``good`` with bytes changed, inserted, dropped or doubled."""
+    place = st.integers(0, len(good))
+    change = st.tuples(place, st.integers(0, 40), st.binary(max_size=20))
+
+    def apply(changes: list[tuple[int, int, bytes]]) -> bytes:
+        data = good
+        for start, length, new in changes:
+            data = data[:start] + new + data[start + length :]
+        return data
+
+    return st.lists(change, min_size=1, max_size=4).map(apply)
+
+
+def good_files() -> dict[str, bytes]:
+    text = "a,b,c,d,e,f\n" + "\n".join(",".join(map(str, frame.ravel())) for frame in FRAMES)
+    np.save(array := io.BytesIO(), FRAMES)
+    files = {f"{method}.npz": zipped(array.getvalue(), number) for method, number in METHODS.items()}
+    texts = {"f.csv": text.encode(), "f.txt": text.replace(",", ";").replace(".", ",").encode()}
+    return {"f.npy": array.getvalue(), **texts, **files}
+
+
+def demand_a_line_or(result: Callable[[], object], path: Path) -> None:
+    """Require a result, or an ``InputError`` of one short line; no other exception and no warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            result()
+        except InputError as error:
+            line = str(error).removeprefix(str(path))
+            assert len(line) <= 300
+            assert line.isprintable()
+
+
+@pytest.mark.parametrize("name", good_files())
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_mutated_files(tmp_path: Path, name: str, data: st.DataObject) -> None:
+    path = tmp_path / name
+    path.write_bytes(data.draw(mutated(good_files()[name])))
+    demand_a_line_or(lambda: read_frames(path, SENSOR), path)

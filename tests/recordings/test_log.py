@@ -1,0 +1,201 @@
+"""Frames in the logs of robots, written by the libraries of MCAP and rosbag2."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.writer import CompressionType, Writer
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as BagWriter
+from rosbags.typesys import Stores, get_typestore
+
+from tfra.model.choices import Adc
+from tfra.model.sensor import SensorArray
+from tfra.recordings.frames import Recording, read_recording
+from tfra.recordings.input import PLAIN, Input
+from tfra.runtime.errors import InputError
+
+SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
+FRAMES = (np.arange(24.0).reshape(4, 2, 3) - 7.25).astype(np.float32)
+START = 1_700_000_000_123_456_789
+TIMES = [START, START + 1, START + 10_000_000, START + 2_000_000_000]
+SECONDS = [0.0, 1e-9, 0.01, 2.0]
+
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+ARRAY, IMAGE, TEXT = "std_msgs/msg/Float32MultiArray", "sensor_msgs/msg/Image", "std_msgs/msg/String"
+
+Message = tuple[str, str, int, bytes]
+"""Topic, kind, time and content."""
+
+
+def array(values: np.ndarray) -> bytes:
+    layout = STORE.types["std_msgs/msg/MultiArrayLayout"]([], 0)
+    return bytes(STORE.serialize_cdr(STORE.types[ARRAY](layout, values.ravel().astype(np.float32)), ARRAY))
+
+
+def by_hand(values: np.ndarray) -> bytes:
+    """The same, written as the standard of CDR has it: no dimensions, no offset, the count, the numbers."""
+    return b"\0\1\0\0" + struct.pack(f"<III{values.size}f", 0, 0, values.size, *values.ravel())
+
+
+def image(values: np.ndarray, encoding: str = "32FC1", padding: int = 0, order: str = "<") -> bytes:
+    rows, columns = values.shape
+    header = STORE.types["std_msgs/msg/Header"](STORE.types["builtin_interfaces/msg/Time"](0, 0), "skin")
+    lines = np.ascontiguousarray(values, dtype=f"{order}f4").view(np.uint8).reshape(rows, 4 * columns)
+    data = np.pad(lines, ((0, 0), (0, padding))).ravel()
+    step = 4 * columns + padding
+    content = STORE.types[IMAGE](header, rows, columns, encoding, int(order == ">"), step, data)
+    return bytes(STORE.serialize_cdr(content, IMAGE))
+
+
+def mcap(path: Path, messages: Sequence[Message], encoding: str = "cdr", packed: bool = True) -> Path:
+    with open(path, "wb") as stream:
+        writer = Writer(stream, compression=CompressionType.ZSTD if packed else CompressionType.NONE)
+        writer.start()
+        channels: dict[str, int] = {}
+        for topic, kind, time, data in messages:
+            if topic not in channels:
+                schema = writer.register_schema(kind, "ros2msg", b"")
+                channels[topic] = writer.register_channel(topic, encoding, schema)
+            writer.add_message(channels[topic], log_time=time, data=data, publish_time=0)
+        writer.finish()
+    return path
+
+
+def bag(path: Path, messages: Sequence[Message], storage: StoragePlugin) -> Path:
+    with BagWriter(path, version=9, storage_plugin=storage) as writer:
+        found: dict[str, Any] = {}
+        for topic, kind, time, data in messages:
+            if topic not in found:
+                found[topic] = writer.add_connection(topic, kind, typestore=STORE)
+            writer.write(found[topic], time, data)
+    return path
+
+
+LOGS: dict[str, Callable[[Path, Sequence[Message]], Path]] = {
+    "mcap": lambda folder, messages: mcap(folder / "log.mcap", messages),
+    "rosbag2 in SQLite": lambda folder, messages: bag(folder / "log", messages, StoragePlugin.SQLITE3),
+    "rosbag2 in MCAP": lambda folder, messages: bag(folder / "log", messages, StoragePlugin.MCAP),
+}
+
+
+def of(topic: str, kind: str, write: Callable[[np.ndarray], bytes], frames: np.ndarray = FRAMES) -> list[Message]:
+    return [(topic, kind, time, write(frame)) for time, frame in zip(TIMES, frames, strict=False)]
+
+
+def read(path: Path, how: Input = PLAIN) -> Recording:
+    return read_recording(path, SENSOR, Adc(), how)
+
+
+def refusal(path: Path, how: Input = PLAIN) -> str:
+    with pytest.raises(InputError) as caught:
+        read(path, how)
+    return str(caught.value).removeprefix(f"{path}: ")
+
+
+@pytest.mark.parametrize("log", LOGS.values(), ids=LOGS)
+@pytest.mark.parametrize(
+    ("kind", "write"),
+    [
+        (ARRAY, array),
+        (ARRAY, by_hand),
+        (IMAGE, image),
+        (IMAGE, lambda frame: image(frame, padding=5)),
+        (IMAGE, lambda frame: image(frame, order=">")),
+    ],
+)
+def test_logs(tmp_path: Path, log: Any, kind: str, write: Any) -> None:
+    others = [("/note", TEXT, START + 5, b"\0\1\0\0\1\0\0\0\0"), *of("/arm", ARRAY, lambda frame: array(frame[:1]))]
+    found = read(log(tmp_path, sorted([*of("/skin", kind, write), *others], key=lambda message: message[2])))
+    np.testing.assert_array_equal(found.frames, FRAMES)
+    assert found.time is not None
+    assert found.time.tolist() == SECONDS
+    assert found.seconds
+
+
+def test_keys_apply(tmp_path: Path) -> None:
+    path = mcap(tmp_path / "f.mcap", of("/a", IMAGE, lambda frame: image(frame.T)))
+    how = Input(order="columns", unit="kPa", compression="positive")
+    np.testing.assert_array_equal(read(path, how).frames, -1000 * FRAMES.astype(np.float64))
+    path = mcap(tmp_path / "g.mcap", of("/a", ARRAY, lambda frame: array(np.append([9, 8], frame))))
+    found = read(path, Input(skip_columns=2))
+    np.testing.assert_array_equal(found.frames, FRAMES)
+    assert found.time is not None
+    assert found.time.tolist() == SECONDS
+
+
+def test_topics(tmp_path: Path) -> None:
+    path = mcap(tmp_path / "f.mcap", of("/left", ARRAY, array) + of("/right", IMAGE, image, -FRAMES))
+    assert refusal(path) == "frames: several topics hold frames, which one? (--topic): /left, /right"
+    np.testing.assert_array_equal(read(path, Input(topic="/right")).frames, -FRAMES)
+    assert refusal(path, Input(topic="/up")).startswith("frames: the log has no topic '/up' (Float")
+
+
+def test_wrong_logs(tmp_path: Path) -> None:
+    path = tmp_path / "f.mcap"
+    needed = "Float32MultiArray or Image 32FC1"
+    none = f"frames: the log has no topic that holds frames ({needed}), its topics: "
+    assert refusal(mcap(path, [])) == f"{none}none"
+    assert refusal(mcap(path, of("/a", ARRAY, array), "json")) == f"{none}/a"
+    asked = Input(topic="/a")
+    assert refusal(path, asked) == f"frames: '/a': {needed} is needed, got 'json'"
+    camera = of("/a", IMAGE, lambda frame: image(frame, "rgb8"))
+    assert refusal(mcap(path, camera), asked) == "frames: '/a': encoding 32FC1 is needed, got 'rgb8'"
+    other = of("/a", ARRAY, lambda frame: array(np.append(0, frame)))
+    assert refusal(mcap(path, other), asked).endswith("is the first column a time stamp? (--skip-columns 1)")
+    mixed = [*of("/a", ARRAY, array), ("/a", ARRAY, TIMES[-1] + 1, array(FRAMES[0, 0]))]
+    assert refusal(mcap(path, mixed)).startswith("frames: message 4 of '/a': shape (n, 2, 3) or (n, 6) is needed, got ")
+    assert refusal(mcap(path, [("/a", IMAGE, 0, image(FRAMES[0])[:-9])])).startswith("frames: a message of '/a' is dam")
+    nan = mcap(path, of("/a", ARRAY, lambda frame: array(frame * np.float32("nan"))))
+    assert refusal(nan) == "frames: frame 0, row 0, column 0 is not finite"
+    good = mcap(path, of("/a", ARRAY, array)).read_bytes()
+    path.write_bytes(good[: len(good) // 2])
+    assert refusal(path).startswith("is not a readable log: ")
+    assert refusal(tmp_path / "none.mcap") == "cannot be read: No such file or directory"
+    (tmp_path / "folder").mkdir()
+    assert refusal(tmp_path / "folder").endswith("is needed, or the folder of a rosbag2")
+    (tmp_path / "folder" / "metadata.yaml").write_text("a: [")
+    assert refusal(tmp_path / "folder").startswith("is not a readable log: ")
+
+
+@pytest.mark.parametrize(("package", "suffix"), [("mcap", "mcap"), ("rosbags", "mcap"), ("polars", "parquet")])
+def test_a_missing_package_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package: str, suffix: str
+) -> None:
+    path = tmp_path / f"f.{suffix}"
+    path.write_bytes(b"")
+    monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None if name == package else find_spec(name))
+    extra = "tables" if package == "polars" else "robot"
+    assert refusal(path) == f"{package} is missing, please run: pip install 'tfra[{extra}]'"
+
+
+def test_a_damaged_number_is_noticed(tmp_path: Path) -> None:
+    path = mcap(tmp_path / "f.mcap", of("/a", ARRAY, array), packed=False)
+    good = path.read_bytes()
+    at = good.index(np.float32(FRAMES[2, 0, 0]).tobytes())
+    path.write_bytes(good[:at] + b"\1" + good[at + 1 :])
+    assert refusal(path).startswith("is not a readable log: crc validation failed")
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(place=st.floats(0, 1), new=st.binary(min_size=1, max_size=9))
+def test_damaged_logs(tmp_path: Path, place: float, new: bytes) -> None:
+    """A line, or frames; the checksums of MCAP leave no other frames."""
+    path = mcap(tmp_path / "f.mcap", of("/a", ARRAY, array))
+    good = path.read_bytes()
+    at = int(place * len(good))
+    path.write_bytes(good[:at] + new + good[at + len(new) :])
+    try:
+        np.testing.assert_array_equal(read(path).frames, FRAMES)
+    except InputError as error:
+        line = str(error).removeprefix(str(path))
+        assert len(line) <= 300
+        assert line.isprintable()

@@ -1,0 +1,255 @@
+"""What a cache holds is what was put there, or it is made again."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bench.abuse.damages import DAMAGES
+from tfra.runtime import cache as module
+from tfra.runtime.cache import Files, cache_directory, kept
+from tfra.runtime.errors import InputError
+from tfra.runtime.scratch import scratch
+
+FILES = {"top.v": b"module top;\nendmodule\n", "empty": b"", "image.hex": bytes(range(256)) * 9}
+
+
+class Maker:
+    """Makes ``files`` and counts how often."""
+
+    def __init__(self, files: Files = FILES) -> None:
+        self.files, self.calls = files, 0
+
+    def __call__(self) -> Files:
+        self.calls += 1
+        return self.files
+
+
+@given(st.dictionaries(st.text(), st.binary()))
+@settings(deadline=None, max_examples=30)
+def test_an_entry_gives_back_what_was_made(files: Files) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        place, make = Path(folder, "core-x"), Maker(files)
+        assert [kept(place, make) for _ in range(3)] == [files] * 3
+        assert make.calls == 1
+        assert list(place.parent.iterdir()) == [place]
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_a_damaged_entry_is_made_again(tmp_path: Path, damage) -> None:
+    place, make = tmp_path / "core-x", Maker()
+    kept(tmp_path / "core-another", Maker({"a": b"b"}))
+    kept(place, make)
+    damage(place)
+    assert [kept(place, make) for _ in range(2)] == [FILES] * 2
+    assert make.calls == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["core-another", "core-x"]
+
+
+def test_no_wrong_bit_and_no_wrong_length_passes(tmp_path: Path) -> None:
+    place, make = tmp_path / "core-x", Maker({"a": b"some words"})
+    kept(place, make)
+    content = place.read_bytes()
+    flipped = [content[:at] + bytes([content[at] ^ 1 << at % 8]) + content[at + 1 :] for at in range(len(content))]
+    for wrong in [*flipped, *(content[:end] for end in range(len(content)))]:
+        place.write_bytes(wrong)
+        assert kept(place, make) == make.files
+    assert make.calls == 1 + 2 * len(content)
+
+
+def test_what_a_link_leads_to_stays(tmp_path: Path) -> None:
+    own = tmp_path / "own"
+    own.mkdir()
+    (own / "thesis.txt").write_text("years of work")
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    for name in ("core-x", ".tfra-core-x.lock", ".tfra-core-x.part"):
+        (cache / name).symlink_to(own)
+    assert kept(cache / "core-x", Maker()) == FILES
+    assert [path.name for path in cache.iterdir()] == ["core-x"]
+    assert (own / "thesis.txt").read_text() == "years of work"
+
+
+def test_only_what_is_its_own_is_removed(tmp_path: Path) -> None:
+    strangers = {".part", ".lock", "a.part", ".tfra.part", "tfra-a.lock", ".git", "run-1", "core-y"}
+    for name in strangers:
+        (tmp_path / name).write_text("mine")
+    kept(tmp_path / "core-x", Maker())
+    with scratch(tmp_path):
+        pass
+    assert {path.name for path in tmp_path.iterdir()} == {*strangers, "core-x"}
+
+
+def test_of_many_at_once_one_makes_it(tmp_path: Path) -> None:
+    make = Maker()
+
+    def slow() -> Files:
+        time.sleep(0.05)
+        return make()
+
+    with ThreadPoolExecutor(8) as pool:
+        found = list(pool.map(lambda _: kept(tmp_path / "core-x", slow), range(8)))
+    assert found == [FILES] * 8
+    assert make.calls == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["core-x"]
+
+
+def _want(place: Path, seed: int) -> None:
+    damages = list(DAMAGES.values())
+    for turn in range(25):
+        assert kept(place, lambda: FILES) == FILES
+        if turn % 3 == 0:
+            try:
+                damages[(seed + turn) % len(damages)](place)
+            except OSError:  # another was faster
+                continue
+
+
+def test_processes_that_damage_and_want_the_same_get_it(tmp_path: Path) -> None:
+    """Right at every look, while others replace it, break it, and take the locks away."""
+    spawn = multiprocessing.get_context("spawn")
+    workers = [spawn.Process(target=_want, args=(tmp_path / "core-x", 7 * seed)) for seed in range(3)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    assert [worker.exitcode for worker in workers] == [0, 0, 0]
+
+
+def test_a_failure_leaves_nothing_and_is_made_again(tmp_path: Path) -> None:
+    place = tmp_path / "core-x"
+
+    def fail() -> Files:
+        raise ArithmeticError
+
+    with pytest.raises(ArithmeticError):
+        kept(place, fail)
+    assert list(tmp_path.iterdir()) == []
+    assert kept(place, Maker()) == FILES
+
+
+def test_an_entry_that_cannot_be_stored_is_used_all_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(module.os, "replace", full)
+    with pytest.warns(UserWarning, match=r"core-x: not kept for the next run: No space left on device$"):
+        assert kept(tmp_path / "core-x", Maker()) == FILES
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_while_an_entry_is_made_is_told(tmp_path: Path) -> None:
+    def full() -> Files:
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(InputError) as told:
+        kept(tmp_path / "core-x", full)
+    assert str(told.value) == f"{tmp_path}: cannot be written: No space left on device"
+
+
+# --- where it is -------------------------------------------------------------------------------------------
+
+
+def test_places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("TFRA_CACHE", raising=False)
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    assert cache_directory() == tmp_path / "home" / ".cache" / "tfra"
+    monkeypatch.setenv("TFRA_CACHE", str(tmp_path / "a"))
+    assert cache_directory() == tmp_path / "a"
+    assert cache_directory(tmp_path / "b") == tmp_path / "b"
+    assert all(place.is_dir() for place in (tmp_path / "home" / ".cache" / "tfra", tmp_path / "a", tmp_path / "b"))
+
+
+@pytest.mark.parametrize("below", ["", "deeper"])
+def test_a_named_place_that_is_a_file_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, below: str) -> None:
+    (tmp_path / "file").write_text("mine")
+    place = tmp_path / "file" / below
+    with pytest.raises(InputError) as told:
+        cache_directory(place)
+    assert str(told.value) == f"{place}: cannot be used as cache: Not a directory"
+    monkeypatch.setenv("TFRA_CACHE", str(place))
+    with pytest.raises(InputError) as told:
+        cache_directory()
+    assert str(told.value) == f"TFRA_CACHE: {place}: cannot be used as cache: Not a directory"
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_named_place_that_cannot_be_written_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(module.os, "access", lambda *_: False)  # for root everything can be
+    with pytest.raises(InputError, match=r"cannot be used as cache: it cannot be written$"):
+        cache_directory(tmp_path)
+
+
+@pytest.mark.parametrize("home", ["/dev/null", "/proc/nowhere"])
+def test_without_a_default_place_there_is_a_private_one(tmp_path: Path, home: str) -> None:
+    """One warning, one place in a process, and nothing left of it."""
+    script = """
+import pathlib, warnings
+from tfra.runtime.cache import cache_directory
+warnings.showwarning = lambda message, *_: print(message)
+place = cache_directory()
+assert place == cache_directory()
+(place / "core-x").write_text("")
+print(place)
+"""
+    variables = {key: value for key, value in os.environ.items() if key != "TFRA_CACHE"}
+    variables |= {"HOME": home, "TMPDIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", script], env=variables, capture_output=True, text=True, check=True)
+    warning, place = done.stdout.splitlines()
+    assert warning.startswith("no cache in ~/.cache/tfra, nothing is kept between runs: ")
+    assert Path(place).parent == tmp_path
+    assert list(tmp_path.iterdir()) == []
+
+
+def entry(folder: Path, number: int, size: int, last_use: int) -> Path:
+    """An entry of ``size`` bytes and a little more that was used so many seconds after 1970."""
+    place = folder / f"core-c-{number:016x}"
+    kept(place, Maker({"a": bytes(size)}))
+    os.utime(place, (last_use, last_use))
+    return place
+
+
+def test_the_longest_unused_entries_go_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TFRA_CACHE_MB", "1")
+    first, second, third = (entry(tmp_path, number, 300_000, 10 + number) for number in range(3))
+    foreign = [tmp_path / "core-notes.txt", tmp_path / "thesis.tex", tmp_path / f"core-{7:016x}"]
+    for file in foreign[:2]:
+        file.write_bytes(bytes(2_000_000))
+    foreign[2].symlink_to(foreign[1])
+    assert kept(first, Maker()) == {"a": bytes(300_000)}  # used now
+    entry(tmp_path, 3, 300_000, 20)
+    assert [place.exists() for place in (first, second, third)] == [True, False, True]
+    assert all(file.exists() for file in foreign)
+    entry(tmp_path, 4, 1_500_000, 30)  # larger than the limit: it alone stays
+    assert sorted(place.name for place in tmp_path.glob("core-c-*")) == [f"core-c-{4:016x}"]
+    assert all(file.exists() for file in foreign)
+
+
+@pytest.mark.parametrize("value", ["", "0", "-1", "many", "1.5", "\u00b2"])
+def test_a_limit_that_is_no_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, value: str) -> None:
+    monkeypatch.setenv("TFRA_CACHE_MB", value)
+    with pytest.raises(InputError, match=r"^TFRA_CACHE_MB: a whole number of megabytes above 0 is needed, got "):
+        kept(tmp_path / "core-x", Maker())
+    assert not list(tmp_path.iterdir())
+
+
+def test_two_that_prune_at_once_lose_nothing_that_is_wanted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TFRA_CACHE_MB", "1")
+
+    def want(number: int) -> Files:
+        return kept(tmp_path / f"core-c-{number % 9:016x}", Maker({"a": bytes([number % 9]) * 200_000}))
+
+    with ThreadPoolExecutor(4) as pool:
+        made = pool.map(want, range(90))
+        assert [files["a"][:1] for files in made] == [bytes([n % 9]) for n in range(90)]
+    assert sum(place.stat().st_size for place in tmp_path.iterdir()) <= 1_000_000

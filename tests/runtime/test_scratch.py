@@ -1,0 +1,114 @@
+"""Temporary folders go with their owners; what killed ones leave goes later, and nothing of the living does."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tfra.runtime import scratch as module
+from tfra.runtime.errors import InputError
+from tfra.runtime.scratch import locked, scratch, sweep, temporary, writing
+
+OWNER = """
+import sys
+from pathlib import Path
+from tfra.runtime.scratch import scratch
+with scratch(Path(sys.argv[1])) as place:
+    (place / "deep").mkdir()
+    (place / "deep" / "file").write_text("half")
+    print(place, flush=True)
+    sys.stdin.read()
+"""
+
+
+def owner(parent: Path) -> subprocess.Popen[str]:
+    """A process with a folder in ``parent``; it prints where, and ends with its input."""
+    command = [sys.executable, "-c", OWNER, str(parent)]
+    return subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def test_a_folder_is_there_for_its_block(tmp_path: Path) -> None:
+    with scratch(tmp_path) as place, scratch(tmp_path) as other:
+        assert place != other
+        (place / "file").write_text("x")
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(FileExistsError), scratch(tmp_path) as place:
+        place.mkdir()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_killed_process_leaves_goes_and_what_a_living_one_has_stays(tmp_path: Path) -> None:
+    with owner(tmp_path) as living, owner(tmp_path) as killed:
+        assert living.stdout is not None
+        assert killed.stdout is not None
+        kept, dead = Path(living.stdout.readline().strip()), Path(killed.stdout.readline().strip())
+        killed.send_signal(signal.SIGKILL)
+        killed.wait()
+        assert dead.is_dir()
+        sweep(tmp_path)
+        assert not dead.exists()
+        assert (kept / "deep" / "file").read_text() == "half"
+        living.communicate("")
+    assert living.returncode == 0
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("suffix", ["part", "lock"])
+def test_half_of_what_an_owner_has_is_dead(tmp_path: Path, suffix: str) -> None:
+    """Killed before the folder was there, or after it had gone."""
+    (tmp_path / f".tfra-0123.{suffix}").touch()
+    sweep(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_where_there_are_no_locks_nobody_is_dead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def none(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "No locks available")
+
+    monkeypatch.setattr(module.fcntl, "flock", none)
+    with scratch(tmp_path) as place:
+        sweep(tmp_path)
+        assert place.is_dir()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_who_waits_for_a_lock_gets_one_that_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file of the owner before has gone when the lock is got: the next would not meet on it."""
+    flock, calls = fcntl.flock, list[int]()
+
+    def gone(descriptor: int, how: int) -> None:
+        flock(descriptor, how)
+        calls.append(how)
+        if len(calls) == 1:
+            (tmp_path / ".tfra-a.lock").unlink()
+
+    monkeypatch.setattr(module.fcntl, "flock", gone)
+    with locked(tmp_path, "a") as held:
+        assert held
+        assert len(calls) == 2
+        with locked(tmp_path, "a", wait=False) as also:
+            assert not also
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_place_that_is_none_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(InputError) as told, scratch(tmp_path / "nowhere"):
+        pytest.fail("there is no place")
+    assert str(told.value) == f"{tmp_path}/nowhere: cannot be written: No such file or directory"
+    with pytest.raises(InputError) as told, writing(tmp_path):
+        os.write(os.open("/dev/full", os.O_WRONLY), b"x")
+    assert str(told.value) == f"{tmp_path}: cannot be written: No space left on device"
+
+    def none() -> str:
+        raise FileNotFoundError
+
+    monkeypatch.setattr(module.tempfile, "gettempdir", none)
+    with pytest.raises(InputError, match=r"^TMPDIR: no folder for temporary files can be written$"):
+        temporary()

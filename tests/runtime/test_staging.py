@@ -1,0 +1,232 @@
+"""An output is the old one or the new one, whole, at every moment; what its makers leave behind when they die goes."""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import signal
+import sys
+import traceback
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.codegen.test_files import tree
+
+from tfra.runtime import staging
+from tfra.runtime.outputs import output_directory, write_npz
+from tfra.runtime.ownership import directory_objection, file_objection
+
+SYSTEM_CALLS = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.symlink", "os.truncate", "open", "ctypes.dlsym")
+"""Audit events of what changes a file system; looking a function up comes right before it is called."""
+
+
+def make_directory(out: Path, text: str) -> None:
+    with output_directory(out, "generate") as fresh:
+        (fresh / "core.v").write_text(text)
+        (fresh / "images").mkdir()
+        (fresh / "images" / "a.hex").write_text(text)
+
+
+def make_archive(out: Path, text: str) -> None:
+    write_npz(out, {"text": np.array([text])}, "estimate")
+
+
+Make = Callable[[Path, str], None]
+
+
+def state(out: Path) -> dict[str, object] | bytes | None:
+    if not os.path.lexists(out):
+        return None
+    return {key.removeprefix(str(out)): value for key, value in tree(out).items()} if out.is_dir() else out.read_bytes()
+
+
+def in_a_child(run: Callable[[], object]) -> int:
+    """Return the number of a process that runs ``run`` and ends; none of the test's own clean-up is the child's."""
+    if child := os.fork():
+        return child
+    code = 1
+    try:
+        run()
+        code = 0
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(code)
+
+
+def dies_at(step: int, run: Callable[[], None]) -> bool:
+    """Run in a child process that dies before its system call number ``step``; True if it came to that."""
+    count = iter(range(step))
+
+    def hook(event: str, arguments: object) -> None:
+        if event in SYSTEM_CALLS and next(count, None) is None:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def run_with_hook() -> None:
+        sys.addaudithook(hook)
+        run()
+
+    _, status = os.waitpid(in_a_child(run_with_hook), 0)
+    return os.WIFSIGNALED(status)
+
+
+def no_exchange(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file system as NFS, which knows neither flag of renameat2."""
+
+    def rename(source: Path, target: Path, flag: int) -> None:
+        raise OSError(errno.EINVAL, os.strerror(errno.EINVAL))
+
+    monkeypatch.setattr(staging, "_rename", rename)
+
+
+@pytest.mark.parametrize("make", [make_directory, make_archive])
+@pytest.mark.parametrize("earlier", [None, "old"])
+def test_death_at_every_step_leaves_old_or_new(tmp_path: Path, make: Make, earlier: str | None) -> None:
+    make(tmp_path / "model", "new")
+    allowed = [state(tmp_path / "model")]
+    if earlier:
+        make(tmp_path / "model", earlier)
+    else:
+        (tmp_path / "nothing").mkdir()
+    allowed.append(state(tmp_path / "model") if earlier else None)
+    (tmp_path / "notes.txt").write_text("mine")
+    out, seen, step = tmp_path / "out", [], 0
+    while True:
+        if earlier:
+            make(out, earlier)
+        died = dies_at(step, lambda: make(out, "new"))
+        found = state(out)
+        assert found in allowed, step
+        seen.append(allowed.index(found))
+        make(out, "last")  # whoever comes next cleans up
+        assert [name for name in os.listdir(tmp_path) if name.startswith(".")] == [], step
+        assert (tmp_path / "notes.txt").read_text() == "mine"
+        (shutil.rmtree if out.is_dir() else os.unlink)(out)
+        if not died:
+            break
+        step += 1
+    assert step > 8
+    assert seen == sorted(seen, reverse=True)  # old up to a step, new from there on
+    assert set(seen) == {0, 1}
+
+
+@pytest.mark.parametrize("make", [make_directory, make_archive])
+def test_death_without_an_exchange_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: Make
+) -> None:
+    no_exchange(monkeypatch)
+    out, absent, step = tmp_path / "out", 0, 0
+    make(tmp_path / "model", "new")
+    new = state(tmp_path / "model")
+    make(out, "old")
+    old = state(out)
+    while True:
+        died = dies_at(step, lambda: make(out, "new"))
+        absent += not os.path.lexists(out)
+        make(tmp_path / "beside", "whatever")  # any later run puts it back
+        assert state(out) in (old, new), step
+        assert [name for name in os.listdir(tmp_path) if name.startswith(".")] == [], step
+        make(out, "old")
+        if not died:
+            break
+        step += 1
+    assert absent  # for a moment: that is why there is an exchange
+
+
+def test_without_an_exchange_what_changes_meanwhile_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    no_exchange(monkeypatch)
+    out = tmp_path / "out"
+    make_directory(out, "old")
+    looks = []
+
+    def objects_the_second_time(place: Path) -> None:
+        looks.append(place)
+        if len(looks) == 2:
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError), staging.staged(out, objects_the_second_time) as new:
+        new.mkdir()
+    assert (out / "core.v").read_text() == "old"
+    assert os.listdir(tmp_path) == ["out"]
+
+
+def test_a_live_owner_is_left_alone(tmp_path: Path) -> None:
+    with staging.staged(tmp_path / "slow", lambda place: None) as new:
+        new.mkdir()
+        (new / "half").touch()
+        make_directory(tmp_path / "quick", "new")
+        assert (new / "half").exists()
+    assert sorted(os.listdir(tmp_path)) == ["quick", "slow"]
+
+
+def test_directories_that_only_look_like_leftovers_stay(tmp_path: Path) -> None:
+    for name in (".tfra-0123abcd", ".tfra-0123abcd-01234567", ".tfra-", ".tfra"):
+        (tmp_path / name / "new").mkdir(parents=True)
+        (tmp_path / name / "new" / "thesis.tex").write_text("years of work")
+    before = tree(tmp_path)
+    make_archive(tmp_path / "out.npz", "new")
+    (tmp_path / "out.npz").unlink()
+    assert tree(tmp_path) == before
+
+
+def test_what_a_leftover_holds_of_others_stays_and_is_told(tmp_path: Path) -> None:
+    leftover = tmp_path / staging._name("0123abcd")
+    (leftover / "ready").mkdir(parents=True)
+    (leftover / "ready" / "thesis.tex").write_text("years of work")
+    (leftover / "target").symlink_to("out")
+    with pytest.warns(UserWarning, match=f"^{leftover}: holds files that tfra did not write"):
+        make_directory(tmp_path / "out", "new")
+    assert (leftover / "ready" / "thesis.tex").read_text() == "years of work"
+    assert (tmp_path / "out" / "core.v").read_text() == "new"
+
+
+def test_a_sweep_needs_no_luck_with_odd_leftovers(tmp_path: Path) -> None:
+    names = [staging._name(token) for token in ("00000000", "11111111", "22222222")]
+    (tmp_path / names[0]).mkdir()
+    (tmp_path / names[1]).write_text("a file")
+    (tmp_path / names[2]).symlink_to(tmp_path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        make_archive(tmp_path / "out.npz", "new")
+    assert sorted(os.listdir(tmp_path)) == sorted([*names[1:], "out.npz"])
+
+
+@pytest.mark.parametrize(
+    ("make", "objection"), [(make_directory, directory_objection), (make_archive, file_objection)]
+)
+def test_writers_and_a_reader_at_the_same_time(
+    tmp_path: Path, make: Make, objection: Callable[[Path], str | None]
+) -> None:
+    out = tmp_path / "out"
+    make(out, "first")
+    writers = [in_a_child(lambda: [make(out, str(turn)) for turn in range(60)]) for _ in range(3)]
+    judged = 0
+    while writers:
+        before, reason, after = identity(out), reason_against(out, objection), identity(out)
+        if before == after:  # it was not exchanged during the look
+            assert reason is None
+            judged += 1
+        for writer in list(writers):
+            child, status = os.waitpid(writer, os.WNOHANG)
+            if child:
+                assert status == 0
+                writers.remove(writer)
+    assert judged
+    assert os.listdir(tmp_path) == ["out"]
+
+
+def identity(out: Path) -> tuple[int, int]:
+    """Tell one output from the next, which may get its number; raises an exception if there is none."""
+    found = out.stat()
+    return found.st_ino, found.st_ctime_ns
+
+
+def reason_against(out: Path, objection: Callable[[Path], str | None]) -> str | None:
+    try:
+        return objection(out)
+    except OSError as error:
+        return str(error)

@@ -1,0 +1,249 @@
+"""The result of ``Sensor.estimate``: forces, their errors, files and an interactive page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tfra.codegen.config.read import Project
+from tfra.codegen.config.write import config_text
+from tfra.model import tfra
+from tfra.model.arrays import Floats, Ints
+from tfra.model.metrics import ERRORS, Contact, errors
+from tfra.recordings.facts import facts, lines
+from tfra.recordings.frames import Recording
+from tfra.recordings.results import Estimate, check_result, write_result
+from tfra.runtime.errors import InputError
+from tfra.runtime.extras import require
+
+if TYPE_CHECKING:
+    from tfra.view.resultfile import Recorded, References
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Result:
+    """Forces of n frames; arrays have the same names as in result files.
+
+    ``notices`` are the warnings of ``Sensor.estimate``.  Printing a result gives a summary.
+    """
+
+    project: Project
+    recording: Recording
+    engine: str
+    found: tfra.Result
+    notices: tuple[str, ...] = ()
+
+    @property
+    def forces(self) -> Floats:
+        """``(n, 3, rows, columns)``: f_x, f_y, f_z at every taxel, N; NaN from a core that leaves them out."""
+        return self.found.forces
+
+    @property
+    def resultant(self) -> Floats:
+        """``(n, 3)``: F_x, F_y, F_z, N; F_z < 0 presses."""
+        return self.found.resultant
+
+    @property
+    def phi_deg(self) -> Floats:
+        """``(n,)``: direction of the tangential force, degrees in [0, 360)."""
+        return self.found.phi_deg
+
+    @property
+    def mu(self) -> Floats:
+        """``(n,)``: friction coefficient, tangential over normal force."""
+        return self.found.mu
+
+    @property
+    def mu_x(self) -> Floats:
+        """``(n,)``: component of the friction coefficient along x."""
+        return self.found.mu_x
+
+    @property
+    def mu_y(self) -> Floats:
+        """``(n,)``: component of the friction coefficient along y."""
+        return self.found.mu_y
+
+    @property
+    def sweep_index(self) -> Ints:
+        """``(n,)``: index of the candidate that the search chose."""
+        return self.found.sweep_index
+
+    @property
+    def status(self) -> Ints:
+        """``(n,)``: bits of ``tfra.Status``; 0 if none is set."""
+        return self.found.status
+
+    @property
+    def uncertainty(self) -> Floats | None:
+        """``(n,)``: how unsure the estimator is of the resultant, N, no error bar; only the learned one has it."""
+        return self.found.uncertainty
+
+    @property
+    def threshold(self) -> float | None:
+        """Of the uncertainty over ``|F_z|``: frames over it are ``IMPLAUSIBLE``; only the learned estimator has it."""
+        return self.found.threshold
+
+    @property
+    def residual(self) -> Floats | None:
+        """``(n,)``: share of the stress that the forces leave unexplained; only the learned estimator has it."""
+        return self.found.residual
+
+    @property
+    def stress(self) -> Floats:
+        """``(n, rows, columns)``: the input stress, Pa, compression negative."""
+        return self.recording.frames
+
+    @property
+    def time(self) -> Floats | None:
+        """``(n,)``: times of the frames, if the recording has them."""
+        return self.recording.time
+
+    def __len__(self) -> int:
+        return len(self.found.mu)
+
+    def __repr__(self) -> str:
+        told = "\n  ".join([*lines(facts(self.stress, self.found)), *(f"warning: {n}" for n in self.notices)])
+        return f"<tfra.Result of the {self.engine} engine, {len(self)} frames\n  {told}>"
+
+    def errors(self, truth: Contact) -> Errors:
+        """Compare with ``truth``, from ``Sensor.simulate``, or with another result of the same frames.
+
+            >>> sensor = tfra.load("examples/skin_8x12.toml")
+            >>> frames, truth = sensor.simulate()
+            >>> errors = sensor.estimate(frames).errors(truth)
+            >>> errors["mu_abs"].shape
+            (12,)
+
+        ``print(errors)`` has the medians and 95th percentiles.  Raises ``tfra.InputError`` for a ``truth`` of another
+        number of frames.
+        """
+        _require_frames("Result.errors", truth, len(self))
+        return Errors(errors(truth, self.found))
+
+    def save(self, path: str | Path) -> None:
+        """Write the result as ``tfra estimate`` does: an archive .npz, or a folder .csv or .parquet of two tables.
+
+        docs/recordings.md has the keys and the columns.  ``path`` may be missing, empty, or an earlier result that
+        nobody has changed.  Raises ``tfra.InputError`` for anything else, and when the file can't be written.
+        """
+        file, design = Path(path), self.project.design
+        check_result(file, "estimate", [self.project.path])
+        text = config_text(design, self.project.layer, "", self.project.weights)
+        write_result(file, Estimate(self.recording, self.found, self.engine, text), "estimate", [self.project.path])
+
+    def view(
+        self,
+        path: str | Path | None = None,
+        *,
+        truth: Contact | None = None,
+        beside: Mapping[str, Result] | None = None,
+    ) -> Page:
+        """Make an interactive page of the result: stress, forces, friction and direction of every frame.
+
+        With a ``path`` that ends in .html the page is written there, one file that loads nothing.  In a notebook the
+        page shows itself.  ``truth`` is drawn with the result, and so are other results of the same frames,
+        ``beside``, by their names:
+
+            >>> sensor = tfra.load("examples/skin_8x12.toml")
+            >>> frames, truth = sensor.simulate()
+            >>> fixed, exact = sensor.estimate(frames, engine="fixed"), sensor.estimate(frames)
+            >>> page = fixed.view("page.html", truth=truth, beside={"exact": exact})
+
+        Raises ``tfra.InputError`` where plotly is missing (``pip install 'tfra[view]'``), for results of other frames
+        or sensors, and when the file can't be written.
+        """
+        require("Result.view", "view", "plotly")
+        from tfra.runtime.outputs import check_page, write_page
+        from tfra.view.chosen import Chosen
+        from tfra.view.page import render, require_few
+
+        file = None if path is None else Path(path)
+        if file:
+            check_page(file, "view", [self.project.path])
+        results = [self._recorded("result")]
+        for name, other in (beside or {}).items():
+            if other.project.design.sensor != self.project.design.sensor or len(other) != len(self):
+                raise InputError("Result.view", f"beside: {name}", "is of another sensor or number of frames")
+            results.append(other._recorded(name))
+        known = [] if truth is None else [_references(truth, len(self))]
+        require_few(results, known)
+        page = render(results, known, Chosen.of(results, range(len(self))))
+        if file:
+            write_page(file, page, "view")
+        return Page(page, file)
+
+    def _recorded(self, name: str) -> Recorded:
+        from tfra.view.resultfile import Recorded
+
+        of = self.project
+        return Recorded(name, self.engine, of.design, self.found, self.stress, self.time, of.design.sweeps)
+
+
+def _require_frames(call: str, truth: Contact, count: int) -> None:
+    if len(truth.mu) != count:
+        raise InputError(call, "truth", f"is of {len(truth.mu)} frames, the result has {count}")
+
+
+def _references(truth: Contact, count: int) -> References:
+    from tfra.view.resultfile import References
+
+    _require_frames("Result.view", truth, count)
+    values = {"resultant_ref": truth.resultant, "mu_ref": truth.mu, "phi_ref_deg": truth.phi_deg}
+    return References("truth", values)
+
+
+class Errors(Mapping[str, Floats]):
+    """Errors of every frame, ``(n,)``, by the keys of ``tfra.model.metrics.ERRORS``; printed, a table of them.
+
+    ``phi_deg`` in degrees, ``mu_abs``, ``force_n`` in N and ``force_percent_of_resultant`` are in plain units; three
+    more are measured as the paper does (Eqs. 33-35).
+    """
+
+    def __init__(self, values: Mapping[str, Floats]) -> None:
+        self._values = dict(values)
+
+    def __getitem__(self, key: str) -> Floats:
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def _rows(self) -> list[tuple[str, str, str]]:
+        """Name, median and 95th percentile of each error."""
+        percentiles = {key: np.percentile(values, (50, 95)) for key, values in self.items()}
+        return [(ERRORS[key], f"{median:.3g}", f"{high:.3g}") for key, (median, high) in percentiles.items()]
+
+    def __repr__(self) -> str:
+        rows = [("", "median", "95 %"), *self._rows()]
+        width = max(len(name) for name, _, _ in rows)
+        return "\n".join(f"{name:{width}} {median:>8} {high:>8}" for name, median, high in rows)
+
+    def _repr_html_(self) -> str:
+        cells = "".join(
+            f"<tr><th>{escape(name)}</th><td>{median}</td><td>{high}</td></tr>" for name, median, high in self._rows()
+        )
+        return f"<table><tr><th></th><th>median</th><th>95 %</th></tr>{cells}</table>"
+
+
+@dataclass(frozen=True, repr=False)
+class Page:
+    """An interactive page; a notebook shows it, ``html`` is its text, ``path`` the file that was written, or None."""
+
+    html: str
+    path: Path | None
+
+    def __repr__(self) -> str:
+        return f"<tfra.Page: {self.path or 'not written'}>"
+
+    def _repr_html_(self) -> str:
+        """A written page is shown by its name, so that the notebook stays small."""
+        source = f'src="{escape(str(self.path))}"' if self.path else f'srcdoc="{escape(self.html)}"'
+        return f'<iframe {source} width="100%" height="900" style="border: 0"></iframe>'
