@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
+from typing import Any
 
 CSS = """
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; color: #111;
@@ -38,12 +41,33 @@ tbody { border-bottom: 1px solid #999; }
 }
 """
 
-
 _SYMBOL = re.compile(r"(?<!\w)([A-Za-zα-ωµ])([_^])([a-z]{1,3})(?![A-Za-z_])")
 """A letter with what stands below or above it; names of columns and signals are longer."""
 
+_CODE = re.compile("`([^`]*)`")
 
-def document(title: str, parts: Iterable[str], style: str, head: str = "") -> str:
+
+@dataclass(frozen=True)
+class Section:
+    """A part of a page under a heading, to which the contents link by ``name``."""
+
+    name: str
+    title: str
+    parts: Sequence[str]
+
+    def html(self) -> str:
+        """Return the heading and the parts."""
+        body = "\n".join(self.parts)
+        return f'<section><h2 id="{self.name}">{text(self.title)}</h2>\n{body}</section>'
+
+
+def page(title: str, opening: Iterable[str], sections: Sequence[Section], style: str = "") -> str:
+    """A page: its ``opening``, links to the ``sections``, and these; ``style`` is added to ``CSS``."""
+    links = contents({section.name: section.title for section in sections})
+    return document(title, [*opening, links, *(section.html() for section in sections)], style)
+
+
+def document(title: str, parts: Iterable[str], style: str = "", head: str = "") -> str:
     """The page of ``parts`` under its title; ``style`` is added to ``CSS``, ``head`` to the head."""
     icon = '<link rel="icon" href="data:,">'
     viewport = '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -54,13 +78,31 @@ def document(title: str, parts: Iterable[str], style: str, head: str = "") -> st
 
 
 def text(words: str) -> str:
-    """``words`` for a page, with symbols as they are printed: B^z gets a superscript, F_x and φ_ref a subscript."""
-    return _SYMBOL.sub(_symbol, escape(words))
+    """``words`` for a page, with symbols as they are printed: B^z gets a superscript, F_x and φ_ref a subscript.
+
+    What stands between backticks is code, without symbols.
+    """
+    pieces = _CODE.split(escape(words))
+    pieces[::2] = (_SYMBOL.sub(_symbol, piece) for piece in pieces[::2])
+    pieces[1::2] = (f"<code>{piece}</code>" for piece in pieces[1::2])
+    return "".join(pieces)
 
 
-def _symbol(found: re.Match[str]) -> str:
-    tag = "sup" if found[2] == "^" else "sub"
-    return f"{found[1]}<{tag}>{found[3]}</{tag}>"
+def _symbol(match: re.Match[str]) -> str:
+    tag = "sup" if match[2] == "^" else "sub"
+    return f"{match[1]}<{tag}>{match[3]}</{tag}>"
+
+
+def paragraph(words: str, kind: str = "") -> str:
+    """A paragraph of ``words``, as :func:`text`; ``kind``: ``answer``, ``answer failed``, ``note`` or ``caption``."""
+    named = f' class="{kind}"' if kind else ""
+    return f"<p{named}>{text(words)}</p>"
+
+
+def data_script(name: str, data: Any) -> str:
+    """``data`` as JSON for the scripts of a page, in an element with the id ``name``; no text in it can end it."""
+    encoded = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
+    return f'<script type="application/json" id="{name}">{encoded}</script>'
 
 
 def contents(titles: Mapping[str, str]) -> str:
@@ -76,7 +118,7 @@ def grid(
 
     ``label`` is as in :func:`wide`, ``data`` are attributes for tests and scripts.
     """
-    kinds = (' class="name"' if place in names else "" for place in range(len(header)))
+    kinds = (' class="name"' if column in names else "" for column in range(len(header)))
     cells = (f'<th scope="col"{kind}>{text(cell)}</th>' for kind, cell in zip(kinds, header, strict=True))
     head = "".join(cells).replace("/ ", "/&nbsp;")
     bodies = "\n".join("<tbody>" + "\n".join(rows) + "</tbody>" for rows in groups)
@@ -90,12 +132,12 @@ def wide(label: str, table: str) -> str:
 
 
 def bars(label: str, rows: Iterable[tuple[str, float, str]]) -> str:
-    """A bar for each name: its share of the full width, 0 ... 1, and what stands behind it."""
+    """A bar for each name: its share of the full width, 0 ... 1, and the words behind it."""
     lines = "".join(
         f'<tr><th scope="row" class="name">{text(name)}</th>'
         f'<td class="bar"><span style="width:{100 * min(max(share, 0.0), 1.0):.1f}%"></span></td>'
-        f'<td class="name">{text(said)}</td></tr>'
-        for name, share, said in rows
+        f'<td class="name">{text(words)}</td></tr>'
+        for name, share, words in rows
     )
     return f'<table class="bars" aria-label="{escape(label)}"><tbody>{lines}</tbody></table>'
 
@@ -103,9 +145,9 @@ def bars(label: str, rows: Iterable[tuple[str, float, str]]) -> str:
 def row(cells: Sequence[str], names: Collection[int], kind: str = "", **data: str) -> str:
     """A row of a table; the columns ``names`` hold words, ``kind`` is its class."""
     named = f' class="{kind}"' if kind else ""
-    kinds = (' class="name"' if place in names else "" for place in range(len(cells)))
-    shown = "".join(f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds, cells, strict=True))
-    return f"<tr{named}{_attributes(data)}>{shown}</tr>"
+    kinds = (' class="name"' if column in names else "" for column in range(len(cells)))
+    columns = "".join(f"<td{kind}>{escape(cell)}</td>" for kind, cell in zip(kinds, cells, strict=True))
+    return f"<tr{named}{_attributes(data)}>{columns}</tr>"
 
 
 def _attributes(data: dict[str, str]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from html import escape
 from importlib.resources import files
@@ -13,7 +12,7 @@ from plotly.offline import get_plotlyjs
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
 from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, words
-from tfra.report.html import document, text, wide
+from tfra.report.html import data_script, document, text, wide
 from tfra.runtime.errors import InputError
 from tfra.view.chosen import Chosen
 from tfra.view.feed import SECONDS, Feed
@@ -173,12 +172,8 @@ def _filled(design: Design, named: Sequence[str], true: Sequence[str], more: dic
 
 
 def _scripts(data: dict[str, Any], opened: str, names: Sequence[str]) -> Iterator[str]:
-    """The data and the scripts, in a function that begins with ``opened``.
-
-    Data is escaped, so that no text in it can end its script.
-    """
-    encoded = json.dumps(data, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
-    yield f'<script type="application/json" id="data">{encoded}</script>'
+    """The data and the scripts, in a function that begins with ``opened``."""
+    yield data_script("data", data)
     yield f"<script>{get_plotlyjs()}</script>"
     yield f'<script>\n{opened} {{\n"use strict";\n' + "\n".join(map(_resource, names)) + "})();\n</script>"
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import pytest
 
-from tfra.report.html import bars, contents, text
+from tfra.report.html import Section, bars, contents, data_script, page, text
 
 
 @pytest.mark.parametrize(
@@ -18,6 +19,8 @@ from tfra.report.html import bars, contents, text
         ("f_max / MHz", "f<sub>max</sub> / MHz"),
         ("mac_io, e_Fx_percent, load_data, h_c_x, a_long", "mac_io, e_Fx_percent, load_data, h_c_x, a_long"),
         ("<b> & F_x", "&lt;b&gt; &amp; F<sub>x</sub>"),
+        ("`F_x < 0` is F_x", "<code>F_x &lt; 0</code> is F<sub>x</sub>"),
+        ("one ` is none", "one ` is none"),
     ],
 )
 def test_symbols(words: str, shown: str) -> None:
@@ -32,3 +35,18 @@ def test_contents_of_nothing() -> None:
 def test_bars_stay_within_their_width() -> None:
     drawn = bars("Share", [("LUT", 0.5, "50 %"), ("FF", 1.2, "120 %"), ("DSP", -1, "0")])
     assert re.findall(r'style="width:([\d.]+)%"', drawn) == ["50.0", "100.0", "0.0"]
+
+
+def test_contents_link_to_every_section() -> None:
+    sections = [Section("used", "Used", ["<p>1</p>", "<p>2</p>"]), Section("field", "B^z", [])]
+    drawn = page("A < B", ["<p>Opening</p>"], sections)
+    assert "<title>A &lt; B</title>" in drawn
+    assert re.findall('href="#([a-z]+)"', drawn) == re.findall('<h2 id="([a-z]+)"', drawn) == ["used", "field"]
+    order = ["<h1>", "Opening", "<nav", "<section", "<p>1</p>\n<p>2</p>"]
+    assert [drawn.index(part) for part in order] == sorted(drawn.index(part) for part in order)
+
+
+def test_data_cannot_end_its_script() -> None:
+    drawn = data_script("data", {"name": "</script><b>µ"})
+    assert drawn.count("<") == 2
+    assert json.loads(drawn.partition(">")[2].rpartition("<")[0]) == {"name": "</script><b>µ"}

@@ -1,0 +1,62 @@
+"""A table once, for pages (HTML), for the guide (Markdown) and for a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from io import StringIO
+from typing import TYPE_CHECKING
+
+from tfra.report.html import grid, row
+from tfra.report.numbers import cell
+
+if TYPE_CHECKING:
+    import rich.table
+
+WIDTH = 100
+"""Columns of a table as text."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """``rows`` of cells under a ``header``; cells that are no text are formatted by :func:`tfra.report.numbers.cell`.
+
+    ``title`` is printed above the table in a terminal; on a page it is for readers who don't see the table.
+    The columns ``words``, counted from 0, hold words and are aligned left; the others hold numbers.
+    """
+
+    title: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    words: Collection[int] = (0,)
+
+    def html(self) -> str:
+        """The table for a page; symbols of the header as :func:`tfra.report.html.text` prints them."""
+        rows = (row([cell(value) for value in cells], self.words) for cells in self.rows)
+        return grid(self.title, self.header, [rows], self.words)
+
+    def markdown(self) -> str:
+        """The table in Markdown, without its title."""
+        rule = ["---" if column in self.words else "---:" for column in range(len(self.header))]
+        lines = [f"| {' | '.join(self.header)} |", f"|{'|'.join(rule)}|"]
+        lines += [f"| {' | '.join(map(cell, cells))} |" for cells in self.rows]
+        return "\n".join(lines)
+
+    def rich(self) -> rich.table.Table:
+        """The table for a :class:`rich.console.Console`."""
+        from rich.table import Column, Table  # slow to load
+
+        sides = ("left" if column in self.words else "right" for column in range(len(self.header)))
+        columns = (Column(name, justify=side) for name, side in zip(self.header, sides, strict=True))
+        printed = Table(*columns, title=self.title or None, show_header=any(self.header))
+        for cells in self.rows:
+            printed.add_row(*map(cell, cells))
+        return printed
+
+    def text(self, width: int = WIDTH) -> str:
+        """The table as lines of at most ``width`` characters."""
+        from rich.console import Console  # slow to load
+
+        file = StringIO()
+        Console(file=file, width=width, color_system=None).print(self.rich())
+        return file.getvalue()
