@@ -16,7 +16,8 @@ from pathlib import Path
 from bench.publish import ROOT
 
 PACKAGES = (
-    "runtime", "model", "recordings", "report", "hdl", "codegen", "sim", "synth", "study", "train", "view", "cli", "paper",
+    "runtime", "model", "recordings", "report", "hdl", "codegen", "sim", "synth", "study", "train", "view", "cli",
+    "paper",
 )
 """Folders that are packages in the package ``tfra``, whose own files are in the folder ``library``."""
 FOLDERS = ("tfra", *PACKAGES, "bench", "tests")
