@@ -46,8 +46,10 @@ class Table:
         """The table for a :class:`rich.console.Console`."""
         from rich.table import Column, Table  # slow to load
 
-        sides = ("left" if column in self.words else "right" for column in range(len(self.header)))
-        columns = (Column(name, justify=side) for name, side in zip(self.header, sides, strict=True))
+        columns = (
+            Column(name, justify="left" if number in self.words else "right")
+            for number, name in enumerate(self.header)
+        )
         printed = Table(*columns, title=self.title or None, show_header=any(self.header))
         for cells in self.rows:
             printed.add_row(*map(cell, cells))
