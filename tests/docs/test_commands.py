@@ -15,9 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import typer
-from tests.codegen.test_recordinglog import ARRAY, StoragePlugin, array, bag
 
 from tests.marks import long
+from tests.recordings.test_log import ARRAY, StoragePlugin, array, bag
 from tfra.cli.main import app, main
 from tfra.codegen.config.read import load
 

@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.codegen.test_files import tree
 
+from tests.runtime.test_outputs import tree
 from tfra.runtime import staging
 from tfra.runtime.outputs import output_directory, write_npz
 from tfra.runtime.ownership import directory_objection, file_objection
