@@ -12,7 +12,7 @@ from tfra.hdl.front_end.codes import stored_code
 from tfra.hdl.front_end.ports import FACTS
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import wrapping_counter
-from tfra.hdl.lib.streams import Spare
+from tfra.hdl.lib.streams import SkidBuffer
 from tfra.model.fixed.design import Design
 
 
@@ -54,7 +54,7 @@ class Handover(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         layout = data.StructLayout({"code": self.codes.payload.shape(), "end": 1})
-        m.submodules.spare = spare = Spare(layout)
+        m.submodules.spare = spare = SkidBuffer(layout)
         advance = spare.i.ready
         reading = Signal()
         address, last = wrapping_counter(m, reading & advance, self._taxels, "address")

@@ -14,7 +14,7 @@ from tfra.hdl.interface import ports
 from tfra.hdl.ip.ports import ANSWER
 from tfra.hdl.lib.arithmetic import during
 from tfra.hdl.lib.pipeline import wrapping_counter
-from tfra.hdl.lib.streams import PerFrameQueue
+from tfra.hdl.lib.streams import PerFrameFifo
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
 
@@ -71,7 +71,7 @@ class Framer(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.queue = queue = PerFrameQueue(FACTS, (), FRAMES)
+        m.submodules.queue = queue = PerFrameFifo(FACTS, (), FRAMES)
         wiring.connect(m, wiring.flipped(self.facts), queue.i)
         facts, result, o = queue.o.p, self.result, self.o
         kept = Signal(init=1)  # the frame has its forces

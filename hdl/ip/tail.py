@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.ip.ports import ANSWER, OUTPUT
-from tfra.hdl.lib.streams import Spare
+from tfra.hdl.lib.streams import SkidBuffer
 
 
 class Tail(wiring.Component):
@@ -25,7 +25,7 @@ class Tail(wiring.Component):
     out, a word waits.
     """
 
-    latency = Spare.latency
+    latency = SkidBuffer.latency
 
     def __init__(self) -> None:
         streams = {"i": In(stream.Signature(ANSWER)), "o": Out(stream.Signature(OUTPUT))}
@@ -33,7 +33,7 @@ class Tail(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.spare = spare = Spare(OUTPUT)
+        m.submodules.spare = spare = SkidBuffer(OUTPUT)
         wiring.connect(m, spare.o, wiring.flipped(self.o))
         opened = Signal()  # words of a frame have entered, but not its last
         abort = Signal()

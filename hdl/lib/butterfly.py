@@ -23,7 +23,9 @@ class Butterfly(wiring.Component):
     Arguments:
         bits: length of the words that enter; those that leave are two bits longer.
 
-    Members: ``i``: quads in; ``o``: quads out.
+    Members:
+        i: stream in, quads.
+        o: stream out, quads, registered.
     """
 
     def __init__(self, bits: int) -> None:

@@ -1,4 +1,4 @@
-"""Registers: delays, counters, common alignment of words, and products without a multiplier."""
+"""Functions that add registers to a module: delays, counters, occupancy, normalization, products without multiplier."""
 
 from __future__ import annotations
 
@@ -37,14 +37,13 @@ def delayed(m: Module, value: Value, cycles: int, name: str = "word", *, control
     return value
 
 
-def ahead(m: Module, counter: Value, window: range) -> Signal:
+def lookahead(m: Module, counter: Value, window: range) -> Signal:
     """``during(counter, window)`` from a register, for a counter that only waits two steps before it, or earlier."""
-    return register(m, during(counter, range(window.start - 1, window.stop - 1)), "ahead", control=True)
+    return register(m, during(counter, range(window.start - 1, window.stop - 1)), "lookahead", control=True)
 
 
 def wrapping_counter(m: Module, step: Value, length: int, name: str = "number") -> tuple[Signal, Value]:
-    """A counter from 0 to ``length - 1`` that ``step`` advances and that wraps; whether it is at its end, also a
-    register."""
+    """A counter from 0 to ``length - 1`` that ``step`` advances and that wraps, and a register: it is at its end."""
     number = Signal(counter_shape(length - 1), name=name)
     last = Signal(init=length == 1, name=f"{name}_last")
     with m.If(step):
@@ -93,8 +92,8 @@ _FINE = 2
 """Bits of a shift by which its second step moves."""
 
 
-def zeros_later(m: Module, value: Value) -> Value:
-    """``leading_zeros(value)`` of a cycle ago."""
+def registered_zeros(m: Module, value: Value) -> Value:
+    """``leading_zeros(value)`` a cycle later; the register is in the middle of the tree."""
     return leading_zeros(value, lambda word: register(m, word, "zeros"))
 
 
@@ -106,17 +105,17 @@ def align(m: Module, words: Iterable[Value], word: Value, measure: Value) -> tup
     normalisation.
     """
     width = len(word)
-    seen = Signal(width - 1, reset_less=True)
+    magnitudes = Signal(width - 1, reset_less=True)
     zeros = Signal(counter_shape(width - 1), reset_less=True)
     aligned = Signal(signed(width), reset_less=True)
     coarse, fine = two_steps(zeros, _FINE)
     m.d.sync += [
-        seen.eq(reduce(or_, map(magnitude_bits, words))),
+        magnitudes.eq(reduce(or_, map(magnitude_bits, words))),
         aligned.eq(register(m, (word << coarse)[:width].as_signed(), "coarse") << fine),
     ]
-    found = zeros_later(m, seen)
+    common = registered_zeros(m, magnitudes)
     with m.If(measure):
-        m.d.sync += zeros.eq(found)
+        m.d.sync += zeros.eq(common)
     return aligned, zeros
 
 
@@ -183,13 +182,16 @@ def serial_product(m: Module, word: Value, constant: int, digits: int, start: Va
     return shifter
 
 
-TOP = 4
-"""Cycles from a word to its top bits: two for its length, two for the shift."""
+NORMALIZE = 4
+"""Cycles from a word to its normalized one: two for its leading zeros, two for the shift."""
 
 
-def to_top(m: Module, work: Value, bits: int) -> tuple[Value, Value]:
-    """Zeros above ``work`` two cycles later, and ``TOP`` later its ``bits`` top bits from the highest one."""
-    zeros = register(m, zeros_later(m, work), "length")
+def normalize(m: Module, word: Value, bits: int) -> tuple[Value, Value]:
+    """Leading zeros of unsigned ``word``, two cycles later, and its ``bits`` bits from the highest set one on.
+
+    The second comes ``NORMALIZE`` cycles later.
+    """
+    zeros = register(m, registered_zeros(m, word), "length")
     coarse, fine = two_steps(zeros, _FINE)
-    moved = register(m, (work << coarse)[max(0, len(work) - bits - (1 << _FINE)) : len(work)], "moved")
+    moved = register(m, (word << coarse)[max(0, len(word) - bits - (1 << _FINE)) : len(word)], "moved")
     return zeros, register(m, (moved << register(m, fine, "fine"))[len(moved) - bits : len(moved)], "top")

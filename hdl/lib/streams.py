@@ -1,7 +1,7 @@
-"""x
+"""Components between streams: fork, router, buffer, FIFO, tokens and skid buffer.
 
 Per-frame facts travel as streams with one transfer a frame.  A block reads such a transfer while it needs it and
-accepts it (``ready``) in the last cycle of use, so the sender holds the payload and no block keeps a copy.
+accepts it (``ready``) in the last cycle of use, so the sender keeps the payload and no block stores a copy.
 """
 
 from __future__ import annotations
@@ -31,10 +31,17 @@ def always_ready_stream(shape: Any) -> stream.Signature:
 
 
 class Fork(wiring.Component):
-    """Copy every transfer to all of ``ways`` sinks, each at its own time.
+    """Copy every transfer to each of several sinks, which take it at their own times.
 
-    Members: ``i``: stream in; ``o``: ``ways`` streams out.  Combinational from valid to valid; a transfer ends
-    when the last sink has taken it.
+    Combinational from valid to valid; a transfer ends when the last sink has taken it.
+
+    Arguments:
+        shape: the payload.
+        ways: number of sinks.
+
+    Members:
+        i: stream in.
+        o: ``ways`` streams out.
     """
 
     def __init__(self, shape: Any, ways: int) -> None:
@@ -42,7 +49,8 @@ class Fork(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        taken, done = (Signal(len(self.o), name=name) for name in ("taken", "done"))
+        taken = Signal(len(self.o))
+        done = Signal(len(self.o))  # taken, or taken in this cycle
         for way, o in enumerate(self.o):
             m.d.comb += [
                 o.payload.eq(self.i.payload),
@@ -65,7 +73,9 @@ class Router(wiring.Component):
         table: by that bit's number, the numbers of its sinks.
         ways: number of sinks.
 
-    Members: ``i``: stream in; ``o``: streams of ``words`` out; all of them are a :func:`always_ready_stream`.
+    Members:
+        i: always-ready stream in, of ``shape``.
+        o: ``ways`` always-ready streams out, of ``words``.
     """
 
     latency = 1
@@ -79,16 +89,23 @@ class Router(wiring.Component):
         m = Module()
         words = register(m, self.i.payload.words, "words")
         for o, kinds in zip(self.o, self._kinds, strict=True):
-            mine = Cat(self.i.payload.kind[kind] for kind in kinds).any()
-            m.d.comb += [o.payload.eq(words), o.valid.eq(register(m, self.i.valid & mine, control=True))]
+            selected = Cat(self.i.payload.kind[kind] for kind in kinds).any()
+            m.d.comb += [
+                o.payload.eq(words),
+                o.valid.eq(register(m, self.i.valid & selected, control=True)),
+            ]
         return m
 
 
 class Buffer(wiring.Component):
-    """Hold one transfer, so that its sender can continue while the sink still needs it.
+    """Store one transfer, so that its sender can continue while the sink still needs it.
 
-    Members: ``i``: stream in; ``o``: stream out, registered.  A new transfer enters when the last one has left: for
-    per-frame facts, not for full throughput.  ``latency`` is one cycle.
+    A new transfer enters when the last one has left: for per-frame facts, not for full throughput.  ``latency`` is one
+    cycle.
+
+    Members:
+        i: stream in.
+        o: stream out, registered.
     """
 
     latency = 1
@@ -100,7 +117,11 @@ class Buffer(wiring.Component):
         m = Module()
         payload = Signal(self.i.payload.shape(), reset_less=True)
         full = Signal()
-        m.d.comb += [self.i.ready.eq(~full), self.o.valid.eq(full), self.o.payload.eq(payload)]
+        m.d.comb += [
+            self.i.ready.eq(~full),
+            self.o.valid.eq(full),
+            self.o.payload.eq(payload),
+        ]
         with m.If(~full):
             m.d.sync += [full.eq(self.i.valid), payload.eq(self.i.payload)]
         with m.Elif(self.o.ready):
@@ -108,14 +129,57 @@ class Buffer(wiring.Component):
         return m
 
 
-class Queue(wiring.Component):
-    """First in, first out, ``depth`` transfers long, in block memory.
+class SkidBuffer(wiring.Component):
+    """Cut the combinational path of ``ready``: neither ``i.ready`` nor ``o.valid`` depends on an input.
 
-    A transfer may pass in ``beats`` cycles, through a memory that is narrower by that factor.
+    Full throughput; ``latency`` is one cycle.
 
-    Members: ``i``: stream in; ``o``: stream out, registered.  ``latency``: cycles through an empty queue, from the
-    transfer, which is the end of the last beat; a transfer in ``beats`` cycles.  Neither ``i.ready`` nor ``o.valid``
-    depends on an input.
+    Members:
+        i: stream in.
+        o: stream out, registered.
+    """
+
+    latency = 1
+
+    def __init__(self, shape: Any) -> None:
+        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        ready = Signal(init=1)
+        full = Signal()  # not ``ready``: its own register, since the enable of a pipeline has a high fan-out
+        out = Signal.like(self.i.p, reset_less=True)
+        skid = Signal.like(self.i.p, reset_less=True)  # the transfer that came while ``out`` did not move
+        m.d.comb += [self.i.ready.eq(ready), self.o.p.eq(out)]
+        with m.If(ready):
+            m.d.sync += skid.eq(self.i.p)
+        with m.If(~self.o.valid | self.o.ready):
+            m.d.sync += [
+                self.o.valid.eq(self.i.valid | full),
+                out.eq(Mux(full, skid, self.i.p)),
+                full.eq(0),
+                ready.eq(1),
+            ]
+        with m.Elif(ready):
+            m.d.sync += [full.eq(self.i.valid), ready.eq(~self.i.valid)]
+        return m
+
+
+class Fifo(wiring.Component):
+    """First in, first out, in block memory.
+
+    A transfer may pass in several beats, a cycle each, through a memory that is narrower by that factor.  Neither
+    ``i.ready`` nor ``o.valid`` depends on an input.  ``latency`` counts cycles through an empty FIFO, from the end of a
+    transfer's last beat.
+
+    Arguments:
+        shape: the payload.
+        depth: transfers that it stores.
+        beats: cycles of a transfer.
+
+    Members:
+        i: stream in.
+        o: stream out, registered.
     """
 
     latency = 2
@@ -126,78 +190,83 @@ class Queue(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        into, out = self._kept(self.i.payload), self._kept(self.o.payload)
-        size, depth = len(into) // self._beats, self._depth * self._beats
-        m.submodules.places = places = Memory(shape=unsigned(size), depth=depth, init=[])
-        write, read = places.write_port(), places.read_port()
-        found = Signal()
-        leave = Signal()
-        move = Signal()
+        word_in, word_out = self._stored(self.i.payload), self._stored(self.o.payload)
+        size, depth = len(word_in) // self._beats, self._depth * self._beats
+        m.submodules.memory = memory = Memory(shape=unsigned(size), depth=depth, init=[])
+        write, read = memory.write_port(), memory.read_port()
+        occupied = Signal()  # the output has a beat
+        pop = Signal()  # that beat leaves it
+        fetch = Signal()
         head, _ = wrapping_counter(m, write.en, depth, "head")
         tail, _ = wrapping_counter(m, read.en, depth, "tail")
         some, full = occupancy_flags(m, depth - 1, write.en, read.en)  # the output is the last place
-        number, ends = self._beat(m, write.en, "put")
-        _, complete = self._beat(m, leave, "got")
-        before = self._before(m, leave, read.data, len(into) - size)
+        beat, last_in = self._beat(m, write.en, "put")
+        _, last_out = self._beat(m, pop, "got")
+        earlier = self._earlier_beats(m, pop, read.data, len(word_in) - size)
         m.d.comb += [
-            self.i.ready.eq(~full & ends),
-            *(
-                write.addr.eq(head),
-                write.data.eq(nth_slice(into, number, self._beats)),
-                write.en.eq(self.i.valid & ~full),
-            ),
-            leave.eq(found & (self.o.ready | ~complete)),
-            move.eq(~found | leave),
-            *(read.addr.eq(tail), out.eq(Cat(before, read.data)), read.en.eq(move & some)),
-            self.o.valid.eq(found & complete),
+            self.i.ready.eq(~full & last_in),
+            write.addr.eq(head),
+            write.data.eq(nth_slice(word_in, beat, self._beats)),
+            write.en.eq(self.i.valid & ~full),
+            pop.eq(occupied & (self.o.ready | ~last_out)),
+            fetch.eq(~occupied | pop),
+            read.addr.eq(tail),
+            read.en.eq(fetch & some),
+            word_out.eq(Cat(earlier, read.data)),
+            self.o.valid.eq(occupied & last_out),
         ]
-        with m.If(move):
-            m.d.sync += found.eq(some)
+        with m.If(fetch):
+            m.d.sync += occupied.eq(some)
         return m
 
     @staticmethod
-    def _before(m: Module, leave: Value, latest: Value, bits: int) -> Value:
+    def _earlier_beats(m: Module, pop: Value, beat: Value, bits: int) -> Value:
         """The beats of a transfer that have left the memory."""
         if not bits:
             return Const(0, 0)
-        before = Signal(bits, reset_less=True)
-        with m.If(leave):
-            m.d.sync += before.eq(Cat(before, latest)[len(latest) :])
-        return before
+        earlier = Signal(bits, reset_less=True)
+        with m.If(pop):
+            m.d.sync += earlier.eq(Cat(earlier, beat)[len(beat) :])
+        return earlier
 
     def _beat(self, m: Module, step: Value, name: str) -> tuple[Value, Value]:
         """Number of a transfer's beat, and whether it is the last; no counter for a single one."""
         return wrapping_counter(m, step, self._beats, name) if self._beats > 1 else (Const(0, 0), Const(1))
 
-    def _kept(self, payload: Any) -> Value:
+    def _stored(self, payload: Any) -> Value:
         """The part of a payload that is stored."""
         return Value.cast(payload)
 
 
-class PerFrameQueue(Queue):
-    """Queue of per-frame facts for one block, in LUTs, for as many frames as the core holds.
+class PerFrameFifo(Fifo):
+    """FIFO of per-frame facts for one block, for as many frames as the core has in progress.
 
-    Only ``fields`` of the payload are stored, those that the block uses; the others are zero.  Without fields, all are
-    stored.
+    Arguments:
+        shape: a structure.
+        fields: those of its fields that the block uses, and that are stored; the others are zero at ``o``.  Without
+            fields, all are stored.
+        depth: frames.
     """
 
     def __init__(self, shape: Any, fields: Sequence[str], depth: int) -> None:
         self._fields = tuple(fields)
         super().__init__(shape, depth)
 
-    def _kept(self, payload: Any) -> Value:
-        return Cat(payload[name] for name in self._fields) if self._fields else super()._kept(payload)
+    def _stored(self, payload: Any) -> Value:
+        return Cat(payload[name] for name in self._fields) if self._fields else super()._stored(payload)
 
 
 class Tokens(wiring.Component):
-    """Tokens: each stands for a free place downstream.
+    """Tokens of a credit scheme: each stands for a free place downstream.
 
     Arguments:
         number: tokens there are at most.
         every: pulses of ``give`` that make a token.
         full: whether they are there at first; otherwise all of them have to be given.
 
-    Members: ``give``: a place, or a part of it, is returned; ``o``: stream of tokens, registered.
+    Members:
+        give: in, a place, or a part of it, is returned.
+        o: stream out, of tokens, registered.
     """
 
     def __init__(self, number: int, every: int = 1, *, full: bool = True) -> None:
@@ -209,32 +278,6 @@ class Tokens(wiring.Component):
         _, completes = wrapping_counter(m, self.give, self._every, "parts")
         left = occupancy(m, self._number, self.give & completes, self.o.valid & self.o.ready, full=self._full)
         m.d.comb += self.o.valid.eq(left[0])
-        return m
-
-
-class Spare(wiring.Component):
-    """Skid buffer: neither ``i.ready`` nor ``o.valid`` depends combinationally on an input.
-
-    Members: ``i``: stream in; ``o``: stream out, a cycle later; ``used``: ``i.ready`` is low, in a separate register
-    for decisions, since the enable of a pipeline has a high fan-out.
-    """
-
-    latency = 1
-
-    def __init__(self, shape: Any) -> None:
-        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape)), "used": Out(1)})
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        ready, (out, kept) = Signal(init=1), (Signal.like(self.i.p, name=n, reset_less=True) for n in ("out", "kept"))
-        m.d.comb += [self.i.ready.eq(ready), self.o.p.eq(out)]
-        with m.If(ready):
-            m.d.sync += kept.eq(self.i.p)
-        with m.If(~self.o.valid | self.o.ready):
-            m.d.sync += [self.o.valid.eq(self.i.valid | self.used), out.eq(Mux(self.used, kept, self.i.p))]
-            m.d.sync += [self.used.eq(0), ready.eq(1)]
-        with m.Elif(ready):
-            m.d.sync += [self.used.eq(self.i.valid), ready.eq(~self.i.valid)]
         return m
 
 

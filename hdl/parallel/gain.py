@@ -9,7 +9,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.divider import Divider
-from tfra.hdl.lib.pipeline import TOP, busy_after, delayed, register, serial_product, to_top
+from tfra.hdl.lib.pipeline import NORMALIZE, busy_after, delayed, normalize, register, serial_product
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.cordic import cordic_latency, cordic_modulus, cordic_vector
@@ -64,7 +64,7 @@ class Gain(wiring.Component):
     idle       1        any            0            0           ``start``: ``total`` and ``frame`` are valid
     first run  0        0              0            0           ``first``, the tangential force; a cycle later
                                                                 ``divide_mu`` begins mu's division
-    second run 0        1              0            0           ``second``, the modulus of F; ``TOP + 1`` later
+    second run 0        1              0            0           ``second``, the modulus of F; ``NORMALIZE + 1`` later
                                                                 ``divide_mantissa`` begins the mantissa's division
     division   0        1              1            0           ``mantissa``, its quotient
     sending    0        1              0            1           ``gain.ready``; idle again a cycle later
@@ -101,9 +101,9 @@ class Gain(wiring.Component):
         """Cycles from the first in which ``total`` and ``frame`` are valid, the block idle, to the ``gain`` transfer.
 
         Two runs of the Cordic, one division; one cycle each to take magnitudes, to start either run and to start the
-        division; ``TOP`` for the top bits of the modulus.
+        division; ``NORMALIZE`` for the top bits of the modulus.
         """
-        return 2 * self._turn + self._divider.latency + 4 + TOP
+        return 2 * self._turn + self._divider.latency + 4 + NORMALIZE
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -131,7 +131,7 @@ class Gain(wiring.Component):
         quotient = self._divider.o.valid
         first, second = self.turned.valid & ~second_run, self.turned.valid & second_run
         divide_mu = register(m, first, "divide_mu", control=True)
-        divide_mantissa = delayed(m, second, TOP + 1, "divide_mantissa", control=True)
+        divide_mantissa = delayed(m, second, NORMALIZE + 1, "divide_mantissa", control=True)
         mu, mantissa = quotient & ~dividing, quotient & dividing
         m.d.comb += [
             start.eq(idle & self.total.valid & self.frame.valid),
@@ -166,7 +166,7 @@ class Gain(wiring.Component):
         """Top bits of the numerator, kept while those of the modulus are found in the same way."""
         bits = self._design.widths.division
         work = Signal(max(len(numerator), len(self.turned.p)), reset_less=True)
-        zeros, top = to_top(m, work, bits)
+        zeros, top = normalize(m, work, bits)
         numerator_top = Signal.like(top, name="numerator_top", reset_less=True)
         numerator_zeros = Signal.like(zeros, name="numerator_zeros", reset_less=True)
         with m.If(~state.second_run):

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import add_carry, counter_shape, leading_zeros, magnitude_bits, two_steps
 from tfra.hdl.lib.pipeline import register
-from tfra.hdl.lib.streams import Spare
+from tfra.hdl.lib.streams import SkidBuffer
 from tfra.hdl.parallel.payloads import frame_facts, stress_quad
 from tfra.model.fixed.design import Design
 
@@ -66,7 +66,7 @@ class Normaliser(wiring.Component):
     b = code << exponent, where the exponent counts the leading zeros of the OR of ``code ^ sign``; equal to
     :func:`tfra.model.fixed.normaliser.normaliser`::
 
-        taxel -> register -+-> four banks, one per mirror place, two pages -> register -> shift -> spare -> quads
+        taxel -> register -+-> four banks, one per mirror place, two pages -> register -> shift -> skid -> quads
                            +-> sum of |code|, OR of code ^ sign -> leading zeros -> shift -> frame
                            +-> code ^ sign >= contact threshold, OR of it ------------------> frame
 
@@ -148,7 +148,7 @@ class Normaliser(wiring.Component):
     def _leave(self, m: Module, pages: _Pages, start: Value, exponent: Value) -> Value:
         """Read the quads of a frame and shift them in two steps; true when the last one is taken."""
         quad = stress_quad(self._design)
-        m.submodules.spare = spare = Spare(data.StructLayout({"quad": quad, "end": 1}))  # a register lets all go
+        m.submodules.skid = skid = SkidBuffer(data.StructLayout({"quad": quad, "end": 1}))  # a register lets all go
         advance = Signal()
         running = Signal()
         final = Signal()
@@ -157,15 +157,15 @@ class Normaliser(wiring.Component):
         valid = Signal(2)  # after the memory, and after the register ``read``
         end = Signal(2)
         m.d.comb += [
-            advance.eq(spare.i.ready),
+            advance.eq(skid.i.ready),
             final.eq(pages.quad == self._design.quads - 1),
             pages.read.eq(advance),
-            spare.i.valid.eq(valid[1]),
-            *(spare.i.p.quad[place].eq(read[place] << fine) for place in range(4)),
-            spare.i.p.end.eq(end[1]),
-            self.quads.valid.eq(spare.o.valid),
-            self.quads.payload.eq(spare.o.p.quad),
-            spare.o.ready.eq(self.quads.ready),
+            skid.i.valid.eq(valid[1]),
+            *(skid.i.p.quad[place].eq(read[place] << fine) for place in range(4)),
+            skid.i.p.end.eq(end[1]),
+            self.quads.valid.eq(skid.o.valid),
+            self.quads.payload.eq(skid.o.p.quad),
+            skid.o.ready.eq(self.quads.ready),
         ]
         with m.If(advance):
             m.d.sync += [valid.eq(Cat(running, valid)), end.eq(Cat(final, end))]
@@ -174,7 +174,7 @@ class Normaliser(wiring.Component):
             m.d.sync += [running.eq(~final), pages.quad.eq(Mux(final, 0, pages.quad + 1))]
         with m.If(start):
             m.d.sync += running.eq(1)
-        return self.quads.valid & self.quads.ready & spare.o.p.end
+        return self.quads.valid & self.quads.ready & skid.o.p.end
 
 
 class _Facts(Elaboratable):

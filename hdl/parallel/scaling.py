@@ -17,7 +17,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.interface import ports
 from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
-from tfra.hdl.lib.streams import Spare
+from tfra.hdl.lib.streams import SkidBuffer
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.design import Design
@@ -99,7 +99,7 @@ class Scaling(wiring.Component):
 
         Between two frames whose facts are all valid, two cycles stay empty.
         """
-        return STAGES + Spare.latency
+        return STAGES + SkidBuffer.latency
 
     @property
     def force_latency(self) -> int:
@@ -117,14 +117,14 @@ class Scaling(wiring.Component):
         valid = Signal(STAGES)
         into = Signal(self._operands(), reset_less=True)
         result = Signal(ports.result(self._design), reset_less=True)
-        m.submodules.spare = spare = Spare(ports.result(self._design))  # so that a register lets all advance
+        m.submodules.skid = skid = SkidBuffer(ports.result(self._design))  # so that a register lets all advance
         go = self._enter(m, advance, into)
         m.d.comb += [
-            spare.i.valid.eq(valid[-1]),
-            spare.i.payload.eq(result),
-            advance.eq(spare.i.ready),
+            skid.i.valid.eq(valid[-1]),
+            skid.i.payload.eq(result),
+            advance.eq(skid.i.ready),
         ]
-        wiring.connect(m, spare.o, wiring.flipped(self.result))
+        wiring.connect(m, skid.o, wiring.flipped(self.result))
         with m.If(advance):
             m.d.sync += valid.eq(Cat(go, valid))
             self._finish(m, result, *self._multiply(m, into), valid[-2])

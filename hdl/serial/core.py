@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl.interface import ports
 from tfra.hdl.lib.arithmetic import counter_shape
-from tfra.hdl.lib.streams import Buffer, Spare
+from tfra.hdl.lib.streams import Buffer, SkidBuffer
 from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import Dest, Op, Src
 from tfra.hdl.serial.lanes import Lanes
@@ -83,7 +83,7 @@ class SerialCore(wiring.Component):
         """Taxels and results; the program waits for both, and until the coefficients are loaded."""
         path = self.datapath
         m.submodules.taxels = taxels = Buffer(self.taxel.payload.shape())
-        m.submodules.results = results = Spare(self.result.payload.shape())
+        m.submodules.results = results = SkidBuffer(self.result.payload.shape())
         connect(m, flipped(self.taxel), taxels.i)
         connect(m, results.o, flipped(self.result))
         m.d.comb += [

@@ -17,7 +17,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl.interface import ports
-from tfra.hdl.lib.streams import Fork, PerFrameQueue
+from tfra.hdl.lib.streams import Fork, PerFrameFifo
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.learned.blocks import AtTaxels, Blocks
 from tfra.hdl.parallel.learned.payloads import contact, header, share
@@ -87,7 +87,7 @@ class LearnedCore(wiring.Component):
         connect(m, blocks.normaliser.frame, fork.i)
         users = {"total": ("contact",), "words": ("exponent", "contact", "saturated")}
         for (user, fields), o in zip(users.items(), fork.o, strict=True):
-            m.submodules[f"frame_{user}_facts"] = queue = PerFrameQueue(shape, fields, HELD)
+            m.submodules[f"frame_{user}_facts"] = queue = PerFrameFifo(shape, fields, HELD)
             connect(m, o, queue.i)
             connect(m, queue.o, getattr(blocks, user).frame)
 
@@ -114,7 +114,7 @@ class LearnedCore(wiring.Component):
         for user in (blocks.angle, friction):
             m.d.comb += [user.force.valid.eq(force.valid), user.force.payload.eq(force.payload)]
         connect(m, blocks.angle.modulus, friction.modulus)
-        m.submodules.header_facts = queue = PerFrameQueue(header(self.design), (), HELD)
+        m.submodules.header_facts = queue = PerFrameFifo(header(self.design), (), HELD)
         m.d.comb += [
             queue.i.valid.eq(friction.friction.valid),
             queue.i.p.judged.eq(blocks.resultant.judged),
@@ -130,7 +130,7 @@ class LearnedCore(wiring.Component):
         m.d.comb += [field.result.valid.eq(matvec.result.valid), field.result.payload.eq(matvec.result.payload)]
         for user, fields in ((field, ("mu_x", "mu_y")), (part, ("total",))):
             name = "field" if user is field else "share"
-            m.submodules[f"contact_{name}_facts"] = queue = PerFrameQueue(contact(self.design), fields, HELD)
+            m.submodules[f"contact_{name}_facts"] = queue = PerFrameFifo(contact(self.design), fields, HELD)
             m.d.comb += [
                 queue.i.valid.eq(friction.valid),
                 queue.i.p.total.eq(blocks.resultant.force.payload),
@@ -141,7 +141,7 @@ class LearnedCore(wiring.Component):
         connect(m, part.share_token, field.share_token)
         for sink in (part, forces):
             m.d.comb += [sink.p.valid.eq(field.p.valid), sink.p.payload.eq(field.p.payload)]
-        m.submodules.share_facts = shares = PerFrameQueue(share(self.design), (), 3 * HELD)
+        m.submodules.share_facts = shares = PerFrameFifo(share(self.design), (), 3 * HELD)
         m.d.comb += [shares.i.valid.eq(part.share.valid), shares.i.payload.eq(part.share.payload)]
         connect(m, shares.o, forces.share)
         connect(m, forces.taxel, blocks.words.taxel)

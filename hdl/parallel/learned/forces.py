@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import round_half, saturate, shift_right, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
-from tfra.hdl.lib.streams import Queue, Tokens, always_ready_stream
+from tfra.hdl.lib.streams import Fifo, Tokens, always_ready_stream
 from tfra.hdl.parallel.learned.payloads import force, share, taxel_quad
 from tfra.hdl.parallel.learned.plan import FRAMES
 from tfra.hdl.parallel.normaliser import Raster
@@ -57,14 +57,14 @@ class Forces(wiring.Component):
     @property
     def latency(self) -> int:
         """Cycles from the one in which ``share`` is valid to the transfer of its plane's first word."""
-        return _RESULT + Queue.latency
+        return _RESULT + Fifo.latency
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         issue = Signal()
         m.submodules.raster = raster = Raster(self._design)
         m.submodules.places = places = Tokens(self.latency + 1)
-        m.submodules.queue = queue = Queue(self.taxel.payload.shape(), self.latency + 2)
+        m.submodules.queue = queue = Fifo(self.taxel.payload.shape(), self.latency + 2)
         wiring.connect(m, queue.o, wiring.flipped(self.taxel))
         ends = issue & raster.last
         _, last_axis = wrapping_counter(m, ends, 3, "axis")

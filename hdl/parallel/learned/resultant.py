@@ -11,7 +11,7 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_top, saturate, two_steps
-from tfra.hdl.lib.pipeline import busy_after, delayed, driver, register, serial_product, zeros_later
+from tfra.hdl.lib.pipeline import busy_after, delayed, driver, register, registered_zeros, serial_product
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.learned.payloads import judged
@@ -92,7 +92,7 @@ class Resultant(wiring.Component):
         width, bits = len(f[0]), self._design.widths.division
         seen = register(m, reduce(or_, (magnitude_bits(self.total.p[parity]) for _, parity in _AXES)), "seen")
         zeros = Signal(counter_shape(width - 1), reset_less=True)
-        found = zeros_later(m, seen)
+        found = registered_zeros(m, seen)
         with m.If(delayed(m, valid, _ZEROS - 1, "measured", control=True)):
             m.d.sync += zeros.eq(found)
         coarse, _ = two_steps(zeros, _FINE)

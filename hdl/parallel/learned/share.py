@@ -9,7 +9,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.divider import Divider
-from tfra.hdl.lib.pipeline import TOP, delayed, driver, register, to_top, wrapping_counter
+from tfra.hdl.lib.pipeline import NORMALIZE, delayed, driver, normalize, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
 from tfra.hdl.parallel.learned.payloads import contact, share, taxel_quad
 from tfra.model.fixed.learned.bounds import total_bits
@@ -18,7 +18,7 @@ from tfra.model.fixed.learned.share import even_word
 
 _SUM = 6
 """Cycles from a frame's last quad to the sum of p: the quad, each of its words, and their sum."""
-_DIVIDE = TOP + 1
+_DIVIDE = NORMALIZE + 1
 """Cycles from there to the first division: the top bits, and a register for the denominator."""
 
 
@@ -109,7 +109,7 @@ class Share(wiring.Component):
         design, fmt = self._design, self._design.formats
         bits, taxels = design.widths.division, design.sensor.taxels
         alike = taxels * even_word(design)
-        zeros, top = to_top(m, total, bits)
+        zeros, top = normalize(m, total, bits)
         settled = fmt.bits("scalar") - 2 + fmt.vector_fraction - fmt.force_fraction - (bits - 1)
         base = register(m, self.contact.p.total.exponent + settled, "base")
         found = register(m, base + (len(total) - zeros), "shift_found")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from tfra.hdl.lib.streams import PerFrameQueue
+from tfra.hdl.lib.streams import PerFrameFifo
 from tfra.hdl.parallel.intake import Intake
 from tfra.hdl.parallel.learned.cycles import Cycles
 from tfra.hdl.parallel.learned.plan import FRAMES, UNITS, plan
@@ -133,7 +133,7 @@ class Timeline:
     def _field(self, number: int, results: list[int]) -> None:
         """The field begins after the one before, and so do the mantissas."""
         cycles, frame = self._cycles, self.frames[number]
-        frame.begun = max(results[-1] + cycles.vectors, frame.friction + PerFrameQueue.latency)
+        frame.begun = max(results[-1] + cycles.vectors, frame.friction + PerFrameFifo.latency)
         if number:
             before = self.frames[number - 1]
             frame.begun = max(frame.begun, before.begun + cycles.field_interval, before.mantissas[-1])
@@ -144,13 +144,13 @@ class Timeline:
     def _words(self, number: int) -> None:
         """Result words: the header when it is complete, each plane after its mantissa, never two in a cycle."""
         frame, cycles, design = self.frames[number], self._cycles, self._design
-        header = frame.friction + PerFrameQueue.latency + cycles.words
+        header = frame.friction + PerFrameFifo.latency + cycles.words
         before = self.frames[number - 1].words[-1] if number else -_NEVER
         count = design.frame_words - 1 - design.sensor.taxels * len(frame.mantissas)
         begin = max(header, before + 1)
         frame.words = list(range(begin, begin + count))
         for mantissa in frame.mantissas:
-            begin = max(mantissa + PerFrameQueue.latency + cycles.forces + cycles.words, frame.words[-1] + 1)
+            begin = max(mantissa + PerFrameFifo.latency + cycles.forces + cycles.words, frame.words[-1] + 1)
             frame.words += range(begin, begin + design.sensor.taxels)
         frame.words.append(frame.words[-1] + 1)
         self._tokens["frame_token"].append(frame.words[-1] + _SEEN)

@@ -12,7 +12,7 @@ from amaranth.lib import data, memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
-from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter, zeros_later
+from tfra.hdl.lib.pipeline import READ, delayed, register, registered_zeros, wrapping_counter
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.learned.payloads import taxel_quad
 from tfra.hdl.parallel.learned.plan import FRAMES
@@ -82,7 +82,7 @@ class Vectors(wiring.Component):
             mask = Signal(len(word) - 1, name=f"mask{parity}", reset_less=True)
             with m.If(self.write.valid):
                 m.d.sync += mask.eq(Mux(first, 0, mask) | magnitude_bits(word))
-            m.d.comb += write.data[parity].eq(register(m, zeros_later(m, mask), f"zeros{parity}"))
+            m.d.comb += write.data[parity].eq(register(m, registered_zeros(m, mask), f"zeros{parity}"))
         m.d.comb += [
             write.en.eq(delayed(m, ends, MEASURE, "measured", control=True)),
             write.addr.eq(delayed(m, place, MEASURE, "measured_place")),

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.interface import ports
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import register
-from tfra.hdl.lib.streams import TOKEN, Spare, Tokens
+from tfra.hdl.lib.streams import TOKEN, SkidBuffer, Tokens
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.learned.payloads import force, header
 from tfra.hdl.parallel.learned.plan import FRAMES
@@ -34,7 +34,7 @@ class Words(wiring.Component):
         frame_token: tokens out, one for each frame that may be in flight.
     """
 
-    latency = Spare.latency
+    latency = SkidBuffer.latency
     """Cycles from the one in which a header is valid, or a force, to the transfer of its first word."""
 
     def __init__(self, design: LearnedDesign) -> None:
@@ -50,9 +50,9 @@ class Words(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.spare = spare = Spare(ports.result(self._design))
+        m.submodules.skid = skid = SkidBuffer(ports.result(self._design))
         m.submodules.frame_tokens = tokens = Tokens(FRAMES)
-        wiring.connect(m, spare.o, wiring.flipped(self.result))
+        wiring.connect(m, skid.o, wiring.flipped(self.result))
         wiring.connect(m, tokens.o, wiring.flipped(self.frame_token))
         counter = Signal(COUNTER_BITS)
         words = self._header(counter)
@@ -63,19 +63,19 @@ class Words(wiring.Component):
         closing = step == len(words)
         status = Cat(self._status(limited))
         m.d.comb += [
-            spare.i.valid.eq(self.header.valid),
-            spare.i.p.data.eq(Array([*words, status])[step]),
-            spare.i.p.last.eq(closing & ~taxels),
-            move.eq(spare.i.valid & spare.i.ready),
-            self.header.ready.eq(move & spare.i.p.last),
-            self.frame.ready.eq(move & spare.i.p.last),
-            tokens.give.eq(register(m, move & spare.i.p.last, "closed", control=True)),
+            skid.i.valid.eq(self.header.valid),
+            skid.i.p.data.eq(Array([*words, status])[step]),
+            skid.i.p.last.eq(closing & ~taxels),
+            move.eq(skid.i.valid & skid.i.ready),
+            self.header.ready.eq(move & skid.i.p.last),
+            self.frame.ready.eq(move & skid.i.p.last),
+            tokens.give.eq(register(m, move & skid.i.p.last, "closed", control=True)),
         ]
         if self._design.taxel_forces:
-            self._insert_taxels(m, spare, taxels, limited, move & (step == len(words) - 1))
+            self._insert_taxels(m, skid, taxels, limited, move & (step == len(words) - 1))
         with m.If(move & ~taxels):
             m.d.sync += step.eq(Mux(closing, 0, step + 1))
-        with m.If(move & spare.i.p.last):
+        with m.If(move & skid.i.p.last):
             m.d.sync += counter.eq(counter + 1)
         return m
 
@@ -107,12 +107,12 @@ class Words(wiring.Component):
         }
         return [flags.get(status, Const(0, 1)) for status in Status]
 
-    def _insert_taxels(self, m: Module, spare: Spare, taxels: Signal, limited: Signal, ends_header: Value) -> None:
+    def _insert_taxels(self, m: Module, skid: SkidBuffer, taxels: Signal, limited: Signal, ends_header: Value) -> None:
         """Forces between the header's last word and the status."""
         transfer = self.taxel.valid & self.taxel.ready
-        m.d.comb += self.taxel.ready.eq(taxels & spare.i.ready)
+        m.d.comb += self.taxel.ready.eq(taxels & skid.i.ready)
         with m.If(taxels):
-            m.d.comb += [spare.i.valid.eq(self.taxel.valid), spare.i.p.data.eq(self.taxel.p.word)]
+            m.d.comb += [skid.i.valid.eq(self.taxel.valid), skid.i.p.data.eq(self.taxel.p.word)]
         with m.If(ends_header):
             m.d.sync += [taxels.eq(1), limited.eq(0)]
         with m.Elif(transfer):

@@ -10,7 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_top, two_steps
-from tfra.hdl.lib.pipeline import READ, delayed, driver, register, wrapping_counter, zeros_later
+from tfra.hdl.lib.pipeline import READ, delayed, driver, register, registered_zeros, wrapping_counter
 from tfra.hdl.parallel.matvec.plan import Source, stack_number
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.model.fixed.design import Design
@@ -140,7 +140,7 @@ class OperandBuffer(wiring.Component):
             mask = Signal(len(self.operand.p[parity]) - 1, name=f"mask{parity}", reset_less=True)
             with m.If(transfer):
                 m.d.sync += mask.eq(Mux(first, 0, mask) | magnitude_bits(self.operand.p[parity]))
-            zeros = zeros_later(m, Cat(mask, Const(0, self._spare_bits)))
+            zeros = registered_zeros(m, Cat(mask, Const(0, self._spare_bits)))
             for number, stored in enumerate(headroom):
                 with m.If(done & (bank == number)):
                     m.d.sync += stored[parity].eq(zeros)

@@ -15,7 +15,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl.interface import ports
-from tfra.hdl.lib.streams import Buffer, Fork, PerFrameQueue, Router
+from tfra.hdl.lib.streams import Buffer, Fork, PerFrameFifo, Router
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.probes import add_probe
 from tfra.hdl.parallel.tfra.blocks import Blocks
@@ -144,6 +144,6 @@ class Core(wiring.Component):
         self._queue(m, "phi_facts", blocks.angle.phi, FactRoute("scaling", blocks.scaling.phi))
 
     def _queue(self, m: Module, name: str, source: Any, route: FactRoute) -> None:
-        m.submodules[name] = queue = PerFrameQueue(source.payload.shape(), route.fields, HELD)
+        m.submodules[name] = queue = PerFrameFifo(source.payload.shape(), route.fields, HELD)
         connect(m, source, queue.i)
         connect(m, queue.o, route.sink)

@@ -12,7 +12,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape, magnitude_bits, round_top
 from tfra.hdl.lib.divider import Divider
-from tfra.hdl.lib.pipeline import ALIGN, ahead, align, register
+from tfra.hdl.lib.pipeline import ALIGN, align, lookahead, register
 from tfra.hdl.lib.schedule import later, once
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
@@ -177,8 +177,8 @@ class Dependent(wiring.Component):
         """Cycle of the schedule: zero until sums and facts are there, the one after the last until affine has left."""
         cycle = Signal(counter_shape(_DIVIDE + 1))
         m.d.comb += [
-            self.direction.ready.eq(ahead(m, cycle, once(_SWAP))),
-            self.frame.ready.eq(ahead(m, cycle, once(_DIVIDE))),
+            self.direction.ready.eq(lookahead(m, cycle, once(_SWAP))),
+            self.frame.ready.eq(lookahead(m, cycle, once(_DIVIDE))),
         ]
         with m.If(cycle == 0):
             m.d.sync += cycle.eq(full & self.direction.valid & self.frame.valid)
@@ -195,9 +195,9 @@ class Dependent(wiring.Component):
         rounded = Signal(signed(bits), reset_less=True)
         thirds = [register(m, reduce(or_, map(magnitude_bits, exact[k::3])), f"third{k}") for k in range(3)]
         measured = [Cat(word, 0).as_signed() for word in thirds]
-        aligned, zeros = align(m, measured, exact[0], ahead(m, cycle, once(_ZEROS)))
+        aligned, zeros = align(m, measured, exact[0], lookahead(m, cycle, once(_ZEROS)))
         m.d.sync += rounded.eq(round_top(aligned, bits))
-        with m.If(ahead(m, cycle, _RING)):
+        with m.If(lookahead(m, cycle, _RING)):
             m.d.sync += [word.eq(after) for word, after in zip(ring, [*ring[1:], rounded], strict=True)]
         m.d.comb += self.affine.payload.significant.eq(vector - 1 - zeros)
         return rounded
@@ -221,13 +221,13 @@ class Dependent(wiring.Component):
         # TIMING: product -> num1: one adder for the sums and for the swap, so that nothing follows it
         base = Mux(swap, den, Mux(second, num1, 0)).as_signed()
         total = add_or_subtract(base, Mux(swap, 0, product).as_signed(), subtract)
-        with m.If(ahead(m, cycle, _ADD)):
+        with m.If(lookahead(m, cycle, _ADD)):
             m.d.sync += num1.eq(total)
             with m.If(~second):
                 m.d.sync += [den.eq(num0), num0.eq(num1)]
         with m.If(swap & ~direction.sweep_y):
             m.d.sync += [den.eq(num1), num1.eq(total)]
-        with m.If(ahead(m, cycle, _ALIGN_U)):
+        with m.If(lookahead(m, cycle, _ALIGN_U)):
             m.d.sync += [den.eq(num0), num0.eq(num1)]
         return exact
 
@@ -255,9 +255,9 @@ class Dependent(wiring.Component):
         names = ("num1", "num0", "den")
         size = [Signal(bits, name=f"{name}_size", reset_less=True) for name in names]
         negative = [Signal(name=f"{name}_negative", reset_less=True) for name in names]
-        aligned, _ = align(m, exact, exact[-1], ahead(m, cycle, once(_ZEROS_U)))
+        aligned, _ = align(m, exact, exact[-1], lookahead(m, cycle, once(_ZEROS_U)))
         sign, rounded = register(m, aligned[-1], "sign"), register(m, _round_magnitude(aligned, bits), "magnitude")
-        with m.If(ahead(m, cycle, _LIMIT_U)):
+        with m.If(lookahead(m, cycle, _LIMIT_U)):
             limited = Mux(rounded[-1] & ~sign, (1 << (bits - 1)) - 1, rounded)
             m.d.sync += [size[0].eq(limited), negative[0].eq(sign)]
             m.d.sync += [size[n + 1].eq(size[n]) for n in range(2)]
@@ -271,7 +271,7 @@ class Dependent(wiring.Component):
         vanishing = Signal(reset_less=True)
         usable = Signal()
         limit = den << _WHOLE
-        with m.If(ahead(m, cycle, once(_COMPARE))):
+        with m.If(lookahead(m, cycle, once(_COMPARE))):
             m.d.sync += vanishing.eq((num1 >= limit) | (num0 >= limit))
         m.d.comb += [usable.eq(facts.contact & facts.traction & ~vanishing), affine.vanishing.eq(vanishing)]
         for name, divider, numerator, sign in (

@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import quad
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import READ, delayed, occupancy, register, wrapping_counter
-from tfra.hdl.lib.streams import TOKEN, Queue, Tokens, always_ready_stream
+from tfra.hdl.lib.streams import TOKEN, Fifo, Tokens, always_ready_stream
 from tfra.hdl.parallel.beats import beat_in_quad, beat_number, beat_valid, select_beat
 from tfra.hdl.parallel.normaliser import Raster
 from tfra.hdl.parallel.payloads import vector_quad
@@ -64,7 +64,7 @@ class Forces(wiring.Component):
     @property
     def read_latency(self) -> int:
         """Cycles from the last read of a plane to the transfer of its last taxel, when nothing stalls."""
-        return READ + 1 + Queue.latency
+        return READ + 1 + Fifo.latency
 
     @property
     def plane_cycles(self) -> int:
@@ -122,7 +122,7 @@ class Forces(wiring.Component):
         ends = Signal()
         m.submodules.raster = raster = Raster(self._design)
         m.submodules.places = places = Tokens(self.read_latency + 1)
-        m.submodules.queue = queue = Queue(self.taxel.payload.shape(), self.read_latency + 2)
+        m.submodules.queue = queue = Fifo(self.taxel.payload.shape(), self.read_latency + 2)
         wiring.connect(m, queue.o, wiring.flipped(self.taxel))
         number, word = self._locate(raster)
         m.d.comb += [

@@ -10,7 +10,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import add_or_subtract, saturate
-from tfra.hdl.lib.pipeline import ahead, driver, register
+from tfra.hdl.lib.pipeline import driver, lookahead, register
 from tfra.hdl.lib.schedule import once
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
@@ -90,7 +90,7 @@ class Friction(wiring.Component):
         cycle, busy = one_at_a_time(m, self.index, facts, self.chosen, _CHOOSE)
         index = Signal(payloads.sweep_index(self.design), reset_less=True)
         mirrored = Signal.like(index, name="mirrored")
-        m.d.comb += [fact.ready.eq(ahead(m, cycle, once(_CHOOSE))) for fact in facts]
+        m.d.comb += [fact.ready.eq(lookahead(m, cycle, once(_CHOOSE))) for fact in facts]
         with m.If(~busy):
             m.d.sync += [index.eq(self.index.payload), mirrored.eq(self.design.search.steps - self.index.payload)]
         return index, mirrored

@@ -9,7 +9,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import round_top
-from tfra.hdl.lib.pipeline import ALIGN, ahead, align, driver
+from tfra.hdl.lib.pipeline import ALIGN, align, driver, lookahead
 from tfra.hdl.lib.schedule import later, once
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
@@ -105,7 +105,7 @@ class Resultant(wiring.Component):
         """Cycle of the schedule, zero until chosen and facts are there; the factor, which alternates."""
         facts, bits = (self.affine, self.frame), self.design.formats.bits("scalar")
         cycle, busy = one_at_a_time(m, self.chosen, facts, self.total, _LAST)
-        taken = ahead(m, cycle, once(_ALIGN.start))
+        taken = lookahead(m, cycle, once(_ALIGN.start))
         m.d.comb += [fact.ready.eq(taken) for fact in facts]
         factor = Signal(signed(bits), reset_less=True)
         next_factor = Signal(signed(bits), reset_less=True)
@@ -127,10 +127,10 @@ class Resultant(wiring.Component):
         ]
         m.d.sync += product.eq(word * factor)
         second = cycle[0] ^ (_ADD.start & 1)
-        add = ahead(m, cycle, _ADD)
+        add = lookahead(m, cycle, _ADD)
         with m.If(add):
             m.d.sync += f_z.eq(Mux(second, f_z, start << fraction) + product)
-        with m.If((add & ~second) | ahead(m, cycle, _ALIGN)):
+        with m.If((add & ~second) | lookahead(m, cycle, _ALIGN)):
             m.d.sync += [f_y.eq(f_z), f_x.eq(f_y)]
         return forces
 
@@ -162,10 +162,10 @@ class Resultant(wiring.Component):
         width, bits = len(forces[0]), self.design.widths.division
         total = driver(m, self.total.payload)
         words, exponent = total.words, total.exponent
-        aligned, zeros = align(m, forces, forces[-1], ahead(m, cycle, once(_ZEROS)))
+        aligned, zeros = align(m, forces, forces[-1], lookahead(m, cycle, once(_ZEROS)))
         with m.If(self.frame.ready):
             # sums - 1 - affine.significant + fraction + bits - 1 - (width - 1 - zeros)
             fixed = self.design.formats.bits("sums") - 1 + scalar_fraction(self.design) + bits - width
             m.d.sync += exponent.eq(fixed - self.affine.payload.significant + zeros)
-        with m.If(ahead(m, cycle, _ROUND)):
+        with m.If(lookahead(m, cycle, _ROUND)):
             m.d.sync += [words[0].eq(words[1]), words[1].eq(words[2]), words[2].eq(round_top(aligned, bits))]

@@ -1,4 +1,4 @@
-"""Fork, Router, queues of facts, tokens and the spare register keep order and lose nothing under any stalls."""
+"""Fork, Router, FIFOs, tokens and the skid buffer keep order and lose nothing under any stalls."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tests.marks import STALLS
-from tfra.hdl.lib.streams import TOKEN, Fork, PerFrameQueue, Queue, Router, Spare, Tokens
+from tfra.hdl.lib.streams import TOKEN, Fifo, Fork, PerFrameFifo, Router, SkidBuffer, Tokens
 from tfra.sim.harness import PATTERNS, run
 
 
@@ -33,16 +33,16 @@ def test_router_sends_every_kind_where_its_table_says(stall_in):
 
 @pytest.mark.parametrize("parts", [1, 2, 4])
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
-def test_queue_keeps_order_whatever_its_width(parts, stall_in, stall_out):
+def test_fifo_keeps_order_whatever_its_width(parts, stall_in, stall_out):
     values = [number * 2654435761 % 4096 for number in range(40)]
-    seen = run(Queue(unsigned(12), 5, parts), {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
+    seen = run(Fifo(unsigned(12), 5, parts), {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
     assert seen.values["o"] == values
 
 
 @pytest.mark.parametrize("parts", [1, 2, 4])
-def test_latency_of_a_queue(parts):
-    seen = run(Queue(unsigned(12), 5, parts), {"i": list(range(9))}, {"o": 9})
-    assert seen.cycles["o"] == [cycle + Queue.latency for cycle in seen.cycles["i"]]
+def test_latency_of_a_fifo(parts):
+    seen = run(Fifo(unsigned(12), 5, parts), {"i": list(range(9))}, {"o": 9})
+    assert seen.cycles["o"] == [cycle + Fifo.latency for cycle in seen.cycles["i"]]
     assert [b - a for a, b in zip(seen.cycles["i"], seen.cycles["i"][1:], strict=False)] == [parts] * 8
 
 
@@ -50,16 +50,16 @@ def test_latency_of_a_queue(parts):
 def test_facts_keep_order_and_only_their_fields(stall_in, stall_out):
     shape = data.StructLayout({"mu": signed(7), "flag": 1, "rest": 5})
     values = [{"mu": number - 20, "flag": number & 1, "rest": number % 32} for number in range(40)]
-    facts = PerFrameQueue(shape, ("mu", "flag"), 4)
+    facts = PerFrameFifo(shape, ("mu", "flag"), 4)
     seen = run(facts, {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
     assert seen.values["o"] == [value | {"rest": 0} for value in values]
 
 
 def test_facts_wait_for_as_long_and_for_as_many_frames_as_told():
-    seen = run(PerFrameQueue(unsigned(8), (), 3), {"i": list(range(9))}, {"o": 9})
-    assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [PerFrameQueue.latency] * 9
+    seen = run(PerFrameFifo(unsigned(8), (), 3), {"i": list(range(9))}, {"o": 9})
+    assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [PerFrameFifo.latency] * 9
     with pytest.raises(AssertionError, match="no end"):
-        run(PerFrameQueue(unsigned(8), (), 3), {"i": list(range(4))}, {"o": 5}, limit=200)
+        run(PerFrameFifo(unsigned(8), (), 3), {"i": list(range(4))}, {"o": 5}, limit=200)
 
 
 def test_tokens_are_as_many_as_were_given():
@@ -85,12 +85,12 @@ def test_tokens_are_as_many_as_were_given():
 
 
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
-def test_a_spare_place_keeps_order_under_stalls(stall_in, stall_out):
+def test_a_skid_buffer_keeps_order_under_stalls(stall_in, stall_out):
     values = list(range(60))
-    seen = run(Spare(unsigned(8)), {"i": values}, {"o": 60}, stall_in=stall_in, stall_out=stall_out)
+    seen = run(SkidBuffer(unsigned(8)), {"i": values}, {"o": 60}, stall_in=stall_in, stall_out=stall_out)
     assert seen.values["o"] == values
 
 
-def test_a_spare_place_costs_a_cycle_and_no_throughput():
-    seen = run(Spare(unsigned(8)), {"i": list(range(20))}, {"o": 20})
+def test_a_skid_buffer_costs_a_cycle_and_no_throughput():
+    seen = run(SkidBuffer(unsigned(8)), {"i": list(range(20))}, {"o": 20})
     assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [1] * 20

@@ -12,7 +12,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tests.marks import STALLS
-from tfra.hdl.lib.streams import PerFrameQueue, always_ready_stream
+from tfra.hdl.lib.streams import PerFrameFifo, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.cordic import cordic_modulus, cordic_vector, cordic_word
@@ -47,7 +47,7 @@ class Kept(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.angle = angle = self.angle
-        m.submodules.kept = kept = PerFrameQueue(self._modulus, (), NUMBER)
+        m.submodules.kept = kept = PerFrameFifo(self._modulus, (), NUMBER)
         connect(m, flipped(self.vector), angle.vector)
         m.d.comb += [kept.i.valid.eq(angle.turned.valid), kept.i.payload.eq(angle.turned.payload)]
         connect(m, flipped(self.direction), angle.direction)
@@ -88,7 +88,7 @@ def test_directions_never_hold_up_a_vector():
     seen = run(dut, sent, {"turned": NUMBER, "phi": NUMBER}, stall_in=flowing).cycles
     assert set(np.diff(seen["vector"])) == {1}
     waits = {out - into for into, out in zip(seen["vector"], seen["turned"], strict=True)}
-    assert waits == {dut.angle.latency + PerFrameQueue.latency}
+    assert waits == {dut.angle.latency + PerFrameFifo.latency}
 
 
 def test_a_wrong_bit_is_noticed():

@@ -9,7 +9,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.pipeline import register, wrapping_counter
-from tfra.hdl.lib.streams import Spare, always_ready_stream
+from tfra.hdl.lib.streams import SkidBuffer, always_ready_stream
 from tfra.hdl.parallel.beats import beat_number, select_beat, vector_beats
 from tfra.hdl.parallel.payloads import chosen, vector_beat, vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, place
@@ -49,7 +49,7 @@ class ProductBeats(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         design = self._design
-        m.submodules.forced = forced = Spare(self.forced.payload.shape())
+        m.submodules.forced = forced = SkidBuffer(self.forced.payload.shape())
         wiring.connect(m, wiring.flipped(self.forced), forced.i)
         valid, number, ends = vector_beats(m, design, self.products.valid)
         plane, _ = wrapping_counter(m, ends, 3, "plane")

@@ -9,7 +9,7 @@ from amaranth.lib import memory, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
-from tfra.hdl.lib.pipeline import delayed, register, zeros_later
+from tfra.hdl.lib.pipeline import delayed, register, registered_zeros
 from tfra.hdl.parallel.beats import beat_in_quad, beat_number
 from tfra.hdl.parallel.payloads import vector_beat
 from tfra.hdl.parallel.scale_add import beat_headroom
@@ -108,7 +108,7 @@ class Store(wiring.Component):
         """Leading zeros of the masks of the beat before, two cycles later."""
         size, length = self._design.architecture.vector_words, self._design.widths.vector - 1
         parities = [masks.word_select(4 - size + k, length) for k in range(size)]
-        return [register(m, zeros_later(m, mask), f"headroom{k}") for k, mask in enumerate(parities)]
+        return [register(m, registered_zeros(m, mask), f"headroom{k}") for k, mask in enumerate(parities)]
 
     def _store_headroom(self, m: Module, zeros: list[Value]) -> None:
         """Memory of the headroom, written with the beats of a vector's last quad."""

@@ -28,7 +28,7 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import register
-from tfra.hdl.lib.streams import Buffer, Queue, always_ready_stream
+from tfra.hdl.lib.streams import Buffer, Fifo, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.beats import beat_valid
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
@@ -54,7 +54,7 @@ class Sweep(wiring.Component):
 
     Takes frames back to back: stress, g and normal wait in queues, direction and frame in a buffer each.  A quad of
     e0 enters the loader with its g; quads of e1 enter it with stress, when the facts are valid.  They enter
-    ``Queue.latency`` cycles after their transfers at the earliest.  At least that many cycles lie
+    ``Fifo.latency`` cycles after their transfers at the earliest.  At least that many cycles lie
 
         between quads of e0                                  ``e0_interval``
         from the last of e0 to the first of e1               ``turn``
@@ -128,7 +128,7 @@ class Sweep(wiring.Component):
         """
         design = self._design
         last_row = first_row(design) + rows(design) - 1
-        return Queue.latency + terms_latency(design) + last_row + winner_latency(design) + 1
+        return Fifo.latency + terms_latency(design) + last_row + winner_latency(design) + 1
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -165,7 +165,7 @@ class Sweep(wiring.Component):
         for name, vectors in _WAITING.items():
             port = getattr(self, name)
             beats = 1 if name == "stress" else self._design.cycles_per_quad
-            m.submodules[name] = wait = Queue(port.payload.shape(), vectors * self._design.quads + _FOLDED, beats)
+            m.submodules[name] = wait = Fifo(port.payload.shape(), vectors * self._design.quads + _FOLDED, beats)
             wiring.connect(m, wait.o, getattr(loader, name))
             if name == "stress":
                 wiring.connect(m, wiring.flipped(port), wait.i)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfra.hdl.lib.streams import Buffer, PerFrameQueue
+from tfra.hdl.lib.streams import Buffer, PerFrameFifo
 from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
 from tfra.hdl.parallel.tfra.timeline.events import NEVER, Events, Span
 from tfra.hdl.parallel.tfra.timeline.products import Product
@@ -39,7 +39,7 @@ class Back:
         taken = max(frame.sums_b + SumsQueue.latency, before.affine + 1 if before else 0)
         for cycle in product.results[:3]:
             taken = max(cycle + SumsQueue.latency, taken + SumsQueue.interval)
-        frame.affine = max(taken, frame.direction + Buffer.latency + PerFrameQueue.latency - 1) + wait.dependent
+        frame.affine = max(taken, frame.direction + Buffer.latency + PerFrameFifo.latency - 1) + wait.dependent
         events.spans.append(Span("dependent", "alpha, beta", product.frame, taken, frame.affine))
 
     def _normal(self, product: Product) -> None:
@@ -78,9 +78,9 @@ class Back:
         events, wait = self._events, self._events.blocks
         frame, before = events.frames[number], events.before(number)
         frame.chosen = frame.index + wait.friction
-        begin = max(frame.chosen + PerFrameQueue.latency, before.total + 1 if before else 0)
+        begin = max(frame.chosen + PerFrameFifo.latency, before.total + 1 if before else 0)
         frame.total = begin + wait.resultant
-        begin = max(frame.total + PerFrameQueue.latency, before.gain + _NEXT_GAIN if before else 0)
+        begin = max(frame.total + PerFrameFifo.latency, before.gain + _NEXT_GAIN if before else 0)
         frame.gain = begin + wait.gain
         events.spans.append(Span("gain", "gain", number, begin, frame.gain))
 
@@ -88,7 +88,7 @@ class Back:
         """Result words: the header after the gain, forces as their planes come, never two in a cycle."""
         events, design, wait = self._events, self._events.design, self._events.blocks
         frame, before = events.frames[number], events.before(number)
-        cycle = frame.gain + PerFrameQueue.latency + wait.scaling - 1
+        cycle = frame.gain + PerFrameFifo.latency + wait.scaling - 1
         if before:
             cycle = max(cycle, before.words[-1] + _NEXT_FRAME)
         header = next(field.start for field in design.layout if field.name == "forces")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfra.hdl.lib.streams import Buffer, PerFrameQueue
+from tfra.hdl.lib.streams import Buffer, PerFrameFifo
 from tfra.hdl.parallel.tfra.combine.store import MEASURE
 from tfra.hdl.parallel.tfra.timeline.events import NEVER, Events, Span, Vector
 
@@ -30,11 +30,11 @@ class Updates:
         events, ready = self._events, []
         if self._winners < self._candidates and events.frames[self._winners].chosen:
             frame = events.frames[self._winners]
-            fact = frame.chosen + PerFrameQueue.latency + _SEEN
+            fact = frame.chosen + PerFrameFifo.latency + _SEEN
             ready.append((max(fact, frame.e1 + MEASURE, self._winner_from), "d", self._winners))
         if self._candidates < events.residuals:
             frame = events.frames[self._candidates]
-            facts = max(frame.affine, frame.direction) + Buffer.latency + PerFrameQueue.latency + _SEEN
+            facts = max(frame.affine, frame.direction) + Buffer.latency + PerFrameFifo.latency + _SEEN
             seen = max(frame.residual + MEASURE, facts, self._candidates_from)
             ready.append((seen, "e1" if self._e1_is_next else "e0", self._candidates))
         if not ready:

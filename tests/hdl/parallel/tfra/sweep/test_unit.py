@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from tests.marks import STALLS, long
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import product_latency
-from tfra.hdl.lib.streams import Buffer, Queue
+from tfra.hdl.lib.streams import Buffer, Fifo
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
@@ -144,7 +144,7 @@ def transfers(frames):
 
 def simulate(design, frames, stall_in=flowing, **how):
     """Vectors of ``FRAMES`` frames at most, quads as far apart as the queues need; normal ones behind the rest."""
-    q, passed = design.quads, Queue.latency + design.cycles_per_quad
+    q, passed = design.quads, Fifo.latency + design.cycles_per_quad
 
     def leave(quads):
         return lambda quad, record, cycle: len(record.cycles["index"]) > quad // quads - FRAMES
@@ -217,7 +217,7 @@ def test_the_data_reaches_ties_and_both_ends():
 def predicted(design, cycles):
     """Cycle of every index from the transfers into the unit, by the rules of Sweep's docstring."""
     unit, q = Sweep(design), design.quads
-    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + Queue.latency + design.cycles_per_quad - 1
+    normal = np.reshape(cycles["normal"], (-1, 2 * q)) + Fifo.latency + design.cycles_per_quad - 1
     facts = np.maximum(cycles["direction"], cycles["frame"]) + Buffer.latency + 1
     found, entry, behind = [], 0, 0  # the memories are cleared behind a reset
     for n, frame in enumerate(normal):
@@ -228,7 +228,7 @@ def predicted(design, cycles):
         for cycle in frame[q:]:
             entry = behind = max(behind, cycle)
             behind += unit.quad_interval
-        found.append(entry + unit.latency - Queue.latency)
+        found.append(entry + unit.latency - Fifo.latency)
     return found
 
 
