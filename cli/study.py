@@ -33,11 +33,11 @@ Scheduler = Annotated[
 TrialsOption = Annotated[
     str | None,
     typer.Option(
-        "--trials", metavar="URL", help="Database of the trials, as an SQLAlchemy URL: postgresql://… to share them."
+        "--trials", metavar="URL", help="Database of the trials: postgresql://… to share them, or sqlite:///FILE."
     ),
 ]
 
-_EXTRAS = ("polars", "optuna", "sqlalchemy", "plotly")
+_EXTRAS = ("polars", "optuna", "plotly")
 
 
 def study(

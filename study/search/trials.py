@@ -1,43 +1,38 @@
 """Finished trials of a search, in a table that survives a crash.
 
-One commit a trial: SQLite with a write-ahead log by default, or any database that SQLAlchemy knows the URL of, for a
-team.  A table holds any number of searches, each identified by the hash of its definition.
+One commit a trial: a file of SQLite with a write-ahead log, or a team's PostgreSQL.  A table holds any number of
+searches, each identified by the hash of its definition.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import re
+import sqlite3
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import (
-    Column,
-    Float,
-    Integer,
-    MetaData,
-    String,
-    Table,
-    Text,
-    create_engine,
-    event,
-    insert,
-    make_url,
-    select,
-)
-from sqlalchemy.engine import Engine
-from sqlalchemy.exc import IntegrityError, SQLAlchemyError
+PATIENCE = 5.0
+"""Seconds to wait for another writer of the same file."""
 
-_TABLE = Table(
-    "trials",
-    MetaData(),
-    Column("search", String(64), primary_key=True),
-    Column("number", Integer, primary_key=True),
-    Column("state", String(16), nullable=False),
-    Column("content", Text, nullable=False),
-    Column("seconds", Float, nullable=False),
-)
+_DRIVERS = {"sqlite": "sqlite3", "postgresql": "psycopg"}
+"""Modules of PEP 249 by the scheme of the URL."""
+
+_CREATE = """
+CREATE TABLE IF NOT EXISTS trials (
+    search VARCHAR(64) NOT NULL,
+    number INTEGER NOT NULL,
+    state VARCHAR(16) NOT NULL,
+    content TEXT NOT NULL,
+    seconds FLOAT NOT NULL,
+    PRIMARY KEY (search, number)
+)"""
+_SELECT = "SELECT number, state, content FROM trials WHERE search = ? ORDER BY number"
+_INSERT = "INSERT INTO trials VALUES (?, ?, ?, ?, ?) ON CONFLICT DO NOTHING"
 
 COMPLETE, STOPPED, UNFIT = "complete", "stopped", "unfit"
 """States: measured on all frames; dropped after few; choices that do not fit together."""
@@ -66,47 +61,54 @@ class Trial:
 class Trials:
     """The trials of one search in the table at ``url``; ``search`` is the hash of its definition.
 
-    Raises :class:`StoreError`.
+    ``url`` is sqlite:///FILE or postgresql://USER:PASSWORD@HOST/DATABASE.  Raises :class:`StoreError`.
     """
 
     def __init__(self, url: str, search: str) -> None:
+        self._url = url
         self._search = search
-        try:
-            self._engine = _engine(url)
-            _TABLE.metadata.create_all(self._engine)
-        except (SQLAlchemyError, ImportError) as error:
-            raise StoreError(_line(error)) from None
+        self._driver = _driver(url)
+        with self._transaction() as execute:
+            execute(_CREATE)
 
     def __call__(self) -> list[Trial]:
         """All trials, in order."""
-        rows = select(_TABLE.c.number, _TABLE.c.state, _TABLE.c.content)
+        with self._transaction() as execute:
+            rows = execute(_SELECT, (self._search,)).fetchall()
         try:
-            with self._engine.connect() as connection:
-                found = connection.execute(rows.where(_TABLE.c.search == self._search).order_by(_TABLE.c.number)).all()
-            return [Trial(number, state, **json.loads(content)) for number, state, content in found]
-        except (SQLAlchemyError, TypeError, ValueError) as error:
+            return [Trial(number, state, **json.loads(content)) for number, state, content in rows]
+        except (TypeError, ValueError) as error:
             raise StoreError(_line(error)) from None
 
     def add(self, trial: Trial, seconds: float) -> None:
-        """Store ``trial`` for good; another process may have stored the same before."""
+        """Store ``trial`` for good, unless another process has stored the same before."""
         names = ("indices", "values", "attributes", "reason")
         content = json.dumps({name: getattr(trial, name) for name in names}, sort_keys=True)
-        row = {"number": trial.number, "state": trial.state, "content": content, "seconds": seconds}
+        with self._transaction() as execute:
+            execute(_INSERT, (self._search, trial.number, trial.state, content, seconds))
+
+    @contextmanager
+    def _transaction(self) -> Iterator[Callable[..., Any]]:
+        """Yield a function that executes a statement; all of them are committed together."""
+        mark = "?" if self._driver.paramstyle == "qmark" else "%s"
         try:
-            with self._engine.begin() as connection:
-                connection.execute(insert(_TABLE).values(search=self._search, **row))
-        except IntegrityError:
-            return
-        except SQLAlchemyError as error:
+            with closing(self._connection()) as connection, connection:
+                yield lambda statement, *values: connection.execute(statement.replace("?", mark), *values)
+        except self._driver.Error as error:
             raise StoreError(_line(error)) from None
+
+    def _connection(self) -> Any:
+        if self._driver is not sqlite3:
+            return self._driver.connect(self._url)
+        connection = sqlite3.connect(self._url.removeprefix("sqlite:///"), PATIENCE)
+        connection.execute("PRAGMA journal_mode = WAL")
+        connection.execute("PRAGMA synchronous = FULL")
+        return connection
 
 
 def public(url: str) -> str:
     """``url`` without its password, for display."""
-    try:
-        return make_url(url).render_as_string(hide_password=True)
-    except SQLAlchemyError:
-        return url.partition(":")[0]
+    return re.sub(r"(?<=://)([^/@:]*):.*@", r"\1:***@", url)
 
 
 def sqlite(path: Path) -> str:
@@ -114,18 +116,15 @@ def sqlite(path: Path) -> str:
     return f"sqlite:///{path.absolute()}"
 
 
-def _engine(url: str) -> Engine:
-    engine = create_engine(url)
-    if engine.dialect.name == "sqlite":
-
-        @event.listens_for(engine, "connect")
-        def _make_durable(connection: Any, _: Any) -> None:
-            connection.execute("PRAGMA journal_mode = WAL")
-            connection.execute("PRAGMA synchronous = FULL")
-
-    return engine
+def _driver(url: str) -> Any:
+    scheme, _, rest = url.partition("://")
+    if scheme not in _DRIVERS or not rest:
+        raise StoreError("a URL sqlite:///FILE or postgresql://HOST/DATABASE is needed")
+    try:
+        return import_module(_DRIVERS[scheme])
+    except ImportError:
+        raise StoreError(f"needs the package {_DRIVERS[scheme]}, which is not installed") from None
 
 
 def _line(error: Exception) -> str:
-    """The reason of the driver, without the statement."""
-    return str(getattr(error, "orig", None) or error).splitlines()[0]
+    return (str(error) or type(error).__name__).splitlines()[0]

@@ -282,15 +282,18 @@ def test_a_corrupt_table_of_trials(place: Path, report: Path, tmp_path: Path) ->
     assert said == f"sqlite:///{tmp_path}/work/trials.sqlite: file is not a database"
 
 
-def test_a_locked_table_of_trials(place: Path, report: Path, tmp_path: Path) -> None:
-    """What is finished stays."""
+def test_a_locked_table_of_trials(
+    place: Path, report: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Finished trials stay."""
+    monkeypatch.setattr("tfra.study.search.trials.PATIENCE", 0.1)
     shutil.copytree(place / "work", tmp_path / "work")
     (place / "more.toml").write_text(STUDY.replace("size = 6", "size = 7"))
     table = tmp_path / "work" / "trials.sqlite"
     other = sqlite3.connect(table)
     before = other.execute("SELECT * FROM trials").fetchall()
     other.execute("BEGIN EXCLUSIVE")
-    url = f"sqlite:///{table}?timeout=0.1"
+    url = f"sqlite:///{table}"
     said = complaint(place / "more.toml", tmp_path / "out", tmp_path / "work", trials=url)
     assert said == f"{url}: database is locked"
     other.rollback()

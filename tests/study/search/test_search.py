@@ -177,8 +177,8 @@ def test_the_first_of_two_writers_counts(tmp_path: Path) -> None:
     ("url", "line"),
     [
         ("sqlite:////nowhere/at/all/trials.db", "unable to open database file"),
-        ("no url", "Could not parse SQLAlchemy URL from given URL string"),
-        ("oracle9://here", "Can't load plugin: sqlalchemy.dialects:oracle9"),
+        ("no url", "a URL sqlite:///FILE or postgresql://HOST/DATABASE is needed"),
+        ("oracle://here", "a URL sqlite:///FILE or postgresql://HOST/DATABASE is needed"),
     ],
 )
 def test_a_table_out_of_reach(url: str, line: str) -> None:
