@@ -131,7 +131,7 @@ def test_gates_of_other_sources_are_others(tmp_path: Path, monkeypatch: pytest.M
     for name in CHANGED:
         changed = tmp_path / "changed"
         changed.write_text((root / name).read_text() + "\n")
-        keys.add(key([changed if file == root / name else file for file in own]))
+        keys.add(key([changed if file.resolve() == root / name else file for file in own]))
     assert key(own) in keys
     assert len(keys) == 1 + len(CHANGED)
 

@@ -9,7 +9,6 @@ import math
 import pydoc
 import subprocess
 import sys
-import tomllib
 import warnings
 from contextlib import redirect_stdout
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from setuptools import find_packages
 
 import tfra
 from tests.cli.test_cli import CONFIG
@@ -54,20 +54,16 @@ def test_import_is_light() -> None:
 
 
 def test_every_package_is_installed() -> None:
-    """pyproject.toml names each folder of modules, and ``tfra`` itself is typed."""
-    told = tomllib.loads((EXAMPLES.parent / "pyproject.toml").read_text())["tool"]["setuptools"]
-    assert set(told["packages"]) == set(told["package-dir"])
-    root, rooms = EXAMPLES.parent, {path.split("/")[0] for path in told["package-dir"].values()}
-    data = {
-        file
-        for package, patterns in told["package-data"].items()
-        for pattern in patterns
-        for file in (root / told["package-dir"][package]).glob(pattern)
-    }
-    files = {file for room in rooms for file in (root / room).rglob("*.py")} - data
-    folders = {str(file.parent.relative_to(root)) for file in files}
-    assert set(told["package-dir"].values()) == folders
-    assert (Path(str(tfra.__file__)).parent / "py.typed").exists()
+    """The folder ``tfra`` has a link to each room, setuptools finds the same packages, and ``tfra`` is typed."""
+    root, package = EXAMPLES.parent, EXAMPLES.parent / "tfra"
+    rooms = {file.parent.name for file in root.glob("*/__init__.py")} - {"bench", "tests", "tfra"}
+    assert {link.name for link in package.iterdir() if link.is_symlink()} == rooms
+    assert all((package / room).resolve() == root / room for room in rooms)
+    folders = {file.parent for room in rooms for file in (root / room).rglob("__init__.py")}
+    packages = {folder for folder in folders if folder.parent in folders or folder.parent == root}
+    names = {".".join(("tfra", *folder.relative_to(root).parts)) for folder in packages}
+    assert set(find_packages(str(root), include=["tfra", "tfra.*"])) == {"tfra", *names}
+    assert (package / "py.typed").exists()
 
 
 def test_every_name_is_there_and_documented() -> None:

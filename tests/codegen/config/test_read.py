@@ -22,7 +22,7 @@ from tfra.model.sensor import SensorArray
 from tfra.recordings.input import PLAIN, Input
 from tfra.runtime.errors import InputError
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 CONFIGS = {path for path in EXAMPLES.glob("*.toml") if not path.stem.startswith("study_")}
 
 SENSOR = """

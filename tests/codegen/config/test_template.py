@@ -107,6 +107,6 @@ def test_remarks_on_the_example_are_left_out() -> None:
 
 @pytest.mark.parametrize("name", ["hertz_40x20", "skin_8x12"])
 def test_examples_are_those_of_the_folder(name: str) -> None:
-    assert examples()[name] == (Path(__file__).parents[2] / "examples" / f"{name}.toml").read_text()
-    folder = Path(__file__).parents[2] / "examples"
+    assert examples()[name] == (Path(__file__).parents[3] / "examples" / f"{name}.toml").read_text()
+    folder = Path(__file__).parents[3] / "examples"
     assert set(examples()) == {path.name.removesuffix(".toml") for path in folder.glob("*.[tc]*")}

@@ -24,7 +24,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode, received
 from tfra.model.sensor import SensorArray
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), name="small", architecture=Architecture(4, 1))
 
 
