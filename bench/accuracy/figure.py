@@ -22,7 +22,7 @@ TOP = 1.6
 
 
 def plot(curves: dict[str, Any]) -> None:
-    """Write ``bench/results/accuracy.svg`` and ``.png``: a row each noise, a panel each estimator."""
+    """Write ``bench/results/accuracy.svg``: a row each noise, a panel each estimator."""
     mpl.rcParams.update({"font.size": 10, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "tfra"})
     figure = Figure(figsize=(14, 8.6), layout="constrained")
     panels = figure.subplots(len(NOISES), len(NAMES), sharex=True, sharey=True, squeeze=False)
@@ -35,8 +35,7 @@ def plot(curves: dict[str, Any]) -> None:
     for axes in panels[-1]:
         axes.set_xlabel("true μ")
     panels[0][0].legend(loc="upper left", fontsize=9)
-    for ending, keep in (("svg", {"Date": None}), ("png", {"Software": None})):
-        figure.savefig(ROOT / "bench" / "results" / f"accuracy.{ending}", dpi=110, metadata=keep)
+    figure.savefig(ROOT / "bench" / "results" / "accuracy.svg", metadata={"Date": None})
 
 
 def panel(axes: Axes, percentiles: Any, colour: str) -> None:

@@ -16,11 +16,10 @@ from typing import Any
 import numpy as np
 
 from bench.accuracy.cases import SEED
-from bench.accuracy.loads import Cover
+from bench.accuracy.loads import Cover, peak
 from bench.accuracy.measure import MEASURES, PERCENTILES, Values, compared
 from bench.accuracy.scenes import LEVELS, scaled
 from bench.accuracy.tables import DIGITS, SYMBOLS, UNITS, both, markdown
-from bench.learned.plausibility import peak
 from bench.publish import ROOT, insert, store
 from tfra.codegen.config.read import load
 from tfra.model.arrays import Bools, Floats, Ints

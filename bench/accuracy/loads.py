@@ -11,12 +11,25 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench.learned.plausibility import Scene, fine_influence
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contacts
-from tfra.model.cover.layer import ElasticLayer, Sampling
+from tfra.model.cover.layer import ElasticLayer, Sampling, frames
 from tfra.model.resultant import friction
 from tfra.model.sensor import SensorArray
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Frames ``(n, rows, columns)`` in Pa and the true resultants ``(n, 3)`` in N."""
+
+    stress: Floats
+    force: Floats
+
+
+def peak(stress: Floats) -> Floats:
+    """Largest magnitude of each frame, ``(n, 1, 1)``."""
+    return np.asarray(np.abs(stress).max(axis=(1, 2), keepdims=True))
+
 
 Load = Callable[[SensorArray, Contacts, np.random.Generator], Scene]
 """Frames of as many loads as there are contacts, which state sizes, places and forces."""
@@ -94,7 +107,16 @@ class Shape:
 
 @lru_cache(maxsize=1)
 def _influence(sensor: SensorArray) -> tuple[Floats, Floats, Floats]:
-    return fine_influence(sensor, PARTS)
+    """Stress at the taxels per newton along x, y, z on each of PARTS x PARTS parts of every cell, ``(m, parts)``."""
+    pitch = np.array([sensor.pitch_x, sensor.pitch_y])
+    i, j = np.divmod(np.arange(PARTS**2 * sensor.taxels), PARTS * sensor.columns)
+    center = ((np.stack([j, i], axis=1) + 0.5) / PARTS - 0.5) * pitch
+    shape, half = np.full(len(i), "uniform"), np.broadcast_to(pitch / PARTS / 2, center.shape)
+    x, y, z = (
+        frames(sensor, Contacts(shape, center, half, np.eye(3)[[axis] * len(i)])).reshape(len(i), -1).T
+        for axis in range(3)
+    )
+    return x, y, z
 
 
 def _points(sensor: SensorArray, center: Floats, half: Floats) -> tuple[Floats, Floats]:

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.accuracy.cases import Case
-from bench.accuracy.loads import SHAPES, Cover, Load, pair
-from bench.learned.plausibility import Scene, peak
+from bench.accuracy.loads import SHAPES, Cover, Load, Scene, pair, peak
 from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Choices
 from tfra.model.converter import convert

@@ -1,8 +1,8 @@
 """Sources of TFRA's error: one influence at a time, on random contacts and on the paper's two.
 
 ``python -m bench.contacts.errors [--contacts N]`` writes ``bench/results/errors.json``, the figure beside it and the
-tables of docs/studies/errors.md; :mod:`bench.contacts.truth` updates the README.  Errors are those of Eqs. 33-35 of
-doi:10.1016/j.mechatronics.2023.103070.
+tables of friction in docs/studies/errors.md; :mod:`bench.contacts.truth` updates the README.  Errors are those of
+Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070.
 """
 
 from __future__ import annotations
@@ -247,17 +247,6 @@ def measure(case: Scene) -> dict[str, Any]:
     }
 
 
-def table(label: str, results: dict[str, dict[str, Any]]) -> str:
-    """Markdown: a row each setting, median and 95th percentile for each group and measure."""
-    heads = [f"{group}: {name}" if key == "force" else name for group in results for key, name in NAMES.items()]
-    lines = [f"| {label} | {' | '.join(heads)} |", "|---|" + "---:|" * len(heads)]
-    for setting in next(iter(results.values())):
-        spreads = [rows[setting][key] for rows in results.values() for key in MEASURES]
-        cells = [f"{spread['median']:.1f} ({spread['p95']:.1f})" for spread in spreads]
-        lines.append(f"| {setting} | {' | '.join(cells)} |")
-    return "\n".join(lines)
-
-
 def friction_table(results: dict[str, dict[str, Any]]) -> str:
     """Markdown: the friction coefficient that is found in frames without a flag, and the share of the others."""
     lines = ["| true μ |" + "".join(f" {who}: μ found | flagged |" for who in results)]
@@ -277,7 +266,7 @@ SHOWN = (0.3, 100.0)
 
 
 def plot(results: dict[str, dict[str, Any]]) -> None:
-    """Write ``bench/results/errors.svg`` and ``.png``: a panel each study, of the random contacts."""
+    """Write ``bench/results/errors.svg``: a panel each study, of the random contacts."""
     mpl.rcParams.update({"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "tfra"})
     figure = Figure(figsize=(15, 10), layout="constrained")
     *panels, corner = figure.subplots(3, 4, sharey=True).flat
@@ -296,8 +285,7 @@ def plot(results: dict[str, dict[str, Any]]) -> None:
     figure.supylabel("error of random contacts (Eqs. 33–35) / %", fontsize=10)
     corner.set_axis_off()
     corner.legend(*axes.get_legend_handles_labels(), loc="center", fontsize=10)
-    for ending, keep in (("svg", {"Date": None}), ("png", {"Software": None})):
-        figure.savefig(ROOT / "bench" / "results" / f"errors.{ending}", dpi=110, metadata=keep)
+    figure.savefig(ROOT / "bench" / "results" / "errors.svg", metadata={"Date": None})
 
 
 def _mark_outside(axes: Axes, values: Sequence[float], color: str) -> None:
@@ -319,8 +307,6 @@ def main() -> None:
         for name, study in STUDIES.items()
     }
     store("errors", {"drawn": count, "contacts": len(everyone["random"].contacts), "seed": SEED, "results": results})
-    for name, result in results.items():
-        insert(name, table(STUDIES[name].label, result), PAGE)
     for name in ("friction", "half-space"):
         insert(f"{name} found", friction_table(results[name]), PAGE)
     truth.main()

@@ -7,14 +7,13 @@ these cores.
 from __future__ import annotations
 
 import hashlib
-import random
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
-from bench.cycles.streamed import random_design
 from bench.exactness.campaign import untrained
 from tfra.codegen.verilog.emit import Top, to_rtlil
 from tfra.hdl.cores import microarchitecture
@@ -44,8 +43,8 @@ DESIGNS = (
     untrained(5, 4, (7, 2), formats=FORMATS["wide"], architecture=SERIAL, taxel_forces=False),
 )
 
-TIMED = 60
-"""Random designs of each estimator of which only the cycles are compared."""
+ARRAYS = ((2, 3), (3, 5), (4, 4), (6, 5))
+"""Rows and columns of arrays whose cycles alone are compared, for several numbers of lanes."""
 
 
 def fingerprint(design: Design) -> str:
@@ -79,13 +78,16 @@ def _hash(value: Any) -> str:
     return hashlib.blake2b(repr(value).encode(), digest_size=8).hexdigest()
 
 
-def random_learned(seed: int) -> Design:
-    """Any small array and network with any number of lanes, with forces at the taxels or without."""
-    rng = random.Random(seed)
-    rows, columns = rng.randrange(2, 8), rng.randrange(2, 8)
-    lanes = rng.randrange(4, 4 * ((rows + 1) // 2) * ((columns + 1) // 2) + 1, 4)
-    architecture, counts = Architecture(lanes, rng.choice([1, 2, 4])), (rng.randrange(1, 12), rng.randrange(1, 8))
-    return untrained(rows, columns, counts, architecture=architecture, taxel_forces=rng.random() < 0.7)
+def timed() -> Iterator[Design]:
+    """Small arrays of both estimators with all kinds of lanes."""
+    for (rows, columns), words in product(ARRAYS, (1, 2, 4)):
+        most = 4 * -(-rows // 2) * -(-columns // 2)
+        for lanes in sorted({4, most // 8 * 4 or 4, most}):
+            architecture = Architecture(lanes, words)
+            yield TfraDesign(
+                SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), search=Search(12), architecture=architecture
+            )
+            yield untrained(rows, columns, (columns, words), architecture=architecture, taxel_forces=rows % 2 == 0)
 
 
 def cycles(design: Design) -> tuple[int, int, int]:
@@ -95,9 +97,8 @@ def cycles(design: Design) -> tuple[int, int, int]:
 
 
 def main() -> None:
-    """A line for each design."""
-    for any_design in (random_design, random_learned):
-        print(_hash([cycles(any_design(seed)) for seed in range(TIMED)]), flush=True)
+    """A line for the cycles of many designs, and one for each of ``DESIGNS``."""
+    print(_hash([cycles(design) for design in timed()]), flush=True)
     for design in DESIGNS:
         print(fingerprint(design), flush=True)
 

@@ -1,13 +1,16 @@
-"""Every case of misuse is answered as docs/misuse.md has it, and changes no file."""
+"""Every case of misuse is answered as written in ``misuse/answers.json`` and docs/misuse.md, and changes no file."""
 
 from __future__ import annotations
 
+import json
 import warnings
 from pathlib import Path
 
 import pytest
 
-from bench.abuse.misuse import CASES, Misuse, answer, good_frames, published
+from tests.cli.misuse.cases import ANSWERS, CASES, Misuse, answer, good_frames
+
+PUBLISHED = json.loads(ANSWERS.read_text())
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +33,7 @@ def test_misuse(case: Misuse, frames: bytes, tmp_path: Path, monkeypatch: pytest
         code, out, err = answer(Misuse(case.name, make, case.arguments, case.fragment, case.code), frames)
     assert code == case.code
     assert case.fragment in err
-    assert err == published()[case.name]
+    assert err == PUBLISHED[case.name]
     assert all(len(line) < 400 for line in err.splitlines())
     after = {path: path.lstat().st_mtime_ns for path in Path().rglob("*")}
     if case.code:
@@ -47,4 +50,14 @@ def test_misuse(case: Misuse, frames: bytes, tmp_path: Path, monkeypatch: pytest
 def test_cases_are_told_apart() -> None:
     names = [case.name for case in CASES]
     assert len(set(names)) == len(names) >= 80
-    assert list(published()) == names
+    assert list(PUBLISHED) == names
+
+
+def test_the_page_shows_answers() -> None:
+    """Each row of docs/misuse.md is a case with its command, answer and exit code."""
+    page = (Path(__file__).parents[2] / "docs" / "misuse.md").read_text()
+    rows = [line for line in page.splitlines() if line.startswith("| ") and "`" in line]
+    lines = {case.name: "<br>".join(f"`` {each} ``" for each in PUBLISHED[case.name].splitlines()) for case in CASES}
+    known = {f"| {case.name} | `{case.arguments}` | {lines[case.name]} | {case.code} |" for case in CASES}
+    assert len(rows) > 50
+    assert [row for row in rows if row.replace("¦", "|") not in known] == ["| what is wrong | `tfra` | answer | exit |"]

@@ -44,7 +44,7 @@ TASTE = re.compile(r"COMMAND|…|\.\.\.|: ")
 FENCE = re.compile(r"^ *(?:<!-- (?P<mark>[a-z ]+) -->\n *)?```\w*\n(?P<lines>.*?)^ *```", re.M | re.S)
 
 WHOLE = "run"
-"""Mark of a block that tests/docs/test_howto.py runs as a whole."""
+"""Mark of a block that tests/docs/test_replayed.py runs as a whole."""
 
 
 def commands(page: str) -> tuple[list[str], list[str]]:

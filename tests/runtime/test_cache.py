@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.abuse.damages import DAMAGES
+from tests.runtime.damages import DAMAGES
 from tfra.runtime import cache as module
 from tfra.runtime.cache import Files, cache_directory, kept
 from tfra.runtime.errors import InputError

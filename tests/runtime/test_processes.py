@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import random
 import signal
 import subprocess
 import sys
@@ -12,10 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from bench.abuse import kills
-from bench.abuse.kills import MARK, kill_at_random, marked
+from tests.runtime import kills
+from tests.runtime.kills import MARK, marked, survivors
 from tfra.cli.main import main
 from tfra.codegen.verilog import emit as verilog
+from tfra.runtime.ownership import directory_objection
 from tfra.runtime.processes import Stopped, complaint, running, stoppable
 from tfra.runtime.scratch import sweep
 
@@ -72,9 +74,29 @@ def test_survivors_are_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     """The check itself: a program that nobody looks after is found."""
     monkeypatch.setattr(kills, "PATIENCE", 0.1)
     sleeper = "import subprocess, time; subprocess.Popen(['sleep', '600'], start_new_session=True); time.sleep(600)"
-    found = kill_at_random([sys.executable, "-c", sleeper], os.environ, 1.0, signal.SIGKILL, tmp_path)
+    found = survivors([sys.executable, "-c", sleeper], os.environ, 1.0, signal.SIGKILL, tmp_path)
     assert [line.split()[1:] for line in found] == [["sleep", "600"]]
     os.kill(int(found[0].split()[0]), signal.SIGKILL)
+
+
+@pytest.mark.long
+def test_a_command_killed_at_any_moment_leaves_its_output_whole(tmp_path: Path) -> None:
+    """The old output or the new one, no process, and nothing of its own that the next run does not remove."""
+    (tmp_path / "tiny.toml").write_text(kills.CONFIG)
+    (tmp_path / "tmp").mkdir()
+    env = {**os.environ, "TFRA_CACHE": str(tmp_path / "cache"), "TMPDIR": str(tmp_path / "tmp")}
+    script = "import sys; from tfra.cli.entry import main; sys.exit(main())"
+    command = [sys.executable, "-c", script, "generate", "tiny.toml", "--out", "core"]
+    start = time.monotonic()
+    subprocess.run(command, env=env, cwd=tmp_path, check=True, capture_output=True)
+    seconds, names = time.monotonic() - start, {path.name for path in tmp_path.iterdir()}
+    rng = random.Random(1)
+    for number in 2 * kills.SIGNALS:
+        assert survivors(command, env, rng.uniform(0, seconds), number, tmp_path) == []
+        assert directory_objection(tmp_path / "core", "generate") is None
+    subprocess.run(command, env=env, cwd=tmp_path, check=True, capture_output=True)
+    assert {path.name for path in tmp_path.iterdir()} == names
+    assert list((tmp_path / "tmp").iterdir()) == []
 
 
 def test_a_program_runs_with_nothing_to_read_and_a_place_of_its_own(tmp_path: Path) -> None:

@@ -13,8 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bench.abuse.damages import DAMAGES
 from tests.marks import long
+from tests.runtime.damages import DAMAGES
 from tfra.hdl.interface import ports
 from tfra.model.arrays import Ints
 from tfra.model.choices import Architecture, Search

@@ -11,7 +11,6 @@ import pytest
 
 from tfra.codegen.verilog.emit import run_yosys
 from tfra.runtime.errors import InputError
-from tfra.synth.baseline import compare
 from tfra.synth.estimate import tally
 from tfra.synth.flow import Stall, options, read_route, route, synthesise
 from tfra.synth.targets import ECP5, TARGETS, find
@@ -168,18 +167,3 @@ cp sample.json $report
     assert not list(tmp_path.glob("placed?.json"))
     with pytest.raises(StoppedError, match="makes no progress; its last line: iter=1"):
         route(find("ecp5-45"), tmp_path, 2, 1000.0)
-
-
-@pytest.mark.long
-def test_one_block_through_all_tools() -> None:
-    """The CORDIC against its baseline, and against a corrupted one."""
-    from bench.parts.baselines import FOLDER, SUBJECTS, measure
-
-    baselines = json.loads((FOLDER / "cordic.json").read_text())
-    found = measure(SUBJECTS["cordic"])
-    assert compare(found, baselines) == []
-    ((version, known),) = baselines.items()
-    known["resources"]["LUT"] = round(known["resources"]["LUT"] * 0.9)
-    known["mhz"] *= 1.3
-    worse = compare(found, {version: known})
-    assert [line.partition(":")[0] for line in worse] == ["LUT", "Fmax"]

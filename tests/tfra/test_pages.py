@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from bench.contacts.notebook import Output, executed, read
+from docs.tools.notebook import Output, executed, read
 
 DOCS = Path(__file__).parents[2] / "docs"
 

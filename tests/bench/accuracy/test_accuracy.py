@@ -90,7 +90,7 @@ def test_a_whole_record(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None
     monkeypatch.setattr(figure, "ROOT", tmp_path)
     (tmp_path / "bench" / "results").mkdir(parents=True)
     figure.plot(found["curves"])
-    assert {file.name for file in (tmp_path / "bench" / "results").iterdir()} == {"accuracy.svg", "accuracy.png"}
+    assert {file.name for file in (tmp_path / "bench" / "results").iterdir()} == {"accuracy.svg"}
 
 
 def observation(mu: float) -> dict[str, Any]:

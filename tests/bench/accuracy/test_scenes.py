@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.accuracy.loads import Scene
 from bench.accuracy.scenes import LEVELS, NOISES, QUIET, SCENES, Array, observed, scaled, scenes
-from bench.learned.plausibility import Scene
 from tests.bench.accuracy.random_case import SENSOR, random_case
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc, Choices

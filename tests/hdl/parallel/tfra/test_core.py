@@ -9,7 +9,7 @@ import pytest
 from amaranth import ResetInserter, Signal
 from amaranth.sim import Simulator
 
-from bench.cycles.streamed import mixed_design, random_design, stream
+from tests.hdl.parallel.tfra.streamed import mixed_design, random_design, stream
 from tests.marks import long
 from tfra.hdl.parallel.matvec.schedule import Schedule
 from tfra.hdl.parallel.tfra.core import Core
