@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out, connect
 
 from tfra.codegen.sidecar.build import ports
 from tfra.codegen.sidecar.schema import Port
-from tfra.codegen.verilog.emit import declaration, plain_verilog, to_rtlil
+from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.uart.bridge import Bridge
@@ -118,4 +118,4 @@ def _stream_ports(design: Design) -> list[Port]:
 def board_verilog(design: Design, board: Board) -> str:
     """Verilog of the module ``top`` of a board; the core is in a file of its own."""
     order = ("clock", "button", "rx", "tx", "alive", "dropped", "waits")
-    return plain_verilog(to_rtlil(BoardTop(design, board), TOP), TOP, order, [declaration(design)])
+    return plain_verilog(to_rtlil(BoardTop(design, board), TOP), TOP, order)

@@ -1,4 +1,4 @@
-"""Portable Verilog of a design: Amaranth to RTLIL, RTLIL to Verilog by yosys, without anything a linter objects to."""
+"""Portable Verilog of a design: Amaranth to RTLIL, RTLIL to Verilog by yosys."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,29 +14,42 @@ from amaranth.back import rtlil
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In
 
-from tfra.codegen.sidecar.build import port_names, ports
+from tfra.codegen.sidecar.build import port_names
 from tfra.codegen.verilog.identifiers import with_plain_names
-from tfra.codegen.verilog.netlist import Module as Netlist
-from tfra.codegen.verilog.netlist import Wire, parse, written
-from tfra.codegen.verilog.tidy import tidied
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
 from tfra.runtime.processes import ToolError, complaint, running
 from tfra.runtime.scratch import scratch, temporary, writing
 
-_PASSES = "setattr -set keep 1 w:probe_*; proc -noopt -norom; pmuxtree; memory_collect; opt_clean -purge"
-"""Plain operations instead of Amaranth's processes: Icarus agrees with them, and runs them faster."""
+_SCRIPT = """\
+read_verilog -lib cells.v
+read_rtlil core.il
+setattr -set defaultvalue 1'0 =A:blackbox/i:*
+hierarchy -top {top}
+setattr -set keep 1 w:probe_*
+proc -noopt -norom
+pmuxtree
+memory_collect
+opt_clean -purge
+write_verilog -noattr core.v
+"""
+"""Plain operations instead of Amaranth's processes: Icarus agrees with them, and runs them faster.
+
+Pins of a device's cells that nothing is connected to are 0.
+"""
 
 _INITIALISED = re.compile(r"^(  reg (?:signed )?(?:\[\d+:\d+\] )?(\w+)) = (.*;)$", re.M)
 _PROBE = re.compile(r"^(  wire (?:\[\d+:0\] )?probe_\w+);$", re.M)
 
-_ONE_FILE = """\
+_LINT_OFF = {
+    "DECLFILENAME": "every module of the core is in this file, whose name is that of the top module alone",
+    "WIDTH": "operands are extended to the length of the longest, as Verilog does it",
+    "UNUSED": "bits that are rounded off, and members of a payload that a block does not need, end nowhere",
+    "UNOPTFLAT": "some bits of a wire are driven by others of it",
+}
+"""Rules of Verilator's lint that are off in the generated Verilog, and why."""
 
-// Every module of the core is in this file, whose name is that of the top module alone.
-/* verilator lint_off DECLFILENAME */
-{}
-/* verilator lint_on DECLFILENAME */
-"""
+_LINT_OFF_FOR_CELLS = {"PINMISSING": "outputs of a device's cell that are not needed are open"}
 
 _CELL = re.compile(r"^module \w+ \(.*?\);$", re.M | re.S)
 """Name and ports of a cell's model; modules inside of one have parameters before their ports."""
@@ -121,45 +133,26 @@ def to_verilog(design: Design) -> str:
     return plain_verilog(to_rtlil(Top(design), design.name), design.name, port_names(core), models)
 
 
-def declaration(design: Design) -> str:
-    """The core's module with its ports alone, for modules that have an instance of it."""
-    rows = ports(design, microarchitecture(design).loaded is not None)
-    pins = ", ".join(f"{port.direction}put [{port.bits - 1}:0] {port.name}" for port in rows)
-    return f"module {design.name} ({pins});\nendmodule\n"
-
-
 def plain_verilog(rtlil: str, top: str, order: Sequence[str] = (), models: Iterable[str] = ()) -> str:
-    """Verilog of the module ``top`` of ``rtlil``: plain names, nothing unused, words of equal length.
+    """Verilog of the module ``top`` of ``rtlil`` under plain names; linters have nothing to say about it.
 
-    ``order`` is that of the top's ports; ``models`` are Verilog texts of foreign cells, for the pins that these have.
-    Raises :class:`ToolError` when yosys fails.
+    ``order`` is that of the top's ports, by default clock and reset last; ``models`` are Verilog texts of foreign
+    cells, for the pins that these have.  Raises :class:`ToolError` when yosys fails.
     """
+    cells = "".join(f"{head}\nendmodule\n" for model in models for head in _CELL.findall(model))
     with scratch(temporary()) as directory, writing(directory.parent):
-        (directory / "core.il").write_text(rtlil)
-        cells = (f"{found}\nendmodule\n" for model in models for found in _CELL.findall(model))
-        (directory / "cells.v").write_text("".join(cells))
-        run_yosys(f"read_verilog -lib cells.v; read_rtlil core.il; {_PASSES}; write_rtlil cells.il", directory)
-        modules = tidied(parse((directory / "cells.il").read_text()), f"\\{top}")
-        modules = {name: _with_ports(module, order) for name, module in with_plain_names(modules).items()}
-        (directory / "core.il").write_text(written(modules))
-        run_yosys("read_rtlil core.il; write_verilog -noattr core.v", directory)
+        (directory / "core.il").write_text(with_plain_names(rtlil))
+        (directory / "cells.v").write_text(cells)
+        run_yosys(_SCRIPT.format(top=top), directory)
         text = (directory / "core.v").read_text()
     text = text.partition("\n")[2] if text.startswith("/* Generated by") else text
+    if order:
+        text = re.sub(rf"^module {top}\(.*?\);", f"module {top}({', '.join(order)});", text, count=1, flags=re.M)
     text = _INITIALISED.sub(r"\1;\n  initial \2 = \3", text)
-    return _ONE_FILE.format(_PROBE.sub(r"\1 /* verilator public_flat_rd */;", text))
-
-
-def _with_ports(module: Netlist, order: Sequence[str]) -> Netlist:
-    """``module`` with its ports in the given ``order``: then clock and reset, inputs, outputs."""
-
-    def rank(wire: Wire) -> tuple[int, bool, bool, int]:
-        name = wire.name[1:]
-        given = order.index(name) if name in order else len(order)
-        return given, name not in ("clk", "rst"), wire.direction == "output", wire.place
-
-    places = {wire.name: place for place, wire in enumerate(sorted(module.ports, key=rank), 1)}
-    wires = {name: replace(wire, place=places.get(name, 0)) for name, wire in module.wires.items()}
-    return replace(module, wires=wires)
+    text = _PROBE.sub(r"\1 /* verilator public_flat_rd */;", text)
+    rules = _LINT_OFF | (_LINT_OFF_FOR_CELLS if cells else {})
+    off = "".join(f"/* verilator lint_off {rule} */  // {reason}\n" for rule, reason in rules.items())
+    return f"\n/* verilator lint_save */\n{off}{text}/* verilator lint_restore */\n"
 
 
 def run_yosys(script: str, directory: Path) -> str:

@@ -13,7 +13,7 @@ from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.sidecar.schema import Port
-from tfra.codegen.verilog.emit import declaration, plain_verilog, to_rtlil
+from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
 from tfra.codegen.verilog.header import comment, port_lines, section, wrapped
 from tfra.codegen.verilog.wrapperports import wrapper_ports
 from tfra.hdl.bus.map import BITS
@@ -42,9 +42,6 @@ RULES = {
     ),
 }
 """Rules of the ports, as sentences."""
-
-_UNREAD = ("s_axi_awprot", "s_axi_arprot", "s_axi_awaddr[1:0]", "s_axi_araddr[1:0]")
-"""Bits of inputs that change nothing: registers have no protection, and are whole words."""
 
 
 def check_wrapped(design: Design) -> None:
@@ -128,13 +125,7 @@ def wrapper_verilog(design: Design) -> str:
     name, top = module_name(design), Top(design)
     order = [port.name for port in top.ports]
     cells = (file.read_text() for file in cell_models(design.target))
-    text = plain_verilog(to_rtlil(top, name), name, order, [declaration(design), *cells])
-    before, head, module = text.partition(f"module {name}(")
-    return f"{header(design, top.ports)}{before}{head}{module.replace('endmodule', f'{_unread()}endmodule', 1)}"
-
-
-def _unread() -> str:
-    return f"  wire unused = &{{{', '.join(_UNREAD)}}};\n"
+    return header(design, top.ports) + plain_verilog(to_rtlil(top, name), name, order, cells)
 
 
 def header(design: Design, ports: Sequence[Port]) -> str:

@@ -52,10 +52,7 @@ def test_linters_are_silent(core, tmp_path):
 
 
 PLANTED = {
-    "UNUSEDSIGNAL": "wire [3:0] dangling; assign dangling = 4'd3;",
     "UNDRIVEN": "wire dangling_in; wire unused_out; assign unused_out = dangling_in;",
-    "WIDTHTRUNC": "wire [3:0] unused_out; assign unused_out = 5'd3;",
-    "WIDTHEXPAND": "wire [3:0] unused_out; assign unused_out = rst;",
     "PROCASSINIT": "reg unused_out = 0; always @(posedge clk) unused_out <= rst;",
     "UNSIGNED": "wire unused_out; assign unused_out = taxel_data[1:0] < 2'd0;",
 }
