@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tfra.cli.common import Config, Json, OutDirectory, print_json, progress
-from tfra.codegen.core import check_core
+from tfra.codegen.config.core import check_core
 from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,9 +27,9 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
 
     Prints the condition number of the sensor, and how often the core is expected to agree with double precision.
     """
-    from tfra.codegen.accuracy_estimate import outlook
     from tfra.codegen.config.read import load
     from tfra.codegen.generate import generate as write
+    from tfra.model.fixed.accuracy_estimate import accuracy_estimate
     from tfra.runtime.processes import ToolError
     from tfra.synth.part import part_of
 
@@ -44,7 +44,7 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
     except ToolError as error:
         typer.echo(f"tfra generate: {error}", err=True)
         raise typer.Exit(1) from None
-    expected = outlook(project.design)
+    expected = accuracy_estimate(project.design)
     if json:
         print_json({**sidecar, "expected": asdict(expected)})
     else:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from tfra.cli.synth import find_target
-from tfra.codegen.core import check_core
+from tfra.codegen.config.core import check_core
 from tfra.model.choices import SERIAL, Adc, Architecture
 from tfra.runtime.errors import InputError, Notice
 

@@ -13,7 +13,7 @@ import typer
 from tfra.cli.common import Config, progress
 from tfra.cli.complaint import say
 from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_recording
-from tfra.codegen.core import check_core
+from tfra.codegen.config.core import check_core
 from tfra.engines import DOUBLE, Engine, codes, double, run
 from tfra.runtime.errors import InputError
 from tfra.runtime.extras import require

@@ -9,7 +9,7 @@ import typer
 
 from tfra.cli.common import Config, Json, PageFile, print_json, progress
 from tfra.cli.synth import TargetName, find_target
-from tfra.codegen.core import check_core
+from tfra.codegen.config.core import check_core
 from tfra.runtime.errors import InputError
 
 Frames = Annotated[

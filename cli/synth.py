@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tfra.cli.common import Config, Json, OutDirectory, forecasts, print_json
-from tfra.codegen.core import check_core
+from tfra.codegen.config.core import check_core
 from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:

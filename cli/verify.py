@@ -12,7 +12,7 @@ from rich.console import Console
 from tfra.cli.common import Config, Json, PageFile, print_json, progress, simulation_failures
 from tfra.cli.frames import simulated
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
-from tfra.codegen.core import check_core
+from tfra.codegen.config.core import check_core
 from tfra.engines import codes
 from tfra.runtime.errors import InputError
 

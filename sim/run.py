@@ -157,12 +157,13 @@ def _watched(probe: hdl.Probe) -> Probe:
 
 
 def _generate(design: Design) -> Files:
-    from tfra.codegen.generate import content
+    from tfra.codegen.verilog.files import files
 
     try:
-        facts, made = content(design)
+        made = files(design)
     except ToolError as error:
         raise SimulationError(str(error)) from None
+    facts = json.loads(made[f"{design.name}.json"])
     names = [f"{design.name}.v", f"{design.name}.json", *(image["file"] for image in facts["images"])]
     return {name: made[name].encode() for name in names}
 

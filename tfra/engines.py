@@ -11,7 +11,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tfra.codegen.core import check_core
+from tfra.codegen.config.core import check_core
 from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:

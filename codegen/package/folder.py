@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -39,13 +40,14 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
 """
 
 
-def package(design: Design, facts: Mapping[str, Any], texts: Mapping[str, str], part: Part) -> dict[str, str]:
+def package(design: Design, texts: Mapping[str, str], part: Part) -> dict[str, str]:
     """Texts of all files of a package by their names, those of ``texts`` not among them.
 
     Raises ``InputError`` without the packages of the extra ``ip``, and ``ValueError`` for a name that one of the
     languages keeps for itself.
     """
     check_packaged(design.name)
+    facts: dict[str, Any] = json.loads(texts[f"{design.name}.json"])
     made: dict[str, str] = {}
     for write in WRITERS:
         made |= write(Contents(design, facts, {**texts, **made}, part))

@@ -97,6 +97,11 @@ def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[st
     ).facts()
 
 
+def sidecar_text(facts: Mapping[str, Any]) -> str:
+    """Text of ``NAME.json``."""
+    return json.dumps(facts, indent=1) + "\n"
+
+
 def _choices(design: Design) -> dict[str, Any]:
     """What was chosen, by the sidecar's names."""
     sensor, adc, formats = design.sensor, design.adc, design.formats

@@ -140,13 +140,13 @@ _STORE = Template("""\
 """)
 
 
-def testbench(design: Design, facts: dict[str, Any]) -> dict[str, str]:
-    """Text of the testbench by its file's name; ``facts`` are those of the sidecar."""
+def testbench(design: Design, facts: dict[str, Any]) -> str:
+    """Text of the testbench ``NAME_tb``; ``facts`` are those of the sidecar."""
     core = microarchitecture(design)
     codes = np.concatenate([contact_codes(design, CONTACTS, SEED), directed_codes(design)])
     words = design.model(codes).words
     code_bits, word_bits = design.adc.bits, design.word_bits
-    text = _TEMPLATE.substitute(
+    return _TEMPLATE.substitute(
         name=design.name,
         cells="".join(f" {file.name}" for file in core.cell_models),
         frames=len(codes),
@@ -162,7 +162,6 @@ def testbench(design: Design, facts: dict[str, Any]) -> dict[str, str]:
         given="".join(_frames(codes.reshape(len(codes), -1), words, code_bits, word_bits)),
         **_load(core),
     )
-    return {f"{design.name}_tb.v": text}
 
 
 def _load(core: Microarchitecture) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ from tests.codegen import lint
 from tests.marks import long
 from tests.model.fixed.learned.cases import made
 from tfra.codegen.config.read import load
-from tfra.codegen.generate import content
+from tfra.codegen.verilog.files import files
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
@@ -39,10 +40,10 @@ def _core(request, tmp_path_factory):
 
 
 def write(design, folder):
-    facts, files = content(design)
+    texts = files(design)
     file = folder / f"{design.name}.v"
-    file.write_text(files[file.name])
-    return facts, file
+    file.write_text(texts[file.name])
+    return json.loads(texts[f"{design.name}.json"]), file
 
 
 def test_linters_are_silent(core, tmp_path):

@@ -16,8 +16,8 @@ import pytest
 from tests.marks import long
 from tests.model.fixed.learned.cases import made
 from tfra.codegen.sidecar.build import sidecar
-from tfra.codegen.verilog import testbench
 from tfra.codegen.verilog.emit import to_verilog
+from tfra.codegen.verilog.testbench import testbench
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
@@ -78,15 +78,13 @@ def ends(design, folder, verilog):
     """The testbench's last line, behind a reset of one cycle; running sums begin with anything but X."""
     choose("icarus")
     name = design.name
-    for path, text in testbench.testbench(design, sidecar(design)).items():
-        target = folder / "testbench" / path
-        target.parent.mkdir(exist_ok=True)
-        target.write_text(text.replace("repeat (4)", "repeat (1)"))
+    bench = testbench(design, sidecar(design)).replace("repeat (4)", "repeat (1)")
+    (folder / f"{name}_tb.v").write_text(bench)
     (folder / f"{name}.v").write_text(verilog)
     lanes = range(design.architecture.mac_lanes)
     sums = "".join(f"{name}_tb.dut.core.matvec.lane{lane}.sum = {{$random, $random}};\n" for lane in lanes)
     (folder / "sums.v").write_text(f"module sums; initial @(negedge {name}_tb.rst) begin {sums} end endmodule\n")
-    files = [f"{name}.v", "sums.v", f"testbench/{name}_tb.v"]
+    files = [f"{name}.v", "sums.v", f"{name}_tb.v"]
     command = ["iverilog", "-g2012", "-s", f"{name}_tb", "-s", "sums", "-o", "tb", *files]
     subprocess.run(command, cwd=folder, check=True)
     done = subprocess.run(["vvp", "-n", "tb"], cwd=folder, check=False, capture_output=True, text=True)

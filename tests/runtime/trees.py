@@ -18,6 +18,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from unittest import mock
 
@@ -201,12 +202,15 @@ def stand_ins() -> Iterator[None]:
         (folder / "index.html").write_text("figures")
         return {}
 
+    def few(design: Any) -> dict[str, str]:
+        return {"core.v": "module", "images/a.hex": "0", f"{design.name}.json": "{}"}
+
     def implement(work: Any, fresh: Path) -> None:
         (fresh / "yosys.log").write_text("words")
 
     with contextlib.ExitStack() as stack:
         for name, substitute in {
-            "tfra.codegen.generate.content": lambda design: ({}, {"core.v": "module", "images/a.hex": "0"}),
+            "tfra.codegen.generate.find_backend": lambda name: SimpleNamespace(files=few),
             "tfra.paper.report._fill": fill,
             "tfra.synth.run.Run._implement": implement,
             "tfra.synth.run.Run.report": lambda work: {},

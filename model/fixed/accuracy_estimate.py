@@ -25,7 +25,7 @@ _WORK = 50_000
 
 
 @dataclass(frozen=True)
-class Outlook:
+class AccuracyEstimate:
     """``equal``: share of the ``contacts`` that end at float's sweep index, or without a sweep ``near`` its friction.
 
     ``condition`` is that of C33; None for large arrays, and for an estimator that does not invert it.
@@ -47,14 +47,15 @@ class Outlook:
         return f"{known}{100 * self.equal:.1f} % of {self.contacts} random contacts end {end}"
 
 
-def outlook(design: Design, seed: int = 0) -> Outlook:
-    """Measure random contacts at 5 to 95 % of full scale, in the bit-accurate model and in float on the same codes."""
+def accuracy_estimate(design: Design, seed: int = 0) -> AccuracyEstimate:
+    """Compare the bit-accurate model with float on the codes of random contacts, at 10 to 95 % of full scale."""
     sensor = design.sensor
     codes = contact_codes(design, min(500, max(20, _WORK // sensor.taxels)), seed)
-    exact, found = design.float_model(codes * design.adc.lsb), decode(design, design.model(codes).words)
+    exact = design.float_model(codes * design.adc.lsb)
+    fixed = decode(design, design.model(codes).words)
     clear = exact.status == 0
-    same = exact.sweep_index == found.sweep_index if design.sweeps else np.abs(exact.mu - found.mu) <= NEAR
+    same = exact.sweep_index == fixed.sweep_index if design.sweeps else np.abs(exact.mu - fixed.mu) <= NEAR
     inverts = design.sweeps and sensor.taxels <= MOST_TAXELS
     condition = float(np.linalg.cond(operators(sensor).c33)) if inverts else None
-    share = float(same[clear].mean()) if clear.any() else 1.0
-    return Outlook(condition, int(clear.sum()), share, None if design.sweeps else NEAR)
+    equal = float(same[clear].mean()) if clear.any() else 1.0
+    return AccuracyEstimate(condition, int(clear.sum()), equal, None if design.sweeps else NEAR)
