@@ -119,7 +119,7 @@ def verify(
 
 def _gates(project: Project, family: Family) -> Netlist:
     """Return the synthesised netlist of the core for ``family``."""
-    from tfra.runtime.cache import cache_directory
+    from tfra.runtime.store import cache_directory
     from tfra.synth.gates import synthesised
 
     with simulation_failures("verify"), progress("synthesising the core"):

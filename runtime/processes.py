@@ -14,9 +14,8 @@ from pathlib import Path
 from types import FrameType
 from typing import IO
 
-from tfra.runtime import supervise
-from tfra.runtime.cache import cache_directory
 from tfra.runtime.scratch import scratch, temporary
+from tfra.runtime.store import cache_directory
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 _GONE, _STEP = 1.0, 0.005
@@ -30,6 +29,29 @@ _LACKS = {
     "Killed signal terminated program": _MEMORY,
 }
 """What programs say that fail for reasons beyond their input, and what to add to that."""
+
+_SUPERVISOR = """
+import os, signal, sys
+from _thread import start_new_thread
+
+def watch():
+    while os.read(0, 1):
+        pass
+    os.killpg(0, signal.SIGKILL)
+
+start_new_thread(watch, ())
+program, *arguments = sys.argv[1:]
+nothing = (os.POSIX_SPAWN_OPEN, 0, os.devnull, os.O_RDONLY, 0)
+try:
+    child = os.posix_spawnp(program, [program, *arguments], os.environ, file_actions=[nothing])
+except OSError as error:
+    sys.exit(print(f"{program}: {error.strerror}", file=sys.stderr) or 127)
+code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+sys.exit(code if code >= 0 else 128 - code)
+"""
+"""Runs the command in its arguments, as the head of a process group.  Exit code: the command's, or 128 and the signal
+that ended it.  Its standard input is a pipe without data, which closes when the starter ends for any reason; then it
+kills every process of the group."""
 
 _running: set[int] = set()
 """Process groups."""
@@ -57,8 +79,8 @@ class Stopped(BaseException):
 def stoppable() -> Iterator[None]:
     """Within the block the first SIGINT, SIGTERM or SIGHUP raises :class:`Stopped` in the main thread.
 
-    Started programs are killed before, so that no thread goes on waiting for one.  Further signals are left unheard,
-    since cleaning up is short.  A signal that is ignored stays so, as ``nohup`` wants it.
+    Started programs are killed before, so that no thread goes on waiting for one.  Further signals are ignored, since
+    cleaning up is short.  A signal that is ignored stays so, as ``nohup`` wants it.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -99,14 +121,14 @@ def running(
     """
     with scratch(temporary()) as folder:
         variables = {**(os.environ if environment is None else environment), **_yowasp(), "TMPDIR": str(folder)}
-        supervised = [sys.executable, "-I", "-S", supervise.__file__, *command]
-        end, held = os.pipe()
+        supervised = [sys.executable, "-I", "-S", "-c", _SUPERVISOR, *command]
+        read_end, write_end = os.pipe()
         try:
             with subprocess.Popen(
                 supervised,
                 cwd=directory,
                 env=variables,
-                stdin=end,
+                stdin=read_end,
                 stdout=stdout,
                 stderr=stderr,
                 text=True,
@@ -124,16 +146,16 @@ def running(
                     process.wait()
                     _await_end(process.pid)
         finally:
-            os.close(end)
-            os.close(held)
+            os.close(read_end)
+            os.close(write_end)
 
 
 def _yowasp() -> dict[str, str]:
     """Where YoWASP's programs are to keep what they compile, if they can't do so in their own place."""
     default = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "YoWASP")
-    place = Path(os.environ.get("YOWASP_CACHE_DIR", default))
-    there = next(folder for folder in (place.absolute(), *place.absolute().parents) if os.path.exists(folder))
-    usable = there.is_dir() and os.access(there, os.W_OK | os.X_OK)
+    folder = Path(os.environ.get("YOWASP_CACHE_DIR", default)).absolute()
+    existing = next(each for each in (folder, *folder.parents) if os.path.exists(each))
+    usable = existing.is_dir() and os.access(existing, os.W_OK | os.X_OK)
     return {} if usable else {"YOWASP_CACHE_DIR": str(cache_directory() / "YoWASP")}
 
 

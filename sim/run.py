@@ -19,10 +19,10 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface import microarchitecture as hdl
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.runtime.cache import Files, cache_directory, kept
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError, beyond, running
 from tfra.runtime.scratch import scratch, writing
+from tfra.runtime.store import Files, cache_directory, cached
 from tfra.sim import tools
 from tfra.sim.launch import WAVES
 from tfra.sim.protocol import Job, Outcome, Probe
@@ -143,7 +143,7 @@ def generated(design: Design, cache: Path) -> Netlist:
     from tfra import codegen, hdl, model, runtime
 
     key = digest(repr(design), tools.versions(), *texts(sources(codegen, hdl, model, runtime)))
-    files = kept(cache / f"core-{design.name}-{key}", lambda: _generate(design))
+    files = cached(cache / f"core-{design.name}-{key}", lambda: _generate(design))
     images = {name: content.decode() for name, content in files.items()}  # and what else was made
     verilog, sidecar = images.pop(f"{design.name}.v"), json.loads(images.pop(f"{design.name}.json"))
     core = microarchitecture(design)
@@ -188,7 +188,7 @@ def _build(netlist: Netlist, simulator: str, cache: Path, waves: bool) -> bytes:
             _launch([action, simulator, netlist.top, *compiled], folder, f"building for {simulator}")
             return {"executable": (folder / tools.executable(simulator, netlist.top)).read_bytes()}
 
-    return kept(place, make)["executable"]
+    return cached(place, make)["executable"]
 
 
 def _job(

@@ -15,6 +15,7 @@ import polars as pl
 from tfra.codegen.config.write import config_text
 from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import output_directory
+from tfra.runtime.store import Store, put, work_folder
 from tfra.sim.run import digest
 from tfra.study.designs import Described, Named, Placed, Uniform, Verified, chosen, named
 from tfra.study.errors.converter import converters
@@ -29,13 +30,15 @@ from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import CHANGE, Evaluation, TooFewError
 from tfra.study.search.search import EmptySpaceError, Search, front
 from tfra.study.search.space import Space
-from tfra.study.search.trials import StoreError, Trial, Trials, public
+from tfra.study.search.trials import StoreError, Trial, Trials, public, sqlite
 from tfra.study.studyfile import StudyFile
 from tfra.study.tasks import Compared, Errors, Signals, Task, parquet
 from tfra.study.times import Timed, times
-from tfra.study.work import Work, opened_work
 from tfra.study.workers import Workers, fingerprint
 from tfra.synth.targets import ECP5
+
+PARTIAL = "partial.html"
+"""The results so far, in the working folder."""
 
 SHOW_EVERY = 15.0
 """Seconds between two partial pages: one takes a few."""
@@ -60,8 +63,8 @@ def run(
     words.  Raises ``InputError`` for bad input, which leaves ``out`` as it was and keeps what is finished.
     """
     with output_directory(out, "study", [*study.inputs, folder / "study.json"]) as fresh:
-        with workers as do, opened_work(folder) as work:
-            made = Run(study, work, do, reporter, trials or work.trials)
+        with workers as do, work_folder(folder, "study", fingerprint()):
+            made = Run(study, folder, do, reporter, trials or sqlite(folder / "trials.sqlite"))
             made.everything()
         _write(fresh, study, made)
         (fresh / "times.html").write_text(times(made.timed, who), encoding="utf-8")
@@ -88,10 +91,13 @@ def title(study: StudyFile) -> str:
 
 @dataclass
 class Run:
-    """What is there of a study: ``tables`` by name, the ``designs`` that were found, and how long tasks took."""
+    """What is there of a study: ``tables`` by name, the ``designs`` that were found, and how long tasks took.
+
+    Frames, finished pieces and trials are stored in ``folder`` at once.
+    """
 
     study: StudyFile
-    work: Work
+    folder: Path
     workers: Workers
     reporter: Reporter
     trials: str
@@ -112,7 +118,7 @@ class Run:
             self._search(section, frames)
 
     def _frames(self) -> FrameSet:
-        frames = self.work.frames(self.study.definition)
+        frames = FrameSet.create(self.folder / "frames", self.study.definition)
         missing = frames.missing()
         count = sum(frames.definition.blocks(part) for part in Part)
         with self._timing("frames", "blocks", count, count - len(missing)) as advance:
@@ -200,7 +206,9 @@ class Run:
 
     def _do(self, task: Task) -> None:
         """Run the missing jobs of a task, and add its tables."""
-        pieces, jobs = self.work.pieces(task), task.jobs
+        key = digest(fingerprint(), repr(task))
+        pieces, jobs = Store(self.folder / "pieces" / f"{task.name}-{key}", key), task.jobs
+        pieces.create()
         there = pieces.names()
         missing = [number for number in range(len(jobs)) if _name(number) not in there]
         with self._told(), self._timing(task.name, task.unit, len(jobs), len(jobs) - len(missing)) as advance:
@@ -215,7 +223,8 @@ class Run:
         self.tables |= tables
         pending = [name for name in _wanted(self.study.document) if name not in self.tables]
         if pending and time.perf_counter() - self.shown > SHOW_EVERY:
-            self.work.show(render(self.tables, self.study.design, title(self.study), pending))
+            page = render(self.tables, self.study.design, title(self.study), pending)
+            put(self.folder, PARTIAL, page.encode())
             self.shown = time.perf_counter()
 
     @contextmanager

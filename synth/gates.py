@@ -15,10 +15,10 @@ from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import Top, run_yosys, to_rtlil, with_free_collisions
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
-from tfra.runtime.cache import Files, kept
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError
 from tfra.runtime.scratch import scratch, temporary
+from tfra.runtime.store import Files, cached
 from tfra.sim import tools
 from tfra.sim.run import Netlist, SimulationError, digest, sources, texts
 from tfra.synth.ecp5.prepare import prepare
@@ -45,7 +45,7 @@ def synthesised(design: Design, family: str, cache: Path) -> Netlist:
         raise InputError("netlist", family, f"the design's target is {design.target}")
     command = FAMILIES[family]
     key = digest(repr(design), command, cells(family), tools.versions(), *texts(gate_sources()))
-    files = kept(cache / f"gates-{design.name}-{family}-{key}", lambda: _synthesise(design, family))
+    files = cached(cache / f"gates-{design.name}-{family}-{key}", lambda: _synthesise(design, family))
     # No probes: synthesis leaves no signal between blocks by its name.
     models = (cells(family), *texts(cell_models(family)))
     return Netlist(design.name, files["gates.v"].decode(), sidecar(design), models=models)

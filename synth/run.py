@@ -12,11 +12,11 @@ from tfra import synth
 from tfra.codegen.verilog.emit import Top, to_rtlil, with_free_collisions
 from tfra.model.fixed.design import Design
 from tfra.runtime.outputs import output_directory
+from tfra.runtime.store import cached_step
 from tfra.sim.run import digest, sources, texts
 from tfra.synth.estimate import Estimate, estimate, misfits
 from tfra.synth.flow import NETLIST, CriticalPath, Route, Synthesis, options, pack, route, synthesise
 from tfra.synth.forecast import BITSTREAM, YOSYS, Forecast, seed_name
-from tfra.synth.kept import once
 from tfra.synth.page import page
 from tfra.synth.pins import Pins
 from tfra.synth.report import median_route, render, report
@@ -114,7 +114,7 @@ class Run:
 
     def _kept(self, name: str, key: str, fresh: Path, step: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """The result of ``step``, new or from the cache; the forecast ignores the time of the latter."""
-        found, was_kept = once(f"{name}-{self.design.name}", key, fresh, step)
+        found, was_kept = cached_step(f"{name}-{self.design.name}", key, fresh, step)
         if was_kept:
             self.forecast.kept.add(self.forecast.step)
         return found

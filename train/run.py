@@ -5,21 +5,26 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.metadata import version
+from io import BytesIO
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 from pydantic import JsonValue
 
+from tfra import codegen, model, runtime, train
 from tfra.codegen.config.weights import Trained
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
+from tfra.runtime.store import Store, work_folder
+from tfra.sim.run import digest, sources, texts
 from tfra.train import augment, pool, prior
 from tfra.train.errors import held_out, threshold
 from tfra.train.loop import BATCH, CHUNKS, COVERS, RATE, State, Trainer
 from tfra.train.network import DOUBT, TANGENTIAL, UNEXPLAINED
-from tfra.train.work import opened_work
 
 STEPS = 120_000
 """Steps without a budget."""
@@ -56,12 +61,12 @@ def run(sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter) -
 
     Raises ``InputError`` for a folder that can't be used, and :class:`tfra.train.loop.DivergedError`.
     """
-    key = repr((sensor, budget))
-    with opened_work(folder) as work:
-        kept = work.load(key)
+    store, name = Store(folder), f"{digest(repr((sensor, budget)))}.state"
+    with work_folder(folder, "training", fingerprint()):
+        stored = _load(store, name)
         with reporter("simulating", COVERS, 0) as advance:
             trainer = Trainer(sensor, budget.counts, budget.seed, advance)
-        steps, state = kept or (_steps(budget, trainer), trainer.first())
+        steps, state = stored or (_steps(budget, trainer), trainer.first())
         with reporter("training", steps, state.step) as advance:
             saved = time.monotonic()
 
@@ -69,16 +74,40 @@ def run(sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter) -
                 nonlocal saved
                 advance(1, state)
                 if time.monotonic() - saved > SAVE_EVERY:
-                    work.save(key, steps, state)
+                    _save(store, name, steps, state)
                     saved = time.monotonic()
 
             trainer.run(steps, state, report)
-        work.save(key, steps, state)
+        _save(store, name, steps, state)
     weights = trainer.shape.weights(state.best)
     network = Network(sensor, weights)
     curve = np.array(state.curve, np.float64).reshape(-1, 3)
     known = described(budget, steps)
     return Trained(sensor, weights, threshold(sensor, network), known, held_out(sensor, network), curve)
+
+
+def _load(store: Store, name: str) -> tuple[int, State] | None:
+    """Return the steps and the state of the training in the file ``name``, if there is one; raises ``InputError``."""
+    if name not in store.names():
+        return None
+    with np.load(BytesIO(store.get(name)), allow_pickle=False) as stored:
+        arrays = {name: stored[name] for name in ("vector", "mean", "square", "best")}
+        curve = [(int(step), loss, error) for step, loss, error in stored["curve"].tolist()]
+        return int(stored["steps"]), State(**arrays, step=int(stored["step"]), loss=float(stored["loss"]), curve=curve)
+
+
+def _save(store: Store, name: str, steps: int, state: State) -> None:
+    """Replace the state of a training of ``steps`` in the file ``name``; raises ``InputError``."""
+    curve = np.array(state.curve, np.float64).reshape(-1, 3)
+    stream = BytesIO()
+    np.savez(stream, allow_pickle=False, **asdict(state) | {"curve": curve, "steps": steps})
+    store.put(name, stream.getvalue())
+
+
+@cache
+def fingerprint() -> str:
+    """Version and sources of everything that determines the weights."""
+    return digest(version("tfra"), *texts(sources(codegen, model, runtime, train)))
 
 
 def _steps(budget: Budget, trainer: Trainer) -> int:

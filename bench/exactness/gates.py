@@ -13,7 +13,7 @@ from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
-from tfra.runtime.cache import cache_directory
+from tfra.runtime.store import cache_directory
 from tfra.sim.run import simulate
 from tfra.synth.gates import FAMILIES, synthesised
 

@@ -41,7 +41,7 @@ from tfra.model.arrays import Floats, Ints
 from tfra.model.cover import contact as contact_module
 from tfra.model.cover.contact import Contact
 from tfra.model.sensor import SensorArray
-from tfra.runtime.cache import cache_directory, kept
+from tfra.runtime.store import cache_directory, cached
 
 try:
     import skfem
@@ -325,7 +325,7 @@ def _along(values: Floats, x: Floats, y: Floats, z: Floats) -> Floats:
 def _cached(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: float) -> Floats:
     """``response`` from the disk, or computed and stored there."""
     path = _cache_path(sensor, contact, mesh, poisson)
-    files = kept(path, lambda: {"response": response(sensor, contact, mesh, poisson).tobytes()})
+    files = cached(path, lambda: {"response": response(sensor, contact, mesh, poisson).tobytes()})
     return np.frombuffer(files["response"]).reshape(3, sensor.rows, sensor.columns)
 
 

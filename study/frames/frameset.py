@@ -1,9 +1,8 @@
-"""Frame sets: a definition, and the frames that follow from it, in a folder of Parquet files.
+"""Frame sets: a definition, and the frames that follow from it, in a folder.
 
-A folder holds ``definition.json`` and a file for each block, ``PART-NUMBER-HASH.parquet``.  HASH is that of the
-definition, the block's place and its bytes, so a file that is damaged, of another set or in another place is rejected
-before it is used.  Files are written atomically.  Any process may write any block at any time, and the set is complete
-when all blocks exist.
+A folder holds ``definition.json`` and a :class:`tfra.runtime.store.Store` of the definition with a file for each block,
+``PART-NUMBER.block``, so one that is damaged, of another set or in another place is rejected before it is used.  Any
+process may write any block at any time, and the set is complete when all blocks exist.
 """
 
 from __future__ import annotations
@@ -24,8 +23,8 @@ from tfra.model.sensor import SensorArray
 from tfra.recordings.input import PLAIN, Input
 from tfra.runtime.errors import InputError
 from tfra.runtime.inputs import opened
-from tfra.runtime.pieces import Pieces, put
 from tfra.runtime.scratch import writing
+from tfra.runtime.store import Store, put
 from tfra.study.frames.block import BLOCK, Block, Part, Stream, generator
 from tfra.study.frames.mixture import Mixture
 from tfra.study.frames.recording import Recording
@@ -163,13 +162,13 @@ class FrameSet:
 
     def missing(self) -> list[tuple[Part, int]]:
         """Blocks that have no file yet, in order."""
-        there = self._pieces.names()
+        there = self._store.names()
         every = ((part, number) for part in Part for number in range(self.definition.blocks(part)))
-        return [(part, number) for part, number in every if _stem(part, number) not in there]
+        return [(part, number) for part, number in every if _name(part, number) not in there]
 
     def write(self, part: Part, number: int) -> None:
         """Make a block and store it; raises ``InputError`` when it can't be written."""
-        self._pieces.put(_stem(part, number), self.definition.make(part, number).to_parquet())
+        self._store.put(_name(part, number), self.definition.make(part, number).to_parquet())
 
     def complete(self) -> None:
         """Make and store all missing blocks."""
@@ -179,7 +178,7 @@ class FrameSet:
     def block(self, part: Part, number: int) -> Block:
         """Load a block; raises ``InputError`` where its file is missing, damaged or another block's."""
         sensor = self.definition.sensor
-        data = self._pieces.get(_stem(part, number))
+        data = self._store.get(_name(part, number))
         return Block.from_parquet(data, number * BLOCK, sensor.rows, sensor.columns)
 
     def blocks(self, part: Part) -> Iterator[Block]:
@@ -187,12 +186,12 @@ class FrameSet:
         return (self.block(part, number) for number in range(self.definition.blocks(part)))
 
     @property
-    def _pieces(self) -> Pieces:
-        return Pieces(self.folder, self.definition.hash, ".parquet")
+    def _store(self) -> Store:
+        return Store(self.folder, self.definition.hash)
 
 
-def _stem(part: Part, number: int) -> str:
-    return f"{part}-{number:06d}"
+def _name(part: Part, number: int) -> str:
+    return f"{part}-{number:06d}.block"
 
 
 def _hash(document: dict[str, Any]) -> str:

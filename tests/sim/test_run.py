@@ -21,8 +21,8 @@ from tfra.model.choices import Architecture, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
-from tfra.runtime.cache import kept
 from tfra.runtime.errors import InputError
+from tfra.runtime.store import cached
 from tfra.sim import run as run_module
 from tfra.sim.protocol import Probe
 from tfra.sim.run import Netlist, ProtocolError, SimulationError, simulate
@@ -188,7 +188,7 @@ def test_the_second_run_needs_no_build(
 ) -> None:
     simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin())
     before = sorted(cache.iterdir())
-    monkeypatch.setattr(run_module, "kept", lambda place, make: kept(place, lambda: pytest.fail("built again")))
+    monkeypatch.setattr(run_module, "cached", lambda place, make: cached(place, lambda: pytest.fail("built again")))
     simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin(CORRUPT, 1))
     assert sorted(cache.iterdir()) == before
 
@@ -211,7 +211,7 @@ def test_another_core_or_compiler_has_another_build(
     """Models of cells are compiled in; Verilator has to be told what probes look at."""
     named, core = list[str](), standin()
     other = {"verilog": core.verilog + "\n", "models": ("module cell; endmodule",), "probes": ()}
-    monkeypatch.setattr(run_module, "kept", lambda place, make: named.append(place.name) or {"executable": b""})
+    monkeypatch.setattr(run_module, "cached", lambda place, make: named.append(place.name) or {"executable": b""})
     run_module._build(core, "verilator", tmp_path, False)
     run_module._build(core, "verilator", tmp_path, False)
     if change == "programs":

@@ -27,12 +27,12 @@ from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.hdl.cores import microarchitecture
 from tfra.runtime.errors import InputError
+from tfra.runtime.store import work_folder
 from tfra.study.run import run
 from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE
 from tfra.study.studyfile import load_study
-from tfra.study.work import opened_work
-from tfra.study.workers import ONE_THREAD, cluster, one_after_another, processes
+from tfra.study.workers import ONE_THREAD, cluster, fingerprint, one_after_another, processes
 
 STUDY = (
     GOOD
@@ -264,9 +264,9 @@ def test_a_folder_of_other_sources(place: Path, report: Path, tmp_path: Path) ->
 
 
 def test_a_folder_that_is_in_use(place: Path, report: Path, tmp_path: Path) -> None:
-    with opened_work(place / "work"):
+    with work_folder(place / "work", "study", fingerprint()):
         said = complaint(place / "study.toml", tmp_path / "out", place / "work")
-    assert said == "work: is held by another run: wait for it, or choose another folder by --work"
+    assert said == "work: is in use by another run: wait for it, or choose another folder by --work"
 
 
 def test_frames_of_another_definition(place: Path, report: Path, tmp_path: Path) -> None:
@@ -311,7 +311,7 @@ def test_a_table_that_can_not_be_reached_keeps_its_password(place: Path, tmp_pat
 
 def test_a_damaged_piece(place: Path, report: Path, tmp_path: Path) -> None:
     shutil.copytree(place / "work", tmp_path / "work")
-    piece = next((tmp_path / "work" / "pieces").glob("errors-*/*.piece"))
+    piece = next((tmp_path / "work" / "pieces").glob("errors-*/*"))
     piece.write_bytes(piece.read_bytes()[:-1])
     said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
     assert said == f"{piece}: is not as it was written: remove it, to have it made again"

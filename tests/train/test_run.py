@@ -23,11 +23,11 @@ from tfra.model.cover.scenes import any_contacts
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError
+from tfra.runtime.store import work_folder
 from tfra.train import errors, loop
 from tfra.train import run as running
 from tfra.train.loop import DivergedError, State, Trainer
-from tfra.train.run import Advance, Budget, run
-from tfra.train.work import opened_work
+from tfra.train.run import Advance, Budget, fingerprint, run
 
 SENSOR = SensorArray(4, 5, 2e-3, 2e-3, 2e-3)
 BUDGET = Budget((6, 4), 3, steps=60)
@@ -144,7 +144,7 @@ def test_a_damaged_state_is_refused(tmp_path: Path) -> None:
     data = bytearray(file.read_bytes())
     data[-40] ^= 1
     file.write_bytes(data)
-    assert complaint(tmp_path / "w") == f"w/{file.name}: is not as it was written: remove it, to begin again"
+    assert complaint(tmp_path / "w") == f"w/{file.name}: is not as it was written: remove it, to have it made again"
     file.unlink()
     run(SENSOR, BUDGET, tmp_path / "w", silent)
 
@@ -153,8 +153,8 @@ def test_a_folder_of_others(tmp_path: Path) -> None:
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes").write_text("mine")
     assert complaint(tmp_path / "mine") == "mine: is not the folder of a training: choose another one by --work"
-    with opened_work(tmp_path / "w"):
-        held = "w: is held by another run: wait for it, or choose another folder by --work"
+    with work_folder(tmp_path / "w", "training", fingerprint()):
+        held = "w: is in use by another run: wait for it, or choose another folder by --work"
         assert complaint(tmp_path / "w") == held
     about = tmp_path / "w" / "training.json"
     about.write_text(about.read_text().replace('"sources": "', '"sources": "0'))

@@ -10,16 +10,17 @@ import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.runtime.damages import DAMAGES
-from tfra.runtime import cache as module
-from tfra.runtime.cache import Files, cache_directory, kept
+from tfra.runtime import store as module
 from tfra.runtime.errors import InputError
 from tfra.runtime.scratch import scratch
+from tfra.runtime.store import Files, Store, cache_directory, cached, cached_step, work_folder
 
 FILES = {"top.v": b"module top;\nendmodule\n", "empty": b"", "image.hex": bytes(range(256)) * 9}
 
@@ -40,7 +41,7 @@ class Maker:
 def test_an_entry_gives_back_what_was_made(files: Files) -> None:
     with tempfile.TemporaryDirectory() as folder:
         place, make = Path(folder, "core-x"), Maker(files)
-        assert [kept(place, make) for _ in range(3)] == [files] * 3
+        assert [cached(place, make) for _ in range(3)] == [files] * 3
         assert make.calls == 1
         assert list(place.parent.iterdir()) == [place]
 
@@ -48,22 +49,22 @@ def test_an_entry_gives_back_what_was_made(files: Files) -> None:
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
 def test_a_damaged_entry_is_made_again(tmp_path: Path, damage) -> None:
     place, make = tmp_path / "core-x", Maker()
-    kept(tmp_path / "core-another", Maker({"a": b"b"}))
-    kept(place, make)
+    cached(tmp_path / "core-another", Maker({"a": b"b"}))
+    cached(place, make)
     damage(place)
-    assert [kept(place, make) for _ in range(2)] == [FILES] * 2
+    assert [cached(place, make) for _ in range(2)] == [FILES] * 2
     assert make.calls == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["core-another", "core-x"]
 
 
 def test_no_wrong_bit_and_no_wrong_length_passes(tmp_path: Path) -> None:
     place, make = tmp_path / "core-x", Maker({"a": b"some words"})
-    kept(place, make)
+    cached(place, make)
     content = place.read_bytes()
     flipped = [content[:at] + bytes([content[at] ^ 1 << at % 8]) + content[at + 1 :] for at in range(len(content))]
     for wrong in [*flipped, *(content[:end] for end in range(len(content)))]:
         place.write_bytes(wrong)
-        assert kept(place, make) == make.files
+        assert cached(place, make) == make.files
     assert make.calls == 1 + 2 * len(content)
 
 
@@ -75,7 +76,7 @@ def test_what_a_link_leads_to_stays(tmp_path: Path) -> None:
     cache.mkdir()
     for name in ("core-x", ".tfra-core-x.lock", ".tfra-core-x.part"):
         (cache / name).symlink_to(own)
-    assert kept(cache / "core-x", Maker()) == FILES
+    assert cached(cache / "core-x", Maker()) == FILES
     assert [path.name for path in cache.iterdir()] == ["core-x"]
     assert (own / "thesis.txt").read_text() == "years of work"
 
@@ -84,7 +85,7 @@ def test_only_what_is_its_own_is_removed(tmp_path: Path) -> None:
     strangers = {".part", ".lock", "a.part", ".tfra.part", "tfra-a.lock", ".git", "run-1", "core-y"}
     for name in strangers:
         (tmp_path / name).write_text("mine")
-    kept(tmp_path / "core-x", Maker())
+    cached(tmp_path / "core-x", Maker())
     with scratch(tmp_path):
         pass
     assert {path.name for path in tmp_path.iterdir()} == {*strangers, "core-x"}
@@ -98,7 +99,7 @@ def test_of_many_at_once_one_makes_it(tmp_path: Path) -> None:
         return make()
 
     with ThreadPoolExecutor(8) as pool:
-        found = list(pool.map(lambda _: kept(tmp_path / "core-x", slow), range(8)))
+        found = list(pool.map(lambda _: cached(tmp_path / "core-x", slow), range(8)))
     assert found == [FILES] * 8
     assert make.calls == 1
     assert [path.name for path in tmp_path.iterdir()] == ["core-x"]
@@ -107,7 +108,7 @@ def test_of_many_at_once_one_makes_it(tmp_path: Path) -> None:
 def _want(place: Path, seed: int) -> None:
     damages = list(DAMAGES.values())
     for turn in range(25):
-        assert kept(place, lambda: FILES) == FILES
+        assert cached(place, lambda: FILES) == FILES
         if turn % 3 == 0:
             try:
                 damages[(seed + turn) % len(damages)](place)
@@ -133,9 +134,9 @@ def test_a_failure_leaves_nothing_and_is_made_again(tmp_path: Path) -> None:
         raise ArithmeticError
 
     with pytest.raises(ArithmeticError):
-        kept(place, fail)
+        cached(place, fail)
     assert list(tmp_path.iterdir()) == []
-    assert kept(place, Maker()) == FILES
+    assert cached(place, Maker()) == FILES
 
 
 def test_an_entry_that_cannot_be_stored_is_used_all_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,7 +145,7 @@ def test_an_entry_that_cannot_be_stored_is_used_all_the_same(tmp_path: Path, mon
 
     monkeypatch.setattr(module.os, "replace", full)
     with pytest.warns(UserWarning, match=r"core-x: not kept for the next run: No space left on device$"):
-        assert kept(tmp_path / "core-x", Maker()) == FILES
+        assert cached(tmp_path / "core-x", Maker()) == FILES
     assert list(tmp_path.iterdir()) == []
 
 
@@ -153,11 +154,88 @@ def test_a_full_disk_while_an_entry_is_made_is_told(tmp_path: Path) -> None:
         raise OSError(28, "No space left on device")
 
     with pytest.raises(InputError) as told:
-        kept(tmp_path / "core-x", full)
+        cached(tmp_path / "core-x", full)
     assert str(told.value) == f"{tmp_path}: cannot be written: No space left on device"
 
 
-# --- where it is -------------------------------------------------------------------------------------------
+# Steps of tools
+
+
+def test_a_step_runs_once(tmp_path: Path) -> None:
+    calls = []
+
+    def step(directory: Path) -> dict[str, Any]:
+        calls.append(directory)
+        (directory / "tool.log").write_bytes(b"\x00words\n" * 1000)
+        return {"mhz": 1.5, "path": {"begin": "sweep"}}
+
+    first, second = tmp_path / "first", tmp_path / "second"
+    for directory, was_kept in ((first, False), (second, True)):
+        directory.mkdir()
+        (directory / "before").write_text(directory.name)
+        found = cached_step("yosys-skin", "0" * 16, directory, lambda directory=directory: step(directory))
+        assert found == ({"mhz": 1.5, "path": {"begin": "sweep"}}, was_kept)
+    assert calls == [first]
+    assert (second / "tool.log").read_bytes() == (first / "tool.log").read_bytes()
+    assert (second / "before").read_text() == "second"
+    cached_step("yosys-skin", "1" * 16, second, lambda: step(second))
+    assert calls == [first, second]
+
+
+def test_a_step_that_fails_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TFRA_CACHE", str(tmp_path / "cache"))
+
+    def fail() -> dict[str, Any]:
+        raise ArithmeticError
+
+    with pytest.raises(ArithmeticError):
+        cached_step("route-skin", "0" * 16, tmp_path, fail)
+    assert cached_step("route-skin", "0" * 16, tmp_path, lambda: {"mhz": 2}) == ({"mhz": 2}, False)
+
+
+# Results of one computation
+
+
+def test_a_result_of_another_computation_name_or_content_is_rejected(tmp_path: Path) -> None:
+    store = Store(tmp_path / "pieces", "a key")
+    store.create()
+    store.put("one", b"old")
+    store.put("one", b"data")
+    assert (store.get("one"), store.names()) == (b"data", {"one"})
+    content = (store.folder / "one").read_bytes()
+    assert content.endswith(b"data")
+    (store.folder / "two").write_bytes(content)
+    (store.folder / "three").write_bytes(content[:-1] + b"b")
+    wrong = [(store, "two"), (store, "three"), (Store(store.folder, "another"), "one")]
+    for each, name in wrong:
+        with pytest.raises(InputError) as caught:
+            each.get(name)
+        assert str(caught.value) == f"{store.folder / name}: is not as it was written: remove it, to have it made again"
+    with pytest.raises(InputError, match=r"four: cannot be read: No such file or directory$"):
+        store.get("four")
+    with pytest.raises(InputError, match=r"pieces/none: cannot be read: No such file or directory$"):
+        Store(store.folder / "none").names()
+
+
+def test_a_work_folder_is_of_one_kind_and_one_state_of_the_sources(tmp_path: Path) -> None:
+    folder = tmp_path / "w"
+    for _ in range(2):
+        with (
+            work_folder(folder, "study", "hash"),
+            pytest.raises(InputError, match="w: is in use by another run: "),
+            work_folder(folder, "study", "hash"),
+        ):
+            pytest.fail("two at once")
+    for kind, sources, reason in (
+        ("training", "hash", "is not the folder of a training: "),
+        ("study", "another", "has work of tfra .* with other sources, which is kept: "),
+    ):
+        with pytest.raises(InputError, match=reason), work_folder(folder, kind, sources):
+            pytest.fail("another's folder")
+    assert [path.name for path in folder.iterdir()] == ["study.json"]
+
+
+# Where it is
 
 
 def test_places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -195,7 +273,7 @@ def test_without_a_default_place_there_is_a_private_one(tmp_path: Path, home: st
     """One warning, one place in a process, and nothing left of it."""
     script = """
 import pathlib, warnings
-from tfra.runtime.cache import cache_directory
+from tfra.runtime.store import cache_directory
 warnings.showwarning = lambda message, *_: print(message)
 place = cache_directory()
 assert place == cache_directory()
@@ -214,7 +292,7 @@ print(place)
 def entry(folder: Path, number: int, size: int, last_use: int) -> Path:
     """An entry of ``size`` bytes and a little more that was used so many seconds after 1970."""
     place = folder / f"core-c-{number:016x}"
-    kept(place, Maker({"a": bytes(size)}))
+    cached(place, Maker({"a": bytes(size)}))
     os.utime(place, (last_use, last_use))
     return place
 
@@ -226,7 +304,7 @@ def test_the_longest_unused_entries_go_first(tmp_path: Path, monkeypatch: pytest
     for file in foreign[:2]:
         file.write_bytes(bytes(2_000_000))
     foreign[2].symlink_to(foreign[1])
-    assert kept(first, Maker()) == {"a": bytes(300_000)}  # used now
+    assert cached(first, Maker()) == {"a": bytes(300_000)}  # used now
     entry(tmp_path, 3, 300_000, 20)
     assert [place.exists() for place in (first, second, third)] == [True, False, True]
     assert all(file.exists() for file in foreign)
@@ -239,7 +317,7 @@ def test_the_longest_unused_entries_go_first(tmp_path: Path, monkeypatch: pytest
 def test_a_limit_that_is_no_number(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, value: str) -> None:
     monkeypatch.setenv("TFRA_CACHE_MB", value)
     with pytest.raises(InputError, match=r"^TFRA_CACHE_MB: a whole number of megabytes above 0 is needed, got "):
-        kept(tmp_path / "core-x", Maker())
+        cached(tmp_path / "core-x", Maker())
     assert not list(tmp_path.iterdir())
 
 
@@ -247,7 +325,7 @@ def test_two_that_prune_at_once_lose_nothing_that_is_wanted(tmp_path: Path, monk
     monkeypatch.setenv("TFRA_CACHE_MB", "1")
 
     def want(number: int) -> Files:
-        return kept(tmp_path / f"core-c-{number % 9:016x}", Maker({"a": bytes([number % 9]) * 200_000}))
+        return cached(tmp_path / f"core-c-{number % 9:016x}", Maker({"a": bytes([number % 9]) * 200_000}))
 
     with ThreadPoolExecutor(4) as pool:
         made = pool.map(want, range(90))
