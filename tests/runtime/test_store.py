@@ -161,7 +161,8 @@ def test_a_full_disk_while_an_entry_is_made_is_told(tmp_path: Path) -> None:
 # Steps of tools
 
 
-def test_a_step_runs_once(tmp_path: Path) -> None:
+def test_a_step_runs_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TFRA_CACHE", str(tmp_path / "cache"))
     calls = []
 
     def step(directory: Path) -> dict[str, Any]:
