@@ -21,7 +21,7 @@ from tfra.runtime.processes import ToolError
 from tfra.runtime.scratch import scratch, temporary
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.frames.block import Part
-from tfra.study.report.words import CLOSE_PERCENT
+from tfra.study.report.labels import CLOSE_PERCENT
 from tfra.study.search.evaluate import CHANGE, COSTS, Evaluation
 from tfra.study.search.space import Space
 from tfra.study.search.trials import COMPLETE, Trial

@@ -24,8 +24,8 @@ from tfra.study.errors.variants import variants
 from tfra.study.errors.variation import Comparison, Variation
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import FrameSet
-from tfra.study.report.answer import answer
 from tfra.study.report.page import render
+from tfra.study.report.summary import summary
 from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import CHANGE, Evaluation, TooFewError
 from tfra.study.search.search import EmptySpaceError, Search, front
@@ -69,7 +69,7 @@ def run(
         _write(fresh, study, made)
         (fresh / "times.html").write_text(times(made.timed, who), encoding="utf-8")
     designs = made.tables["designs"].rows(named=True) if "designs" in made.tables else []
-    return {"answer": answer(made.tables, study.design).replace("`", ""), "designs": designs}
+    return {"answer": summary(made.tables, study.design).replace("`", ""), "designs": designs}
 
 
 def _write(fresh: Path, study: StudyFile, made: Run) -> None:

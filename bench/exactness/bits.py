@@ -24,9 +24,10 @@ import polars as pl
 
 from bench.publish import ROOT, insert, store
 from tfra.codegen.config.read import load
+from tfra.report.numbers import number
 from tfra.study.errors.cascade import Step, View
-from tfra.study.report.answer import HEADLINE, answer
-from tfra.study.report.words import QUANTITIES, STEPS, number
+from tfra.study.report.labels import QUANTITIES, STEPS
+from tfra.study.report.summary import HEADLINE, summary
 from tfra.study.search.evaluate import CHANGE
 from tfra.study.studyfile import load_study
 
@@ -212,7 +213,7 @@ def chance(out: str) -> str:
 def sentence(out: str) -> str:
     """The answer on top of a report."""
     tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
-    said: str = answer(tables, load_study(ROOT / example(out)).design)
+    said: str = summary(tables, load_study(ROOT / example(out)).design)
     return "> " + said
 
 

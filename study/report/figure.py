@@ -1,9 +1,9 @@
-"""Common parts of all charts: style, logarithmic axes where needed, rows of dots with whiskers."""
+"""Common parts of all charts: style, axes that are logarithmic where needed, rows of dots with whiskers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from textwrap import wrap
 from typing import Any
@@ -11,14 +11,14 @@ from typing import Any
 import plotly.graph_objects as go
 
 from tfra.report.colours import BLACK
-from tfra.study.report.words import number
+from tfra.report.numbers import number
 
 GREY, PALE = "#767676", "#dddddd"
 
 WIDE_SPAN = 30.0
 """Values that span more have a logarithmic axis."""
 
-ROW = 18
+ROW_HEIGHT = 18
 """Height of a signal's row, in pixels."""
 
 _LAYOUT: dict[str, Any] = {
@@ -42,10 +42,18 @@ _AXIS: dict[str, Any] = {
     "zeroline": False,
 }
 
+Point = tuple[float | None, float | None]
+"""Position across and up; a line breaks at one that is unknown."""
+
 
 def figure(height: int, x: dict[str, Any], y: dict[str, Any], **layout: Any) -> go.Figure:
     """An empty figure with these axes; its width is the page's."""
     return go.Figure(layout=_LAYOUT | {"height": height, "xaxis": _AXIS | x, "yaxis": _AXIS | y} | layout)
+
+
+def rows_figure(lines: Rows, height: int, x: dict[str, Any], **layout: Any) -> go.Figure:
+    """An empty figure of labelled rows, so many pixels each."""
+    return figure(len(lines.labels) * height + 95, x, lines.axis(), **layout)
 
 
 @dataclass(frozen=True)
@@ -58,73 +66,28 @@ class Scale:
 
     @classmethod
     def of(cls, values: Iterable[float | None]) -> Scale:
-        """The axis that shows these values."""
+        """The axis for these values."""
         some = sorted(value for value in values if value)
         if not some or some[-1] <= WIDE_SPAN * some[0]:
             return cls(False, 0.0, 1.05 * some[-1] if some else 1.0)
         return cls(True, some[0] / 2, 1.5 * some[-1])
 
-    def place(self, value: float) -> float:
+    def clip(self, value: float) -> float:
         """Position of ``value`` on the axis."""
         return max(value, self.low)
 
     def axis(self, title: str) -> dict[str, Any]:
         """For a figure's layout."""
-        shown: dict[str, Any] = {"title": {"text": title}}
+        axis: dict[str, Any] = {"title": {"text": title}}
         if not self.log:
-            return shown | {"range": [self.low, self.high]}
+            return axis | {"range": [self.low, self.high]}
         # A zero stands a little inside.
         ends = [math.log10(self.low) - 0.1, math.log10(self.high)]
         digits = (1, 2, 5) if ends[1] - ends[0] < 2.5 else (1,)
         every = max(1, round((ends[1] - ends[0]) / 6))
         decades = range(math.floor(ends[0]), math.ceil(ends[1]) + 1, every)
         ticks = [d * 10.0**decade for decade in decades for d in digits]
-        return shown | {"type": "log", "range": ends, "tickvals": ticks, "ticktext": [number(v, 1) for v in ticks]}
-
-
-@dataclass(frozen=True)
-class Dot:
-    """A value in a row, with a whisker from ``start`` to ``end``; ``text`` is seen when one points at it."""
-
-    row: float
-    value: float
-    start: float
-    end: float
-    text: str
-
-
-def add_dots(shown: go.Figure, scale: Scale, name: str, colour: str, symbol: str, dots: Sequence[Dot]) -> None:
-    """Add a series of dots; a value of zero on a logarithmic axis is an open triangle at its end."""
-    line = {"color": colour, "width": 2}
-    whiskers = [place for dot in dots for place in (scale.place(dot.start), scale.place(dot.end), None)]
-    rows = [row for dot in dots for row in (dot.row, dot.row, None)]
-    shown.add_scatter(x=whiskers, y=rows, mode="lines", line=line, showlegend=False, legendgroup=name, hoverinfo="skip")
-
-    def add(places: Sequence[tuple[float, Dot]], symbol: str, **looks: Any) -> None:
-        marker = {"symbol": symbol, "size": 10, "color": colour, "line": line}
-        shown.add_scatter(
-            x=[scale.place(place) for place, _ in places], y=[dot.row for _, dot in places], mode="markers",
-            marker=marker, hovertext=[dot.text for _, dot in places], hoverinfo="text", name=name, legendgroup=name,
-            **looks,
-        )  # fmt: skip
-
-    caps = [(place, dot) for dot in dots for place in (dot.start, dot.end) if place != dot.value]
-    add(caps, "line-ns-open", showlegend=False)
-    off = [dot for dot in dots if scale.log and dot.value < scale.low]
-    add([(dot.value, dot) for dot in off], "triangle-left-open", showlegend=len(off) == len(dots))
-    add([(dot.value, dot) for dot in dots if dot not in off], symbol)
-
-
-def add_unfit(shown: go.Figure, places: Sequence[tuple[float, float, str]], **looks: Any) -> None:
-    """Add a grey cross for each that does not fit together: its x, its y, and the text that says why."""
-    if not places:
-        return
-    x, y, texts = zip(*places, strict=True)
-    marker = {"symbol": "x-thin-open", "size": 8, "color": GREY, "line": {"color": GREY, "width": 2}}
-    shown.add_scatter(
-        x=x, y=y, mode="markers", marker=marker, hovertext=texts, hoverinfo="text", cliponaxis=False,
-        **{"name": "does not fit"} | looks,
-    )  # fmt: skip
+        return axis | {"type": "log", "range": ends, "tickvals": ticks, "ticktext": [number(v, 1) for v in ticks]}
 
 
 @dataclass(frozen=True)
@@ -132,38 +95,98 @@ class Rows:
     """Labelled rows from top to bottom, in groups that have a heading each."""
 
     labels: tuple[str, ...]
-    places: tuple[int, ...]
+    numbers: tuple[int, ...]
     """Of the rows that are no headings."""
 
     @classmethod
-    def of(cls, groups: Sequence[str], names: Sequence[str]) -> Rows:
+    def plain(cls, names: Sequence[str]) -> Rows:
+        """The rows ``names`` without headings."""
+        return cls(tuple(names), tuple(range(len(names))))
+
+    @classmethod
+    def grouped(cls, groups: Sequence[str], names: Sequence[str]) -> Rows:
         """The rows ``names``, each of a group."""
         labels: list[str] = []
-        places = []
+        numbers = []
         for n, (group, name) in enumerate(zip(groups, names, strict=True)):
             if not n or group != groups[n - 1]:
                 labels.append(f"<b>{group}</b>")
-            places.append(len(labels))
+            numbers.append(len(labels))
             labels.append(name)
-        return cls(tuple(labels), tuple(places))
+        return cls(tuple(labels), tuple(numbers))
 
     def axis(self) -> dict[str, Any]:
         """For a figure's layout."""
-        ends = [len(self.labels) - 0.4, -0.6]
-        return {"range": ends, "tickvals": list(range(len(self.labels))), "ticktext": list(self.labels)} | {
-            "ticks": "", "showgrid": False, "tickfont": {"size": 11},
-        }  # fmt: skip
+        ticks = {"tickvals": list(range(len(self.labels))), "ticktext": list(self.labels), "ticks": ""}
+        return {"range": [len(self.labels) - 0.4, -0.6], **ticks, "showgrid": False, "tickfont": {"size": 11}}
+
+
+def add_marks(chart: go.Figure, name: str, points: Sequence[Point], texts: str | Sequence[str], **looks: Any) -> None:
+    """Add a series of markers with texts on hover, unless it is empty."""
+    if points:
+        x, y = zip(*points, strict=True)
+        chart.add_scatter(x=x, y=y, name=name, hovertext=texts, hoverinfo="text", **{"mode": "markers"} | looks)
+
+
+def add_bars(chart: go.Figure, name: str, points: Sequence[Point], texts: Sequence[str], **looks: Any) -> None:
+    """Add horizontal bars up to ``points`` with texts on hover."""
+    x, y = zip(*points, strict=True) if points else ((), ())
+    chart.add_bar(x=x, y=y, name=name, orientation="h", hovertext=texts, hoverinfo="text", **looks)
+
+
+@dataclass(frozen=True)
+class Dot:
+    """A value in a row, with a whisker from ``low`` to ``high``; ``text`` is seen on hover."""
+
+    row: float
+    value: float
+    low: float
+    high: float
+    text: str
+
+
+def add_dots(chart: go.Figure, scale: Scale, name: str, colour: str, symbol: str, dots: Sequence[Dot]) -> None:
+    """Add a series of dots; a value of zero on a logarithmic axis is an open triangle at its end."""
+    line = {"color": colour, "width": 2}
+    zeros = [dot for dot in dots if scale.log and dot.value < scale.low]
+    others = [dot for dot in dots if dot not in zeros]
+    for some, shape in ((zeros, "triangle-left-open"), (others, symbol)):
+        points = [(scale.clip(dot.value), dot.row) for dot in some]
+        whiskers = {
+            "array": [scale.clip(dot.high) - scale.clip(dot.value) for dot in some],
+            "arrayminus": [scale.clip(dot.value) - scale.clip(dot.low) for dot in some],
+            "thickness": 2,
+        }
+        add_marks(
+            chart, name, points, [dot.text for dot in some], legendgroup=name, showlegend=some is others or not others,
+            marker={"symbol": shape, "size": 10, "color": colour, "line": line}, error_x=whiskers,
+        )  # fmt: skip
+
+
+def add_misfits(chart: go.Figure, points: Sequence[Point], texts: Sequence[str], **looks: Any) -> None:
+    """Add a grey cross for each variation that does not fit together; its text says why."""
+    marker = {"symbol": "x-thin-open", "size": 8, "color": GREY, "line": {"color": GREY, "width": 2}}
+    add_marks(chart, "does not fit", points, texts, marker=marker, cliponaxis=False, **looks)
+
+
+def misfit_text(row: Mapping[str, Any]) -> str:
+    """Why the variation of a row has no numbers, in lines that fit into a narrow window."""
+    return hover_text("does not fit", wrapped(row["reason"]))
+
+
+def hover_text(title: str, *lines: str) -> str:
+    """A bold title, and the ``lines`` that are not empty."""
+    return "<br>".join([f"<b>{title}</b>", *filter(None, lines)])
 
 
 def wrapped(text: str) -> str:
-    """Words for a hover label, in lines that a narrow window has room for."""
+    """Words for a hover label, in lines that fit into a narrow window."""
     return "<br>".join(wrap(text, 44))
 
 
-def say(shown: go.Figure, text: str) -> go.Figure:
-    """Write on an empty figure why it is empty."""
-    shown.add_annotation(
-        text=text, x=0.5, y=0.5, xref="paper", yref="paper", showarrow=False, bgcolor="white",
-        font={"size": 13, "color": BLACK},
-    )  # fmt: skip
-    return shown
+def unless_empty(chart: go.Figure, filled: bool, reason: str) -> go.Figure:
+    """The ``chart``, with the ``reason`` on it where it is not ``filled``."""
+    if not filled:
+        centre = {"x": 0.5, "y": 0.5, "xref": "paper", "yref": "paper", "showarrow": False}
+        chart.add_annotation(text=reason, bgcolor="white", font={"size": 13, "color": BLACK}, **centre)
+    return chart

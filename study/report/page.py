@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -17,34 +16,14 @@ import polars as pl
 from plotly.offline import get_plotlyjs
 
 from tfra.model.fixed.design import Design
-from tfra.report.html import contents, document, grid, row
+from tfra.report import html
+from tfra.report.html import contents, data_script, document, paragraph, text
+from tfra.report.numbers import cell, listed
 from tfra.study.errors.cascade import View
-from tfra.study.report import charts, front
-from tfra.study.report.answer import answer, explanation, unfit
-from tfra.study.report.found import compared, costs_of
-from tfra.study.report.words import CLOSE, PARTS, QUANTITIES, STATISTICS, Tables, listed
-
-HEADINGS = {
-    "p95": "95th percentile",
-    "p99_9": "99.9th percentile",
-    "p95_change": "change of the 95th percentile / %",
-    "median_change": "change of the median / %",
-    "of": "of frames",
-    "rate_low": "95 % confidence, from",
-    "rate_high": "to",
-    "sqnr_db": "SQNR / dB",
-    "max_error_lsb": "worst / LSB",
-    "rms_error_lsb": "rms / LSB",
-    "bias_lsb": "bias / LSB",
-    "noise_share_of_peak": "noise, share of the peak",
-    "plateau_tolerance_lsb": "plateau tolerance / LSB",
-    "sweep_index_equal": "share of frames with float’s sweep index",
-    "within": f"within {CLOSE} of float’s total",
-    "rtl_frames": "frames in RTL",
-    "rtl_words": "words in RTL",
-    "rtl_differ": "words that differ",
-}
-"""Headings of the columns of tables; other columns keep their names."""
+from tfra.study.report import error_charts, signal_charts, trial_charts
+from tfra.study.report.labels import PARTS, QUANTITIES, STATISTICS, Tables, column_label
+from tfra.study.report.results import cheapest_trials, costs_of
+from tfra.study.report.summary import impossible, notes, summary
 
 REFRESH_S = 10
 """Seconds after which an open partial page reloads."""
@@ -69,23 +48,22 @@ class Chart:
 
 @dataclass(frozen=True)
 class Section:
-    """Charts over the tables ``shown``, which stand under them; without the first there is no section.
+    """Charts over ``tables``, which are under them; without the first table there is no section.
 
-    ``caption`` says how they are read; ``view`` prepares a table to be shown; ``said`` is a sentence from the tables,
-    ``by_cost`` one for each choice of a cost.
+    ``caption`` explains how to read the charts; ``note`` is a sentence from the tables, ``by_cost`` one for each choice
+    of a cost.
     """
 
     name: str
     title: str
     caption: str
-    shown: tuple[str, ...]
+    tables: tuple[str, ...]
     charts: tuple[Chart, ...] = ()
-    needs: tuple[str, ...] = ()
-    view: Callable[[Tables], pl.DataFrame] | None = None
-    said: Callable[[Tables], str] = lambda _: ""
+    note: Callable[[Tables], str] = lambda _: ""
     by_cost: Callable[[Tables], Mapping[str, str]] = lambda _: {}
 
 
+OF_CONVERTER = {View.TOTAL: "Total error", View.OWN: "The converter’s own share"}
 OF_ARITHMETIC = {View.OWN: "Error of the arithmetic", View.TOTAL: "Total error"}
 
 
@@ -97,7 +75,7 @@ def _by_view(
 ) -> tuple[Chart, ...]:
     """A chart of each view, beside each other where there is room."""
     return tuple(
-        Chart(f"{name}-{view}", lambda *given, view=view: draw(*given, view), filters, title)
+        Chart(f"{name}-{view}", lambda *chosen, view=view: draw(*chosen, view), filters, title)
         for view, title in titles.items()
     )
 
@@ -110,7 +88,7 @@ SECTIONS = (
         "percentile. Blue is the change from the result of the step before; vermilion is the error against the ground "
         "truth after the step. A triangle at the left end is a median of zero.",
         ("errors", "flagged"),
-        (Chart("cascade", charts.cascade, ("quantity", "part")),),
+        (Chart("cascade", error_charts.cascade, ("quantity", "part")),),
     ),
     Section(
         "flips",
@@ -118,7 +96,7 @@ SECTIONS = (
         "A dot is the share of frames in which a step decides differently from the step before. Its line is the 95 % "
         "confidence interval of the rate. A triangle at the left end means that no frame flipped.",
         ("flips", "decisions"),
-        (Chart("flips", charts.flips, ("part",)),),
+        (Chart("flips", error_charts.flips, ("part",)),),
     ),
     Section(
         "ranges",
@@ -126,7 +104,7 @@ SECTIONS = (
         "The pale bar is the word length; the blue bar has the bits that all observed values need; the difference is "
         "headroom. The black tick marks the bits that the proven bound needs. A cross marks words that saturated.",
         ("ranges",),
-        (Chart("ranges", charts.ranges),),
+        (Chart("ranges", signal_charts.ranges),),
     ),
     Section(
         "stages",
@@ -134,7 +112,7 @@ SECTIONS = (
         "The ratio of a signal to its rounding error, 6 dB a bit: precision is lost at signals far to the left. "
         "Vermilion compares with float64 from the converter codes on, blue with float64 on the stage’s own inputs.",
         ("stages",),
-        (Chart("stages", charts.stages),),
+        (Chart("stages", signal_charts.stages),),
     ),
     Section(
         "uniform",
@@ -143,8 +121,8 @@ SECTIONS = (
         "arithmetic: where the total (vermilion) reaches it, more bits gain nothing. The dotted line is the method’s "
         "own error on exact stress.",
         ("uniform",),
-        (Chart("uniform", charts.uniform, ("quantity", "statistic")),),
-        said=partial(unfit, name="uniform"),
+        (Chart("uniform", error_charts.uniform, ("quantity", "statistic")),),
+        note=partial(impossible, name="uniform"),
     ),
     Section(
         "converter",
@@ -153,8 +131,8 @@ SECTIONS = (
         "the right, only noise and method are left, and more bits of the converter gain nothing. A cross marks "
         "impossible combinations, “few” those with too few frames.",
         ("converter",),
-        _by_view("converter", charts.converter, {View.TOTAL: "Total error", View.OWN: "The converter’s own share"}),
-        said=partial(unfit, name="converter"),
+        _by_view("converter", error_charts.converter, OF_CONVERTER),
+        note=partial(impossible, name="converter"),
     ),
     Section(
         "sensitivity",
@@ -163,10 +141,8 @@ SECTIONS = (
         "without a bar have bits to spare. A click on the legend shows two and four bits less. A cross marks "
         "impossible combinations.",
         ("sensitivity",),
-        _by_view("sensitivity", charts.sensitivity, OF_ARITHMETIC),
-        needs=("errors",),
-        view=charts.with_change,
-        said=partial(unfit, name="sensitivity"),
+        _by_view("sensitivity", error_charts.sensitivity, OF_ARITHMETIC),
+        note=partial(impossible, name="sensitivity"),
     ),
     Section(
         "variants",
@@ -174,8 +150,8 @@ SECTIONS = (
         "The same design with one choice changed. A dot is the median of the error’s magnitude; the line ends at the "
         "95th percentile. A cross marks impossible combinations.",
         ("variants",),
-        _by_view("variants", charts.variants, OF_ARITHMETIC, ("quantity",)),
-        said=partial(unfit, name="variants"),
+        _by_view("variants", error_charts.variants, OF_ARITHMETIC, ("quantity",)),
+        note=partial(impossible, name="variants"),
     ),
     Section(
         "trials",
@@ -184,13 +160,15 @@ SECTIONS = (
         "cost. Blue dots are Pareto-optimal in all objectives. Point at a dot for its word lengths. Costs are "
         "estimates; a thin line leads from a star to the cost measured after place and route.",
         ("trials", "baseline"),
-        (Chart("trials", front.trials, ("cost",)),),
-        by_cost=compared,
+        (Chart("trials", trial_charts.trials, ("cost",)),),
+        by_cost=cheapest_trials,
     ),
     Section(
         "designs",
         "Designs side by side",
-        "A row is a design; the first is float arithmetic on the same codes. Costs are estimates, except placed ones.",
+        "A row is a design; the first is float arithmetic on the same codes. A design is within the tolerance if, on "
+        "held-out frames, the 95th percentile of its total error exceeds that of float arithmetic by no more, in every "
+        "quantity. Costs are estimates, except placed ones.",
         ("designs",),
     ),
 )
@@ -202,14 +180,14 @@ def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = 
     ``tables`` are those of a study's folder by name, any of which may be missing, and then has no section; ``pending``
     are the names of those that a running study has still to make.
     """
-    tables = {name: table for name, table in tables.items() if len(table)}
-    sections = [s for s in SECTIONS if s.shown[0] in tables and all(name in tables for name in s.needs)]
+    tables = _complete(tables)
+    sections = [section for section in SECTIONS if section.tables[0] in tables]
     choices = _choices(tables)
     parts = [
-        *_words(tables, design, pending),
+        *_opening(tables, design, pending),
         contents({section.name: section.title for section in sections}),
         _filters(sections, choices),
-        *(_section(section, tables) for section in sections),
+        *(_section(section, tables).html() for section in sections),
         *(_scripts(sections, tables, choices) if any(section.charts for section in sections) else ()),
     ]
     policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
@@ -218,69 +196,73 @@ def render(tables: Tables, design: Design, title: str, pending: Sequence[str] = 
     return document(title, parts, _resource("page.css"), head)
 
 
+def _complete(tables: Tables) -> Tables:
+    """The tables that have rows; that of sensitivities with the changes of the errors, without which it is left out."""
+    complete = {name: table for name, table in tables.items() if len(table)}
+    if (table := complete.pop("sensitivity", None)) is not None and "errors" in complete:
+        complete["sensitivity"] = error_charts.with_change(table, complete["errors"])
+    return complete
+
+
 def _resource(name: str) -> str:
     return (files("tfra.study.report") / name).read_text(encoding="utf-8")
 
 
-def _words(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator[str]:
+def _opening(tables: Tables, design: Design, pending: Sequence[str]) -> Iterator[str]:
     if pending:
         missing = listed([_title_of(name) for name in pending])
-        yield f'<p class="partial">This page is partial: the study is running. Still to come: {escape(missing)}.</p>'
-    said = answer(tables, design)
-    if said:
-        yield f'<p class="answer">{_inline(said)}</p>'
-    yield from (f'<p class="note">{_inline(sentence)}</p>' for sentence in explanation(tables))
+        yield paragraph(f"This page is partial: the study is running. Still to come: {missing}.", "partial")
+    if words := summary(tables, design):
+        yield paragraph(words, "answer")
+    yield from (paragraph(sentence, "note") for sentence in notes(tables))
     if tables:
         yield "<noscript><p>The charts need JavaScript; their numbers are in the tables.</p></noscript>"
 
 
 def _title_of(table: str) -> str:
-    titles = [section.title for section in SECTIONS if table in section.shown]
+    titles = [section.title for section in SECTIONS if table in section.tables]
     return f"{table} ({titles[0]})" if titles else table
 
 
-def _inline(text: str) -> str:
-    return re.sub(r"`([^`]*)`", r"<code>\1</code>", escape(text))
-
-
 def _choices(tables: Tables) -> dict[str, dict[str, str]]:
-    """What each filter offers: values with their labels."""
-    of_errors = [table for table in tables.values() if "quantity" in table.columns]
-    there = {quantity for table in of_errors for quantity in table["quantity"]}
-    parts = {part for table in tables.values() if "part" in table.columns for part in table["part"]}
+    """The choices of each filter: values with their labels."""
+    quantities, parts = (
+        {value for table in tables.values() if column in table.columns for value in table[column]}
+        for column in ("quantity", "part")
+    )
     costs = costs_of(tables["trials"]) if "trials" in tables else []
     return {
-        "quantity": {name: kind.axis for name, kind in QUANTITIES.items() if name in there},
+        "quantity": {name: kind.axis for name, kind in QUANTITIES.items() if name in quantities},
         "statistic": dict(STATISTICS),
         "part": {str(part): name for part, name in PARTS.items() if part in parts},
-        "cost": {name: front.title(name) for name in costs},
+        "cost": {name: column_label(name) for name in costs},
     }
 
 
 def _filters(sections: Sequence[Section], choices: Mapping[str, Mapping[str, str]]) -> str:
     used = {name for section in sections for chart in section.charts for name in chart.filters}
-    named = {"quantity": "Error of", "statistic": "by its", "part": "Frames", "cost": "Cost"}
+    labels = {"quantity": "Error of", "statistic": "by its", "part": "Frames", "cost": "Cost"}
     selects = "".join(
         f'<label>{label} <select data-filter="{name}">{_options(choices[name])}</select></label>'
-        for name, label in named.items()
+        for name, label in labels.items()
         if name in used
     )
     return f'<div class="filters">{selects}</div>' if selects else ""
 
 
-def _options(offered: Mapping[str, str]) -> str:
-    return "".join(f'<option value="{escape(value)}">{escape(label)}</option>' for value, label in offered.items())
+def _options(choices: Mapping[str, str]) -> str:
+    return "".join(f'<option value="{escape(value)}">{escape(label)}</option>' for value, label in choices.items())
 
 
 def _scripts(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
     yield f"<script>{get_plotlyjs()}</script>"
-    yield f'<script type="application/json" id="charts">{_figures(sections, tables, choices)}</script>'
+    yield data_script("charts", _figures(sections, tables, choices))
     yield f"<script>{_resource('page.js')}</script>"
 
 
-def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> str:
-    """JSON of all figures by chart and choice; no text in it can end the script around it."""
-    drawn = {
+def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, Mapping[str, str]]) -> dict[str, Any]:
+    """All figures by chart and choice."""
+    return {
         f"chart-{chart.name}": {
             "filters": chart.filters,
             "figures": {
@@ -291,27 +273,25 @@ def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, 
         for section in sections
         for chart in section.charts
     }
-    return json.dumps(drawn, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _section(section: Section, tables: Tables) -> str:
-    heading = f'<h2 id="{section.name}">{escape(section.title)}</h2><p class="caption">{escape(section.caption)}</p>'
-    said = section.said(tables)
-    heading += f'<p class="note">{_inline(said)}</p>' if said else ""
-    shown = {name: tables[name] for name in section.shown if name in tables}
-    if section.view:
-        shown[section.shown[0]] = section.view(tables)
-    followed = {name for chart in section.charts for name in chart.filters}
-    numbers = {name: _grid(name, frame, followed) for name, frame in shown.items()}
-    if not section.charts:
-        return f"<section>{heading}{''.join(numbers.values())}</section>"
-    drawn = f'<div class="charts">{"".join(map(_chart, section.charts))}</div>'
-    below = (f'<p data-cost="{cost}">{_inline(said)}</p>' for cost, said in section.by_cost(tables).items())
-    folded = (f"<details><summary>{_summary(name)}</summary>{shown}</details>" for name, shown in numbers.items())
-    return f"<section>{heading}{drawn}{''.join((*below, *folded))}</section>"
+def _section(section: Section, tables: Tables) -> html.Section:
+    parts = [paragraph(section.caption, "caption")]
+    if note := section.note(tables):
+        parts.append(paragraph(note, "note"))
+    if section.charts:
+        parts.append(f'<div class="charts">{"".join(map(_chart, section.charts))}</div>')
+    parts += [f'<p data-cost="{cost}">{text(words)}</p>' for cost, words in section.by_cost(tables).items()]
+    filters = {name for chart in section.charts for name in chart.filters}
+    for name in section.tables:
+        if name in tables:
+            numbers = _grid(name, tables[name], filters)
+            folded = f"<details><summary>{_caption(name)}</summary>{numbers}</details>"
+            parts.append(folded if section.charts else numbers)
+    return html.Section(section.name, section.title, parts)
 
 
-def _summary(table: str) -> str:
+def _caption(table: str) -> str:
     return f"Numbers: tables/{table}.parquet" + (f", {NOTES[table]}" if table in NOTES else "")
 
 
@@ -322,23 +302,14 @@ def _chart(chart: Chart) -> str:
 
 def _grid(name: str, table: pl.DataFrame, filters: Collection[str]) -> str:
     """A table with all its rows; those of another choice than that of the ``filters`` are hidden when looked at."""
-    header = [HEADINGS.get(column, front.title(column)) for column in table.columns]
-    texts = {place for place, kind in enumerate(table.dtypes) if kind == pl.String}
-    followed = [column for column in table.columns if column in filters]
+    words = {number for number, kind in enumerate(table.dtypes) if kind == pl.String}
+    filtered = [column for column in table.columns if column in filters]
     rows = (
-        row([_cell(column, value) for column, value in found.items()], texts, **{key: found[key] for key in followed})
-        for found in table.iter_rows(named=True)
+        html.row([_cell(*item) for item in cells.items()], words, **{column: cells[column] for column in filtered})
+        for cells in table.iter_rows(named=True)
     )
-    return grid(_summary(name), header, [rows], texts, table=name)
+    return html.grid(_caption(name), list(map(column_label, table.columns)), [rows], words, table=name)
 
 
 def _cell(column: str, value: Any) -> str:
-    if value is None:
-        return ""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    if column == "quantity":
-        return QUANTITIES[value].axis
-    return f"{value:,}" if isinstance(value, int) else str(value)
+    return QUANTITIES[value].axis if column == "quantity" else cell(value)

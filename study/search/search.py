@@ -155,5 +155,3 @@ def front(trials: Iterable[Trial], objectives: Sequence[str]) -> list[Trial]:
         if not any(all(a <= b for a, b in zip(values[other.number], mine, strict=True)) for other in found):
             found.append(trial)
     return sorted(found, key=lambda trial: trial.number)
-
-

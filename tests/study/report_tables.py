@@ -18,7 +18,7 @@ from tfra.study.errors.variants import variants
 from tfra.study.errors.variation import Comparison, Variation
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import Definition, FrameSet
-from tfra.study.report.words import CLOSE_PERCENT
+from tfra.study.report.labels import CLOSE_PERCENT
 from tfra.study.run import table_of
 from tfra.study.search.evaluate import CHANGE, Evaluation
 from tfra.study.search.search import Search

@@ -282,9 +282,7 @@ def test_a_corrupt_table_of_trials(place: Path, report: Path, tmp_path: Path) ->
     assert said == f"sqlite:///{tmp_path}/work/trials.sqlite: file is not a database"
 
 
-def test_a_locked_table_of_trials(
-    place: Path, report: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_locked_table_of_trials(place: Path, report: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Finished trials stay."""
     monkeypatch.setattr("tfra.study.search.trials.PATIENCE", 0.1)
     shutil.copytree(place / "work", tmp_path / "work")

@@ -52,10 +52,14 @@ def designs(**kbit: float) -> pl.DataFrame:
         ),
     ]
     placed = pl.col("name") == "mixed"
-    return pl.DataFrame(rows).with_columns(pl.col(*unknown).cast(pl.Float64)).with_columns(
-        LUT=pl.when(pl.col("coefficient_kbit").is_not_null()).then(10_500.0),
-        placed_LUT=pl.when(placed).then(12_500.0),
-        fmax_mhz=pl.when(placed).then(84.5),
-        part=pl.when(placed).then(pl.lit("LFE5U-45F")),
-        **{f"{name}_held_out": pl.col(name) + 0.5 for name in (FORCE, PHI, CHANGE)},
+    return (
+        pl.DataFrame(rows)
+        .with_columns(pl.col(*unknown).cast(pl.Float64))
+        .with_columns(
+            LUT=pl.when(pl.col("coefficient_kbit").is_not_null()).then(10_500.0),
+            placed_LUT=pl.when(placed).then(12_500.0),
+            fmax_mhz=pl.when(placed).then(84.5),
+            part=pl.when(placed).then(pl.lit("LFE5U-45F")),
+            **{f"{name}_held_out": pl.col(name) + 0.5 for name in (FORCE, PHI, CHANGE)},
+        )
     )

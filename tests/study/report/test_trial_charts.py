@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import polars as pl
-import pytest
 
-from tests.study.report.search_tables import PHI, baseline, designs, trials
-from tfra.study.report import front
-from tfra.study.report.front import title
+from tests.study.report.search_tables import baseline, designs, trials
+from tfra.study.report.trial_charts import trials as chart
 from tfra.study.search.evaluate import CHANGE
 
 
@@ -18,7 +16,7 @@ def tables() -> dict[str, pl.DataFrame]:
 
 
 def series(tables: dict[str, pl.DataFrame], cost: str) -> dict[str, Any]:
-    return {trace.name: trace for trace in front.trials(tables, cost).data}
+    return {trace.name: trace for trace in chart(tables, cost).data}
 
 
 def test_lines_are_the_least_error_that_a_cost_buys() -> None:
@@ -57,19 +55,4 @@ def test_what_is_missing_is_not_drawn() -> None:
     without = {"trials": trials(), "designs": designs(mixed=1.0).drop(CHANGE)}
     assert set(series(without, "LUT")) == set(alone)
     none = {"trials": trials([]), "designs": designs()}
-    shown = front.trials(none, "LUT")
-    assert [note.text for note in shown.layout.annotations] == ["no trial is complete"]
-
-
-@pytest.mark.parametrize(
-    ("column", "shown"),
-    [
-        (PHI, "95th percentile of the error of φ / °"),
-        ("mu_held_out", "95th percentile of the error of μ, held-out frames"),
-        ("placed_BRAM", "BRAM, placed"),
-        ("coefficient_kbit", "coefficients / kbit"),
-        ("rtl_words", "rtl words"),
-    ],
-)
-def test_titles(column: str, shown: str) -> None:
-    assert title(column) == shown
+    assert [note.text for note in chart(none, "LUT").layout.annotations] == ["no trial is complete"]

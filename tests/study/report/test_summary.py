@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 from tests.study.definitions import design
-from tfra.study.report.answer import answer, enough_converter, enough_products, explanation, unfit
+from tfra.study.report.summary import impossible, notes, sufficient_converter_bits, sufficient_product_bits, summary
 
 PHI, FORCE = "phi_deg", "force_difference_percent_of_true_force"
 OWN = {"method": (4.0, 18.0), "noise": (0.31, 0.52), "converter": (0.6, 1.0), "arithmetic": (0.002, 0.001)}
@@ -73,30 +73,35 @@ def plain(text: str) -> str:
     return text.replace("\N{NO-BREAK SPACE}", " ")
 
 
-def test_the_answer() -> None:
+def test_the_summary() -> None:
     tables = {
         "errors": pl.concat([errors(), errors("train").with_columns(pl.col("median") + (pl.col("step") == "x"))]),
         "uniform": uniform({12: 30.0, 14: 6.0, 16: 4.0, 18: 0.0}),
         "converter": converter({8: {0.0: 80.0, 0.01: 2.0}, 12: {0.0: 4.0, 0.01: 1.0}, 14: {0.0: 0.1, 0.01: 0.0}}),
     }
-    assert plain(answer(tables, design())) == (
+    assert plain(summary(tables, design())) == (
         "12-bit converter: 0.60° and 1.0 % of F; arithmetic `standard`: 0.0020° and 0.0010 % of F; "
         "noise and offset: 0.31° and 0.52 % of F; the method itself: 4.0° and 18 % of F; "
         "all together: 4.2° and 18 % of F. "
         "A 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %."
     )
-    assert answer({}, design()) == ""
+    assert summary({}, design()) == ""
 
 
-def test_the_explanation() -> None:
-    meaning, left_out = explanation({"errors": errors(), "flagged": flagged(7)})
-    assert "over 100 held-out frames (φ: 90, which have friction)" in meaning
-    assert left_out == (
-        "7 of 1,200 held-out frames are left out of all errors, since a step flags them (at any one step at most: "
-        "no contact in 5); frames that saturate are kept (input saturated in 2)."
+def test_the_notes() -> None:
+    meaning, frames, left_out = notes({"errors": errors(), "flagged": flagged(7)})
+    assert meaning.startswith("Amounts are medians of the errors' magnitudes over held-out frames;")
+    assert frames == (
+        "There are 90 valid frames for φ and 100 valid frames for F: a median needs 20, a 95th percentile 200; "
+        "unknown values are left out."
     )
-    (none,) = explanation({"flagged": flagged(0)})
-    assert none.startswith("None of 1,200 held-out frames is left out; ")
+    assert left_out == (
+        "7 of 1,200 held-out frames are left out of all errors, since a step flags them; frames that saturate are kept "
+        "(most at any one step: no contact in 5 and input saturated in 2)."
+    )
+    assert notes({"uniform": uniform({12: 0.0})}) == [
+        "Designs, converters and variants are compared on training frames."
+    ]
 
 
 @pytest.mark.parametrize(
@@ -109,9 +114,9 @@ def test_the_explanation() -> None:
     ],
 )
 def test_from_there_on_all_are_close(changes: dict[int, float], fewest: int | None) -> None:
-    assert enough_products({"errors": errors("train"), "uniform": uniform(changes)}) == fewest
+    assert sufficient_product_bits({"errors": errors("train"), "uniform": uniform(changes)}) == fewest
     at_one_noise = {bits: {0.0: change, 0.01: 0.0} for bits, change in changes.items()}
-    assert enough_converter(converter(at_one_noise)) == fewest
+    assert sufficient_converter_bits({"converter": converter(at_one_noise)}) == fewest
 
 
 def test_the_tail_counts_too_and_an_unknown_one_is_not_close() -> None:
@@ -120,9 +125,9 @@ def test_the_tail_counts_too_and_an_unknown_one_is_not_close() -> None:
         pl.col("p95") * pl.when(pl.col("bits") == 12).then(1.06).otherwise(1.0),
         pl.when(pl.col("bits") > 12).then("p95"),
     ):
-        assert enough_products({"errors": errors("train"), "uniform": table.with_columns(p95=p95)}) == 14
-    said = answer({"errors": errors("train"), "uniform": uniform({12: 9.0, 14: 7.0})}, design())
-    assert plain(said).endswith(" No products of 12 to 14 bits would change the total by less than 5 %.")
+        assert sufficient_product_bits({"errors": errors("train"), "uniform": table.with_columns(p95=p95)}) == 14
+    text = summary({"errors": errors("train"), "uniform": uniform({12: 9.0, 14: 7.0})}, design())
+    assert plain(text).endswith(" No products of 12 to 14 bits would change the total by less than 5 %.")
 
 
 def test_lengths_that_do_not_fit_are_none() -> None:
@@ -130,33 +135,30 @@ def test_lengths_that_do_not_fit_are_none() -> None:
     unknown = {name: pl.when(pl.col("bits") == 14).then(name) for name in ("median", "p95")}
     reason = pl.when(pl.col("bits") != 14).then(pl.lit("operand: 13 to 16 bits are supported, got 12"))
     table = table.with_columns(**unknown, reason=reason)
-    assert enough_products({"errors": errors("train"), "uniform": table}) == 14
-    assert " Products of 14×14 bits alone" in answer({"errors": errors("train"), "uniform": table}, design())
+    assert sufficient_product_bits({"errors": errors("train"), "uniform": table}) == 14
+    assert " Products of 14×14 bits alone" in summary({"errors": errors("train"), "uniform": table}, design())
 
 
 def nulls(table: pl.DataFrame, *names: str) -> pl.DataFrame:
     return table.with_columns(pl.lit(None, dtype=pl.Float64).alias(name) for name in names)
 
 
-def test_few_frames_are_said_and_nothing_is_claimed() -> None:
+def test_of_few_frames_nothing_is_claimed() -> None:
     tables = {"errors": errors(), "uniform": uniform({12: 0.0}), "converter": converter({8: {0.0: 80.0}})}
     tables = {name: nulls(table, "median", "p95") for name, table in tables.items()}
-    assert answer(tables, design()) == "There are too few frames to split the error into steps."
-    said = "There are too few frames for all numbers: a median needs 20 valid frames, a 95th percentile 200; "
-    said += "there are 90 held-out frames for φ and 100 held-out frames for F. "
-    assert explanation(tables)[0].startswith(said)
+    assert summary(tables, design()) == "There are too few frames to split the error into steps."
 
 
 def test_without_the_tail_of_one_quantity_nothing_is_claimed() -> None:
     """That of φ, of which fewer frames count."""
     tail = pl.when(pl.col("quantity") != PHI).then("p95")
     tables = {"errors": errors("train"), "uniform": uniform({12: 0.0})}
-    assert "products" in answer(tables, design()).lower()
+    assert "products" in summary(tables, design()).lower()
     tables = {name: table.with_columns(p95=tail) for name, table in tables.items()}
-    assert "products" not in answer(tables, design()).lower()
+    assert "products" not in summary(tables, design()).lower()
 
 
-def test_what_does_not_fit_is_said_with_its_reason() -> None:
+def test_what_does_not_fit_has_its_reason() -> None:
     need = "signals.cordic: at least 18 bits are needed beside the 18 of scalar"
     shorter = [(1, f"{need}, got 17"), (4, f"{need}, got 14")]
     rows: list[dict[str, Any]] = [
@@ -165,15 +167,15 @@ def test_what_does_not_fit_is_said_with_its_reason() -> None:
         for quantity in (PHI, FORCE)
     ]
     rows.append({"signal": "scalar", "bits": 17, "shorter": 1, "quantity": PHI, "reason": None})
-    assert unfit({"sensitivity": pl.DataFrame(rows)}, "sensitivity") == (
+    assert impossible({"sensitivity": pl.DataFrame(rows)}, "sensitivity") == (
         f"Impossible, hence without numbers: `cordic` of 17 bits and 14 bits ({need})."
     )
     lengths = [{"bits": bits, "reason": f"operand: 10 to 27 bits are supported, got {bits}"} for bits in (8, 9)]
-    assert unfit({"uniform": pl.DataFrame(lengths)}, "uniform") == (
+    assert impossible({"uniform": pl.DataFrame(lengths)}, "uniform") == (
         "Impossible, hence without numbers: 8 bits and 9 bits (operand: 10 to 27 bits are supported)."
     )
     variant = {"variant": "plateau_tolerance", "steps": 100, "plateau_tolerance_lsb": 0.5, "rounding": "half_up"}
-    assert unfit({"variants": pl.DataFrame([variant | {"reason": "no"}])}, "variants") == (
+    assert impossible({"variants": pl.DataFrame([variant | {"reason": "no"}])}, "variants") == (
         "Impossible, hence without numbers: plateau tolerance / LSB: 0.5 (no)."
     )
-    assert unfit({"uniform": uniform({12: 0.0})}, "uniform") == ""
+    assert impossible({"uniform": uniform({12: 0.0})}, "uniform") == ""

@@ -6,8 +6,8 @@ from typing import Any
 
 import polars as pl
 
-from tfra.study.report import charts
-from tfra.study.report.answer import unfit
+from tfra.study.report import error_charts
+from tfra.study.report.summary import impossible
 
 SETTINGS: list[dict[str, Any]] = [
     {"variant": "steps", "steps": 50, "plateau_tolerance_lsb": 0.0, "rounding": "half_up"},
@@ -30,11 +30,11 @@ def variants() -> pl.DataFrame:
     return pl.DataFrame(rows, infer_schema_length=None)
 
 
-def test_variants_say_what_was_changed_and_which_do_not_fit() -> None:
+def test_variants_name_their_changes_and_which_do_not_fit() -> None:
     tables = {"variants": variants()}
-    shown = charts.variants(tables, "mu", "total")
-    named = {trace.name: trace for trace in shown.data if trace.showlegend is not False}
-    cross, dots, labels = named["does not fit"], named["total"], shown.layout.yaxis.ticktext
+    chart = error_charts.variants(tables, "mu", "total")
+    named = {trace.name: trace for trace in chart.data if trace.showlegend is not False}
+    cross, dots, labels = named["does not fit"], named["total"], chart.layout.yaxis.ticktext
     assert [labels[int(place)] for place in cross.y] == ["50"]
     assert cross.hovertext == ("<b>does not fit</b><br>words could overflow",)
     assert [labels[int(place)] for place in dots.y] == ["100", "0.5", "half even"]
@@ -44,4 +44,4 @@ def test_variants_say_what_was_changed_and_which_do_not_fit() -> None:
         "plateau tolerance / LSB: 0.5",
         "rounding of products: half even",
     ]
-    assert unfit(tables, "variants").endswith("steps K of the sweep: 50 (words could overflow).")
+    assert impossible(tables, "variants").endswith("steps K of the sweep: 50 (words could overflow).")

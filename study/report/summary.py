@@ -1,0 +1,185 @@
+"""Conclusions from the tables of a study, in sentences; every number in them follows from a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import polars as pl
+
+from tfra.model.fixed.design import Design
+from tfra.report.numbers import listed
+from tfra.study.errors.cascade import Step, View
+from tfra.study.errors.statistics import BEYOND, PERMILLES
+from tfra.study.frames.block import Part
+from tfra.study.report.labels import (
+    CLOSE,
+    CLOSE_PERCENT,
+    PARTS,
+    QUANTITIES,
+    STATISTICS,
+    STEPS,
+    VARIANTS,
+    Tables,
+    parts_of,
+    setting,
+)
+from tfra.study.report.results import smallest_design
+
+HEADLINE = {"phi_deg": "", "force_difference_percent_of_true_force": " of F"}
+"""Quantities of the first sentences, and the text after their value."""
+
+_TOTAL = {"step": Step.ARITHMETIC, "view": View.TOTAL}
+
+_COMPARED = {"uniform", "sensitivity", "converter", "variants", "trials"}
+
+_MEANING = (
+    "Amounts are medians of the errors' magnitudes over {part} frames; φ has none without friction. The share of a "
+    "step is its change of the result of the step before; all together is the error of the core's result against the "
+    "ground truth. The error of φ is an angle; that of F is the length of the difference vector in percent of the true "
+    f"|F|. A change by less than {CLOSE} is one of both the median and the 95th percentile of both errors."
+)
+
+
+def summary(tables: Tables, design: Design) -> str:
+    """Each step's share of the error, and sufficient word lengths; may be empty."""
+    sentences = _shares(tables, design), _sufficient(tables), smallest_design(tables)
+    return " ".join(filter(None, sentences))
+
+
+def notes(tables: Tables) -> list[str]:
+    """Meaning of the summary's numbers, and which frames they leave out."""
+    sentences = []
+    if "errors" in tables:
+        part, errors = _first_part(tables, "errors")
+        sentences += [_MEANING.format(part=part), _enough_frames(errors)]
+    if "flagged" in tables:
+        sentences.append(_left_out(*_first_part(tables, "flagged")))
+    if _COMPARED & set(tables):
+        sentences.append("Designs, converters and variants are compared on training frames.")
+    return sentences
+
+
+def _first_part(tables: Tables, name: str) -> tuple[str, pl.DataFrame]:
+    part = parts_of(tables[name])[0]
+    return PARTS[part], tables[name].filter(part=part)
+
+
+def _shares(tables: Tables, design: Design) -> str:
+    """Like ``14-bit converter: 0.6° and 1.0 % of F; ...``: medians of what each step adds."""
+    if "errors" not in tables:
+        return ""
+    _, errors = _first_part(tables, "errors")
+    labels = STEPS | {
+        Step.CONVERTER: f"{design.adc.bits}-bit converter",
+        Step.ARITHMETIC: f"arithmetic `{design.formats.name}`",
+    }
+    order = Step.CONVERTER, Step.ARITHMETIC, Step.NOISE, Step.METHOD
+    shares = {labels[step]: _medians(errors.filter(step=step, view=View.OWN)) for step in order}
+    shares["all together"] = _medians(errors.filter(**_TOTAL))
+    known = "; ".join(f"{name}: {share}" for name, share in shares.items() if share)
+    return _capital(f"{known}." if known else "there are too few frames to split the error into steps.")
+
+
+def _medians(errors: pl.DataFrame) -> str:
+    """The known medians of the headline's quantities, which have a row each."""
+    medians = dict(errors.drop_nulls("median").select("quantity", "median").iter_rows())
+    return listed([QUANTITIES[name].amount(medians[name]) + of for name, of in HEADLINE.items() if name in medians])
+
+
+def _sufficient(tables: Tables) -> str:
+    """Like ``A 12-bit converter or products of 16×16 bits alone would change the total by less than 5 %.``"""
+    some, none = [], []
+    for name, sufficient, few, too_few in (
+        ("converter", sufficient_converter_bits, "a {0}-bit converter", "no converter of {0} to {1} bits"),
+        ("uniform", sufficient_product_bits, "products of {0}×{0} bits", "no products of {0} to {1} bits"),
+    ):
+        if lengths := _judged_lengths(tables, name):
+            bits = sufficient(tables)
+            some += [few.format(bits)] if bits else []
+            none += [] if bits else [too_few.format(min(lengths), max(lengths))]
+    close = f"the total by less than {CLOSE}."
+    sentences = [f"{' or '.join(some)} alone would change {close}"] if some else []
+    sentences += [f"{' and '.join(none)} would change {close}"] if none else []
+    return " ".join(map(_capital, sentences))
+
+
+def _judged_lengths(tables: Tables, name: str) -> list[int]:
+    """Lengths whose totals have all statistics; none where there are too few frames, or no errors to compare with."""
+    if name not in tables or (name == "uniform" and "errors" not in tables):
+        return []
+    total = tables[name].filter(pl.col("quantity").is_in(list(HEADLINE)), view=View.TOTAL)
+    known = pl.all_horizontal(pl.col(name).is_not_null() for name in STATISTICS)
+    return total.group_by("bits").agg(known=known.all()).filter("known")["bits"].to_list()
+
+
+def sufficient_converter_bits(tables: Tables) -> int | None:
+    """The fewest bits from which on no converter, at any noise, changes the total of none by ``CLOSE_PERCENT``."""
+    with_it, without = (tables["converter"].filter(step=s, view=View.TOTAL) for s in (Step.CONVERTER, Step.NOISE))
+    return _sufficient_bits(with_it, without, ["bits", "noise_share_of_peak", "quantity"])
+
+
+def sufficient_product_bits(tables: Tables) -> int | None:
+    """The fewest bits from which on no uniform products change the total of float by ``CLOSE_PERCENT``."""
+    without = tables["errors"].filter(part=Part.TRAIN, step=Step.CONVERTER, view=View.TOTAL)
+    return _sufficient_bits(tables["uniform"].filter(**_TOTAL), without, ["quantity"])
+
+
+def _sufficient_bits(errors: pl.DataFrame, reference: pl.DataFrame, keys: list[str]) -> int | None:
+    """The fewest bits such that from there on every statistic of the headline's quantities is close.
+
+    Lengths that do not fit do not count.
+    """
+    fit = errors.filter(pl.col("reason").is_null(), pl.col("quantity").is_in(list(HEADLINE)))
+    pairs = fit.join(reference, on=keys, suffix="_reference")
+    change = [100 * (pl.col(name) / pl.col(f"{name}_reference") - 1).abs() for name in STATISTICS]
+    close = pl.all_horizontal(*((each < CLOSE_PERCENT).fill_null(False) for each in change))
+    fewest = None
+    for bits, fits in pairs.group_by("bits").agg(close=close.all()).sort("bits", descending=True).iter_rows():
+        if not fits:
+            break
+        fewest = bits
+    return fewest
+
+
+def impossible(tables: Tables, name: str) -> str:
+    """Which rows of a table of variations have no numbers, and why."""
+    values: dict[tuple[str, str], dict[str, None]] = {}
+    for row in tables[name].filter(pl.col("reason").is_not_null()).iter_rows(named=True):
+        subject, value = _varied(name, row)
+        reason = row["reason"].rpartition(", got ")[0] or row["reason"]
+        values.setdefault((subject, reason), {})[value] = None
+    rows = [f"{subject}{listed(list(some))} ({reason})" for (subject, reason), some in values.items()]
+    return f"Impossible, hence without numbers: {'; '.join(rows)}." if rows else ""
+
+
+def _varied(name: str, row: Mapping[str, Any]) -> tuple[str, str]:
+    """What a row of the table ``name`` varies, and its value."""
+    if name == "variants":
+        column, label = VARIANTS[row["variant"]]
+        return f"{label}: ", setting(row[column])
+    return f"`{row['signal']}` of " if name == "sensitivity" else "", f"{row['bits']} bits"
+
+
+def _enough_frames(errors: pl.DataFrame) -> str:
+    """How many frames the errors are of, and how many percentiles take."""
+    counts = errors.filter(pl.col("quantity").is_in(list(HEADLINE)), **_TOTAL).select("quantity", "count")
+    frames = listed([f"{count:,} valid frames for {QUANTITIES[name].label}" for name, count in counts.iter_rows()])
+    median, p95 = (BEYOND * 1000 // (1000 - PERMILLES[name]) for name in ("median", "p95"))
+    return f"There are {frames}: a median needs {median}, a 95th percentile {p95}; unknown values are left out."
+
+
+def _left_out(part: str, flagged: pl.DataFrame) -> str:
+    """How many frames have no errors, and for which flags."""
+    left_out, of = flagged.filter(status="left_out").select("frames", "of").row(0)
+    flags = flagged.filter(pl.col("status") != "left_out").group_by("status", maintain_order=True).agg(pl.max("frames"))
+    most = [f"{name.replace('_', ' ')} in {frames:,}" for name, frames in flags.iter_rows() if frames]
+    by_step = f" (most at any one step: {listed(most)})" if most else ""
+    return (
+        f"{left_out:,} of {of:,} {part} frames are left out of all errors, since a step flags them; frames that "
+        f"saturate are kept{by_step}."
+    )
+
+
+def _capital(sentence: str) -> str:
+    return sentence[:1].upper() + sentence[1:]
