@@ -17,6 +17,7 @@ from tfra.hdl.parallel.learned import blocks as learned
 from tfra.hdl.parallel.learned.probes import probes as learned_probes
 from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.hdl.parallel.tfra.probes import probes
+from tfra.hdl.parallel.tfra.timeline import TfraTimeline
 from tfra.model.choices import Architecture
 from tfra.model.fixed.learned.stages import Stage as LearnedStage
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -143,19 +144,19 @@ def block_tables() -> list[list[tuple[str, ...]]]:
 def test_every_block_has_its_places() -> None:
     """Model, stage, gateware, probe, timeline, test and rows of every block, by the table of the guide."""
     rows, _ = block_tables()
-    blocks = dict(Blocks.of(DESIGN))
+    blocks = dict(Blocks(DESIGN))
     picture = (ROOT / "docs" / "architecture.md").read_text()
     assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) == set(blocks)
     watched = [probe.stage for probe in probes(DESIGN)]
-    timeline = "".join(file.read_text() for file in (ROOT / "hdl/parallel/tfra").rglob("timeline*/*.py"))
     check_places(rows, blocks, watched, set(Stage), {"fold", Stage.SCALING})
-    assert [name for name in blocks if type(blocks[name]).__name__ not in timeline] == ["fold", "angle"]
+    stated = {name.partition(".")[0] for name in TfraTimeline.stated}
+    assert [name for name in blocks if name not in stated] == ["fold", "matvec", "angle"]
     assert [*watched, Stage.SCALING] == list(Stage)
 
 
 def test_every_block_of_the_learned_estimator_has_its_places() -> None:
     _, rows = block_tables()
-    blocks = dict(learned.Blocks.of(LEARNED))
+    blocks = dict(learned.Blocks(LEARNED))
     picture = (ROOT / "docs" / "learned.md").read_text().partition("## The parallel core")[2]
     assert set(re.findall(r"^\| `(\w+)`", picture, re.MULTILINE)) >= set(blocks) - {"normaliser", "fold"}
     watched = [probe.stage for probe in learned_probes(LEARNED)]

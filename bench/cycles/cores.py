@@ -9,7 +9,7 @@ from typing import Any
 
 from bench.publish import publish
 from tfra.hdl.parallel.matvec.images import depth
-from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.hdl.parallel.tfra.parallel import TfraParallel
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -40,7 +40,7 @@ def rows() -> tuple[list[dict[str, Any]], list[str]]:
     record = []
     for mac, width in CORES:
         core = design(mac, width)
-        timing, words = Parallel(core), depth(core)
+        timing, words = TfraParallel(core), depth(core)
         cycles = timing.latency, timing.frame_latency, timing.initiation_interval
         lines.append(f"| {mac} | {width} | " + " | ".join(f"{c:,}" for c in cycles) + f" | {words:,} |")
         record.append({"mac_lanes": mac, "vector_words": width, "cycles": list(cycles), "depth": words})

@@ -15,7 +15,7 @@ from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tests.marks import long
 from tfra.hdl.parallel.matvec.images import lane_images
-from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.hdl.parallel.tfra.parallel import TfraParallel
 from tfra.model.choices import Adc, Architecture, Search
 from tfra.model.converter import quantise
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
@@ -83,7 +83,7 @@ def test_loaded_coefficients_pass_and_a_wrong_one_fails(monkeypatch: pytest.Monk
     assert verify(design, simulator="icarus", random=20).passed
     wrong = lane_images(design).ravel()
     wrong[0] ^= 0x100
-    monkeypatch.setattr(Parallel, "loaded", wrong)
+    monkeypatch.setattr(TfraParallel, "loaded", wrong)
     assert not verify(design, simulator="icarus", random=20).passed
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
-from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.hdl.parallel.tfra.parallel import TfraParallel
 from tfra.hdl.serial.serial import Serial
 from tfra.model.choices import SERIAL, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -40,7 +40,7 @@ def test_numbers() -> None:
     assert json.loads(json.dumps(found, allow_nan=False)) == found
     assert found["resources"]["LUT"] == {"used": 12144, "available": 24288, "percent": 50.0, "estimated": 11000}
     assert found["resources"]["DSP"]["percent"] == 25.0
-    clock, times, cycles = found["clock"], found["timing"], Parallel(DESIGN)
+    clock, times, cycles = found["clock"], found["timing"], TfraParallel(DESIGN)
     assert (clock["lowest_mhz"], clock["median_mhz"], clock["highest_mhz"]) == (90.0, 100.0, 125.0)
     assert clock["critical_path"]["begin"] == "sweep"
     assert times["latency_cycles"] == cycles.latency

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields
-from typing import Any
-
 from tfra.hdl.lib.butterfly import Butterfly
+from tfra.hdl.parallel.core.blocks import CoreBlocks
 from tfra.hdl.parallel.learned.activation import Activation
 from tfra.hdl.parallel.learned.angle import Angle
 from tfra.hdl.parallel.learned.field import Field
@@ -22,50 +19,20 @@ from tfra.hdl.parallel.normaliser import Normaliser
 from tfra.model.fixed.learned.design import LearnedDesign
 
 
-@dataclass(frozen=True)
-class AtTaxels:
-    """The blocks that only the forces at the taxels need."""
+class Blocks(CoreBlocks):
+    """The blocks in dataflow order; field, share and forces if there are forces at the taxels."""
 
-    field: Field
-    share: Share
-    forces: Forces
-
-
-@dataclass(frozen=True)
-class Blocks:
-    """The blocks in dataflow order; a field's name is that of the instance."""
-
-    normaliser: Normaliser
-    fold: Butterfly
-    matvec: MatVec
-    activation: Activation
-    total: Total
-    resultant: Resultant
-    angle: Angle
-    friction: Friction
-    at_taxels: AtTaxels | None
-    words: Words
-
-    @classmethod
-    def of(cls, design: LearnedDesign) -> Blocks:
-        """The blocks of ``design``."""
-        return cls(
-            Normaliser(design),
-            Butterfly(design.widths.stress),
-            MatVec(design, plan(design)),
-            Activation(design),
-            Total(design),
-            Resultant(design),
-            Angle(design),
-            Friction(design),
-            AtTaxels(Field(design), Share(design), Forces(design)) if design.taxel_forces else None,
-            Words(design),
-        )
-
-    def __iter__(self) -> Iterator[tuple[str, Any]]:
-        for field in fields(self):
-            block = getattr(self, field.name)
-            if isinstance(block, AtTaxels):
-                yield from ((part.name, getattr(block, part.name)) for part in fields(block))
-            elif block is not None:
-                yield field.name, block
+    def __init__(self, design: LearnedDesign) -> None:
+        self.normaliser = Normaliser(design)
+        self.fold = Butterfly(design.widths.stress)
+        self.matvec = MatVec(design, plan(design))
+        self.activation = Activation(design)
+        self.total = Total(design)
+        self.resultant = Resultant(design)
+        self.angle = Angle(design)
+        self.friction = Friction(design)
+        if design.taxel_forces:
+            self.field = Field(design)
+            self.share = Share(design)
+            self.forces = Forces(design)
+        self.words = Words(design)

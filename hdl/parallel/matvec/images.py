@@ -26,11 +26,6 @@ def words(design: Design, stack: str) -> int:
     return passes(design, stack) * design.stacks[stack].operand_quads
 
 
-def busy_cycles(design: Design) -> int:
-    """Cycles of a frame in which the lanes multiply: no frame can take less of the unit's time."""
-    return sum(words(design, name) for name in design.products)
-
-
 def longest(design: Design, stack: str) -> int:
     """Bits of the longest coefficients of ``stack``."""
     return max(design.formats.bits(f"coefficient.{op.name}") for op in design.stacks[stack].operators)

@@ -5,14 +5,26 @@ from __future__ import annotations
 from tfra.hdl.parallel.matvec.drain import drain_latency
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import passes
+from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE
+from tfra.hdl.parallel.matvec.plan import Plan
 from tfra.hdl.parallel.matvec.schedule import spacing
-from tfra.hdl.parallel.matvec.unit import CAPTURE, CHOICE
 from tfra.model.fixed.design import Design
 
+FULL = MEASURE + 1
+"""Cycles from the last operand quad's transfer to the choice that finds it."""
+_CHOICE = 1
+"""Cycles from there to the launch."""
+CAPTURE = PREPARE + 7
+"""Cycles from a quad's read to sums that hold its products."""
 _NEXT_CHOICE = 2
 """Cycles from a product's last launch to the next choice: the launch frees the buffer, and the choice sees that."""
 
 _NEVER = 1 << 62
+
+
+def full(design: Design, plan: Plan, stack: str) -> int:
+    """:data:`FULL` for the operand of ``stack``; one that is flowing is found by its first quad."""
+    return 2 - design.stacks[stack].operand_quads if plan.source(stack).flowing(design) else FULL
 
 
 class Passes:
@@ -27,7 +39,7 @@ class Passes:
     def product(self, stack: str, cycle: int) -> tuple[list[int], list[int]]:
         """Launches of the passes of a product that is chosen in ``cycle``, and when its result quads leave the unit."""
         design = self._design
-        launches = [self._launch(stack, cycle + CHOICE) for _ in range(passes(design, stack))]
+        launches = [self._launch(stack, cycle + _CHOICE) for _ in range(passes(design, stack))]
         self.next_choice = launches[-1] + _NEXT_CHOICE
         results = []
         for quad in range(design.stacks[stack].quads):

@@ -41,39 +41,25 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.pipeline import READ, delayed, register
 from tfra.hdl.lib.streams import TOKEN, Tokens, always_ready_stream
-from tfra.hdl.parallel.matvec.drain import Drain, drain_latency
-from tfra.hdl.parallel.matvec.drain_register import drain_steps
-from tfra.hdl.parallel.matvec.images import busy_cycles, depth, lane_images, low_bits, passes, tail
+from tfra.hdl.parallel.matvec.drain import Drain
+from tfra.hdl.parallel.matvec.images import lane_images, low_bits, tail
 from tfra.hdl.parallel.matvec.loader import Loader
-from tfra.hdl.parallel.matvec.operand import MEASURE, PREPARE, OperandBuffer, Prepare, headroom_quad, lengths_differ
+from tfra.hdl.parallel.matvec.operand import PREPARE, OperandBuffer, Prepare, headroom_quad, lengths_differ
+from tfra.hdl.parallel.matvec.passes import CAPTURE, Passes, full
 from tfra.hdl.parallel.matvec.plan import Plan, Source, stack_number
-from tfra.hdl.parallel.matvec.schedule import Schedule, spacing
+from tfra.hdl.parallel.matvec.schedule import Schedule
 from tfra.hdl.parallel.payloads import product
 from tfra.hdl.primitives import Multiplier, Rom
 from tfra.model.fixed.design import Design
 
-
-def full(design: Design, plan: Plan, stack: str) -> int:
-    """:data:`FULL` for the operand of ``stack``; one that is flowing is found by its first quad."""
-    return 2 - design.stacks[stack].operand_quads if plan.source(stack).flowing(design) else FULL
-
-
-FULL = MEASURE + 1
-"""Cycles from the last operand quad's transfer to the choice that finds it."""
-CHOICE = 1
-"""Cycles from there to the launch."""
 _FOLLOWING = 2
 """Products that may have begun before the one that follows the first of them: an operand of that fills a bank."""
 _ADDRESS = PREPARE + 2
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
-CAPTURE = PREPARE + 7
-"""Cycles from a quad's read to sums that hold its products."""
 
 
 class MatVec(wiring.Component):
     """All matrix-vector products of a frame.
-
-    Latency: see :meth:`latency` and :meth:`duration`; throughput: :attr:`busy_cycles`.
 
     Resources: L multipliers (coefficient x operand) with registers on both sides, a read-only memory of L words by
     ``depth`` with output registers, the banks of the sources, 2 W barrel shifters.
@@ -90,8 +76,6 @@ class MatVec(wiring.Component):
 
     def __init__(self, design: Design, plan: Plan) -> None:
         self._design, self._plan = design, plan
-        self._lanes = design.architecture.mac_lanes
-        self._drain_steps = drain_steps(design)
         super().__init__(
             {
                 **{source.name: In(self._operand(source)) for source in reversed(plan.sources)},
@@ -112,44 +96,17 @@ class MatVec(wiring.Component):
         coefficient = signed(self._design.coefficient_word)
         return {"load": In(stream.Signature(coefficient)), "loading": Out(1)}
 
-    @property
-    def depth(self) -> int:
-        """Coefficients of one lane."""
-        return depth(self._design)
-
-    def pair_interval(self, stack: str) -> int:
-        """Cycles from the launch of a pass of ``stack`` to that of its pass after the next.
-
-        The first of the two follows after :func:`tfra.hdl.parallel.matvec.schedule.spacing`.
-        """
-        reads = self._design.stacks[stack].operand_quads
-        return max(2 * spacing(self._design, stack), reads + CAPTURE + self._drain_steps + 1)
-
-    @property
-    def busy_cycles(self) -> int:
-        """Cycles of a frame in which the lanes multiply."""
-        return busy_cycles(self._design)
-
-    def passes(self, stack: str) -> int:
-        """Times the operand of ``stack`` runs past the lanes."""
-        return passes(self._design, stack)
-
     def latency(self, stack: str) -> int:
         """Cycles from the transfer of the last operand quad to the first result of an otherwise idle unit."""
-        return self._result_cycle(stack, 0)
+        return self._results(stack)[0]
 
     def duration(self, stack: str) -> int:
         """Cycles from the transfer of the last operand quad to the last result of an otherwise idle unit."""
-        return self._result_cycle(stack, self._design.stacks[stack].quads - 1)
+        return self._results(stack)[-1]
 
-    def _result_cycle(self, stack: str, number: int) -> int:
-        """Cycles from the last operand quad to result quad ``number``: pass, then place in the drain register."""
-        design = self._design
-        turn, row = divmod(4 * number + 3, self._lanes)
-        launch = turn // 2 * self.pair_interval(stack) + turn % 2 * spacing(design, stack)
-        leave = row // design.architecture.vector_words + drain_latency(design)
-        found = full(design, self._plan, stack) + CHOICE + 1  # to the first read
-        return found + launch + design.stacks[stack].operand_quads - 1 + CAPTURE + leave
+    def _results(self, stack: str) -> list[int]:
+        _, results = Passes(self._design).product(stack, full(self._design, self._plan, stack))
+        return results
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields
-from typing import Any
-
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.parallel.angle import Angle
+from tfra.hdl.parallel.core.blocks import CoreBlocks
 from tfra.hdl.parallel.gain import Gain
 from tfra.hdl.parallel.matvec.unit import MatVec
 from tfra.hdl.parallel.normaliser import Normaliser
@@ -24,44 +21,21 @@ from tfra.hdl.parallel.tfra.weights import Weights
 from tfra.model.fixed.design import Design
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """The blocks in dataflow order; a field's name is that of the instance."""
+class Blocks(CoreBlocks):
+    """The blocks in dataflow order."""
 
-    normaliser: Normaliser
-    centroids: Centroids
-    fold: Butterfly
-    weights: Weights
-    matvec: MatVec
-    dependent: Dependent
-    combine: Combine
-    sweep: Sweep
-    friction: Friction
-    resultant: Resultant
-    gain: Gain
-    forces: Forces
-    angle: Angle
-    scaling: Scaling
-
-    @classmethod
-    def of(cls, design: Design) -> Blocks:
-        """The blocks of ``design``."""
-        return cls(
-            Normaliser(design),
-            Centroids(design),
-            Butterfly(design.widths.stress),
-            Weights(design),
-            MatVec(design, PLAN),
-            Dependent(design),
-            Combine(design),
-            Sweep(design),
-            Friction(design),
-            Resultant(design),
-            Gain(design),
-            Forces(design),
-            Angle(design),
-            Scaling(design),
-        )
-
-    def __iter__(self) -> Iterator[tuple[str, Any]]:
-        return ((field.name, getattr(self, field.name)) for field in fields(self))
+    def __init__(self, design: Design) -> None:
+        self.normaliser = Normaliser(design)
+        self.centroids = Centroids(design)
+        self.fold = Butterfly(design.widths.stress)
+        self.weights = Weights(design)
+        self.matvec = MatVec(design, PLAN)
+        self.dependent = Dependent(design)
+        self.combine = Combine(design)
+        self.sweep = Sweep(design)
+        self.friction = Friction(design)
+        self.resultant = Resultant(design)
+        self.gain = Gain(design)
+        self.forces = Forces(design)
+        self.angle = Angle(design)
+        self.scaling = Scaling(design)

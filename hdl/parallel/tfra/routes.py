@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from tfra.hdl.parallel.core.core import Fact, FactRoute
 from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.hdl.parallel.tfra.sums_queue import SumsQueue
 
@@ -15,26 +16,6 @@ class ProductRoute:
 
     operators: tuple[str, ...]
     sink: Any
-
-
-@dataclass(frozen=True)
-class FactRoute:
-    """``user`` reads ``fields`` of a fact at its port ``sink``; without fields it reads all."""
-
-    user: str
-    sink: Any
-    fields: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Fact:
-    """A fact of a frame that one block computes and others use: one transfer a frame from ``source`` to every sink."""
-
-    name: str
-    source: Any
-    routes: tuple[FactRoute, ...]
-    registered: bool = False
-    """TIMING: a register between the source and its users, which are far from it."""
 
 
 def product_routes(blocks: Blocks, sums: SumsQueue) -> tuple[ProductRoute, ...]:

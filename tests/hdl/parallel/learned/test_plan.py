@@ -10,7 +10,7 @@ from amaranth.sim import Simulator
 from tests.hdl.parallel.learned.designs import random_design
 from tests.model.fixed.learned.cases import codes_of, made
 from tfra.hdl.parallel.learned import timeline
-from tfra.hdl.parallel.learned.core import HELD, LearnedCore
+from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.hdl.parallel.learned.parallel import LearnedParallel
 from tfra.hdl.parallel.learned.plan import FRAMES, plan
 
@@ -49,4 +49,4 @@ def test_frames_that_a_core_takes_while_its_output_sleeps(forces):
     simulator.add_clock(1e-6)
     simulator.add_testbench(bench)
     simulator.run()
-    assert len(taken) // design.sensor.taxels == HELD + 1 == FRAMES + 3
+    assert len(taken) // design.sensor.taxels == core.fact_depth + 1 == FRAMES + 3

@@ -7,6 +7,8 @@ import pytest
 
 from tests.hdl.parallel.matvec.designs import LONG, SHORT, label, make
 from tests.marks import long
+from tfra.hdl.parallel.matvec.images import depth, passes
+from tfra.hdl.parallel.matvec.passes import Passes
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import MatVec
 from tfra.hdl.parallel.tfra.plan import PLAN
@@ -159,13 +161,14 @@ def test_latency_and_duration_are_as_told(design, name):
 
 @pytest.mark.parametrize("design", [SMALL[3], SMALL[5], make(5, 7, 48)], ids=label)
 def test_lanes_are_never_idle_while_operands_are_there(design):
-    unit, q = MatVec(design, PLAN), design.quads
+    q = design.quads
     vectors = operands(design, draw(design, 4, 10))["vector"]
     force = [v for v in vectors if v["force"]]
-    seen = offer(design, {"vector": force, "plane_token": [0] * 4}, {"result": 12 * q}, unit)
+    seen = offer(design, {"vector": force, "plane_token": [0] * 4}, {"result": 12 * q})
     ends = np.array(seen.cycles["result"])[3 * q - 1 :: 3 * q]
-    passes = unit.passes("force")
-    assert ends[3] - ends[1] == passes * unit.pair_interval("force")
+    timing = Passes(design)
+    stated = [timing.product("force", 0)[1][-1] for _ in range(4)]
+    assert ends[3] - ends[1] == stated[3] - stated[1]
 
 
 @pytest.mark.parametrize("bits", [16, 17])
@@ -207,10 +210,9 @@ def test_closed_forms_of_a_ten_by_ten_array():
     design = make(10, 10, 16)
     unit = MatVec(design, PLAN)
     unit._MustUse__silence = True  # figures alone are wanted
-    assert [unit.passes(name) for name in PRODUCTS] == [7, 20, 7, 7, 19]
-    assert unit.depth == (7 + 20 + 7 + 19) * 25
+    assert [passes(design, name) for name in PRODUCTS] == [7, 20, 7, 7, 19]
+    assert depth(design) == (7 + 20 + 7 + 19) * 25
     assert design.multiplications == 4 * 25 * (26 + 78 + 25 + 25 + 75)
-    assert unit.busy_cycles == (7 + 20 + 7 + 7 + 19) * 25
     assert unit.latency("normal") == 25 + 20
 
 

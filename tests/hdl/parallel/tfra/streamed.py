@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from tfra.hdl.parallel.tfra.core import Core
+from tfra.hdl.parallel.tfra.core import TfraCore
 from tfra.model.choices import SCALARS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
@@ -18,7 +18,7 @@ from tfra.sim.harness import run
 def stream(design, codes, **stalls):
     """Result words ``(n, words)``, last marks, and the cycles of last taxels and of result words."""
     want = FixedTfra(design)(codes).words
-    seen = run(Core(design), {"taxel": codes.ravel().tolist()}, {"result": want.size}, **stalls)
+    seen = run(TfraCore(design), {"taxel": codes.ravel().tolist()}, {"result": want.size}, **stalls)
     words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
     last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
     taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]

@@ -12,8 +12,8 @@ from amaranth.sim import Simulator
 from tests.hdl.parallel.tfra.streamed import mixed_design, random_design, stream
 from tests.marks import long
 from tfra.hdl.parallel.matvec.schedule import Schedule
-from tfra.hdl.parallel.tfra.core import Core
-from tfra.hdl.parallel.tfra.parallel import Parallel
+from tfra.hdl.parallel.tfra.core import TfraCore
+from tfra.hdl.parallel.tfra.parallel import TfraParallel
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -87,8 +87,8 @@ def test_a_reset_at_any_time_forgets_all(seed, held):
     design, rng = random_design(seed), random.Random(seed)
     codes = contact_codes(design, 3, seed)
     want, reset = FixedTfra(design)(codes).words.ravel(), Signal()
-    core, found = Core(design), []
-    timing = Parallel(design)
+    core, found = TfraCore(design), []
+    timing = TfraParallel(design)
     interrupted = [rng.randrange(1, timing.frame_latency + 3 * timing.initiation_interval) for _ in range(2)]
 
     async def bench(ctx):
@@ -135,7 +135,7 @@ def test_signals_with_word_lengths_of_their_own(seed):
 def check_timing(design, seed):
     codes = contact_codes(design, 8, seed)
     words, want, _, taken, cycles = stream(design, codes)
-    timeline = Parallel(design).timeline(len(codes))
+    timeline = TfraParallel(design).timeline(len(codes))
     assert (words == want).all()
     start = taken[0]
     assert (taken - start).tolist() == [frame.taxel for frame in timeline.frames]
@@ -146,7 +146,7 @@ def check_timing(design, seed):
 def test_a_single_frame_takes_the_stated_latency(seed):
     design = random_design(seed)
     words, want, _, taken, cycles = stream(design, contact_codes(design, 1, seed))
-    timing = Parallel(design)
+    timing = TfraParallel(design)
     assert (words == want).all()
     assert cycles[0, 0] - taken[0] == timing.latency
     assert cycles[0, -1] - taken[0] == timing.frame_latency
@@ -154,7 +154,7 @@ def test_a_single_frame_takes_the_stated_latency(seed):
 
 @pytest.mark.parametrize("seed", [4, *long(0, 14)])
 def test_products_begin_when_the_timeline_says(seed, monkeypatch):
-    """The chart of docs/studies/schedule.md is what the lanes do, cycle by cycle."""
+    """The order of products that docs/studies/schedule.md describes is what the lanes do, cycle by cycle."""
     seen = []
     elaborate = Schedule.elaborate
 
@@ -168,15 +168,14 @@ def test_products_begin_when_the_timeline_says(seed, monkeypatch):
     codes = contact_codes(design, 6, seed)
     launches, taxels = launched(design, codes, seen)
     start = taxels[design.sensor.taxels - 1]
-    timeline = Parallel(design).timeline(len(codes))
-    spans = [(span.start - 1, span.what) for span in timeline.spans if span.unit == "matvec"]
-    assert [(cycle - start, stack) for cycle, stack in launches] == spans[: len(launches)]
+    timeline = TfraParallel(design).timeline(len(codes))
+    assert [(cycle - start, stack) for cycle, stack in launches] == timeline.products.launches[: len(launches)]
     assert len(launches) == 5 * len(codes)
 
 
 def launched(design, codes, seen):
     """Cycles and stacks of all products, and cycles of all taxels."""
-    core, launches, taxels = Core(design), [], []
+    core, launches, taxels = TfraCore(design), [], []
     simulator = Simulator(core)
     simulator.add_clock(1e-6)
 

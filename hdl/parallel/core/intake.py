@@ -1,4 +1,4 @@
-"""Timeline of normaliser and fold: taxels of frames back to back, until their quads wait at the first product."""
+"""Cycles of normaliser and fold: taxels of frames back to back, until their quads wait at the first product."""
 
 from __future__ import annotations
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from abc import ABC
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from tfra.hdl.interface.microarchitecture import Probe
+from tfra.hdl.parallel.core.blocks import stated_cycles
+from tfra.hdl.parallel.core.core import Core
+from tfra.hdl.parallel.core.timeline import Frame, Timeline
 from tfra.hdl.parallel.matvec.images import depth, lane_images
 from tfra.hdl.primitives import cell_models
 from tfra.model.arrays import Ints
@@ -21,48 +25,41 @@ ENOUGH = 2 * SETTLED + 8
 """Frames of a simulation that show the interval; the last ones, twice as many as are in flight, are ignored, because no
 others follow them."""
 
-
-class Frame(Protocol):
-    """A frame of a timeline; the first one's last taxel comes in cycle 0."""
-
-    @property
-    def words(self) -> list[int]:
-        """The cycle of every result word."""
-
-
-class Timeline(Protocol):
-    """Events of consecutive frames that never wait at the ports."""
-
-    @property
-    def frames(self) -> Sequence[Frame]:
-        """The frames in order."""
-
-
 D = TypeVar("D", bound=Design)
-T = TypeVar("T", bound=Timeline)
+T = TypeVar("T", bound=Timeline[Frame])
 
 
-class ParallelCore(ABC, Generic[D, T]):
+class Parallel(ABC, Generic[D, T]):
     """:class:`tfra.hdl.interface.microarchitecture.Microarchitecture` of blocks; frames interleave in them."""
 
     settled = slice(SETTLED, 2 * SETTLED)
     enough = ENOUGH
 
+    core: ClassVar[type[Core]]
+    trace: ClassVar[Any]
+    """Class of the timeline: of a design, the cycles of its blocks, and a number of frames."""
+
     def __init__(self, design: D) -> None:
         self.design = design
 
-    @abstractmethod
-    def build(self) -> Any:
+    def build(self) -> Core:
         """The core."""
+        return self.core(self.design)
 
-    @abstractmethod
+    @cached_property
+    def cycles(self) -> Mapping[str, int]:
+        """Cycles of the blocks, as they state them themselves."""
+        return stated_cycles(lambda: self.core.blocks(self.design), self.trace.stated)
+
     def timeline(self, frames: int) -> T:
         """``frames`` frames back to back."""
+        found: T = self.trace(self.design, self.cycles, frames)
+        return found
 
     @property
-    @abstractmethod
     def probes(self) -> tuple[Probe, ...]:
         """Streams between blocks that a simulation may watch, in the order in which data reach them."""
+        return tuple(self.core.probes(self.design))
 
     def check(self) -> None:
         """Raise ``ValueError`` for words that can overflow."""
@@ -106,6 +103,16 @@ class ParallelCore(ABC, Generic[D, T]):
     def lane_choices(self) -> tuple[int, ...]:
         """Numbers of lanes that the sensor allows, ascending."""
         return tuple(range(4, 4 * self.design.quads + 1, 4))
+
+    def choices(self) -> Iterator[Parallel[D, T]]:
+        """This core with every number of lanes that the sensor allows, upwards.
+
+        Lanes change the cycles of the products alone, so that those of the blocks are asked for once.
+        """
+        for lanes in self.lane_choices:
+            core = type(self)(self.design.built_as(replace(self.design.architecture, mac_lanes=lanes)))
+            core.cycles = self.cycles
+            yield core
 
     @property
     def cell_models(self) -> tuple[Path, ...]:
