@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -107,84 +107,92 @@ def run(
     comes.  Raises ``AssertionError`` when the block hangs, drops valid before ready, or changes a payload that was not
     taken.
     """
-    bench = _Bench(dut, Recording(), leave or {}, seed)
+    driver = _Driver(dut, Recording(), leave or {}, seed, limit)
+    for name, values in inputs.items():
+        driver.add_source(name, values, flowing if name in steady else stall_in)
+    for name, number in outputs.items():
+        driver.add_sink(name, number, stall_out)
     simulator = Simulator(dut)
     simulator.add_clock(1e-6)
-    simulator.add_testbench(bench.count(limit), background=True)
-    for name, values in inputs.items():
-        simulator.add_testbench(bench.send(name, values, flowing if name in steady else stall_in), background=True)
-    for name, number in outputs.items():
-        simulator.add_testbench(bench.take(name, number, stall_out), background=True)
-    simulator.add_testbench(bench.until_done)
+    simulator.add_process(driver.drive)
     with simulator.write_vcd(str(vcd)) if vcd else nullcontext():
         simulator.run()
-    return bench.record
+    return driver.record
 
 
-Process = Callable[[Any], Any]
+Port = Generator[None, Sequence[Any], None]
+"""Drives one port: gets what its signals were at a clock edge and sets what they are until the next."""
 
 
 @dataclass
-class _Bench:
-    """The processes that drive a block, and their record."""
+class _Driver:
+    """Drives all ports of a block from one process, which is much faster than a testbench for each."""
 
     dut: Any
     record: Recording
     leave: Mapping[str, Leave]
     seed: int
+    limit: int
     cycle: int = 0
     missing: int = 0
     """Output ports that have not seen all their transfers."""
+    ports: list[tuple[Callable[[Any], Port], tuple[Any, ...]]] = field(default_factory=list)
+    """What drives each port, and the signals that it reads."""
 
-    def count(self, limit: int) -> Process:
-        """Count cycles up to ``limit``."""
-
-        async def process(ctx: Any) -> None:
-            while True:
-                await ctx.tick()
+    async def drive(self, ctx: Any) -> None:
+        """Drive the ports in their order, cycle by cycle, until every output has seen its transfers."""
+        ports = [(port(ctx), len(read)) for port, read in self.ports]
+        for one, _ in ports:
+            next(one, None)
+        with ctx.critical():
+            async for _, _, *values in ctx.tick().sample(*(signal for _, read in self.ports for signal in read)):
                 self.cycle += 1
-                assert self.cycle < limit, f"no end after {limit} cycles (seed {self.seed})"
+                assert self.cycle < self.limit, f"no end after {self.limit} cycles (seed {self.seed})"
+                start = 0
+                for one, count in ports:
+                    with suppress(StopIteration):
+                        one.send(values[start : start + count])
+                    start += count
+                if not self.missing:
+                    return
 
-        return process
-
-    def send(self, name: str, values: Sequence[Any], pattern: Pattern) -> Process:
+    def add_source(self, name: str, values: Sequence[Any], pattern: Pattern) -> None:
         """Offer ``values`` at the port ``name``."""
         stalls, s = pattern(random.Random(f"{self.seed} {name}")), port(self.dut, name)
         self.record.cycles[name], self.record.values[name] = [], list(values)
 
-        async def process(ctx: Any) -> None:
+        def source(ctx: Any) -> Port:
             for number, value in enumerate(values):
                 while name in self.leave and not self.leave[name](number, self.record, self.cycle):
-                    await ctx.tick()
+                    yield
                 while next(stalls):
-                    await ctx.tick()
+                    yield
                 ctx.set(s.payload, value)
                 ctx.set(s.valid, 1)
-                taken = False
-                while not taken:
-                    *_, taken = await ctx.tick().sample(s.ready)
+                while not (yield)[0]:
+                    pass
                 self.record.cycles[name].append(self.cycle)
                 ctx.set(s.valid, 0)
 
-        return process
+        self.ports.append((source, (s.ready,)))
 
-    def take(self, name: str, number: int, pattern: Pattern) -> Process:
+    def add_sink(self, name: str, number: int, pattern: Pattern) -> None:
         """Take ``number`` transfers at the port ``name``."""
         stalls, s = pattern(random.Random(f"{self.seed} {name} out")), port(self.dut, name)
         values, cycles = self.record.values.setdefault(name, []), self.record.cycles.setdefault(name, [])
+        never_waits = isinstance(s.ready, Const)
         self.missing += 1
 
-        async def process(ctx: Any) -> None:
-            held, never_waits = None, isinstance(s.ready, Const)
+        def sink(ctx: Any) -> Port:
+            offered = None
             while len(values) < number:
                 ready = never_waits or not next(stalls)
                 if not never_waits:
                     ctx.set(s.ready, ready)
-                _, _, valid, payload = await ctx.tick().sample(s.valid, s.payload)
-                now = plain(payload)
-                kept = held is None or (valid and held == now)
-                assert kept, f"{name}: changed before it was taken (seed {self.seed})"
-                held = now if valid and not ready else None
+                valid, payload = yield
+                now = plain(payload) if valid else None
+                assert offered is None or offered == now, f"{name}: changed before it was taken (seed {self.seed})"
+                offered = None if ready else now
                 if valid and ready:
                     values.append(now)
                     cycles.append(self.cycle)
@@ -192,9 +200,4 @@ class _Bench:
                 ctx.set(s.ready, 0)
             self.missing -= 1
 
-        return process
-
-    async def until_done(self, ctx: Any) -> None:
-        """End when every output port has seen its transfers."""
-        while self.missing:
-            await ctx.tick()
+        self.ports.append((sink, (s.valid, s.payload)))
