@@ -37,19 +37,16 @@ def register_port(address_bits: int) -> wiring.Signature:
 
     ``read`` or ``write`` is high for one cycle, never both.  ``answer`` and ``read_error``, or ``write_error``, are
     there ``ANSWER`` cycles later, and stay until the next access of that kind is answered.
-
-    Members: ``address``: of a byte, its low bits being without meaning; ``data``, ``strobe``: the word to write, and
-    which of its bytes.
     """
     return wiring.Signature(
         {
-            "address": Out(address_bits),
+            "address": Out(address_bits),  # of a byte; its low bits have no meaning
             "read": Out(1),
             "answer": In(BITS),
             "read_error": In(1),
             "write": Out(1),
-            "data": Out(BITS),
-            "strobe": Out(BYTES),
+            "data": Out(BITS),  # the word to write ...
+            "strobe": Out(BYTES),  # ... and which of its bytes
             "write_error": In(1),
         }
     )
@@ -64,8 +61,6 @@ class AxiLite(wiring.Component):
     ``latency`` counts cycles from the transfer that completes a request to the valid of its answer, when no access of
     the other kind is made at that time.  ``interval`` counts cycles between requests of a kind whose answers are taken
     at once.
-
-    Members: ``bus``: the bus; ``port``: to the registers.
     """
 
     latency = 1 + ANSWER
@@ -85,36 +80,43 @@ class AxiLite(wiring.Component):
             port.read.eq(read_waits & ~port.write),
             port.address.eq(Mux(port.write, write_address, read_address)),
             Cat(port.data, port.strobe).eq(word),
-            *(bus.rdata.eq(port.answer), bus.rresp.eq(port.read_error << 1), bus.bresp.eq(port.write_error << 1)),
+            bus.rdata.eq(port.answer),
+            bus.rresp.eq(port.read_error << 1),
+            bus.bresp.eq(port.write_error << 1),
         ]
         self._answer(m, "b", port.write)
         self._answer(m, "r", port.read)
         return m
 
     def _request(
-        self, m: Module, channel: str, words: tuple[str, ...], made: Value, answer: str
+        self, m: Module, channel: str, words: tuple[str, ...], access: Value, answer: str
     ) -> tuple[Value, Value]:
-        """A transfer of ``channel``, and whether it waits for its access to be ``made``.
+        """A transfer of ``channel``, and whether it waits for its ``access``.
 
         The channel is not ready again until the ``answer`` has been taken.
         """
         payload = Cat(getattr(self.bus, f"{channel}{word}") for word in words)
         valid, ready = (getattr(self.bus, f"{channel}{name}") for name in ("valid", "ready"))
-        held = Signal(len(payload), name=f"{channel}_held", reset_less=True)
-        free, waits = Signal(init=1, name=f"{channel}_free"), Signal(name=f"{channel}_waits")
+        request = Signal(len(payload), name=f"{channel}_request", reset_less=True)
+        free = Signal(init=1, name=f"{channel}_free")
+        waits = Signal(name=f"{channel}_waits")
         m.d.comb += ready.eq(free)
         with m.If(free):
-            m.d.sync += [held.eq(payload), waits.eq(valid), free.eq(~valid)]
-        with m.If(made):
+            m.d.sync += [
+                request.eq(payload),
+                waits.eq(valid),
+                free.eq(~valid),
+            ]
+        with m.If(access):
             m.d.sync += waits.eq(0)
         with m.If(self._taken(answer)):
             m.d.sync += free.eq(1)
-        return held, waits
+        return request, waits
 
-    def _answer(self, m: Module, channel: str, made: Value) -> None:
-        """Be valid when the registers have answered the access that was ``made``."""
+    def _answer(self, m: Module, channel: str, access: Value) -> None:
+        """Be valid when the registers have answered the ``access``."""
         valid = getattr(self.bus, f"{channel}valid")
-        with m.If(delayed(m, made, ANSWER - 1, f"{channel}_made", control=True)):
+        with m.If(delayed(m, access, ANSWER - 1, f"{channel}_access", control=True)):
             m.d.sync += valid.eq(1)
         with m.Elif(self._taken(channel)):
             m.d.sync += valid.eq(0)

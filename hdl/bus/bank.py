@@ -61,20 +61,19 @@ class Bank(wiring.Component):
     that is cleared and captured is captured.  An unmapped address, a read of a register that software can only write,
     and the reverse are errors: they change nothing and read as 0.
 
-    Arguments: ``registers``: the map.
-
-    Members: ``port``: of software; ``hardware``: :func:`hardware`; ``interrupt``: an event and its enable are high, a
-    cycle before.
+    Arguments:
+        registers: the map.
     """
 
     def __init__(self, registers: RegisterMap) -> None:
         self._map = registers
-        ports = {
-            "port": In(register_port(registers.address_bits)),
-            "hardware": Out(hardware(registers)),
-            "interrupt": Out(1),
-        }
-        super().__init__(ports)
+        super().__init__(
+            {
+                "port": In(register_port(registers.address_bits)),  # of software
+                "hardware": Out(hardware(registers)),
+                "interrupt": Out(1),  # an event and its enable were high a cycle before
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

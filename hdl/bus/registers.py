@@ -16,16 +16,19 @@ from tfra.hdl.bus.map import RegisterMap
 class Registers(wiring.Component):
     """The registers of a map on an AXI4-Lite bus.
 
-    Arguments: ``registers``: the map.
-
-    Members: ``bus``: AXI4-Lite, whose address has the map's ``address_bits``; ``hardware``: by register, the ports of
-    its fields (:func:`tfra.hdl.bus.bank.hardware_ports`); ``interrupt``: level, active high.
+    Arguments:
+        registers: the map.
     """
 
     def __init__(self, registers: RegisterMap) -> None:
         self._map = registers
-        ports = {"bus": In(bus(registers.address_bits)), "hardware": Out(hardware(registers)), "interrupt": Out(1)}
-        super().__init__(ports)
+        super().__init__(
+            {
+                "bus": In(bus(registers.address_bits)),
+                "hardware": Out(hardware(registers)),  # by register, the ports of its fields
+                "interrupt": Out(1),  # level, active high
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

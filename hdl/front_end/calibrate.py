@@ -18,14 +18,18 @@ from tfra.model.fixed.front_end import DEVIATION, repair_places
 
 
 class Calibrate(wiring.Component):
-    """Divides sums by the number of frames, subtracts offsets, looks up gains; a taxel a cycle.
+    """``sum / frames - offset``, and the gain; a taxel a cycle.
 
     A gain of 0 marks a dead taxel, whose faults are not reported.
 
-    Members:
-        i: in, a taxel; ``o``: out, :attr:`latency` cycles later, without ``page``; ``faults``: with it.
-        log2_average, log2_tare, invert: settings; ``software``: tables; ``turn``: in, a tare is complete.
-        repair, repair_place: out, software writes to the table of repairs.
+    =====  =================================  =======================================
+    cycle  mean                               tables
+    =====  =================================  =======================================
+    0      divide the sum                     address
+    1      round                              memory
+    2      subtract the offset and saturate   offset and gain; ``invert`` its sign
+    3      ``o``, ``faults``
+    =====  =================================  =======================================
     """
 
     latency = 3
@@ -35,15 +39,15 @@ class Calibrate(wiring.Component):
         super().__init__(
             {
                 "i": In(summed(taxels)),
-                "log2_average": In(3),
+                "log2_average": In(3),  # settings: log2 of the frames of a mean, of a tare
                 "log2_tare": In(3),
-                "invert": In(1),
+                "invert": In(1),  # setting: codes have the opposite sign
                 "software": In(TABLES),
-                "turn": In(1),
-                "o": Out(product_slot(taxels)),
-                "faults": Out(FAULTS),
-                "repair": Out(1),
-                "repair_place": Out(counter_shape(repair_places(taxels) - 1)),
+                "turn": In(1),  # pulse: all offsets of a tare are written
+                "o": Out(product_slot(taxels)),  # ``latency`` cycles after ``i``, without ``page``
+                "faults": Out(FAULTS),  # of the taxel at ``o``
+                "repair": Out(1),  # pulse: software writes to the table of repairs ...
+                "repair_place": Out(counter_shape(repair_places(taxels) - 1)),  # ... at this place
             }
         )
 
@@ -53,23 +57,29 @@ class Calibrate(wiring.Component):
         wiring.connect(m, wiring.flipped(self.software), tables.software)
         i, o = self.i, self.o
         log2 = Mux(i.part.tares, self.log2_tare, self.log2_average)
-        # A mean has 18 bits: two less than a sum of one frame, doubled, with one bit below the point.
-        divided = register(m, shift_right(Cat(Const(0, 1), i.sum).as_signed(), log2)[: DEVIATION + 1], "divided")
+        doubled = Cat(Const(0, 1), i.sum).as_signed()  # the unit of a deviation is half of that of a word
+        divided = register(m, shift_right(doubled, log2)[: DEVIATION + 1], "divided")  # a bit below the point
         mean = register(m, round_half(divided.as_signed())[:DEVIATION].as_signed(), "mean")
         index = delayed(m, i.index, tables.latency, "index")
         valid = delayed(m, i.valid, tables.latency, "valid", control=True)
         tares = delayed(m, i.part.tares & i.part.final, tables.latency, "tares")
-        faults = delayed(m, i.faults, tables.latency, "faults")
+        faults = delayed(m, i.faults, tables.latency, "faults").as_value()
+        alive = valid & tables.gain.any()
         gain = Signal(signed(len(tables.gain) + 1))
         m.d.comb += [
-            *(tables.taxel.eq(i.valid), tables.index.eq(i.index), tables.turn.eq(self.turn)),
-            *(tables.tare.eq(valid & tares), tables.place.eq(index), tables.mean.eq(mean)),
-            *(self.repair.eq(tables.repair), self.repair_place.eq(tables.repair_place)),
+            tables.taxel.eq(i.valid),
+            tables.index.eq(i.index),
+            tables.turn.eq(self.turn),
+            tables.tare.eq(valid & tares),
+            tables.place.eq(index),
+            tables.mean.eq(mean),
+            self.repair.eq(tables.repair),
+            self.repair_place.eq(tables.repair_place),
             gain.eq(Mux(self.invert, -tables.gain, tables.gain)),
             o.valid.eq(register(m, valid, "valid", control=True)),
             o.deviation.eq(register(m, saturate(mean - tables.offset, DEVIATION), "deviation")),
-            *(o.gain.eq(register(m, gain, "gain")), o.index.eq(register(m, index, "index"))),
+            o.gain.eq(register(m, gain, "gain")),
+            o.index.eq(register(m, index, "index")),
+            self.faults.eq(register(m, faults & alive.replicate(len(faults)), "faults")),
         ]
-        alive = valid & tables.gain.any()
-        m.d.comb += self.faults.eq(register(m, faults.as_value() & alive.replicate(len(faults.as_value())), "faults"))
         return m

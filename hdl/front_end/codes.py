@@ -1,4 +1,4 @@
-"""Codes of two frames, made by one multiplier: a taxel's word times its gain, or a sum of codes times weights."""
+"""Codes of two frames, computed by one multiplier: a taxel's word times its gain, or a sum of codes times weights."""
 
 from __future__ import annotations
 
@@ -34,8 +34,15 @@ def product_slot(taxels: int) -> data.StructLayout:
 
 def term_slot(taxels: int) -> data.StructLayout:
     """A term of a repair; an ``end`` has the weight 0, and if it ``writes``, the sum becomes the code of ``target``."""
-    members = {"valid": 1, "end": 1, "writes": 1, "weight": signed(WEIGHT), "target": counter_shape(taxels - 1)}
-    return data.StructLayout(members)
+    return data.StructLayout(
+        {
+            "valid": 1,
+            "end": 1,
+            "writes": 1,
+            "weight": signed(WEIGHT),
+            "target": counter_shape(taxels - 1),
+        }
+    )
 
 
 def stored_code(bits: int) -> data.StructLayout:
@@ -44,17 +51,19 @@ def stored_code(bits: int) -> data.StructLayout:
 
 
 class Codes(wiring.Component):
-    """Multiplies, rounds, saturates and stores; one product a cycle.
+    """Multiply, round, saturate and store; one product a cycle.
+
+    ::
+
+        deviation, gain ─┐                          ┌─── sum of a repair ◀──┐
+                         ├▶ multiplier ─▶ product ─▶ + ─▶ total ─▶ saturate ─▶ code ─▶ memory ─▶ stored
+        weight, code ────┘                          └─── half                            │
+                  ▲──────────────────────────────────────────────────────────────────────┘
 
     A term enters in the cycle in which ``address`` is that of its code, and reaches the multiplier :data:`FETCH` cycles
-    later.  No taxel may come to it then.  Multiplier: 18 x 18 bits, one cell on most devices; memory: two pages of
-    codes.
+    later.  No taxel may come to it then.
 
-    Members:
-        taxel: in; ``term``: in.
-        contact, dead_band: settings.
-        page: in, of the frame that is repaired and read; ``address``, ``read``: in, ``stored``: a cycle later.
-        reached: of each page, a code reaches ``contact``.
+    Resources: a multiplier of 18 x 18 bits, one cell on most devices; two pages of codes.
     """
 
     latency = Multiplier.latency + 2
@@ -67,77 +76,99 @@ class Codes(wiring.Component):
             {
                 "taxel": In(product_slot(taxels)),
                 "term": In(term_slot(taxels)),
-                "contact": In(16),
-                "dead_band": In(16),
-                "page": In(1),
-                "address": In(counter_shape(taxels - 1)),
+                "contact": In(16),  # setting: least size of a code that is a contact
+                "dead_band": In(16),  # setting: codes below it are ``small``
+                "page": In(1),  # of the frame that is repaired and read
+                "address": In(counter_shape(taxels - 1)),  # of a code on that page
                 "read": In(1),
-                "stored": Out(stored_code(bits)),
-                "reached": Out(2),
+                "stored": Out(stored_code(bits)),  # the code at ``address``, a cycle after ``read``
+                "reached": Out(2),  # of each page: a code reaches ``contact``
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.places = codes = Memory(
-            shape=stored_code(self._design.adc.bits), depth=2 << len(self.address), init=[]
-        )
-        read, write = codes.read_port(), codes.write_port()
-        code = register(m, self._code(m, read.data.code), "code")
-        size = Signal(len(code))
-        taxel, end = Signal(), Signal()  # the code is that of a taxel, of a repair
-        index = delayed(m, self.taxel.index, self.latency, "index")
-        first = register(m, delayed(m, self.taxel.index, self.latency - 1) == 0, "first")
-        page = delayed(m, self.taxel.page, self.latency, "page")
+        layout, depth = stored_code(self._design.adc.bits), 2 << len(self.address)
+        m.submodules.memory = memory = Memory(shape=layout, depth=depth, init=[])
+        read, write = memory.read_port(), memory.write_port()
         m.d.comb += [
-            *(read.addr.eq(Cat(self.address, self.page)), read.en.eq(self.read), self.stored.eq(read.data)),
-            taxel.eq(delayed(m, self.taxel.valid, self.latency, "taxel", control=True)),
-            end.eq(delayed(m, self.term.valid & self.term.writes, FETCH + self.latency, "end", control=True)),
-            size.eq(abs(code)),
-            *(write.en.eq(taxel | end), write.data.code.eq(code), write.data.small.eq(size < self.dead_band)),
-            write.addr.eq(Mux(end, Cat(self._target(m), self.page), Cat(index, page))),
+            read.addr.eq(Cat(self.address, self.page)),
+            read.en.eq(self.read),
+            self.stored.eq(read.data),
         ]
-        reaches = size >= self.contact
-        for number, reached in enumerate(self.reached):
-            mine = taxel & (page == number)
-            with m.If(mine):
-                m.d.sync += reached.eq(reaches | (reached & ~first))
-            with m.If(end & (self.page == number)):
-                m.d.sync += reached.eq(reaches | reached)
+        product, is_term = self._multiply(m, read.data.code)
+        code = self._round(m, self._accumulate(m, product, is_term))
+        self._store(m, write, code)
         return m
 
+    def _multiply(self, m: Module, code: Value) -> tuple[Value, Value]:
+        """A taxel's deviation times its gain, or a term's weight times ``code``; whether a term is at the multiplier.
+
+        A code is moved up to a word, so that both products have their point at the same place.
+        """
+        m.submodules.multiplier = multiplier = Multiplier(DEVIATION, GAIN + 1, self._design.target)
+        word = register(m, code, "source") << (WORD - self._design.adc.bits)
+        weight = delayed(m, self.term.weight, FETCH, "weight")
+        is_term = delayed(m, self.term.valid, FETCH, "is_term", control=True)
+        m.d.comb += [
+            multiplier.a.eq(Mux(is_term, weight, self.taxel.deviation)),
+            multiplier.b.eq(Mux(is_term, word, self.taxel.gain)),
+        ]
+        return multiplier.product, is_term
+
+    @property
+    def _point(self) -> int:
+        """Bits of a product below the point of a code."""
+        return PRODUCT_POINT - self._design.adc.bits
+
+    def _accumulate(self, m: Module, product: Value, is_term: Value) -> Value:
+        """The sum of a repair's products, or a taxel's product, and a half, which rounds."""
+        half = Const(1 << (self._point - 1), self._point)
+        product_bits = WEIGHT + WORD
+        most_terms = repair_places(self._design.sensor.taxels)
+        sum_bits = product_bits + most_terms.bit_length()
+        adds = delayed(m, is_term, Multiplier.latency, "adds", control=True)
+        ends = delayed(m, self.term.end, FETCH + Multiplier.latency, "ends")
+        partial = Signal(signed(sum_bits), reset_less=True)
+        total = Signal.like(partial)
+        result = Signal.like(partial, reset_less=True)
+        m.d.comb += total.eq(product + Mux(adds, partial, half))
+        m.d.sync += result.eq(total)
+        with m.If(adds):
+            m.d.sync += partial.eq(Mux(ends, half, total))
+        return result
+
+    def _round(self, m: Module, total: Value) -> Value:
+        """The code: ``total`` without the bits below its point, saturated."""
+        return register(m, saturate(total[self._point :].as_signed(), self._design.adc.bits), "code")
+
+    def _store(self, m: Module, write: Any, code: Value) -> None:
+        """Write the code of a taxel, or of the target of a repair, and compare it with both thresholds."""
+        index = delayed(m, self.taxel.index, self.latency, "index")
+        page = delayed(m, self.taxel.page, self.latency, "page")
+        first = register(m, delayed(m, self.taxel.index, self.latency - 1) == 0, "first")
+        is_taxel = Signal()
+        is_repair = Signal()
+        size = Signal(len(code))
+        reaches = size >= self.contact
+        m.d.comb += [
+            is_taxel.eq(delayed(m, self.taxel.valid, self.latency, "taxel", control=True)),
+            is_repair.eq(delayed(m, self.term.valid & self.term.writes, FETCH + self.latency, "end", control=True)),
+            size.eq(abs(code)),
+            write.en.eq(is_taxel | is_repair),
+            write.addr.eq(Mux(is_repair, Cat(self._target(m), self.page), Cat(index, page))),
+            write.data.code.eq(code),
+            write.data.small.eq(size < self.dead_band),
+        ]
+        for number, reached in enumerate(self.reached):
+            with m.If(is_taxel & (page == number)):
+                m.d.sync += reached.eq(reaches | (reached & ~first))
+            with m.If(is_repair & (self.page == number)):
+                m.d.sync += reached.eq(reaches | reached)
+
     def _target(self, m: Module) -> Value:
-        """Of the last end of a repair; no other one comes before its code is written."""
+        """The taxel of the last end of a repair; no other end comes before its code is written."""
         target = Signal.like(self.term.target, reset_less=True)
         with m.If(self.term.valid & self.term.end):
             m.d.sync += target.eq(self.term.target)
         return target
-
-    def _code(self, m: Module, source: Value) -> Value:
-        """The sum of a repair's products, or a taxel's product, rounded and saturated.
-
-        A code is moved up, so that both have their point at the same place; rounding is a half in the sum.
-        """
-        bits, taxels = self._design.adc.bits, self._design.sensor.taxels
-        point = PRODUCT_POINT - bits
-        half = Const(1 << (point - 1), point)
-        # A code has two bits less than a factor; the sums of all terms, and a half.
-        longest = DEVIATION + GAIN + 1 - (GAIN + 1 - WORD) + repair_places(taxels).bit_length()
-        m.submodules.multiplier = multiplier = Multiplier(DEVIATION, GAIN + 1, self._design.target)
-        repairs = delayed(m, self.term.valid, FETCH, "repairs", control=True)
-        weight = delayed(m, self.term.weight, FETCH, "weight")
-        source = register(m, source, "source") << (WORD - bits)
-        m.d.comb += [
-            multiplier.a.eq(Mux(repairs, weight, self.taxel.deviation)),
-            multiplier.b.eq(Mux(repairs, source, self.taxel.gain)),
-        ]
-        adds = delayed(m, repairs, Multiplier.latency, "adds", control=True)
-        ends = delayed(m, self.term.end, FETCH + Multiplier.latency, "ends")
-        before = Signal(signed(longest), reset_less=True)
-        total = Signal.like(before, reset_less=True)
-        sums = Signal.like(before)
-        m.d.comb += sums.eq(multiplier.product + Mux(adds, before, half))
-        m.d.sync += total.eq(sums)
-        with m.If(adds):
-            m.d.sync += before.eq(Mux(ends, half, sums))
-        return saturate(total[point:].as_signed(), bits)

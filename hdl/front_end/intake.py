@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Module, Signal
+from amaranth import Module, Signal, Value
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
@@ -19,47 +19,51 @@ ORIGIN = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "started": BITS}
 
 
 class Intake(wiring.Component):
-    """Counts the taxels of a frame up to its last one.
+    """Count the taxels of a frame up to its last one.
 
     ========  ==================================================================================================
     WAKE      the cycle after a reset
     IDLE      between frames
     TAKE      in a frame that may become a complete one
-    LATE      in a frame that came when there was no room
+    LATE      in a frame that came when none could begin
     LONG      after the last taxel of a frame that goes on
     SKIP      in the rest of a frame that a reset cut
     ========  ==================================================================================================
 
     A taxel enters in the cycle of its transfer.  With ``drop_late``, the stream only waits between frames while the
     core does not run.  The number of a frame counts whatever its length is, but not that of a frame that a reset cut.
-
-    Members:
-        i: stream in.
-        run, drop_late, check_sequence: settings.
-        time: in, counts cycles.
-        room: in, a frame may begin.
-        hold: in, taxels have to wait, if they can.
-        skip: in, during a reset: the frame that it cuts has not ended.
-        entered: a taxel of a frame is taken; ``index``: its number, a register; ``word``.
-        idle: no frame is being taken or dropped.
-        ended: the frame that was taken ends, and is ``good`` if it is complete.
-        origin: of the last complete frame, a cycle later.
-        short, long, late: a frame is dropped, a cycle later; ``gap``: a frame's number does not follow the one before.
     """
 
     def __init__(self, taxels: int) -> None:
         self._taxels = taxels
-        settings = dict.fromkeys(("run", "drop_late", "check_sequence", "room", "hold", "skip"), In(1))
-        pulses = dict.fromkeys(("entered", "idle", "ended", "good", "short", "long", "late", "gap"), Out(1))
-        index = Out(counter_shape(taxels - 1))
-        words = {"time": In(BITS), "index": index, "word": Out(WORD), "origin": Out(ORIGIN)}
-        super().__init__({"i": In(stream.Signature(TAXEL)), **settings, **pulses, **words})
+        super().__init__(
+            {
+                "i": In(stream.Signature(TAXEL)),
+                "run": In(1),  # settings
+                "drop_late": In(1),
+                "check_sequence": In(1),
+                "time": In(BITS),  # counts cycles
+                "can_begin": In(1),  # there is a free page for a frame
+                "stall": In(1),  # taxels have to wait, if they can
+                "skip": In(1),  # during a reset: the frame that it cuts has not ended
+                "entered": Out(1),  # a taxel of a frame is taken
+                "index": Out(counter_shape(taxels - 1)),  # its number, a register
+                "word": Out(WORD),
+                "idle": Out(1),  # no frame is being taken or dropped
+                "ended": Out(1),  # the frame that was taken ends ...
+                "good": Out(1),  # ... and is complete
+                "origin": Out(ORIGIN),  # of the last complete frame, a cycle later
+                "short": Out(1),  # a frame is dropped, a cycle later
+                "long": Out(1),
+                "late": Out(1),
+                "gap": Out(1),  # a frame's number does not follow the one before, a cycle later
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         transfer = Signal()
         last = Signal()
-        skips = Signal()
         index, final = wrapping_counter(m, self.entered, self._taxels, "index")
         with m.If(self.ended):
             m.d.sync += [index.eq(0), final.eq(0)]
@@ -70,24 +74,43 @@ class Intake(wiring.Component):
             self.index.eq(index),
             self.good.eq(self.ended & final),
         ]
-        m.d.sync += [self.short.eq(self.ended & ~final), self.long.eq(self.entered & final & ~last), self.late.eq(0)]
+        m.d.sync += [
+            self.short.eq(self.ended & ~final),
+            self.long.eq(self.entered & final & ~last),
+            self.late.eq(0),
+        ]
+        arrived = self._states(m, transfer, last, final)
+        self._count(m, arrived)
+        return m
+
+    def _states(self, m: Module, transfer: Value, last: Value, final: Value) -> Value:
+        """The states; high when a frame ends whose number counts."""
+        skips = Signal()
+        cut = Signal(reset_less=True)  # a reset clears all states; only this register stores what was asked during it
+        m.d.sync += cut.eq(self.skip)
         with m.FSM():
-            self._wake(m)
+            with m.State("WAKE"):
+                m.next = "IDLE"
+                with m.If(cut):
+                    m.next = "SKIP"
             with m.State("IDLE"):
                 m.d.comb += [
                     self.idle.eq(~transfer),
-                    self.i.ready.eq(self.run & (self.drop_late | (self.room & ~self.hold))),
-                    self.entered.eq(transfer & self.room),
-                    self.ended.eq(last & self.room),
+                    self.i.ready.eq(self.run & (self.drop_late | (self.can_begin & ~self.stall))),
+                    self.entered.eq(transfer & self.can_begin),
+                    self.ended.eq(last & self.can_begin),
                 ]
-                m.d.sync += self.late.eq(last & ~self.room)
+                m.d.sync += self.late.eq(last & ~self.can_begin)
                 with m.If(transfer & ~last):
                     m.next = "LATE"
-                    with m.If(self.room):
+                    with m.If(self.can_begin):
                         m.next = "TAKE"
             with m.State("TAKE"):
-                ready = self.drop_late | ~self.hold
-                m.d.comb += [self.i.ready.eq(ready), self.entered.eq(transfer), self.ended.eq(last)]
+                m.d.comb += [
+                    self.i.ready.eq(self.drop_late | ~self.stall),
+                    self.entered.eq(transfer),
+                    self.ended.eq(last),
+                ]
                 with m.If(transfer & final):
                     m.next = "LONG"
                 with m.If(last):
@@ -98,26 +121,16 @@ class Intake(wiring.Component):
             with m.State("LONG"):
                 self._drop(m, last)
             with m.State("SKIP"):
-                self._drop(m, last)
                 m.d.comb += skips.eq(1)
-        self._count(m, last & ~skips)
-        return m
+                self._drop(m, last)
+        return last & ~skips
 
-    def _wake(self, m: Module) -> None:
-        """A reset clears all states; only this register keeps what was asked during it."""
-        cut = Signal(reset_less=True)
-        m.d.sync += cut.eq(self.skip)
-        with m.State("WAKE"):
-            m.next = "IDLE"
-            with m.If(cut):
-                m.next = "SKIP"
-
-    def _drop(self, m: Module, last: Signal) -> None:
+    def _drop(self, m: Module, last: Value) -> None:
         m.d.comb += self.i.ready.eq(1)
         with m.If(last):
             m.next = "IDLE"
 
-    def _count(self, m: Module, arrived: Any) -> None:
+    def _count(self, m: Module, arrived: Value) -> None:
         """Numbers of frames, and the origin of the last complete one."""
         sequence = Signal(NUMBER)
         following = Signal(NUMBER, reset_less=True)  # the number that is to come
@@ -127,10 +140,17 @@ class Intake(wiring.Component):
         user = self.i.payload.user
         jumps = arrived & known & (user != following)
         m.d.comb += self.origin.eq(origin)
-        m.d.sync += [self.gap.eq(jumps & self.check_sequence), known.eq(self.check_sequence & (known | arrived))]
+        m.d.sync += [
+            self.gap.eq(jumps & self.check_sequence),
+            known.eq(self.check_sequence & (known | arrived)),
+        ]
         with m.If(arrived):
             m.d.sync += [sequence.eq(sequence + 1), following.eq(user + 1)]
         with m.If(self.entered & (self.index == 0)):
             m.d.sync += started.eq(self.time)
         with m.If(self.good):
-            m.d.sync += [origin.sequence.eq(sequence), origin.user.eq(user), origin.started.eq(started)]
+            m.d.sync += [
+                origin.sequence.eq(sequence),
+                origin.user.eq(user),
+                origin.started.eq(started),
+            ]

@@ -74,4 +74,3 @@ EVENTS = wiring.Signature(
 
 FAULTY = data.StructLayout({"index": 16, "saturated": 1, "out_of_range": 1, "stuck": 1})
 """A taxel with a fault, as in FAULTY_TAXEL."""
-

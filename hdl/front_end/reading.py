@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from amaranth import Cat, Const, Value
 
-from tfra.model.fixed.front_end import WORD
-
-_FEWEST = 8
-"""Bits of the shortest words."""
+from tfra.model.fixed.front_end import LEAST_WORD, WORD
 
 
 def reading(word: Value, word_bits: Value, is_unsigned: Value) -> tuple[Value, Value, Value]:
@@ -17,14 +14,15 @@ def reading(word: Value, word_bits: Value, is_unsigned: Value) -> tuple[Value, V
     of it.
     """
     unused = (WORD - word_bits)[:4]
-    more = [unused >= bits for bits in range(1, WORD - _FEWEST + 1)]  # so many bits are unused, or more
+    at_least = [unused >= bits for bits in range(1, WORD - LEAST_WORD + 1)]  # so many bits are unused, or more
     moved = (word << unused)[:WORD]
-    top = moved[-1]
+    sign = moved[-1]
     # Both ends have all bits set but for the sign, which an unsigned word has the other way round.
-    ones = moved[:-1] ^ (top ^ is_unsigned).replicate(WORD - 1)
-    saturated = (ones | Cat(more, Const(0, _FEWEST - 1))).all()
+    ones = moved[:-1] ^ (sign ^ is_unsigned).replicate(WORD - 1)
+    saturated = (ones | Cat(at_least, Const(0, LEAST_WORD - 1))).all()
     extension = word ^ (word[-1] & ~is_unsigned).replicate(WORD)
-    # From the sign on, or above the highest bit of an unsigned word.
-    above, from_sign = Cat(more[::-1]), Cat(more[::-1], Const(1, 1))
-    outside = (extension[_FEWEST:] & above).any() | ((extension[_FEWEST - 1 :] & from_sign).any() & ~is_unsigned)
-    return Cat(moved, top & ~is_unsigned).as_signed(), saturated, outside
+    above = Cat(at_least[::-1])  # the bits above the highest one of an unsigned word
+    from_sign = Cat(at_least[::-1], Const(1, 1))
+    outside_unsigned = (extension[LEAST_WORD:] & above).any()
+    outside_signed = (extension[LEAST_WORD - 1 :] & from_sign).any() & ~is_unsigned
+    return Cat(moved, sign & ~is_unsigned).as_signed(), saturated, outside_unsigned | outside_signed

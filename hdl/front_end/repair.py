@@ -15,35 +15,33 @@ from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.model.fixed.front_end import WEIGHT, repair_places
 
 _ENTRY = data.StructLayout({"weight": signed(WEIGHT), "taxel": BITS - 1 - WEIGHT, "header": 1})
+"""A word of the table: a header names the target of the terms that follow, a term its source and its weight."""
 
 
 class Repair(wiring.Component):
-    """Gives out a term a cycle, while no taxel comes to the multiplier.
+    """Issue a term a cycle, while no taxel comes to the multiplier.
+
+    ::
+
+        number ─▶ table ─▶ (fetched) ─▶ entry (valid) ─▶ term, source
 
     A header, or the end of the table, is an end of the sum before it; the next term waits until that one's code is
     written.  For a table of ``n`` words with ``h`` headers, the first word a header, that is :meth:`cycles`.
-
-    Members:
-        write, place, data: in, of software.
-        repair_words: setting, how many are used.
-        active: in, a frame is to be repaired, until it is ``repaired``.
-        blocked: in, a taxel comes to the multiplier ``FETCH`` cycles later.
-        term: out; ``source``: out, the taxel whose code it needs.
     """
 
     def __init__(self, taxels: int) -> None:
         self._places = repair_places(taxels)
         super().__init__(
             {
-                "write": In(1),
+                "write": In(1),  # software writes ``data`` at ``place``
                 "place": In(counter_shape(self._places - 1)),
                 "data": In(BITS),
-                "repair_words": In(16),
-                "active": In(1),
-                "repaired": Out(1),
-                "blocked": In(1),
+                "repair_words": In(16),  # setting: how many are used
+                "active": In(1),  # a frame is to be repaired ...
+                "repaired": Out(1),  # ... until it is
+                "blocked": In(1),  # a taxel comes to the multiplier ``FETCH`` cycles later
                 "term": Out(term_slot(taxels)),
-                "source": Out(counter_shape(taxels - 1)),
+                "source": Out(counter_shape(taxels - 1)),  # the taxel whose code the term needs
             }
         )
 
@@ -56,28 +54,45 @@ class Repair(wiring.Component):
         m = Module()
         m.submodules.table = table = Memory(shape=BITS, depth=self._places, init=[])
         read, write = table.read_port(), table.write_port()
-        number = Signal(16)
+        number = Signal(16)  # of the next word
+        more = Signal()  # there is a next word
+        fetched = Signal()  # a word is read
+        valid = Signal()  # ``entry`` is a word
         entry = Signal(_ENTRY, reset_less=True)
-        found, valid, opened = Signal(), Signal(), Signal()  # a word is read, is the entry; a target has been named
-        written = Signal(FETCH + Codes.latency)  # bit k: a sum ended k + 1 cycles ago
+        advance = Signal()
+        issue = Signal()
+        empty = Signal()
+        end = Signal()
+        opened = Signal()  # a target has been named
         target = Signal.like(self.term.target, reset_less=True)
-        more, empty, end, issue, advance = (Signal(name=n) for n in ("more", "empty", "end", "issue", "advance"))
+        pending = Signal(FETCH + Codes.latency)  # bit k: a sum ended k + 1 cycles ago, and its code is not written
         m.d.comb += [
-            *(write.addr.eq(self.place), write.data.eq(self.data), write.en.eq(self.write)),
-            *(read.addr.eq(number), read.en.eq(advance)),
+            write.addr.eq(self.place),
+            write.data.eq(self.data),
+            write.en.eq(self.write),
+            read.addr.eq(number),
+            read.en.eq(advance),
             more.eq(self.active & (number != self.repair_words)),
-            empty.eq(~(more | found | valid)),
+            empty.eq(~(more | fetched | valid)),
             end.eq(empty | entry.header),
-            issue.eq((valid | (empty & opened)) & ~self.blocked & ~written.any()),
+            issue.eq((valid | (empty & opened)) & ~self.blocked & ~pending.any()),
             advance.eq(~valid | issue),
-            self.repaired.eq(empty & ~opened & ~written.any()),
-            *(self.term.valid.eq(issue), self.term.end.eq(end), self.term.writes.eq(end & opened)),
-            *(self.term.weight.eq(Mux(end, 0, entry.weight)), self.term.target.eq(target)),
+            self.repaired.eq(empty & ~opened & ~pending.any()),
+            self.term.valid.eq(issue),
+            self.term.end.eq(end),
+            self.term.writes.eq(end & opened),
+            self.term.weight.eq(Mux(end, 0, entry.weight)),
+            self.term.target.eq(target),
             self.source.eq(entry.taxel),
         ]
-        m.d.sync += written.eq(Cat(issue & end & opened, written))
+        m.d.sync += pending.eq(Cat(issue & end & opened, pending))
         with m.If(advance):
-            m.d.sync += [found.eq(more), valid.eq(found), entry.eq(read.data), number.eq(number + more)]
+            m.d.sync += [
+                number.eq(number + more),
+                fetched.eq(more),
+                valid.eq(fetched),
+                entry.eq(read.data),
+            ]
         with m.If(issue & end):
             m.d.sync += [opened.eq(valid), target.eq(entry.taxel)]
         with m.If(~self.active):

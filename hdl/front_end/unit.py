@@ -12,10 +12,10 @@ from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.calibrate import Calibrate
 from tfra.hdl.front_end.codes import FETCH, Codes
 from tfra.hdl.front_end.faults import Faults
-from tfra.hdl.front_end.handover import Handover
 from tfra.hdl.front_end.history import History
 from tfra.hdl.front_end.intake import ORIGIN, Intake
 from tfra.hdl.front_end.means import Means
+from tfra.hdl.front_end.output_reader import OutputReader
 from tfra.hdl.front_end.ports import EVENTS, FACTS, FAULTY, SETTINGS, TABLES, TAXEL
 from tfra.hdl.front_end.repair import Repair
 from tfra.hdl.lib.pipeline import delayed, occupancy, register
@@ -23,146 +23,228 @@ from tfra.hdl.lib.streams import Buffer
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import check
 
+PAGES = 2
+"""Frames whose codes are stored: one that comes, and one that is repaired and leaves."""
+
+_CALIBRATED = History.latency + Calibrate.latency
+"""Cycles from the transfer of a taxel to its deviation, gain and faults."""
+_COMPLETE = _CALIBRATED + 1
+"""Cycles from the transfer of a frame's last taxel to the pulse of its end, when all its faults are known."""
+
 
 class FrontEnd(wiring.Component):
-    """Checks, calibrates and repairs the frames of the converters.
+    """Check, calibrate and repair the frames of the converters.
+
+    ::
+
+        i ─▶ intake ─▶ history ─▶ calibrate ─▶ codes ─▶ output reader ─▶ codes
+                │         ▲           │         ▲ │           │
+              means ──────┘         faults      repair        └────────▶ facts
+
+    =======================  ================================================================
+    cycle                    taxel
+    =======================  ================================================================
+    0                        transfer at ``i``
+    History.latency          summed; its state is written
+    + Calibrate.latency      deviation and gain are at the multiplier, faults are known
+    + Codes.latency          its code is written
+    =======================  ================================================================
 
     Raises ``ValueError`` for converters of fewer than 8 or more than 16 bits.
-
-    Members:
-        i: stream in, taxels of a frame row by row; a frame of another length is dropped.
-        settings, tables: in, of software.
-        tare, simulate: in, pulses.
-        time: in, counts cycles.
-        codes: stream out, codes of a frame row by row.
-        facts: stream out, one transfer a frame, which is taken before the first code.
-        events, faulty, faulty_store: out, pulses of a cycle.
-        taring: out, frames are averaged for the offsets.
-        busy: out, a frame is in the unit.
-        skip: in, during a reset: the frame that it cuts goes on afterwards, and its rest is dropped.
     """
 
     def __init__(self, design: Design) -> None:
         check(design)
         self._design = design
+        taxels = design.sensor.taxels
+        self._intake = Intake(taxels)
+        self._means = Means()
+        self._history = History(taxels)
+        self._calibrate = Calibrate(taxels)
+        self._codes = Codes(design)
+        self._repair = Repair(taxels)
+        self._faults = Faults(taxels)
+        self._reader = OutputReader(design)
         super().__init__(
             {
-                "i": In(stream.Signature(TAXEL)),
+                "i": In(stream.Signature(TAXEL)),  # row by row; a frame of another length is dropped
                 "settings": In(SETTINGS),
-                "tare": In(1),
-                "simulate": In(1),
+                "tare": In(1),  # pulse
+                "simulate": In(1),  # pulse
                 "tables": In(TABLES),
-                "time": In(BITS),
-                "skip": In(1),
-                "codes": Out(stream.Signature(signed(design.adc.bits))),
-                "facts": Out(stream.Signature(FACTS)),
+                "time": In(BITS),  # counts cycles
+                "skip": In(1),  # during a reset: the frame that it cuts goes on afterwards, and its rest is dropped
+                "codes": Out(stream.Signature(signed(design.adc.bits))),  # row by row
+                "facts": Out(stream.Signature(FACTS)),  # one transfer a frame, which is taken before the first code
                 "events": Out(EVENTS),
                 "faulty": Out(FAULTY),
-                "faulty_store": Out(1),
-                "taring": Out(1),
-                "busy": Out(1),
+                "faulty_store": Out(1),  # pulse
+                "taring": Out(1),  # frames are averaged for the offsets
+                "busy": Out(1),  # a frame is in the unit
             }
         )
 
     @property
     def latency(self) -> int:
         """Cycles from the transfer of a frame's last taxel to that of its first code, if nothing is repaired."""
-        return History.latency + Calibrate.latency + 2 + Handover.latency
+        return _COMPLETE + 1 + OutputReader.latency
 
     def interval(self, words: int, headers: int) -> int:
         """Most cycles from a frame to the next, back to back, with repairs of that many ``words`` and ``headers``.
 
-        A frame is taken while the one before is handed over, and waits while that one is repaired.
+        A frame is taken while the one before is sent, and waits while that one is repaired.
         """
         return self._design.sensor.taxels + self.latency + Repair.cycles(words, headers)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        taxels = self._design.sensor.taxels
-        m.submodules.intake = intake = Intake(taxels)
-        m.submodules.means = means = Means()
-        m.submodules.history = history = History(taxels)
-        m.submodules.calibrate = calibrate = Calibrate(taxels)
-        m.submodules.codes = codes = Codes(self._design)
-        m.submodules.repair = repair = Repair(taxels)
-        m.submodules.handover = handover = Handover(self._design)
-        connect(m, flipped(self.i), intake.i)
-        connect(m, handover.codes, flipped(self.codes))
-        connect(m, handover.o, flipped(self.facts))
-        connect(m, flipped(self.tables), calibrate.software)
-        self._set(m, intake, means, history, calibrate, codes, repair)
-        completes, turn = self._ends(m, intake, means, calibrate, handover)
-        into, out = Signal(), Signal()  # pages of the frame that comes, and of the one that leaves
-        m.d.sync += [into.eq(into ^ means.completes), out.eq(out ^ handover.done)]
-        places = occupancy(m, 2, means.completes, handover.done)
-        waiting = occupancy(m, 2, completes, handover.done)
-        page = delayed(m, into, History.latency + Calibrate.latency, "page")
-        m.d.comb += [
-            *(intake.time.eq(self.time), intake.skip.eq(self.skip), means.tare.eq(self.tare)),
-            *(intake.room.eq(~places[1] & ~means.settling), intake.hold.eq(handover.repair & ~repair.repaired)),
-            *(means.between.eq(intake.idle | intake.ended), means.good.eq(intake.good), means.written.eq(turn)),
-            *(history.entered.eq(intake.entered), history.index.eq(intake.index), history.word.eq(intake.word)),
-            *(history.part.eq(means.part), history.good.eq(intake.good)),
-            *(calibrate.i.eq(history.o), calibrate.turn.eq(turn)),
-            *(codes.taxel.eq(calibrate.o), codes.taxel.page.eq(page), codes.term.eq(repair.term), codes.page.eq(out)),
-            codes.address.eq(Mux(handover.repair, repair.source, handover.address)),
-            codes.read.eq(handover.repair | handover.read),
-            *(repair.active.eq(handover.repair), handover.repaired.eq(repair.repaired)),
-            repair.blocked.eq(delayed(m, history.o.valid, Calibrate.latency - FETCH, "blocked", control=True)),
-            *(repair.write.eq(calibrate.repair), repair.place.eq(calibrate.repair_place)),
-            repair.data.eq(self.tables.data),
-            *(handover.stored.eq(codes.stored), handover.waiting.eq(waiting[0])),
-            handover.silent.eq(~codes.reached.bit_select(out, 1)),
-            *(self.taring.eq(means.taring), self.busy.eq(~intake.idle | places[0] | means.settling)),
-        ]
+        blocks = {
+            "intake": self._intake,
+            "means": self._means,
+            "history": self._history,
+            "calibrate": self._calibrate,
+            "codes": self._codes,
+            "repair": self._repair,
+            "faults": self._faults,
+            "reader": self._reader,
+        }
+        for name, block in blocks.items():
+            m.submodules[name] = block
+            self._connect_settings(m, block)
+        completes, turn = self._ends(m)
+        busy = occupancy(m, PAGES, self._means.completes, self._reader.done)
+        self._receive(m, busy, turn)
+        self._calibrate_taxels(m, turn)
+        self._store_codes(m)
+        self._send(m, completes)
+        self._report(m, completes)
         return m
 
-    def _set(self, m: Module, *blocks: Any) -> None:
-        """Settings and all that has the name of a port of the unit."""
-        own, names = self.settings, set(SETTINGS.members)
-        for block in blocks:
-            m.d.comb += [getattr(block, name).eq(getattr(own, name)) for name in names & set(block.signature.members)]
+    def _connect_settings(self, m: Module, block: Any) -> None:
+        """Connect the settings to the block's ports of the same names."""
+        names = SETTINGS.members.keys() & block.signature.members.keys()
+        m.d.comb += [getattr(block, name).eq(getattr(self.settings, name)) for name in names]
 
-    def _ends(self, m: Module, intake: Intake, means: Means, calibrate: Calibrate, handover: Handover) -> Any:
-        """What happens at the end of a frame: events, facts; the ends of a frame for the core and of a tare, in time.
+    def _ends(self, m: Module) -> tuple[Value, Value]:
+        """Pulses when all faults of a frame are known: it completes one for the core; it completes a tare."""
+        part = self._means.part
+        tared = self._intake.good & part.tares & part.final
+        completes = delayed(m, self._means.completes, _COMPLETE, "completes", control=True)
+        return completes, delayed(m, tared, _COMPLETE, "turn", control=True)
 
-        Facts wait in two places, as many as there are pages of codes: the origin is known before the flags.
+    def _receive(self, m: Module, busy: Value, turn: Value) -> None:
+        """Taxels enter while there is a page for their frame; means tell which frames belong together."""
+        intake, means, reader = self._intake, self._means, self._reader
+        connect(m, flipped(self.i), intake.i)
+        m.d.comb += [
+            intake.time.eq(self.time),
+            intake.skip.eq(self.skip),
+            intake.can_begin.eq(~busy[-1] & ~means.settling),
+            intake.stall.eq(reader.repair & ~self._repair.repaired),
+            means.tare.eq(self.tare),
+            means.between.eq(intake.idle | intake.ended),
+            means.good.eq(intake.good),
+            means.written.eq(turn),
+            self.taring.eq(means.taring),
+            self.busy.eq(~intake.idle | busy[0] | means.settling),
+        ]
+
+    def _calibrate_taxels(self, m: Module, turn: Value) -> None:
+        """A taxel's sum over the frames of a mean becomes its deviation, with its gain."""
+        history, intake = self._history, self._intake
+        connect(m, flipped(self.tables), self._calibrate.software)
+        m.d.comb += [
+            history.entered.eq(intake.entered),
+            history.index.eq(intake.index),
+            history.word.eq(intake.word),
+            history.good.eq(intake.good),
+            history.part.eq(self._means.part),
+            self._calibrate.i.eq(history.o),
+            self._calibrate.turn.eq(turn),
+        ]
+
+    def _store_codes(self, m: Module) -> None:
+        """Codes of taxels are stored; those of the frame that leaves are repaired, then read."""
+        codes, repair, reader, calibrate = self._codes, self._repair, self._reader, self._calibrate
+        page_in = Signal()  # of the frame that comes
+        page_out = Signal()  # of the frame that leaves
+        m.d.sync += [
+            page_in.eq(page_in ^ self._means.completes),
+            page_out.eq(page_out ^ reader.done),
+        ]
+        m.d.comb += [
+            codes.taxel.eq(calibrate.o),
+            codes.taxel.page.eq(delayed(m, page_in, _CALIBRATED, "page")),
+            codes.term.eq(repair.term),
+            codes.page.eq(page_out),
+            codes.address.eq(Mux(reader.repair, repair.source, reader.address)),
+            codes.read.eq(reader.repair | reader.read),
+            repair.active.eq(reader.repair),
+            repair.blocked.eq(delayed(m, self._history.o.valid, Calibrate.latency - FETCH, "blocked", control=True)),
+            repair.write.eq(calibrate.repair),
+            repair.place.eq(calibrate.repair_place),
+            repair.data.eq(self.tables.data),
+            reader.silent.eq(~codes.reached.bit_select(page_out, 1)),
+        ]
+
+    def _send(self, m: Module, completes: Value) -> None:
+        """The reader sends a frame that is complete: its facts, then its codes.
+
+        As many facts wait as there are pages of codes; the origin is known before the flags.
         """
-        m.submodules.faults = faults = Faults(self._design.sensor.taxels)
-        later = History.latency + Calibrate.latency + 1  # all faults of the frame are known
-        tares = intake.good & means.part.tares
-        completes = delayed(m, means.completes, later, "completes", control=True)
-        turn = delayed(m, tares & means.part.final, later, "turn", control=True)
+        reader, intake = self._reader, self._intake
+        complete = register(m, self._means.completes, "completes", control=True)
+        origin = self._wait(m, complete, intake.origin, "origin")
+        flags = self._wait(m, completes, self._faults.flags, "flags")
+        waiting = occupancy(m, PAGES, completes, reader.done)
+        taken = reader.facts.valid & reader.facts.ready
+        connect(m, reader.o, flipped(self.facts))
+        connect(m, reader.codes, flipped(self.codes))
         m.d.comb += [
-            *(faults.taxel.eq(calibrate.o.valid), faults.index.eq(calibrate.o.index)),
-            *(faults.faults.eq(calibrate.faults), faults.simulate.eq(self.simulate)),
-            faults.end.eq(delayed(m, intake.good, later, "end", control=True)),
-            *(faults.completes.eq(completes), faults.tares.eq(delayed(m, tares, later, "tares"))),
-            faults.gap.eq(delayed(m, intake.gap, later - 1, "gap", control=True)),
-            *(self.faulty.eq(faults.faulty), self.faulty_store.eq(faults.faulty_store)),
-            self.events.accepted.eq(register(m, intake.good, "accepted", control=True)),
-            self.events.dropped.eq(intake.short | intake.long | intake.late),
-            *(self.events.short_frame.eq(intake.short), self.events.long_frame.eq(intake.long)),
-            *(self.events.input_overflow.eq(intake.late), self.events.sequence_gap.eq(intake.gap)),
-            *(self.events.saturation.eq(faults.events.saturated), self.events.stuck.eq(faults.events.stuck)),
-            self.events.out_of_range.eq(faults.events.out_of_range),
+            reader.waiting.eq(waiting[0]),
+            reader.repaired.eq(self._repair.repaired),
+            reader.stored.eq(self._codes.stored),
+            reader.facts.payload.flags.eq(flags.payload),
+            reader.facts.valid.eq(origin.valid & flags.valid),
+            origin.ready.eq(taken),
+            flags.ready.eq(taken),
         ]
-        origin = self._two(m, register(m, means.completes, "completes", control=True), intake.origin, "origin")
-        flags = self._two(m, completes, faults.flags, "flags")
-        taken = handover.facts.valid & handover.facts.ready
-        m.d.comb += [
-            *(handover.facts.payload[name].eq(origin.payload[name]) for name, _ in ORIGIN),
-            handover.facts.payload.flags.eq(flags.payload),
-            handover.facts.valid.eq(origin.valid & flags.valid),
-            *(origin.ready.eq(taken), flags.ready.eq(taken)),
-        ]
-        return completes, turn
+        m.d.comb += [reader.facts.payload[name].eq(origin.payload[name]) for name, _ in ORIGIN]
 
     @staticmethod
-    def _two(m: Module, valid: Value, payload: Any, name: str) -> Any:
-        """A stream that holds two transfers."""
+    def _wait(m: Module, valid: Value, payload: Any, name: str) -> Any:
+        """A stream that stores one transfer for each page."""
         first, second = Buffer(payload.shape()), Buffer(payload.shape())
         m.submodules[f"{name}_first"], m.submodules[f"{name}_second"] = first, second
         connect(m, first.o, second.i)
-        m.d.comb += [first.i.valid.eq(valid), first.i.payload.eq(payload)]
+        m.d.comb += [
+            first.i.valid.eq(valid),
+            first.i.payload.eq(payload),
+        ]
         return second.o
+
+    def _report(self, m: Module, completes: Value) -> None:
+        """Faults of a frame when its last taxel is calibrated; events of the intake at once."""
+        faults, intake, calibrate = self._faults, self._intake, self._calibrate
+        tares = intake.good & self._means.part.tares
+        m.d.comb += [
+            faults.taxel.eq(calibrate.o.valid),
+            faults.index.eq(calibrate.o.index),
+            faults.faults.eq(calibrate.faults),
+            faults.simulate.eq(self.simulate),
+            faults.end.eq(delayed(m, intake.good, _COMPLETE, "end", control=True)),
+            faults.gap.eq(delayed(m, intake.gap, _CALIBRATED, "gap", control=True)),
+            faults.completes.eq(completes),
+            faults.tares.eq(delayed(m, tares, _COMPLETE, "tares")),
+            self.faulty.eq(faults.faulty),
+            self.faulty_store.eq(faults.faulty_store),
+            self.events.accepted.eq(register(m, intake.good, "accepted", control=True)),
+            self.events.dropped.eq(intake.short | intake.long | intake.late),
+            self.events.short_frame.eq(intake.short),
+            self.events.long_frame.eq(intake.long),
+            self.events.input_overflow.eq(intake.late),
+            self.events.sequence_gap.eq(intake.gap),
+            self.events.saturation.eq(faults.events.saturated),
+            self.events.stuck.eq(faults.events.stuck),
+            self.events.out_of_range.eq(faults.events.out_of_range),
+        ]

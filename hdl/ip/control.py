@@ -12,14 +12,23 @@ from tfra.hdl.bus.bank import hardware
 from tfra.hdl.bus.map import BITS, RegisterMap
 from tfra.hdl.front_end.ports import EVENTS, FAULTY, SETTINGS, TABLES
 from tfra.hdl.ip.crc import Crc
+from tfra.hdl.ip.load import LOADING
 
-LOADING = wiring.Signature(
-    {
-        **{"word": Out(BITS), "written": Out(1), "checksum": Out(BITS), "crc": In(BITS)},
-        **dict.fromkeys(("ready", "taken", "match", "loaded", "done", "wrong"), In(1)),
-    }
-)
-"""The way of software to the coefficients, as it drives it: see :class:`tfra.hdl.ip.load.Load`."""
+_SETTINGS = {
+    "run": "CONTROL.run",
+    "drop_late": "CONTROL.drop_late",
+    "check_sequence": "CONTROL.check_sequence",
+    "word_bits": "FRONT_END.word_bits",
+    "is_unsigned": "FRONT_END.is_unsigned",
+    "invert": "FRONT_END.invert",
+    "log2_average": "FRONT_END.log2_average",
+    "log2_tare": "TARE.log2_frames",
+    "stuck_frames": "STUCK.frames",
+    "repair_words": "REPAIRS.words",
+    "dead_band": "THRESHOLDS.dead_band",
+    "contact": "THRESHOLDS.contact",
+}
+"""Settings of the front end, and their fields."""
 
 _EVENTS = ("short_frame", "long_frame", "input_overflow", "sequence_gap", "out_of_range", "stuck")
 """Events of the front end that are errors of the same name."""
@@ -28,108 +37,130 @@ _EVENTS = ("short_frame", "long_frame", "input_overflow", "sequence_gap", "out_o
 class Control(wiring.Component):
     """Between the ports of the registers and the blocks.
 
-    Arguments: ``registers``: the map.
-
-    Members:
-        hardware: of the registers.
-        settings, tables, loading: of software.
-        restart: out, a soft reset, and the first cycle after the reset; a register.
-        tare, simulate, taxel_forces: out, of CONTROL.
-        time: out, counts cycles.
-        events, faulty, faulty_store, taring: in, of the front end.
-        saturated: in, a result that ends reports it.
-        ended, started: in, the last word of an output frame is taken; the time of the frame's first taxel.
-        busy: in, a frame is in the blocks or the core.
+    Arguments:
+        registers: the map.
     """
 
     def __init__(self, registers: RegisterMap) -> None:
         super().__init__(
             {
-                "hardware": In(hardware(registers)),
+                "hardware": In(hardware(registers)),  # of the registers
                 "settings": Out(SETTINGS),
                 "tables": Out(TABLES),
                 "loading": Out(LOADING),
-                "restart": Out(1, init=1),
-                **dict.fromkeys(("tare", "simulate", "taxel_forces"), Out(1)),
-                "time": Out(BITS),
-                "events": In(EVENTS),
+                "restart": Out(1, init=1),  # a soft reset, and the first cycle after the reset; a register
+                "tare": Out(1),  # pulses of CONTROL
+                "simulate": Out(1),
+                "taxel_forces": Out(1),  # setting: output frames have the forces at the taxels
+                "time": Out(BITS),  # counts cycles
+                "events": In(EVENTS),  # of the front end
                 "faulty": In(FAULTY),
-                **dict.fromkeys(("faulty_store", "taring", "saturated", "ended", "busy"), In(1)),
-                "started": In(BITS),
+                "faulty_store": In(1),
+                "taring": In(1),
+                "saturated": In(1),  # pulse: a result that ends reports saturation
+                "ended": In(1),  # pulse: the last word of an output frame is taken ...
+                "started": In(BITS),  # ... whose first taxel came at this time
+                "busy": In(1),  # a frame is in the blocks or the core
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         control, status = self.hardware.CONTROL, self.hardware.STATUS
-        m.d.sync += [self.restart.eq(control.soft_reset), self.time.eq(self.time + 1)]
-        m.d.comb += [
-            *(self.tare.eq(control.tare), self.simulate.eq(control.simulate_error)),
-            *(self.taxel_forces.eq(control.taxel_forces), status.running.eq(control.run & self.loading.loaded)),
-            *(status.loaded.eq(self.loading.loaded), status.busy.eq(self.busy), status.taring.eq(self.taring)),
+        m.d.sync += [
+            self.restart.eq(control.soft_reset),
+            self.time.eq(self.time + 1),
         ]
-        self._settings(m)
+        m.d.comb += [getattr(self.settings, name).eq(self._field(path)) for name, path in _SETTINGS.items()]
+        m.d.comb += [
+            self.tare.eq(control.tare),
+            self.simulate.eq(control.simulate_error),
+            self.taxel_forces.eq(control.taxel_forces),
+            status.running.eq(control.run & self.loading.loaded),
+            status.loaded.eq(self.loading.loaded),
+            status.busy.eq(self.busy),
+            status.taring.eq(self.taring),
+        ]
         self._calibration(m)
         self._load(m)
         self._errors(m)
         self._frames(m)
         return m
 
-    def _settings(self, m: Module) -> None:
-        hw, to = self.hardware, self.settings
-        chosen = {
-            **{name: getattr(hw.CONTROL, name) for name in ("run", "drop_late", "check_sequence")},
-            **{name: getattr(hw.FRONT_END, name) for name in ("word_bits", "is_unsigned", "invert", "log2_average")},
-            **{"log2_tare": hw.TARE.log2_frames, "stuck_frames": hw.STUCK.frames, "repair_words": hw.REPAIRS.words},
-            **{name: getattr(hw.THRESHOLDS, name) for name in ("dead_band", "contact")},
-        }
-        m.d.comb += [getattr(to, name).eq(value) for name, value in chosen.items()]
+    def _field(self, path: str) -> Value:
+        """The port of ``REGISTER.field``."""
+        register, _, field = path.partition(".")
+        return getattr(getattr(self.hardware, register), field)
 
     def _calibration(self, m: Module) -> None:
+        """CALIBRATION_...: words of the tables, and their CRC."""
         m.submodules.crc = crc = Crc()
-        place, word, to = self.hardware.CALIBRATION_PLACE, self.hardware.CALIBRATION_DATA, self.tables
+        place, word, tables = self.hardware.CALIBRATION_PLACE, self.hardware.CALIBRATION_DATA, self.tables
         m.d.comb += [
-            to.place_written.eq(place.index_written | place.kind_written),
-            *(to.index.eq(place.index), to.kind.eq(place.kind), to.data.eq(word.word)),
-            to.data_written.eq(word.word_written),
-            *(crc.restart.eq(to.place_written), crc.start.eq(word.word_written), crc.word.eq(word.word)),
-            self.hardware.CALIBRATION_VALUE.word.eq(to.value),
+            tables.place_written.eq(place.index_written | place.kind_written),
+            tables.index.eq(place.index),
+            tables.kind.eq(place.kind),
+            tables.data.eq(word.word),
+            tables.data_written.eq(word.word_written),
+            crc.restart.eq(tables.place_written),
+            crc.start.eq(word.word_written),
+            crc.word.eq(word.word),
+            self.hardware.CALIBRATION_VALUE.word.eq(tables.value),
             self.hardware.CALIBRATION_CRC.crc.eq(crc.crc),
         ]
 
     def _load(self, m: Module) -> None:
-        hw, to = self.hardware, self.loading
+        """LOAD_...: coefficients of the core."""
+        registers, loading = self.hardware, self.loading
         m.d.comb += [
-            *(to.word.eq(hw.LOAD_DATA.word), to.written.eq(hw.LOAD_DATA.word_written)),
-            *(to.checksum.eq(hw.LOAD_CHECKSUM.crc), hw.LOAD_COUNT.words_up.eq(to.taken), hw.LOAD_CRC.crc.eq(to.crc)),
-            *(hw.LOAD_STATUS.ready.eq(to.ready), hw.LOAD_STATUS.match.eq(to.match)),
-            hw.INTERRUPT_STATUS.loaded_set.eq(to.done),
+            loading.word.eq(registers.LOAD_DATA.word),
+            loading.written.eq(registers.LOAD_DATA.word_written),
+            loading.checksum.eq(registers.LOAD_CHECKSUM.crc),
+            registers.LOAD_COUNT.words_up.eq(loading.taken),
+            registers.LOAD_CRC.crc.eq(loading.crc),
+            registers.LOAD_STATUS.ready.eq(loading.ready),
+            registers.LOAD_STATUS.match.eq(loading.match),
+            registers.INTERRUPT_STATUS.loaded_set.eq(loading.done),
         ]
 
     def _errors(self, m: Module) -> None:
-        found: dict[str, Value] = {name: getattr(self.events, name) for name in _EVENTS}
-        found |= {"saturation": self.events.saturation | self.saturated, "stale": self._stale(m)}
-        found |= {"load_checksum": self.loading.wrong, "simulated": self.simulate}
-        m.d.comb += [getattr(self.hardware.ERRORS, f"{name}_set").eq(value) for name, value in found.items()]
-        m.d.comb += self.hardware.INTERRUPT_STATUS.error_set.eq(Cat(found.values()).any())
+        """ERRORS, and its interrupt."""
+        errors: dict[str, Value] = {
+            **{name: getattr(self.events, name) for name in _EVENTS},
+            "saturation": self.events.saturation | self.saturated,
+            "stale": self._stale(m),
+            "load_checksum": self.loading.wrong,
+            "simulated": self.simulate,
+        }
+        m.d.comb += [getattr(self.hardware.ERRORS, f"{name}_set").eq(value) for name, value in errors.items()]
+        m.d.comb += self.hardware.INTERRUPT_STATUS.error_set.eq(Cat(errors.values()).any())
 
     def _stale(self, m: Module) -> Value:
         """FRAME_TIMEOUT has passed since the last frame, or since the report of that."""
-        hw = self.hardware
-        passed, over = Signal(BITS), Signal()
-        arrived = self.events.accepted | self.events.dropped
-        counts = hw.STATUS.running & ~arrived & ~over
-        m.d.sync += passed.eq(Mux(counts, passed + 1, 0))
-        m.d.sync += over.eq(counts & hw.FRAME_TIMEOUT.cycles.any() & (passed >= hw.FRAME_TIMEOUT.cycles))
-        return over
+        timeout = self.hardware.FRAME_TIMEOUT.cycles
+        passed = Signal(BITS)
+        stale = Signal()
+        counts = self.hardware.STATUS.running & ~(self.events.accepted | self.events.dropped) & ~stale
+        m.d.sync += [
+            passed.eq(Mux(counts, passed + 1, 0)),
+            stale.eq(counts & timeout.any() & (passed >= timeout)),
+        ]
+        return stale
 
     def _frames(self, m: Module) -> None:
-        hw, faulty = self.hardware, self.hardware.FAULTY_TAXEL
+        """FRAME...: counters and times; FAULTY_TAXEL."""
+        registers, faulty = self.hardware, self.hardware.FAULTY_TAXEL
         m.d.comb += [
-            *(hw.FRAMES_IN.count_up.eq(self.events.accepted), hw.FRAMES_DROPPED.count_up.eq(self.events.dropped)),
-            *(hw.FRAMES_OUT.count_up.eq(self.ended), hw.FRAMES_SATURATED.count_up.eq(self.saturated)),
-            hw.INTERRUPT_STATUS.frame_set.eq(self.ended),
-            *(hw.FRAME_CYCLES.cycles.eq(self.time - self.started), hw.FRAME_CYCLES.cycles_store.eq(self.ended)),
-            *(getattr(faulty, name).eq(self.faulty[name]) for name, _ in FAULTY),
-            *(getattr(faulty, f"{name}_store").eq(self.faulty_store) for name, _ in FAULTY),
+            registers.FRAMES_IN.count_up.eq(self.events.accepted),
+            registers.FRAMES_DROPPED.count_up.eq(self.events.dropped),
+            registers.FRAMES_OUT.count_up.eq(self.ended),
+            registers.FRAMES_SATURATED.count_up.eq(self.saturated),
+            registers.INTERRUPT_STATUS.frame_set.eq(self.ended),
+            registers.FRAME_CYCLES.cycles.eq(self.time - self.started),
+            registers.FRAME_CYCLES.cycles_store.eq(self.ended),
         ]
+        for name, _ in FAULTY:
+            m.d.comb += [
+                getattr(faulty, name).eq(self.faulty[name]),
+                getattr(faulty, f"{name}_store").eq(self.faulty_store),
+            ]

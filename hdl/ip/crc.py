@@ -17,16 +17,21 @@ class Crc(wiring.Component):
     """CRC-32, that of zlib, Ethernet and PNG, of words whose lowest byte comes first; a byte a cycle.
 
     Words may come every ``interval`` cycles.  ``latency`` counts cycles from a word to its CRC.
-
-    Members: ``word``, ``start``: in; ``restart``: in, forgets all words; ``crc``: of the words so far, 0 without any;
-    ``done``: out, a pulse when it covers the last word and no other has come.
     """
 
     interval = BYTES
     latency = 1 + BYTES
 
     def __init__(self) -> None:
-        super().__init__({"word": In(BITS), "start": In(1), "restart": In(1), "crc": Out(BITS), "done": Out(1)})
+        super().__init__(
+            {
+                "word": In(BITS),
+                "start": In(1),  # pulse: there is a word
+                "restart": In(1),  # pulse: forget all words
+                "crc": Out(BITS),  # of the words so far, 0 without any
+                "done": Out(1),  # pulse: it covers the last word and no other has come
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -37,7 +42,10 @@ class Crc(wiring.Component):
         with m.If(self.start):
             m.d.sync += [rest.eq(self.word), left.eq(-1)]
         m.d.comb += [
-            *(crc.data.eq(rest[:8]), crc.valid.eq(left[0]), crc.start.eq(self.restart), self.crc.eq(crc.crc)),
+            crc.data.eq(rest[:8]),
+            crc.valid.eq(left[0]),
+            crc.start.eq(self.restart),
+            self.crc.eq(crc.crc),
             self.done.eq(register(m, (left == 1) & ~self.start, "done", control=True)),
         ]
         return m

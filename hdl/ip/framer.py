@@ -11,7 +11,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.ports import FACTS
 from tfra.hdl.interface import ports
-from tfra.hdl.ip.ports import ANSWER
+from tfra.hdl.ip.ports import RESULT_BEAT
 from tfra.hdl.lib.arithmetic import during
 from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.hdl.lib.streams import PerFrameFifo
@@ -26,7 +26,7 @@ FRAMES = 8
 """Frames whose facts wait: at least as many as a core holds, or it would wait for them."""
 
 FAULTS = {"saturation": 2, "sequence_gap": 5, "simulated": 7, "out_of_range": 8, "stuck": 9}
-"""Places of the flags in the second word, which are those of ERRORS."""
+"""Bits of the flags in the second word, which are those of ERRORS."""
 
 FORMAT_PLACE = 24
 """Lowest bit of the version in the second word, to the highest one."""
@@ -48,9 +48,6 @@ class Framer(wiring.Component):
     =========  ==========================================================================================
 
     Raises ``ValueError`` for result words that don't fit.
-
-    Members: ``facts``, ``result``: streams in; ``taxel_forces``: in, a setting; ``o``: stream out, combinational from
-    ``result``; ``saturated``: out, the result that ends reports it, or its frame was; ``busy``: out, a frame is there.
     """
 
     def __init__(self, design: Design) -> None:
@@ -60,41 +57,50 @@ class Framer(wiring.Component):
         self._forces = range(0) if field is None else range(field.start, field.start + field.count)
         super().__init__(
             {
-                "facts": In(stream.Signature(FACTS)),
+                "facts": In(stream.Signature(FACTS)),  # one transfer a frame
                 "result": In(stream.Signature(ports.result(design))),
-                "taxel_forces": In(1),
-                "o": Out(stream.Signature(ANSWER)),
-                "saturated": Out(1),
-                "busy": Out(1),
+                "taxel_forces": In(1),  # setting: frames have the forces at the taxels
+                "o": Out(stream.Signature(RESULT_BEAT)),  # combinational from ``result``
+                "saturated": Out(1),  # pulse: the result that ends reports it, or its frame was
+                "busy": Out(1),  # a frame is there
             }
         )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.queue = queue = PerFrameFifo(FACTS, (), FRAMES)
-        wiring.connect(m, wiring.flipped(self.facts), queue.i)
-        facts, result, o = queue.o.p, self.result, self.o
-        kept = Signal(init=1)  # the frame has its forces
+        m.submodules.fifo = fifo = PerFrameFifo(FACTS, (), FRAMES)
+        wiring.connect(m, wiring.flipped(self.facts), fifo.i)
+        facts, result, o = fifo.o.p, self.result, self.o
+        with_forces = Signal(init=1)
+        ends = result.valid & result.ready & result.p.last
         number, _ = wrapping_counter(m, result.valid & result.ready, self._words, "number")
-        drop = ~kept & during(number, self._forces) if self._forces else Const(0)
-        m.d.comb += [self.busy.eq(queue.o.valid), o.p.started.eq(facts.started)]
+        drop = ~with_forces & during(number, self._forces) if self._forces else Const(0)
+        m.d.comb += [
+            self.busy.eq(fifo.o.valid),
+            o.p.started.eq(facts.started),
+        ]
         with m.FSM():
             with m.State("SEQUENCE"):
-                m.d.comb += [o.valid.eq(queue.o.valid), o.p.data.eq(Cat(facts.sequence, facts.user))]
+                m.d.comb += [
+                    o.valid.eq(fifo.o.valid),
+                    o.p.data.eq(Cat(facts.sequence, facts.user)),
+                ]
                 with m.If(o.valid & o.ready):
-                    m.d.sync += kept.eq(self.taxel_forces)
+                    m.d.sync += with_forces.eq(self.taxel_forces)
                     m.next = "FAULTS"
             with m.State("FAULTS"):
                 m.d.comb += [o.valid.eq(1), o.p.data.eq(FORMAT << FORMAT_PLACE)]
-                m.d.comb += [o.p.data[place].eq(facts.flags[name]) for name, place in FAULTS.items()]
+                m.d.comb += [o.p.data[bit].eq(facts.flags[name]) for name, bit in FAULTS.items()]
                 with m.If(o.ready):
                     m.next = "WORDS"
             with m.State("WORDS"):
-                ends = result.valid & result.ready & result.p.last
                 limited = result.p.data & int(Status.INPUT_SATURATED | Status.OUTPUT_SATURATED)
                 m.d.comb += [
-                    *(o.valid.eq(result.valid & ~drop), result.ready.eq(o.ready | drop)),
-                    *(o.p.data.eq(result.p.data), o.p.last.eq(result.p.last), queue.o.ready.eq(ends)),
+                    o.valid.eq(result.valid & ~drop),
+                    o.p.data.eq(result.p.data),
+                    o.p.last.eq(result.p.last),
+                    result.ready.eq(o.ready | drop),
+                    fifo.o.ready.eq(ends),
                     self.saturated.eq(ends & (facts.flags.saturation | limited.any())),
                 ]
                 with m.If(ends):

@@ -12,39 +12,51 @@ from tfra.hdl.bus.map import BITS
 from tfra.hdl.ip.crc import Crc
 from tfra.hdl.lib.pipeline import register
 
+LOADING = wiring.Signature(
+    {
+        "word": Out(BITS),  # of software
+        "written": Out(1),  # its pulse
+        "checksum": Out(BITS),  # the expected CRC
+        "ready": In(1),  # the core takes a word
+        "taken": In(1),  # pulse: a word is taken
+        "crc": In(BITS),  # of all words taken
+        "match": In(1),  # it is the expected one, a cycle later
+        "loaded": In(1),  # the core has all coefficients
+        "done": In(1),  # pulse: the last coefficient was taken ...
+        "wrong": In(1),  # ... and the CRC is not the expected one
+    }
+)
+"""The way of software to the coefficients, as it drives it."""
+
 
 class Load(wiring.Component):
-    """Passes words to the core while it takes them, and checks their CRC.
+    """Pass words to the core while it takes them, and check their CRC.
 
     No word waits: a core that loads is ready in every cycle from the reset to the last coefficient, and software can't
     write more often than the CRC takes.
 
-    Arguments: ``bits``: of a coefficient.
-
-    Members:
-        word, written: in, a word of software and its pulse.
-        checksum: in, the expected CRC.
-        o: stream out, to the core.
-        taken: out, a word is taken.
-        crc: out, of all words taken; ``match``: it is the expected one, a cycle later.
-        loaded: out, the core has all coefficients.
-        done, wrong: out, pulses: the last coefficient was taken, and the CRC is not the expected one.
+    Arguments:
+        bits: of a coefficient.
     """
 
     def __init__(self, bits: int) -> None:
-        inputs = {"word": In(BITS), "written": In(1), "checksum": In(BITS)}
-        outputs = dict.fromkeys(("taken", "match", "loaded", "done", "wrong"), Out(1))
-        super().__init__({**inputs, "o": Out(stream.Signature(signed(bits))), "crc": Out(BITS), **outputs})
+        super().__init__({"software": In(LOADING), "o": Out(stream.Signature(signed(bits)))})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.crc = crc = Crc()
+        software, o = self.software, self.o
         m.d.comb += [
-            *(self.o.payload.eq(self.word[: len(self.o.payload)]), self.o.valid.eq(self.written)),
-            *(self.taken.eq(self.written & self.o.ready), self.loaded.eq(~self.o.ready)),
-            *(crc.word.eq(self.word), crc.start.eq(self.taken), self.crc.eq(crc.crc)),
-            self.match.eq(register(m, crc.crc == self.checksum, "match")),
-            self.done.eq(register(m, crc.done & self.loaded, "done", control=True)),
-            self.wrong.eq(self.done & ~self.match),
+            o.payload.eq(software.word[: len(o.payload)]),
+            o.valid.eq(software.written),
+            software.ready.eq(o.ready),
+            software.taken.eq(software.written & o.ready),
+            software.loaded.eq(~o.ready),
+            crc.word.eq(software.word),
+            crc.start.eq(software.taken),
+            software.crc.eq(crc.crc),
+            software.match.eq(register(m, crc.crc == software.checksum, "match")),
+            software.done.eq(register(m, crc.done & software.loaded, "done", control=True)),
+            software.wrong.eq(software.done & ~software.match),
         ]
         return m

@@ -8,13 +8,13 @@ from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.ports import NUMBER
 from tfra.model.fixed.front_end import WORD
 
-OUTPUT = data.StructLayout({"data": BITS, "user": 1, "last": 1})
+OUTPUT_BEAT = data.StructLayout({"data": BITS, "user": 1, "last": 1})
 """A beat of an output frame; ``user`` in its last one: a reset cut the frame."""
 
-ANSWER = data.StructLayout({"data": BITS, "last": 1, "started": BITS})
-"""A beat of an output frame, and the time of the first taxel of the frame it answers."""
+RESULT_BEAT = data.StructLayout({"data": BITS, "last": 1, "started": BITS})
+"""A beat of an output frame, and the time of the first taxel of its input frame."""
 
 
-def beat(taxels: int) -> data.StructLayout:
+def input_beat(taxels: int) -> data.StructLayout:
     """``taxels`` of an input frame, the first one lowest; ``last`` ends the frame, ``user`` is then its number."""
     return data.StructLayout({"words": data.ArrayLayout(WORD, taxels), "user": NUMBER, "last": 1})

@@ -16,9 +16,9 @@ from tfra.hdl.interface import ports
 from tfra.hdl.ip.control import Control
 from tfra.hdl.ip.framer import Framer
 from tfra.hdl.ip.load import Load
-from tfra.hdl.ip.ports import OUTPUT, beat
-from tfra.hdl.ip.tail import Tail
-from tfra.hdl.ip.unpack import Unpack
+from tfra.hdl.ip.output_stage import OutputStage
+from tfra.hdl.ip.ports import OUTPUT_BEAT, input_beat
+from tfra.hdl.ip.width_converter import WidthConverter
 from tfra.model.fixed.design import Design
 
 
@@ -27,39 +27,35 @@ class Wrapper(wiring.Component):
 
     ::
 
-        frames ─▶ unpack ─▶ front end ─▶ taxel ─▶ (core) ─▶ result ─▶ framer ─▶ tail ─▶ results
-                              └───────── facts of the frame ──────────▲
+        frames ─▶ width converter ─▶ front end ─▶ taxel ─▶ (core) ─▶ result ─▶ framer ─▶ output stage ─▶ results
+                                        └───────── facts of the frame ───────────▲
         axi ─▶ registers ─▶ control ─▶ settings, tables, load
 
     Raises ``ValueError`` for converters and result words that don't fit.
 
-    Arguments: ``design``; ``registers``: its map; ``loaded``: whether the core's coefficients are loaded.
-
-    Members:
-        axi: AXI4-Lite of the registers.
-        frames: stream in, beats of taxels.
-        results: stream out, output frames.
-        interrupt: out, a level.
-        core_reset: out, resets the core; a register.
-        taxel, result, load: streams of the core, ``load`` only of one that is loaded.
+    Arguments:
+        design: the core's.
+        registers: the register map.
+        loaded: whether the core's coefficients are loaded.
     """
 
     def __init__(self, design: Design, registers: RegisterMap, *, loaded: bool) -> None:
-        self._map, self._loaded = registers, loaded
+        per_beat, coefficient = design.bus.taxels_per_beat, signed(design.coefficient_word)
         self._taxels = design.sensor.taxels
-        self._unpack = Unpack(self._taxels, design.bus.taxels_per_beat)
-        self._front_end, self._framer = FrontEnd(design), Framer(design)
-        self._coefficient = design.coefficient_word
+        self._registers, self._control = Registers(registers), Control(registers)
+        self._converter = WidthConverter(self._taxels, per_beat)
+        self._front_end, self._framer, self._output = FrontEnd(design), Framer(design), OutputStage()
+        self._load = Load(design.coefficient_word) if loaded else None
         super().__init__(
             {
-                "axi": In(bus(registers.address_bits)),
-                "frames": In(stream.Signature(beat(design.bus.taxels_per_beat))),
-                "results": Out(stream.Signature(OUTPUT)),
-                "interrupt": Out(1),
-                "core_reset": Out(1),
-                "taxel": Out(stream.Signature(ports.taxel(design))),
-                "result": In(stream.Signature(ports.result(design))),
-                **({"load": Out(stream.Signature(signed(design.coefficient_word)))} if loaded else {}),
+                "axi": In(bus(registers.address_bits)),  # AXI4-Lite of the registers
+                "frames": In(stream.Signature(input_beat(per_beat))),
+                "results": Out(stream.Signature(OUTPUT_BEAT)),
+                "interrupt": Out(1),  # a level
+                "core_reset": Out(1),  # a register
+                "taxel": Out(stream.Signature(ports.taxel(design))),  # to the core
+                "result": In(stream.Signature(ports.result(design))),  # of the core
+                **({"load": Out(stream.Signature(coefficient))} if loaded else {}),  # to a core that is loaded
             }
         )
 
@@ -69,52 +65,67 @@ class Wrapper(wiring.Component):
 
         The whole frame passes to the core after its last taxel.
         """
-        return self._unpack.latency + self._front_end.latency + self._taxels - 1 + Tail.latency
+        return self._converter.latency + self._front_end.latency + self._taxels - 1 + OutputStage.latency
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.registers = registers = Registers(self._map)
-        m.submodules.control = control = Control(self._map)
-        m.submodules.unpack = unpack = self._unpack
-        m.submodules.front_end = ResetInserter(control.restart)(self._front_end)
-        m.submodules.framer = ResetInserter(control.restart)(self._framer)
-        m.submodules.tail = tail = Tail()
-        front_end, framer = self._front_end, self._framer
-        connect(m, flipped(self.axi), registers.bus)
-        connect(m, registers.hardware, control.hardware)
-        connect(m, flipped(self.frames), unpack.i)
-        connect(m, unpack.o, front_end.i)
-        connect(m, front_end.codes, flipped(self.taxel))
-        connect(m, front_end.facts, framer.facts)
-        connect(m, flipped(self.result), framer.result)
-        connect(m, framer.o, tail.i)
-        connect(m, tail.o, flipped(self.results))
-        for name in ("settings", "tables", "events"):
-            connect(m, getattr(control, name), getattr(front_end, name))
+        restart = self._control.restart
+        m.submodules.registers = self._registers
+        m.submodules.control = self._control
+        m.submodules.converter = self._converter
+        m.submodules.front_end = ResetInserter(restart)(self._front_end)
+        m.submodules.framer = ResetInserter(restart)(self._framer)
+        m.submodules.output = self._output
+        self._connect_frames(m)
+        self._connect_registers(m)
+        self._connect_load(m)
         m.d.comb += [
-            *(self.interrupt.eq(registers.interrupt), self.core_reset.eq(control.restart)),
-            *(unpack.restart.eq(control.restart), tail.restart.eq(control.restart), front_end.skip.eq(unpack.cut)),
-            *(getattr(front_end, name).eq(getattr(control, name)) for name in ("tare", "simulate", "time")),
-            *(getattr(control, name).eq(getattr(front_end, name)) for name in ("faulty", "faulty_store", "taring")),
-            *(framer.taxel_forces.eq(control.taxel_forces), control.saturated.eq(framer.saturated)),
-            *(control.ended.eq(tail.ended), control.started.eq(tail.started)),
-            control.busy.eq(front_end.busy | framer.busy | tail.busy),
+            self.core_reset.eq(restart),
+            self._converter.restart.eq(restart),
+            self._output.restart.eq(restart),
+            self._front_end.skip.eq(self._converter.cut),
         ]
-        self._load(m, control)
         return m
 
-    def _load(self, m: Module, control: Control) -> None:
-        """The words of software to the core, or the state of a core that needs none."""
-        to = control.loading
-        if not self._loaded:
-            m.d.comb += [to.loaded.eq(1), to.match.eq(~to.checksum.any())]
-            return
-        load = Load(self._coefficient)
-        m.submodules.load = ResetInserter(control.restart)(load)
-        connect(m, load.o, flipped(self.load))
+    def _connect_frames(self, m: Module) -> None:
+        """The way of a frame to the core and back."""
+        connect(m, flipped(self.frames), self._converter.i)
+        connect(m, self._converter.o, self._front_end.i)
+        connect(m, self._front_end.codes, flipped(self.taxel))
+        connect(m, self._front_end.facts, self._framer.facts)
+        connect(m, flipped(self.result), self._framer.result)
+        connect(m, self._framer.o, self._output.i)
+        connect(m, self._output.o, flipped(self.results))
+
+    def _connect_registers(self, m: Module) -> None:
+        """Commands and settings to the blocks, their events and states back."""
+        control, front_end = self._control, self._front_end
+        connect(m, flipped(self.axi), self._registers.bus)
+        connect(m, self._registers.hardware, control.hardware)
+        connect(m, control.settings, front_end.settings)
+        connect(m, control.tables, front_end.tables)
+        connect(m, control.events, front_end.events)
         m.d.comb += [
-            to.ready.eq(load.o.ready),
-            *(getattr(load, name).eq(getattr(to, name)) for name in ("word", "written", "checksum")),
-            *(getattr(to, name).eq(getattr(load, name)) for name in ("taken", "crc", "match", "loaded", "done")),
-            to.wrong.eq(load.wrong),
+            self.interrupt.eq(self._registers.interrupt),
+            front_end.tare.eq(control.tare),
+            front_end.simulate.eq(control.simulate),
+            front_end.time.eq(control.time),
+            self._framer.taxel_forces.eq(control.taxel_forces),
+            control.faulty.eq(front_end.faulty),
+            control.faulty_store.eq(front_end.faulty_store),
+            control.taring.eq(front_end.taring),
+            control.saturated.eq(self._framer.saturated),
+            control.ended.eq(self._output.ended),
+            control.started.eq(self._output.started),
+            control.busy.eq(front_end.busy | self._framer.busy | self._output.busy),
         ]
+
+    def _connect_load(self, m: Module) -> None:
+        """The words of software to the core, or the state of a core that needs none."""
+        loading = self._control.loading
+        if self._load is None:
+            m.d.comb += [loading.loaded.eq(1), loading.match.eq(~loading.checksum.any())]
+            return
+        m.submodules.load = ResetInserter(self._control.restart)(self._load)
+        connect(m, loading, self._load.software)
+        connect(m, self._load.o, flipped(self.load))

@@ -36,40 +36,45 @@ class Incoming(wiring.Component):
 
     A frame is stored until its end has come.  One that is too short or too long, that has lost a byte, or that ends
     while the one before still waits for the core is dropped whole.
-
-    Members:
-        i: bytes of frames, in; they are apart by at least two cycles.
-        end, fault: pulses: the frame has ended; a byte of it was lost.
-        taxel: codes of complete frames, out.
-        load: coefficients, out, while its ``ready`` is high; the core is then ready in every cycle.
-        dropped: pulse: a frame that was not empty was dropped.
     """
 
     def __init__(self, design: Design) -> None:
         self._taxels = design.sensor.taxels
         self._bytes = coefficient_bytes(design)
-        members = {"i": In(always_ready_stream(BYTE)), "end": In(1), "fault": In(1), "dropped": Out(1)}
-        load = stream.Signature(signed(design.coefficient_word))
-        super().__init__({**members, "taxel": Out(stream.Signature(ports.taxel(design))), "load": Out(load)})
+        super().__init__(
+            {
+                "i": In(always_ready_stream(BYTE)),  # bytes of frames, at least two cycles apart
+                "end": In(1),  # pulse: the frame has ended
+                "fault": In(1),  # pulse: a byte of it was lost
+                "dropped": Out(1),  # pulse: a frame that was not empty was dropped
+                "taxel": Out(stream.Signature(ports.taxel(design))),  # codes of complete frames
+                # Coefficients, while its ``ready`` is high; the core is then ready in every cycle.
+                "load": Out(stream.Signature(signed(design.coefficient_word))),
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        place_bits = (self._taxels - 1).bit_length()
-        code = self.taxel.payload
-        m.submodules.frames = frames = Memory(shape=unsigned(len(code)), depth=2 << place_bits, init=[])
+        index_bits = (self._taxels - 1).bit_length()
+        m.submodules.frames = frames = Memory(shape=unsigned(len(self.taxel.p)), depth=2 << index_bits, init=[])
         write, read = frames.write_port(), frames.read_port()
         before = Signal(BYTE * max(CODE_BYTES - 1, self._bytes - 1), reset_less=True)
-        index, number = Signal(range(max(CODE_BYTES, self._bytes))), Signal(range(self._taxels + 1))
-        loading, complete, bad, bank, waiting = (
-            Signal(name=name) for name in ("loading", "complete", "bad", "bank", "waiting")
-        )
+        index = Signal(range(max(CODE_BYTES, self._bytes)))  # of the byte in its code or coefficient
+        number = Signal(range(self._taxels + 1))  # of the code in its frame
+        loading = Signal()
+        complete = Signal()
+        bad = Signal()
+        page = Signal()
+        waiting = Signal()
         word = Cat(before, self.i.payload)
         m.d.comb += [
             loading.eq(self.load.ready),
             complete.eq(self.i.valid & (index == Mux(loading, self._bytes - 1, CODE_BYTES - 1))),
-            *(self.load.valid.eq(loading & complete), self.load.payload.eq(word[-BYTE * self._bytes :])),
-            write.addr.eq(Cat(number[:place_bits], bank)),
-            *(write.data.eq(word[-BYTE * CODE_BYTES :]), write.en.eq(~loading & complete)),
+            self.load.valid.eq(loading & complete),
+            self.load.payload.eq(word[-BYTE * self._bytes :]),
+            write.addr.eq(Cat(number[:index_bits], page)),
+            write.data.eq(word[-BYTE * CODE_BYTES :]),
+            write.en.eq(~loading & complete),
         ]
         with m.If(self.i.valid):
             m.d.sync += [before.eq(word[BYTE:]), index.eq(Mux(complete, 0, index + 1))]
@@ -79,68 +84,86 @@ class Incoming(wiring.Component):
             m.d.sync += bad.eq(1)
         good = ~bad & (index == 0) & (number == self._taxels) & ~waiting
         empty = ~bad & (index == 0) & (number == 0)
-        self._hand_over(m, read, bank, waiting)
+        self._send(m, read, page, waiting)
         with m.If(self.end):
             m.d.comb += self.dropped.eq(~good & ~empty)
             m.d.sync += [index.eq(0), number.eq(0), bad.eq(0)]
             with m.If(good):
-                m.d.sync += [bank.eq(~bank), waiting.eq(1)]
+                m.d.sync += [page.eq(~page), waiting.eq(1)]
         return m
 
-    def _hand_over(self, m: Module, read: Any, bank: Signal, waiting: Signal) -> None:
-        """Pass the frame of the other bank to the core while it is ``waiting``, a code every second cycle."""
-        place, found = Signal(range(self._taxels)), Signal()
+    def _send(self, m: Module, read: Any, page: Signal, waiting: Signal) -> None:
+        """Pass the frame of the other page to the core while it is ``waiting``, a code every second cycle."""
+        index = Signal(range(self._taxels))
+        valid = Signal()
         m.d.comb += [
-            read.addr.eq(Cat(place, ~bank)),
-            *(self.taxel.payload.eq(read.data), self.taxel.valid.eq(found)),
+            read.addr.eq(Cat(index, ~page)),
+            self.taxel.payload.eq(read.data),
+            self.taxel.valid.eq(valid),
         ]
-        with m.If(~found):
-            m.d.sync += found.eq(waiting)
+        with m.If(~valid):
+            m.d.sync += valid.eq(waiting)
         with m.Elif(self.taxel.ready):
-            m.d.sync += [found.eq(0), place.eq(place + 1)]
-            with m.If(place == self._taxels - 1):
-                m.d.sync += [place.eq(0), waiting.eq(0)]
+            m.d.sync += [valid.eq(0), index.eq(index + 1)]
+            with m.If(index == self._taxels - 1):
+                m.d.sync += [index.eq(0), waiting.eq(0)]
 
 
 class Outgoing(wiring.Component):
-    """Cut result words into bytes.  Members: ``i``: the core's words, in; ``o``: bytes of frames, out."""
+    """Cut result words into bytes."""
 
     latency = 0
 
     def __init__(self, design: Design) -> None:
-        super().__init__({"i": In(stream.Signature(ports.result(design))), "o": Out(stream.Signature(FRAMED))})
+        super().__init__(
+            {
+                "i": In(stream.Signature(ports.result(design))),  # the core's words
+                "o": Out(stream.Signature(FRAMED)),  # bytes of frames
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        word, place, last = Signal(signed(BYTE * WORD_BYTES)), Signal(range(WORD_BYTES)), Signal()
+        word = Signal(signed(BYTE * WORD_BYTES))
+        index = Signal(range(WORD_BYTES))
+        last = Signal()
         m.d.comb += [
-            *(word.eq(self.i.payload.data), last.eq(place == WORD_BYTES - 1)),
-            self.o.payload.byte.eq(word.word_select(place, BYTE)),
+            word.eq(self.i.payload.data),
+            last.eq(index == WORD_BYTES - 1),
+            self.o.payload.byte.eq(word.word_select(index, BYTE)),
             self.o.payload.last.eq(last & self.i.payload.last),
-            *(self.o.valid.eq(self.i.valid), self.i.ready.eq(self.o.ready & last)),
+            self.o.valid.eq(self.i.valid),
+            self.i.ready.eq(self.o.ready & last),
         ]
         with m.If(self.o.valid & self.o.ready):
-            m.d.sync += place.eq(place + 1)
+            m.d.sync += index.eq(index + 1)
         return m
 
 
 class Bridge(wiring.Component):
-    """Both directions of the line, between UART and core.
-
-    Members: ``i``: bytes of the line, in, without backpressure; ``fault``: pulse: one was lost; ``o``: bytes of the
-    line, out; ``load``, ``taxel``, ``dropped`` as in :class:`Incoming`; ``result``: the core's words.
-    """
+    """Both directions of the line, between UART and core."""
 
     def __init__(self, design: Design) -> None:
         self._in, self._out = Incoming(design), Outgoing(design)
-        inside = self._in.signature.members
-        kept = {name: inside[name] for name in ("load", "taxel", "dropped", "fault", "i")}
-        super().__init__({**kept, "result": self._out.signature.members["i"], "o": Out(stream.Signature(BYTE))})
+        incoming, outgoing = self._in.signature.members, self._out.signature.members
+        super().__init__(
+            {
+                "i": incoming["i"],  # bytes of the line
+                "fault": incoming["fault"],  # pulse: one of them was lost
+                "load": incoming["load"],
+                "taxel": incoming["taxel"],
+                "dropped": incoming["dropped"],
+                "result": outgoing["i"],  # the core's words
+                "o": Out(stream.Signature(BYTE)),  # bytes of the line
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.incoming, m.submodules.outgoing = incoming, outgoing = self._in, self._out
-        m.submodules.decoder, m.submodules.encoder = decoder, encoder = Decoder(), Encoder()
+        m.submodules.incoming = incoming = self._in
+        m.submodules.outgoing = outgoing = self._out
+        m.submodules.decoder = decoder = Decoder()
+        m.submodules.encoder = encoder = Encoder()
         connect(m, flipped(self.i), decoder.i)
         connect(m, decoder.o, incoming.i)
         connect(m, incoming.load, flipped(self.load))

@@ -15,18 +15,18 @@ BYTE = 8
 
 
 class Rx(wiring.Component):
-    """Receive bytes of ``divisor`` clock cycles a bit; a bit is sampled in its middle.
-
-    Members:
-        line: the pin, asynchronous, high at rest.
-        o: stream of bytes, out, without backpressure; ``valid`` is high for one cycle.
-        fault: pulse: the stop bit was low, and the byte is lost.
-        broken: a break: the stop bit after eight zeros was low; high until the line is high again.
-    """
+    """Receive bytes of ``divisor`` clock cycles a bit; a bit is sampled in its middle."""
 
     def __init__(self, divisor: int) -> None:
         self._divisor = divisor
-        super().__init__({"line": In(1), "o": Out(always_ready_stream(BYTE)), "fault": Out(1), "broken": Out(1)})
+        super().__init__(
+            {
+                "line": In(1),  # the pin, asynchronous, high at rest
+                "o": Out(always_ready_stream(BYTE)),  # ``valid`` is high for one cycle
+                "fault": Out(1),  # pulse: the stop bit was low, and the byte is lost
+                "broken": Out(1),  # a break: the stop bit after eight zeros was low; until the line is high again
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -53,7 +53,11 @@ class Rx(wiring.Component):
                 with m.If(~whole):
                     m.d.sync += bits.eq(Cat(bits[1:], line))
                 with m.Else():
-                    m.d.sync += [self.o.valid.eq(line), self.fault.eq(~line), self.broken.eq(~line & ~bits[1:].any())]
+                    m.d.sync += [
+                        self.o.valid.eq(line),
+                        self.fault.eq(~line),
+                        self.broken.eq(~line & ~bits[1:].any()),
+                    ]
                     m.next = "IDLE"
                     with m.If(~line):
                         m.next = "LOW"

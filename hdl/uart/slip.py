@@ -19,17 +19,19 @@ FRAMED = data.StructLayout({"byte": BYTE, "last": 1})
 
 
 class Decoder(wiring.Component):
-    """Take the escapes out of a line's bytes.
-
-    Members: ``i``: bytes of the line, in; ``o``: bytes of a frame, out, in the same cycle; ``end``: pulse: the frame
-    has ended; ``fault``: pulse: an escape that stands for nothing, which no frame has.
-    """
+    """Take the escapes out of a line's bytes."""
 
     latency = 0
 
     def __init__(self) -> None:
-        byte = always_ready_stream(BYTE)
-        super().__init__({"i": In(byte), "o": Out(byte), "end": Out(1), "fault": Out(1)})
+        super().__init__(
+            {
+                "i": In(always_ready_stream(BYTE)),  # bytes of the line
+                "o": Out(always_ready_stream(BYTE)),  # bytes of a frame, in the same cycle
+                "end": Out(1),  # pulse: the frame has ended
+                "fault": Out(1),  # pulse: an escape that stands for nothing, which no frame has
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -42,8 +44,12 @@ class Decoder(wiring.Component):
                     m.next = "ESCAPED"
             with m.State("ESCAPED"), m.If(self.i.valid):
                 known = (word == ESC_END) | (word == ESC_ESC)
-                m.d.comb += [self.o.payload.eq(Mux(word[0], ESC, END)), self.o.valid.eq(known), self.fault.eq(~known)]
-                m.d.comb += self.end.eq(word == END)  # it is also an end
+                m.d.comb += [
+                    self.o.payload.eq(Mux(word[0], ESC, END)),
+                    self.o.valid.eq(known),
+                    self.fault.eq(~known),
+                    self.end.eq(word == END),  # it is also an end
+                ]
                 m.next = "PLAIN"
         return m
 
@@ -52,14 +58,17 @@ class Encoder(wiring.Component):
     """Put frames on a line: END, the bytes with escapes, END.
 
     The END before a frame separates it from what was on the line before; receivers ignore empty frames.
-
-    Members: ``i``: bytes of frames, in; ``o``: bytes of the line, out, in the same cycle.
     """
 
     latency = 0
 
     def __init__(self) -> None:
-        super().__init__({"i": In(stream.Signature(FRAMED)), "o": Out(stream.Signature(BYTE))})
+        super().__init__(
+            {
+                "i": In(stream.Signature(FRAMED)),  # bytes of frames
+                "o": Out(stream.Signature(BYTE)),  # bytes of the line, in the same cycle
+            }
+        )
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -12,14 +12,16 @@ from tfra.hdl.uart.rx import BYTE
 
 
 class Tx(wiring.Component):
-    """Send bytes, ``divisor`` clock cycles a bit; a byte takes ``interval`` cycles.
-
-    Members: ``i``: stream of bytes, in; ``line``: the pin, from a register, high at rest.
-    """
+    """Send bytes, ``divisor`` clock cycles a bit; a byte takes ``interval`` cycles."""
 
     def __init__(self, divisor: int) -> None:
         self._divisor = divisor
-        super().__init__({"i": In(stream.Signature(BYTE)), "line": Out(1)})
+        super().__init__(
+            {
+                "i": In(stream.Signature(BYTE)),
+                "line": Out(1),  # the pin, from a register, high at rest
+            }
+        )
 
     @property
     def interval(self) -> int:
@@ -37,9 +39,18 @@ class Tx(wiring.Component):
         m.d.comb += [self.i.ready.eq(~busy), self.line.eq(~low), low.eq(bits[0])]
         m.d.sync += left.eq(left - 1)
         with m.If(~busy):
-            m.d.sync += [left.eq(self._divisor - 1), count.eq(BYTE + 1), busy.eq(self.i.valid)]
+            m.d.sync += [
+                left.eq(self._divisor - 1),
+                count.eq(BYTE + 1),
+                busy.eq(self.i.valid),
+            ]
             with m.If(self.i.valid):
                 m.d.sync += bits.eq(Cat(Const(1, 1), ~self.i.payload))
         with m.Elif(left == 0):
-            m.d.sync += [left.eq(self._divisor - 1), bits.eq(bits >> 1), count.eq(count - 1), busy.eq(count != 0)]
+            m.d.sync += [
+                left.eq(self._divisor - 1),
+                bits.eq(bits >> 1),
+                count.eq(count - 1),
+                busy.eq(count != 0),
+            ]
         return m

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.hdl.bus.manager import simulated
 from tfra.hdl.ip.crc import Crc
-from tfra.hdl.ip.tail import Tail
+from tfra.hdl.ip.output_stage import OutputStage
 
 
 @settings(max_examples=15, deadline=None)
@@ -44,9 +44,9 @@ def test_crc(words: list[int], rest: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_tail_ends_every_frame_that_a_reset_cuts(seed: int) -> None:
+def test_output_stage_ends_every_frame_that_a_reset_cuts(seed: int) -> None:
     """What leaves: complete frames, or beginnings of frames and a beat that says so; nothing offered is withdrawn."""
-    rng, tail = random.Random(seed), Tail()
+    rng, stage = random.Random(seed), OutputStage()
     sent: list[list[int]] = []
     back: list[tuple[list[int], int]] = []
     ended: list[int] = []
@@ -55,17 +55,17 @@ def test_tail_ends_every_frame_that_a_reset_cuts(seed: int) -> None:
         for number in range(60):
             sent.append([number << 8 | word for word in range(rng.randint(3, 6))])
             for word in sent[-1]:
-                ctx.set(tail.i.valid, 1)
+                ctx.set(stage.i.valid, 1)
                 last = word == sent[-1][-1]
-                ctx.set(tail.i.payload, {"data": word, "last": last, "started": number})
+                ctx.set(stage.i.payload, {"data": word, "last": last, "started": number})
                 while True:
                     restart = rng.random() < 0.05
-                    ctx.set(tail.restart, restart)
-                    _, _, ready = await ctx.tick().sample(tail.i.ready)
-                    ctx.set(tail.restart, 0)
+                    ctx.set(stage.restart, restart)
+                    _, _, ready = await ctx.tick().sample(stage.i.ready)
+                    ctx.set(stage.restart, 0)
                     if ready or restart:
                         break
-                ctx.set(tail.i.valid, 0)
+                ctx.set(stage.i.valid, 0)
                 if restart:
                     break
         await ctx.tick().repeat(50)
@@ -75,9 +75,9 @@ def test_tail_ends_every_frame_that_a_reset_cuts(seed: int) -> None:
         offered = None
         while True:
             ready = rng.random() < 0.5
-            ctx.set(tail.o.ready, ready)
+            ctx.set(stage.o.ready, ready)
             _, _, valid, p, end, started = await ctx.tick().sample(
-                tail.o.valid, tail.o.payload, tail.ended, tail.started
+                stage.o.valid, stage.o.payload, stage.ended, stage.started
             )
             assert offered in (None, (valid, p.data, p.user, p.last)), "withdrawn or changed"
             offered = (valid, p.data, p.user, p.last) if valid and not ready else None
@@ -88,7 +88,7 @@ def test_tail_ends_every_frame_that_a_reset_cuts(seed: int) -> None:
                     back.append((words, p.user))
                     words = []
 
-    simulated(tail, source, background=[sink])
+    simulated(stage, source, background=[sink])
     complete = [words for words, cut in back if not cut]
     assert all(words in sent for words in complete)
     assert ended == [words[0] >> 8 for words in complete]

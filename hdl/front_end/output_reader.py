@@ -1,0 +1,90 @@
+"""A frame on its way to the core: its repairs, then its facts, then its codes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Module, Mux, Signal
+from amaranth.lib import data, stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.front_end.codes import stored_code
+from tfra.hdl.front_end.ports import FACTS
+from tfra.hdl.lib.arithmetic import counter_shape
+from tfra.hdl.lib.pipeline import wrapping_counter
+from tfra.hdl.lib.streams import SkidBuffer
+from tfra.model.fixed.design import Design
+
+
+class OutputReader(wiring.Component):
+    """Read the codes of one frame after the other from memory, while a frame is ``waiting``.
+
+    ========  =======================================  ===================================
+    state     what it does                             ends with
+    ========  =======================================  ===================================
+    REPAIR    lets the frame be repaired               ``waiting`` and ``repaired``
+    FACTS     sends the facts                          their transfer
+    READ      reads a code a cycle                     the address of the last code
+    SEND      waits for the skid buffer                the transfer of the last code
+    ========  =======================================  ===================================
+    """
+
+    latency = 4
+    """Cycles from the first one in which a frame is ``waiting`` to the transfer of its first code, without repairs."""
+
+    def __init__(self, design: Design) -> None:
+        taxels, code = design.sensor.taxels, stored_code(design.adc.bits)
+        self._taxels = taxels
+        super().__init__(
+            {
+                "waiting": In(1),  # a complete frame is there, and its codes are written
+                "repair": Out(1),  # the frame is being repaired ...
+                "repaired": In(1),  # ... until it is
+                "facts": In(stream.Signature(FACTS)),  # of the frame, when valid
+                "o": Out(stream.Signature(FACTS)),  # the facts, taken before the first code
+                "address": Out(counter_shape(taxels - 1)),  # of a code
+                "read": Out(1),
+                "stored": In(code),  # the code, a cycle after ``read``
+                "silent": In(1),  # no code of the frame reaches the threshold of a contact
+                "codes": Out(stream.Signature(code.members["code"])),  # registered
+                "done": Out(1),  # the frame's last code is taken
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.skid = skid = SkidBuffer(data.StructLayout({"code": self.codes.payload.shape(), "end": 1}))
+        advance = skid.i.ready
+        reading = Signal()
+        address, last = wrapping_counter(m, reading & advance, self._taxels, "address")
+        with m.If(advance):
+            m.d.sync += [
+                skid.i.valid.eq(reading),
+                skid.i.payload.end.eq(last),
+            ]
+        m.d.comb += [
+            self.address.eq(address),
+            self.read.eq(advance),
+            self.o.payload.eq(self.facts.payload),
+            skid.i.payload.code.eq(Mux(self.silent | self.stored.small, 0, self.stored.code)),
+            self.codes.valid.eq(skid.o.valid),
+            self.codes.payload.eq(skid.o.payload.code),
+            skid.o.ready.eq(self.codes.ready),
+            self.done.eq(skid.o.payload.end & self.codes.valid & self.codes.ready),
+        ]
+        with m.FSM():
+            with m.State("REPAIR"):
+                m.d.comb += self.repair.eq(self.waiting)
+                with m.If(self.waiting & self.repaired):
+                    m.next = "FACTS"
+            with m.State("FACTS"):
+                m.d.comb += [self.o.valid.eq(self.facts.valid), self.facts.ready.eq(self.o.ready)]
+                with m.If(self.o.valid & self.o.ready):
+                    m.next = "READ"
+            with m.State("READ"):
+                m.d.comb += reading.eq(1)
+                with m.If(last & advance):
+                    m.next = "SEND"
+            with m.State("SEND"), m.If(self.done):
+                m.next = "REPAIR"
+        return m

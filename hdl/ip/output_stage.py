@@ -1,0 +1,68 @@
+"""The last stage of the output frames."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from amaranth import Module, Mux, Signal
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
+
+from tfra.hdl.bus.map import BITS
+from tfra.hdl.ip.ports import OUTPUT_BEAT, RESULT_BEAT
+from tfra.hdl.lib.streams import SkidBuffer
+
+
+class OutputStage(wiring.Component):
+    """Words on their way out; after a reset of the stages before it, it ends the frame that was cut.
+
+    A soft reset leaves this stage alone, since a word that is offered has to stay until it is taken.
+
+    =======  =======  ======================================================================
+    opened   abort    words that enter the skid buffer
+    =======  =======  ======================================================================
+    0        0        the first one of a frame from ``i``
+    1        0        the others; a ``restart`` leads to ``abort``
+    1        1        a last word with ``user`` high, instead of those from ``i``
+    =======  =======  ======================================================================
+
+    ``latency``: one cycle.  A frame has three words or more, so that its time is read before the next one ends.
+    """
+
+    latency = SkidBuffer.latency
+
+    def __init__(self) -> None:
+        super().__init__(
+            {
+                "i": In(stream.Signature(RESULT_BEAT)),
+                "o": Out(stream.Signature(OUTPUT_BEAT)),  # registered
+                "restart": In(1),  # the stages before are reset
+                "ended": Out(1),  # the last word of a complete frame is taken ...
+                "started": Out(BITS),  # ... whose first taxel came at this time
+                "busy": Out(1),  # a word waits
+            }
+        )
+
+    def elaborate(self, platform: Any) -> Module:
+        m = Module()
+        m.submodules.skid = skid = SkidBuffer(OUTPUT_BEAT)
+        wiring.connect(m, skid.o, wiring.flipped(self.o))
+        opened = Signal()  # words of a frame have entered, but not its last
+        abort = Signal()
+        started = Signal(BITS, reset_less=True)
+        m.d.comb += [
+            skid.i.valid.eq(abort | (self.i.valid & ~self.restart)),
+            skid.i.p.data.eq(self.i.p.data),
+            skid.i.p.user.eq(abort),
+            skid.i.p.last.eq(abort | self.i.p.last),
+            self.i.ready.eq(skid.i.ready & ~abort & ~self.restart),
+            self.ended.eq(self.o.valid & self.o.ready & self.o.p.last & ~self.o.p.user),
+            self.started.eq(started),
+            self.busy.eq(self.o.valid),
+        ]
+        m.d.sync += abort.eq(Mux(abort, ~skid.i.ready, self.restart & opened))
+        with m.If(skid.i.valid & skid.i.ready):
+            m.d.sync += opened.eq(~skid.i.p.last)
+            with m.If(skid.i.p.last & ~abort):
+                m.d.sync += started.eq(self.i.p.started)
+        return m
