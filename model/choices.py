@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter
 from tfra.runtime.errors import quoted
@@ -114,7 +115,8 @@ class Formats:
     ``coefficient`` x ``operand`` is the multiplier of a lane, and the length of every other signal follows one of the
     two. ``vector_fraction`` are the bits that vectors keep below one converter code of the normalised frame;
     ``force_fraction`` those of the forces below one code times the taxel's area.  ``signals`` gives signals of an
-    estimator a word length of their own, sorted by their names.
+    estimator a word length of their own, sorted by their names.  ``rounding`` is that of the results of products, the
+    only one that leaves the hardware a choice.
     """
 
     name: str
@@ -123,6 +125,7 @@ class Formats:
     vector_fraction: int
     force_fraction: int
     signals: tuple[tuple[str, int], ...] = ()
+    rounding: Rounding = Rounding.HALF_UP
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "signals", tuple(sorted(self.signals)))
@@ -235,6 +238,8 @@ class Choices:
             own = "".join(name for name, _ in self.formats.signals[:1])
             reason = "a serial core has one multiplier and one memory for all signals: kind = parallel is needed"
             _require(not own, f"formats.signals.{own}", reason)
+            half_up = self.formats.rounding is Rounding.HALF_UP
+            _require(half_up, "formats.rounding", "the adder of a serial core rounds half up")
             for key in ("mac_lanes", "vector_words"):
                 given = getattr(self.architecture, key)
                 _require(given == 0, f"architecture.{key}", f"the serial core leaves nothing to choose, got {given}")

@@ -12,7 +12,7 @@ from tfra.hdl.front_end.codes import product_slot
 from tfra.hdl.front_end.history import FAULTS, summed
 from tfra.hdl.front_end.ports import TABLES
 from tfra.hdl.front_end.tables import Tables
-from tfra.hdl.lib.arithmetic import counter_shape, round_half, saturate, shift_right
+from tfra.hdl.lib.arithmetic import counter_shape, round_off, saturate, shift_right
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.model.fixed.front_end import DEVIATION, repair_places
 
@@ -59,7 +59,7 @@ class Calibrate(wiring.Component):
         log2 = Mux(i.part.tares, self.log2_tare, self.log2_average)
         doubled = Cat(Const(0, 1), i.sum).as_signed()  # the unit of a deviation is half of that of a word
         divided = register(m, shift_right(doubled, log2)[: DEVIATION + 1], "divided")  # a bit below the point
-        mean = register(m, round_half(divided.as_signed())[:DEVIATION].as_signed(), "mean")
+        mean = register(m, round_off(divided.as_signed(), 1)[:DEVIATION].as_signed(), "mean")
         index = delayed(m, i.index, tables.latency, "index")
         valid = delayed(m, i.valid, tables.latency, "valid", control=True)
         tares = delayed(m, i.part.tares & i.part.final, tables.latency, "tares")

@@ -14,6 +14,7 @@ from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.primitives.multiplier import Multiplier
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import DEVIATION, GAIN, PRODUCT_POINT, WEIGHT, WORD, repair_places
+from tfra.model.rounding import Rounding
 
 FETCH = 2
 """Cycles from a code's address to the multiplier."""
@@ -123,7 +124,7 @@ class Codes(wiring.Component):
 
     def _accumulate(self, m: Module, product: Value, is_term: Value) -> Value:
         """The sum of a repair's products, or a taxel's product, and a half, which rounds."""
-        half = Const(1 << (self._point - 1), self._point)
+        half = Const(Rounding.HALF_UP.constant(self._point), self._point)
         product_bits = WEIGHT + WORD
         most_terms = repair_places(self._design.sensor.taxels)
         sum_bits = product_bits + most_terms.bit_length()

@@ -7,6 +7,8 @@ from collections.abc import Callable
 from amaranth import Array, Cat, Const, Mux, Shape, Value, signed, unsigned
 from amaranth.lib import data
 
+from tfra.model.rounding import Rounding
+
 
 def quad(bits: int) -> data.ArrayLayout:
     """Payload of a vector stream: four signed words, mirror taxels or parities."""
@@ -26,16 +28,37 @@ def saturate(value: Value, bits: int) -> Value:
 
 
 def shift_right(value: Value, amount: Value) -> Value:
-    """Signed ``value >> amount`` with one bit kept below the point; :func:`round_half` finishes the rounding.
+    """Signed ``value >> amount`` with one bit kept below the point; :func:`round_off` finishes the rounding.
 
     The pair equals ``round_shift``, with a register possible between barrel shifter and adder.
     """
     return (Cat(Const(0, 1), value).as_signed() >> amount)[: len(value) + 1].as_signed()
 
 
-def round_half(value: Value) -> Value:
-    """``(value + 1) >> 1``: half up for a value with one bit below the point; one bit shorter."""
-    return ((value + 1) >> 1)[: len(value)].as_signed()
+def round_off(value: Value, drop: int, rounding: Rounding = Rounding.HALF_UP) -> Value:
+    """``value / 2^drop`` rounded; the result is as long as it can get, ``drop - 1`` bits shorter.
+
+    In a value that has been shifted, the lowest bit may stand for all bits that are gone (sticky).
+    """
+    match rounding:
+        case Rounding.HALF_UP:
+            exact = (value + rounding.constant(drop)) >> drop
+        case Rounding.HALF_EVEN:
+            rounds_up = value[drop - 1] & (value[: drop - 1].any() | value[drop])
+            return round_off(_like(value, Cat(rounds_up, value[drop:])), 1)
+        case Rounding.TRUNCATE:
+            exact = value >> drop
+    return _like(value, exact[: len(value) + 1 - drop])
+
+
+def round_negated(value: Value, drop: int) -> Value:
+    """``-round_off(value, drop)`` half up, for a signed value: rounding and sign are one subtraction."""
+    return ((1 << drop) - 1 - Rounding.HALF_UP.constant(drop) - value) >> drop
+
+
+def _like(value: Value, bits: Value) -> Value:
+    """``bits`` as a signed word if ``value`` is one."""
+    return bits.as_signed() if value.shape().signed else bits
 
 
 def round_top(aligned: Value, bits: int) -> Value:
@@ -43,7 +66,7 @@ def round_top(aligned: Value, bits: int) -> Value:
     width = len(aligned)
     if width <= bits:
         return (aligned << (bits - width)).as_signed()
-    return saturate(round_half(aligned[width - bits - 1 :].as_signed()), bits)
+    return saturate(round_off(aligned[width - bits - 1 :].as_signed(), 1), bits)
 
 
 def magnitude_bits(value: Value) -> Value:

@@ -13,6 +13,7 @@ from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
 from tfra.model.fixed.design import Design
+from tfra.model.rounding import Rounding
 
 ENTRY_GUARD = 2
 """Bits beyond a word of a division: for |word| times the gain of an earlier run and sqrt(2), which is below 4."""
@@ -116,7 +117,7 @@ def summed_angle(
 
     ``rotation`` is the one whose turn is looked up: the next one of the direction.
     """
-    table, half = angle_table(design), 1 << (ANGLE_GUARD - 1)
+    table, half = angle_table(design), Rounding.HALF_UP.constant(ANGLE_GUARD)
     angle = Signal(iterations(design) + ANGLE_GUARD, name="angle_so_far", reset_less=True)
     rotation = Signal(counter_shape(len(table)), reset_less=True)
     table += [0] * ((1 << len(rotation)) - len(table))  # all of them, so that nothing is compared

@@ -13,6 +13,7 @@ from tfra.hdl.lib.arithmetic import counter_shape, round_top, two_steps
 from tfra.hdl.lib.pipeline import READ, register
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.rounding import Rounding
 
 
 class Stage(IntEnum):
@@ -112,9 +113,10 @@ class ScaleAdd(wiring.Component):
         shifted = self._multiply(m, operands, scalar, headroom)
         total = Signal(self.sum.shape(), name="sum", reset_less=True)
         m.d.comb += self.sum.eq(total)
+        below = C(Rounding.HALF_UP.constant(1), 1)
         for k in range(len(total)):
-            # z + round_half(shifted) in one adder: half a unit is added below z.
-            m.d.sync += total[k].eq((Cat(1, self.z[k]).as_signed() + shifted[k]) >> 1)
+            # z + round_off(shifted, 1) in one adder: what rounds is added below z.
+            m.d.sync += total[k].eq((Cat(below, self.z[k]).as_signed() + shifted[k]) >> 1)
         return m
 
     def _operands(self, m: Module, headroom: dict[Stage, Any]) -> Any:

@@ -15,7 +15,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.interface import ports
-from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, round_off, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import SkidBuffer
 from tfra.hdl.parallel import payloads
@@ -249,7 +249,7 @@ class Scaling(wiring.Component):
         coarse, fine = two_steps(shift, FINE)
         moved, flags = register(m, shift_right(product, coarse), "moved"), register(m, flags, "flags")
         shifted, flags = register(m, moved >> register(m, fine, "fine"), "shifted"), register(m, flags, "flags")
-        rounded, flags = register(m, round_half(shifted), "rounded"), register(m, flags, "flags")
+        rounded, flags = register(m, round_off(shifted, 1), "rounded"), register(m, flags, "flags")
         return rounded, flags[0], flags[1]
 
     def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:

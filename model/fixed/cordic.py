@@ -8,6 +8,8 @@ import numpy as np
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.numbers import round_shift
+from tfra.model.rounding import Rounding
 
 ANGLE_GUARD = 4
 """Bits of the angle beyond those of a result word."""
@@ -32,7 +34,7 @@ def angle_table(design: Design) -> list[int]:
 def cordic(design: Design, x: Ints, y: Ints) -> tuple[Ints, Ints]:
     """Modulus times :func:`cordic_gain`, and angle in ``2^-iterations`` turns, of vectors ``(n,)``.
 
-    Vectors of the left half plane are turned by half a turn first.  Each rotation rounds towards minus infinity.
+    Vectors of the left half plane are turned by half a turn first.  Each rotation truncates.
     """
     turn = iterations(design) + ANGLE_GUARD
     left = x < 0
@@ -40,7 +42,7 @@ def cordic(design: Design, x: Ints, y: Ints) -> tuple[Ints, Ints]:
     angle = np.where(left, np.int64(1) << (turn - 1), 0)
     for i, step in enumerate(angle_table(design)):
         up = y < 0
-        x, y = x + np.where(up, -(y >> i), y >> i), y + np.where(up, x >> i, -(x >> i))
+        x_shifted, y_shifted = (round_shift(word, i, Rounding.TRUNCATE) for word in (x, y))
+        x, y = x + np.where(up, -y_shifted, y_shifted), y + np.where(up, x_shifted, -x_shifted)
         angle = angle + np.where(up, -step, step)
-    rounded = (angle + (1 << (ANGLE_GUARD - 1))) >> ANGLE_GUARD
-    return x, rounded & ((1 << iterations(design)) - 1)
+    return x, round_shift(angle, ANGLE_GUARD) & ((1 << iterations(design)) - 1)

@@ -11,9 +11,10 @@ from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.cordic import cordic, cordic_gain, iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import Normalised
-from tfra.model.fixed.numbers import bit_length, divide, to_top
+from tfra.model.fixed.numbers import bit_length, divide, round_shift, to_top
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import MU_LIMIT, force_drop
+from tfra.model.rounding import Rounding
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def gain(design: Design, total: Resultant, frame: Normalised) -> Gain:
     scalar, rotations, bits = design.formats.bits("scalar"), iterations(design), design.widths.division
     first, second = gain_constants(design)
     tangential, _ = cordic(design, np.abs(total.words[:, 0]), np.abs(total.words[:, 1]))
-    normal = (np.abs(total.words[:, 2]) * first) >> (rotations - 2)
+    normal = round_shift(np.abs(total.words[:, 2]) * first, rotations - 2, Rounding.TRUNCATE)
     modulus, _ = cordic(design, tangential, normal)
     numerator = frame.magnitude * second
     n_bits, m_bits = bit_length(numerator), bit_length(modulus)

@@ -22,7 +22,8 @@ def operand(vector: Ints, bits: int) -> tuple[Ints, Ints]:
 def matvec(design: Design, stack: str, vector: Ints) -> Ints:
     """Result quads ``(n, quads, 4)`` of a stack's operators applied to ``vector (n, Q, 4)``, on the vector grid."""
     exact = exact_products(design, stack, vector)
-    return np.concatenate([round_shift(sums, shift[:, None]) for sums, shift in exact], axis=1)
+    rounding = design.formats.rounding
+    return np.concatenate([round_shift(sums, shift[:, None], rounding) for sums, shift in exact], axis=1)
 
 
 def exact_products(design: Design, stack: str, vector: Ints) -> list[tuple[Ints, Ints]]:

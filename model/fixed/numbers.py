@@ -1,7 +1,7 @@
 """Exact integer primitives shared by every block; the hardware uses the same definitions.
 
-Rounding is half up (towards +infinity): ``floor(x / 2^s + 1/2)``, one addition before the shift.  Overflow is
-saturation wherever a format is not wide enough by proof.
+Rounding is half up unless :class:`tfra.model.rounding.Rounding` says otherwise.  Overflow is saturation wherever a
+format is not wide enough by proof.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Ints
+from tfra.model.rounding import Rounding
 
 
 def signed_bits(magnitude: float) -> int:
@@ -17,16 +18,20 @@ def signed_bits(magnitude: float) -> int:
     return int(magnitude).bit_length() + 1
 
 
-def round_shift(value: npt.ArrayLike, shift: npt.ArrayLike) -> Ints:
-    """``value / 2^shift`` rounded half up; negative shifts multiply.  The caller bounds the result below 2^62."""
-    s = np.asarray(shift, dtype=np.int64)
+def round_shift(value: npt.ArrayLike, shift: npt.ArrayLike, rounding: Rounding = Rounding.HALF_UP) -> Ints:
+    """``value / 2^shift`` rounded; negative shifts multiply.  The caller bounds the result below 2^62."""
+    x, s = np.asarray(value, dtype=np.int64), np.asarray(shift, dtype=np.int64)
     right = np.clip(s, 0, 62)
     half = (np.int64(1) << right) >> 1  # none where nothing is shifted out
-    rounded = np.asarray(value, dtype=np.int64) + half
-    rounded >>= right
-    if (s < 0).any():
-        rounded <<= np.clip(-s, 0, 62)
-    return np.asarray(rounded)
+    match rounding:
+        case Rounding.HALF_UP:
+            rounded = (x + half) >> right
+        case Rounding.HALF_EVEN:
+            even = (x >> right) & 1 == 0
+            rounded = (x + half - (even & (half > 0))) >> right
+        case Rounding.TRUNCATE:
+            rounded = x >> right
+    return np.asarray(rounded << np.clip(-s, 0, 62))
 
 
 def saturate(value: npt.ArrayLike, bits: int) -> Ints:
@@ -73,5 +78,5 @@ def divide(numerator: npt.ArrayLike, denominator: npt.ArrayLike, fraction: int) 
     Denominators must not be zero and ``|numerator| < 2^(61 - fraction)``.
     """
     n, d = np.asarray(numerator, dtype=np.int64), np.asarray(denominator, dtype=np.int64)
-    quotient = ((np.abs(n) << (fraction + 1)) // np.abs(d) + 1) >> 1
+    quotient = round_shift((np.abs(n) << (fraction + 1)) // np.abs(d), 1)
     return np.asarray(np.where((n < 0) != (d < 0), -quotient, quotient), dtype=np.int64)

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Any
 
 from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.rounding import Rounding
 from tfra.study.errors.cascade import Step
-from tfra.study.errors.rounding import Rounding
 from tfra.study.errors.variation import Facts, Variation
 
 STEPS = (10, 20, 50, 100, 200, 500)
@@ -29,20 +29,25 @@ def variants(
     return (
         *(_searched(base, "steps", steps=count) for count in steps),
         *(_searched(base, "plateau_tolerance", tolerance=tolerance) for tolerance in tolerances),
-        *(Variation.of(_facts("rounding", base, rounding), lambda: base, rounding=rounding) for rounding in Rounding),
+        *(_rounded(base, rounding) for rounding in Rounding),
     )
 
 
 def _searched(base: TfraDesign, variant: str, **changes: Any) -> Variation:
     design = replace(base, search=replace(base.search, **changes))
-    return Variation.of(_facts(variant, design, Rounding.HALF_UP), lambda: design, compared=tuple(Step))
+    return Variation.of(_facts(variant, design), lambda: design, compared=tuple(Step))
 
 
-def _facts(variant: str, design: TfraDesign, rounding: Rounding) -> Facts:
+def _rounded(base: TfraDesign, rounding: Rounding) -> Variation:
+    design = replace(base, formats=replace(base.formats, rounding=rounding))
+    return Variation.of(_facts("rounding", design), lambda: design)
+
+
+def _facts(variant: str, design: TfraDesign) -> Facts:
     search = design.search
     return {
         "variant": variant,
         "steps": search.steps,
         "plateau_tolerance_lsb": search.tolerance,
-        "rounding": str(rounding),
+        "rounding": str(design.formats.rounding),
     }

@@ -22,7 +22,6 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Tfra
 from tfra.study.errors.cascade import SIGNED, Step, View, from_codes, scores
-from tfra.study.errors.rounding import RoundedTfra, Rounding
 from tfra.study.errors.statistics import ERRORS, errors, index_equal_rate, kept
 from tfra.study.frames.block import Block, Part, with_noise
 from tfra.study.frames.frameset import FrameSet
@@ -36,7 +35,7 @@ class Variation:
     """A ``design`` that differs from another in its ``facts``, or the ``reason`` why there is none.
 
     ``compared`` are the steps whose errors are wanted; ``noise`` a deviation as a share of the frame's peak instead of
-    the frame's own; ``rounding`` that of the products.
+    the frame's own.
     """
 
     facts: Facts
@@ -44,7 +43,6 @@ class Variation:
     reason: str | None = None
     compared: tuple[Step, ...] = (Step.ARITHMETIC,)
     noise: float | None = None
-    rounding: Rounding = Rounding.HALF_UP
 
     @classmethod
     def of(cls, facts: Facts, make: Callable[[], TfraDesign], **others: Any) -> Variation:
@@ -159,7 +157,7 @@ class Shared:
             Step.METHOD: self._method(search),
             Step.NOISE: self._noise(search, noise),
             Step.CONVERTER: self._converter(search, noise, design, codes),
-            Step.ARITHMETIC: decode(design, RoundedTfra(design, variation.rounding).words(codes)),
+            Step.ARITHMETIC: decode(design, design.model.words(codes)),
         }
         return scores(design, self._block(noise), codes, results, variation.compared)
 

@@ -8,7 +8,7 @@ from amaranth import Array, Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import round_half, saturate, shift_right, two_steps
+from tfra.hdl.lib.arithmetic import round_off, saturate, shift_right, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
 from tfra.hdl.lib.streams import Fifo, Tokens, always_ready_stream
 from tfra.hdl.parallel.learned.payloads import force, share, taxel_quad
@@ -112,7 +112,7 @@ class Forces(wiring.Component):
         moved = register(m, shift_right(product, coarse), "moved")
         shifted = register(m, moved >> fine, "shifted")
         # TIMING: rounding -> limit
-        wide = register(m, round_half(shifted), "wide")
+        wide = register(m, round_off(shifted, 1), "wide")
         m.d.comb += [
             multiplier.a.eq(Cat(p, Const(0, 1)).as_signed()),
             multiplier.b.eq(delayed(m, given.mantissa, _WORD, "mantissa")),

@@ -10,7 +10,7 @@ from amaranth import Cat, Const, Module, Mux, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_top, saturate, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits, round_off, round_top, saturate, two_steps
 from tfra.hdl.lib.pipeline import busy_after, delayed, driver, register, registered_zeros, serial_product
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
@@ -131,4 +131,4 @@ class Resultant(wiring.Component):
         shift = self._design.formats.vector_fraction - self._design.formats.force_fraction
         if shift <= 0:
             return (word << -shift).as_signed()
-        return ((word + (1 << (shift - 1))) >> shift).as_signed()
+        return round_off(word, shift)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Signal, Value, signed
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import counter_shape, round_half, shift_right, two_steps
+from tfra.hdl.lib.arithmetic import counter_shape, round_off, shift_right, two_steps
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.matvec.drain_register import DrainRegister
@@ -38,7 +40,7 @@ def pick_word(words: Any, group: Value, word: int, size: int) -> Value:
 
 
 def on_grid(m: Module, design: Design, number: int, word: Value, shift: Value) -> Value:
-    """Word ``number`` of the register, shifted right to the grid of vectors, with one bit below the point."""
+    """Word ``number`` of the register, shifted right to the grid of vectors and rounded; two registers before it."""
     w = design.widths
     top = max(row.offset for row in table(design)) + w.vector - 1
     total = Signal(signed(w.accumulator), name=f"sum{number}", reset_less=True)
@@ -48,12 +50,38 @@ def on_grid(m: Module, design: Design, number: int, word: Value, shift: Value) -
     _, fine_shift = two_steps(register(m, amount, f"coarse_shift{number}"), FINE)
     wide = Cat(Const(0, w.alignment), total).as_signed()
     moved = shift_right(wide, coarse_shift)[: w.vector + 1 + (1 << FINE)].as_signed()
+    coarse = register(m, moved, f"coarse{number}")
     m.d.sync += [
         total.eq(word),
         amount.eq(shift),
-        shifted.eq(register(m, moved, f"coarse{number}") >> fine_shift),
+        shifted.eq(coarse >> fine_shift),
     ]
-    return shifted
+    return round_shifted(m, design, wide, amount, coarse, fine_shift, shifted)
+
+
+def round_shifted(
+    m: Module, design: Design, wide: Value, amount: Value, coarse: Value, fine: Value, shifted: Value
+) -> Value:
+    """``shifted``, which has one bit below the point, rounded as products are.
+
+    ``wide`` is the word to shift by ``amount``; a cycle later, ``coarse`` is what the first step leaves, and ``fine``
+    the rest of the shift; a cycle later it is ``shifted``.
+    """
+    rounding = design.formats.rounding
+    if not rounding.sticky:
+        return round_off(shifted, 1, rounding)
+    lost = _lost_bit(m, wide, amount, coarse, fine)
+    return round_off(Cat(lost, shifted).as_signed(), 2, rounding)
+
+
+def _lost_bit(m: Module, wide: Value, amount: Value, coarse: Value, fine: Value) -> Value:
+    """Whether any bit is set below the one that is kept below the point, beside the shifted word."""
+    size, steps = 1 << FINE, amount[FINE:]
+    below = Cat(Const(0, 1), wide)
+    groups = [below[low : low + size].any() for low in range(0, len(below), size)]
+    gone = reduce(or_, (some & (steps > number) for number, some in enumerate(groups)))
+    left = reduce(or_, (bit & (fine > number) for number, bit in enumerate(coarse[: size - 1])))
+    return register(m, register(m, gone, "gone") | left, "lost")
 
 
 class Drain(wiring.Component):
@@ -119,7 +147,7 @@ class Drain(wiring.Component):
             sum_marks.kind.eq(placement.quad.kind),
         ]
         rounded = [
-            round_half(on_grid(m, self._design, number, word, placement.quad.offset + headroom))
+            on_grid(m, self._design, number, word, placement.quad.offset + headroom)
             for number, word in enumerate(held.words)
             for headroom in [pick_word(self.headroom, group, number, self._words)]
         ]

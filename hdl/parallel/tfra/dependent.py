@@ -10,7 +10,7 @@ from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape, magnitude_bits, round_top
+from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape, magnitude_bits, round_off, round_top
 from tfra.hdl.lib.divider import Divider
 from tfra.hdl.lib.pipeline import ALIGN, align, lookahead, register
 from tfra.hdl.lib.schedule import later, once
@@ -296,4 +296,4 @@ def _round_magnitude(aligned: Value, bits: int) -> Value:
     Negative words round half up as their complements do: -((v + 1) >> 1) = (~v + 1) >> 1.
     """
     value = aligned[len(aligned) - bits - 1 :]
-    return (((value ^ value[-1].replicate(len(value)))[:bits] + 1) >> 1)[:bits]
+    return round_off(magnitude_bits(value), 1)

@@ -8,7 +8,7 @@ from amaranth import Array, Cat, Module, Signal, Value, signed
 from amaranth.lib import data, memory, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import quad
+from tfra.hdl.lib.arithmetic import quad, round_off
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import READ, delayed, occupancy, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Fifo, Tokens, always_ready_stream
@@ -108,7 +108,7 @@ class Forces(wiring.Component):
         ]
         with m.If(unfolded.valid):
             for k in range(4):
-                m.d.sync += rounded[k].eq((unfolded.payload[k] + (1 << drop >> 1)) >> drop)
+                m.d.sync += rounded[k].eq(round_off(unfolded.payload[k], drop))
         m.d.sync += plane.eq(plane + ends)
         return ends
 

@@ -16,6 +16,7 @@ from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.scalars import mu_grid, scalar_fraction
+from tfra.model.rounding import Rounding
 
 # Cycles of the schedule; a register is loaded at the end of its cycle.
 _ADDRESS, _READ, _MASK, _MULTIPLY, _ADD, _CHOOSE = range(6)
@@ -110,7 +111,7 @@ class Friction(wiring.Component):
         affine = self.affine.payload
         product = Signal(signed(2 * bits - 2), reset_less=True)
         total = Signal(signed(2 * bits - 1), reset_less=True)
-        base = Cat(Const(1 << (fraction - 1), fraction), affine.alpha).as_signed()
+        base = Cat(Const(Rounding.HALF_UP.constant(fraction), fraction), affine.alpha).as_signed()
         m.d.sync += [
             product.eq(affine.beta * grid),
             total.eq(add_or_subtract(base, product, self.direction.payload.negative)),

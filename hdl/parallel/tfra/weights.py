@@ -8,7 +8,7 @@ from amaranth import Module, Mux, Signal
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import quad
+from tfra.hdl.lib.arithmetic import quad, round_negated
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import delayed, register, wrapping_counter
 from tfra.hdl.lib.streams import always_ready_stream
@@ -21,11 +21,11 @@ class Weights(wiring.Component):
 
     ::
 
-        solution -> Butterfly -> x -> (1 - x) >> 2 -> max(., 0) if regular -> Butterfly -> register -> n
+        solution -> Butterfly -> x -> round(-x / 4) -> max(., 0) if regular -> Butterfly -> register -> n
 
-    ``-round_shift(x, 2)`` is ``(1 - x) >> 2``: rounding and sign are one subtraction.  A taxel's n is two bits
-    shorter than a vector word, by the bounds of :mod:`tfra.model.fixed.widths`.  Fully pipelined, one quad per
-    cycle, and nothing waits; no multiplier, twenty adders.
+    Rounding and sign are one subtraction.  A taxel's n is two bits shorter than a vector word, by the bounds of
+    :mod:`tfra.model.fixed.widths`.  Fully pipelined, one quad per cycle, and nothing waits; no multiplier, twenty
+    adders.
 
     Members:
         solution: Q quads a frame, folded C33^-1 b.
@@ -81,7 +81,7 @@ class Weights(wiring.Component):
         m.d.sync += regular.eq(facts.contact & facts.traction)
         for k in range(4):
             m.d.sync += [
-                negated[k].eq((1 - self._unfold.o.payload[k]) >> 2),
+                negated[k].eq(round_negated(self._unfold.o.payload[k], 2)),
                 clipped[k].eq(Mux(regular & (negated[k] < 0), 0, negated[k])),
             ]
         valid = delayed(m, self._unfold.o.valid, 2, "valid", control=True)

@@ -5,8 +5,9 @@ from __future__ import annotations
 from tfra.hdl.serial.isa import FLOOR, NOTHING, R0, R1, R2, R3, R4, ZERO, Dest, Op, Operand, Post, When, imm, mem
 from tfra.hdl.serial.program.routines import Writer
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations
+from tfra.model.rounding import Rounding
 
-ROUNDING = 1 << (ANGLE_GUARD - 1)
+ROUNDING = Rounding.HALF_UP.constant(ANGLE_GUARD)
 """What an angle starts with, so that its guard bits are rounded."""
 
 

@@ -10,9 +10,10 @@ from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.cordic import cordic, iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant, gain_constants
-from tfra.model.fixed.numbers import divide
+from tfra.model.fixed.numbers import divide, round_shift
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import MU_LIMIT
+from tfra.model.rounding import Rounding
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ def friction(design: Design, total: Resultant, turned: Angle) -> Friction:
     """The three quotients with the normal force; mu's is multiplied by the CORDIC gain, as the modulus is."""
     first, _ = gain_constants(design)
     normal = np.abs(total.words[:, 2])
-    scaled = (normal * first) >> (iterations(design) - 2)
+    scaled = round_shift(normal * first, iterations(design) - 2, Rounding.TRUNCATE)
     mu, unbounded = _limited(design, turned.modulus, scaled)
     mu_x, unbounded_x = _limited(design, total.words[:, 0], normal)
     mu_y, unbounded_y = _limited(design, total.words[:, 1], normal)

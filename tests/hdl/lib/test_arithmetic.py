@@ -1,14 +1,16 @@
-"""Counting zeros: against Python's ``bit_length``, and what a register between its halves would hold."""
+"""Rounding against the model; counting zeros against Python, and what a register between its halves would hold."""
 
 from __future__ import annotations
 
 import random
 
 import pytest
-from amaranth import Cat, Module, Signal, Value
+from amaranth import Cat, Module, Shape, Signal, Value, signed, unsigned
 from amaranth.sim import Simulator
 
-from tfra.hdl.lib.arithmetic import leading_zeros
+from tfra.hdl.lib.arithmetic import leading_zeros, round_negated, round_off
+from tfra.model.fixed.numbers import round_shift
+from tfra.model.rounding import Rounding
 
 
 def _words(width: int) -> list[int]:
@@ -45,3 +47,25 @@ def test_zeros_above_the_highest_bit(width: int) -> None:
     simulator.run()
     # Synthesis would keep its register, which begins at zero, and make one of all such registers of a core.
     assert always == 0
+
+
+@pytest.mark.parametrize("rounding", Rounding)
+@pytest.mark.parametrize("drop", [1, 2, 5])
+@pytest.mark.parametrize("shape", [signed(7), unsigned(6)])
+def test_every_word_is_rounded_as_in_the_model(shape: Shape, drop: int, rounding: Rounding) -> None:
+    m, value, result = Module(), Signal(shape), Signal(signed(9))
+    negated = Signal(signed(9))
+    m.d.comb += result.eq(round_off(value, drop, rounding))
+    m.d.comb += negated.eq(round_negated(value, drop))
+
+    async def bench(ctx) -> None:  # type: ignore[no-untyped-def]
+        low = -64 if shape.signed else 0
+        for word in range(low, low + (1 << shape.width)):
+            ctx.set(value, word)
+            await ctx.delay(1e-9)
+            assert ctx.get(result) == round_shift(word, drop, rounding), word
+            assert ctx.get(negated) == -round_shift(word, drop), word
+
+    simulator = Simulator(m)
+    simulator.add_testbench(bench)
+    simulator.run()

@@ -20,6 +20,7 @@ from tfra.model.fixed.numbers import (
     signed_bits,
     significant_bits,
 )
+from tfra.model.rounding import Rounding
 
 words = st.integers(-(2**40), 2**40)
 
@@ -28,28 +29,49 @@ def half_up(value: Fraction) -> int:
     return floor(value + Fraction(1, 2))
 
 
+EXACT = {Rounding.HALF_UP: half_up, Rounding.HALF_EVEN: round, Rounding.TRUNCATE: floor}
+"""The definitions, with exact rationals."""
+
+FXPMATH = {Rounding.HALF_UP: ("around", 0.25), Rounding.HALF_EVEN: ("around", 0.0), Rounding.TRUNCATE: ("floor", 0.0)}
+"""fxpmath's name, and what is added first, in units of the last bit that is cut off: it turns ties upwards."""
+
+
 @pytest.mark.parametrize(
-    ("value", "shift", "expected"),
+    ("rounding", "halves"),
     [
-        *[(5, 1, 3), (-5, 1, -2), (6, 2, 2), (-6, 2, -1), (-7, 2, -2), (-13, 2, -3), (7, 0, 7), (-3, -2, -12)],
-        *[(1, 62, 0), (2**61 - 1, 62, 0), (2**61, 62, 1)],
+        (Rounding.HALF_UP, [-2, -1, -1, 0, 0, 1, 1, 2, 2]),
+        (Rounding.HALF_EVEN, [-2, -2, -1, 0, 0, 0, 1, 2, 2]),
+        (Rounding.TRUNCATE, [-2, -2, -1, -1, 0, 0, 1, 1, 2]),
     ],
 )
-def test_round_shift_literally(value, shift, expected):
-    assert round_shift(value, shift) == expected
+def test_round_shift_literally(rounding, halves):
+    values = np.arange(-4, 5)
+    assert round_shift(values, 1, rounding).tolist() == halves
+    assert round_shift(values, 0, rounding).tolist() == values.tolist()
+    assert round_shift(values, -2, rounding).tolist() == (4 * values).tolist()
+    assert round_shift([2**61 - 1, 2**61], 62, rounding).tolist() == [0, int(rounding is Rounding.HALF_UP)]
 
 
-@given(words, st.integers(-10, 70))
-def test_round_shift_is_exact_rounding(value, shift):
-    assert round_shift(value, shift) == half_up(Fraction(value) / Fraction(2) ** shift)
+@given(st.sampled_from(Rounding), words, st.integers(-10, 70))
+def test_round_shift_is_exact_rounding(rounding, value, shift):
+    assert round_shift(value, shift, rounding) == EXACT[rounding](Fraction(value) / Fraction(2) ** shift)
 
 
-@given(st.integers(-(2**20), 2**20), st.integers(1, 12), st.integers(8, 16))
-def test_rounding_and_saturation_agree_with_fxpmath(value, shift, bits):
-    """fxpmath with ``around`` rounds ties to even; adding a quarter LSB turns its ties upwards."""
-    exact = Fxp(value / 2**shift + 2.0 ** -(shift + 2), True, 40, shift + 2)
-    cast = Fxp(exact.get_val(), True, bits, 0, rounding="around", overflow="saturate")
-    assert saturate(round_shift(value, shift), bits) == int(cast.val)
+@given(st.sampled_from(Rounding), words, st.integers(0, 40))
+def test_what_rounds_is_a_constant_or_refused(rounding, value, drop):
+    if rounding.sticky:
+        with pytest.raises(ValueError, match=r"^rounding: half_even adds no constant$"):
+            rounding.constant(drop)
+    else:
+        assert (value + rounding.constant(drop)) >> drop == round_shift(value, drop, rounding)
+
+
+@given(st.sampled_from(Rounding), st.integers(-(2**20), 2**20), st.integers(1, 12), st.integers(8, 16))
+def test_rounding_and_saturation_agree_with_fxpmath(rounding, value, shift, bits):
+    name, more = FXPMATH[rounding]
+    exact = Fxp((value + more) / 2**shift, True, 40, shift + 2)
+    cast = Fxp(exact.get_val(), True, bits, 0, rounding=name, overflow="saturate")
+    assert saturate(round_shift(value, shift, rounding), bits) == int(cast.val)
 
 
 def test_saturate_literally():

@@ -10,9 +10,9 @@ from tests.model.cases import make_design
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
+from tfra.model.rounding import Rounding
 from tfra.study.errors.cascade import Step
 from tfra.study.errors.converter import BITS, NOISE, behind, converters
-from tfra.study.errors.rounding import Rounding
 from tfra.study.errors.sensitivity import FRACTIONS, SHORTER, sensitivity, uniform
 from tfra.study.errors.variants import STEPS, TOLERANCES, variants
 from tfra.study.search.costs import coefficient_kbit, dsp, products
@@ -90,9 +90,9 @@ def test_variants_of_the_search_and_of_rounding() -> None:
     ]  # fmt: skip
     for each in found:
         assert each.design is not None
-        settings = each.design.search.steps, each.design.search.tolerance, str(each.rounding)
+        settings = each.design.search.steps, each.design.search.tolerance, str(each.design.formats.rounding)
         assert settings == tuple(each.facts[name] for name in ("steps", "plateau_tolerance_lsb", "rounding"))
-        assert replace(each.design, search=BASE.search) == BASE
+        assert replace(each.design, search=BASE.search, formats=BASE.formats) == BASE
         assert each.compared == ((Step.ARITHMETIC,) if each.facts["variant"] == "rounding" else tuple(Step))
 
 

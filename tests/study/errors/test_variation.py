@@ -15,11 +15,11 @@ import pytest
 from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, design, section
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
+from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
 from tfra.study.errors import variation as module
 from tfra.study.errors.cascade import SIGNED, Cascade, Step, View
-from tfra.study.errors.rounding import Rounding
 from tfra.study.errors.statistics import errors, flips
 from tfra.study.errors.variation import Comparison, Job, Shared, Variation
 from tfra.study.frames.block import BLOCK, Part
@@ -41,6 +41,11 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> FrameSet:
     return found
 
 
+def truncated() -> TfraDesign:
+    base = design()
+    return replace(base, formats=replace(base.formats, rounding=Rounding.TRUNCATE))
+
+
 def some() -> tuple[Variation, ...]:
     """Variations that have little in common."""
     return (
@@ -48,7 +53,7 @@ def some() -> tuple[Variation, ...]:
         Variation.of({"name": "coarse"}, lambda: shorter(10)),
         Variation.of({"name": "none"}, lambda: shorter(5)),
         Variation.of({"name": "noise"}, design, noise=0.01, compared=(Step.NOISE, Step.CONVERTER)),
-        Variation.of({"name": "cut"}, design, rounding=Rounding.TRUNCATE),
+        Variation.of({"name": "cut"}, truncated),
     )
 
 

@@ -1,0 +1,34 @@
+"""Rounding of the bits that a shift to the right cuts off: a named value, which the model and the gateware share.
+
+Another mode is one member here, its line in :func:`tfra.model.fixed.numbers.round_shift`, its line in
+:func:`tfra.hdl.lib.arithmetic.round_off`, and its row in the tests of both.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Rounding(StrEnum):
+    """How ``x / 2^drop`` becomes an integer.  Words and vectors are rounded half up unless a block says otherwise."""
+
+    HALF_UP = "half_up"
+    """``floor(x / 2^drop + 1/2)``: to nearest, ties towards plus infinity."""
+    HALF_EVEN = "half_even"
+    """To nearest, ties to the even integer."""
+    TRUNCATE = "truncate"
+    """Towards minus infinity: bits are cut off."""
+
+    @property
+    def sticky(self) -> bool:
+        """Whether any bit below the highest one that is cut off matters, not that one alone."""
+        return self is Rounding.HALF_EVEN
+
+    def constant(self, drop: int) -> int:
+        """What rounds when it is added before ``drop`` bits are cut off, for adders that sum something else as well.
+
+        Raises ``ValueError`` for a mode where it depends on the word.
+        """
+        if self.sticky:
+            raise ValueError(f"rounding: {self} adds no constant")
+        return 1 << drop >> 1 if self is Rounding.HALF_UP else 0
