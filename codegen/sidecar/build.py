@@ -19,6 +19,7 @@ from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
 from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.rounding import Rounding
 from tfra.recordings.facts import MEANINGS
 
 LOADED = "coefficients/load.hex"
@@ -127,6 +128,7 @@ def _choices(design: Design) -> dict[str, Any]:
             vector_fraction_bits=formats.vector_fraction,
             force_fraction_bits=formats.force_fraction,
             signals_bits=dict(formats.signals),
+            rounding=formats.rounding,
         ),
         "architecture": form.Architecture(**asdict(design.architecture)),
         "target": design.target,
@@ -138,6 +140,8 @@ def _choices(design: Design) -> dict[str, Any]:
 def _configuration_hash(choices: dict[str, Any], coefficients: str) -> str:
     """SHA-256 of all choices of a design and of its coefficients, whatever tools make its core."""
     plain = {name: part.model_dump() if isinstance(part, form.Part) else part for name, part in choices.items()}
+    if plain["formats"]["rounding"] is Rounding.HALF_UP:
+        del plain["formats"]["rounding"]  # cores made before there was a choice keep their hash
     return hashlib.sha256(json.dumps(plain | {"coefficients": coefficients}, sort_keys=True).encode()).hexdigest()
 
 

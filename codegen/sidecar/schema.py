@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from tfra.model.choices import Images
+from tfra.model.rounding import Rounding
 
 FORM: Literal["tfra-core-2"] = "tfra-core-2"
 """Changes when a key gets another name or meaning."""
@@ -67,6 +68,7 @@ class Formats(Part):
     vector_fraction_bits: int
     force_fraction_bits: int
     signals_bits: dict[str, int]
+    rounding: Annotated[Rounding, Field(description="of the results of products; all else is rounded half up")]
 
 
 class Architecture(Part):

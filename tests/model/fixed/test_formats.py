@@ -15,6 +15,7 @@ from tfra.model.choices import FORMATS, SCALARS, SERIAL, Formats
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
+from tfra.model.rounding import Rounding
 
 SENSOR = SENSORS["4×6, 5×3 mm, h 2 mm"]
 STANDARD = FORMATS["standard"]
@@ -132,6 +133,8 @@ def test_an_unknown_signal() -> None:
         TfraDesign(SENSOR, formats=own(operand__forces=12))
 
 
-def test_a_serial_core_has_one_length_for_all() -> None:
+def test_a_serial_core_has_one_length_for_all_and_rounds_half_up() -> None:
     with pytest.raises(ValueError, match=r"^formats.signals.sums: a serial core has one multiplier and one memory"):
         TfraDesign(SENSOR, formats=own(sums=16), architecture=SERIAL)
+    with pytest.raises(ValueError, match=r"^formats.rounding: the adder of a serial core rounds half up"):
+        TfraDesign(SENSOR, formats=replace(own(), rounding=Rounding.TRUNCATE), architecture=SERIAL)

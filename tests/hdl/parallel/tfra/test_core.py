@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import STACKS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
 from tfra.sim.harness import bursts, flowing, random_stalls
 
@@ -49,6 +51,20 @@ CASES = [
         TfraDesign(SensorArray(4, 3, 4e-3, 2e-3, 3e-3), adc=Adc(18), search=Search(7), architecture=Architecture(8, 2)),
         bursts,
         bursts,
+    ),
+    *(
+        (
+            TfraDesign(
+                SensorArray(2, 3, 2e-3, 3e-3, 2e-3),
+                search=Search(5),
+                formats=replace(FORMATS["standard"], rounding=rounding),
+                architecture=Architecture(4),
+            ),
+            flowing,
+            flowing,
+        )
+        for rounding in Rounding
+        if rounding is not Rounding.HALF_UP
     ),
 ]
 
