@@ -110,7 +110,8 @@ class Resultant(wiring.Component):
         found = driver(m, self.judged)
         output = self._design.widths.output
         # TIMING: rounding -> limit
-        wide = [register(m, self._on_result_grid(word), "wide") for word in (*f, u)]
+        wide = [Signal(signed(len(word) + 1), name="wide", reset_less=True) for word in (*f, u)]
+        m.d.sync += [into.eq(self._on_result_grid(word)) for into, word in zip(wide, (*f, u), strict=True)]
         beyond = [register(m, ~(word[output - 1 :] == 0) & ~word[output - 1 :].all(), "beyond") for word in wide]
         f_z = f[-1]
         size = register(m, abs(f_z), "size")
