@@ -56,26 +56,19 @@ def on_grid(m: Module, design: Design, number: int, word: Value, shift: Value) -
         amount.eq(shift),
         shifted.eq(coarse >> fine_shift),
     ]
-    return round_shifted(m, design, wide, amount, coarse, fine_shift, shifted)
-
-
-def round_shifted(
-    m: Module, design: Design, wide: Value, amount: Value, coarse: Value, fine: Value, shifted: Value
-) -> Value:
-    """``shifted``, which has one bit below the point, rounded as products are.
-
-    ``wide`` is the word to shift by ``amount``; a cycle later, ``coarse`` is what the first step leaves, and ``fine``
-    the rest of the shift; a cycle later it is ``shifted``.
-    """
     rounding = design.formats.rounding
-    if not rounding.sticky:
-        return round_off(shifted, 1, rounding)
-    lost = _lost_bit(m, wide, amount, coarse, fine)
-    return round_off(Cat(lost, shifted).as_signed(), 2, rounding)
+    if rounding.sticky:
+        lost = _lost_bit(m, wide, amount, coarse, fine_shift)
+        return round_off(Cat(lost, shifted).as_signed(), 2, rounding)
+    return round_off(shifted, 1, rounding)
 
 
 def _lost_bit(m: Module, wide: Value, amount: Value, coarse: Value, fine: Value) -> Value:
-    """Whether any bit is set below the one that is kept below the point, beside the shifted word."""
+    """Whether any bit is set below the one that is kept below the point, beside the shifted word.
+
+    ``wide`` is to be shifted by ``amount``; a cycle later, ``coarse`` is what the first step leaves, and ``fine`` the
+    rest of the shift.
+    """
     size, steps = 1 << FINE, amount[FINE:]
     below = Cat(Const(0, 1), wide)
     groups = [below[low : low + size].any() for low in range(0, len(below), size)]
