@@ -21,6 +21,7 @@ from tfra.study.frames.frameset import Definition
 from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import COSTS, LEAST
 from tfra.study.search.space import Space
+from tfra.study.signals.instrument import can_be_studied
 from tfra.synth.targets import Target, find
 
 MOST_OPTIONS = 4096
@@ -57,7 +58,7 @@ def load_study(path: Path) -> StudyFile:
         raise InputError(path, *complaint(error, StudyDocument)) from None
     project = load(path.parent / document.config)
     design = project.design
-    if project.weights is not None or not isinstance(design, TfraDesign):
+    if not can_be_studied(design):
         raise InputError(path, "config", "a design of the TFRA estimator is needed")
     with _blame(project.path, ""):
         microarchitecture(design).check()

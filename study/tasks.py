@@ -21,8 +21,9 @@ from tfra.study.errors.statistics import errors, flagged, flips
 from tfra.study.errors.variation import Comparison, Job
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import FrameSet
-from tfra.study.signals.ranges import Ranges, measure
-from tfra.study.signals.stages import StageErrors, StageMeter
+from tfra.study.signals.instrument import instrument
+from tfra.study.signals.ranges import Ranges, measure_ranges
+from tfra.study.signals.stages import StageErrors, measure_stages
 
 Tables = Mapping[str, pl.DataFrame]
 
@@ -105,8 +106,9 @@ class Signals:
     def __call__(self, job: int) -> bytes:
         """Sums and extremes of a block."""
         codes: Ints = convert(self.design, self.frames.block(Part.TRAIN, job).noisy)
-        found = StageMeter(self.design)(codes), measure(self.design, codes)
-        return json.dumps([each.document() for each in found]).encode()
+        watched = instrument(self.design)
+        measured = measure_stages(watched, codes), measure_ranges(watched, codes)
+        return json.dumps([each.document() for each in measured]).encode()
 
     def tables(self, piece: Callable[[int], bytes]) -> Tables:
         """Tables of all blocks; that of the stages has no rows where no frame is swept."""
@@ -115,7 +117,12 @@ class Signals:
             of_stages, of_ranges = json.loads(piece(job))
             stages += StageErrors.of(of_stages)
             ranges += Ranges.of(of_ranges)
-        return {"stages": stages.errors(), "decisions": stages.decisions(), "ranges": ranges.table(self.design)}
+        watched = instrument(self.design)
+        return {
+            "stages": stages.errors(watched),
+            "decisions": stages.decisions(),
+            "ranges": ranges.table(watched),
+        }
 
 
 @dataclass(frozen=True)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import polars as pl
 
 from tfra.model.arrays import Ints
-from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.study.signals.observation import Seen, Word, catalogue, observe
+from tfra.study.signals.instrument import Instrument
+from tfra.study.signals.words import Observed, Word
 
 
 @dataclass
@@ -25,10 +24,10 @@ class Range:
     saturated: int
 
     @classmethod
-    def of(cls, seen: Seen) -> Range:
+    def of(cls, observed: Observed) -> Range:
         """The range of some words, at least one."""
-        values = seen.values
-        return cls(int(values.min()), int(values.max()), values.size, seen.rounded, seen.saturated)
+        values = observed.values
+        return cls(int(values.min()), int(values.max()), values.size, observed.rounded, observed.saturated)
 
     def __or__(self, other: Range) -> Range:
         rounded = None if self.rounded is None or other.rounded is None else self.rounded + other.rounded
@@ -49,10 +48,7 @@ class Range:
         """Bits of the shortest word that holds both extremes."""
         if not signed:
             return self.maximum.bit_length()
-        return (
-            max(value.bit_length() if value >= 0 else (~value).bit_length() for value in (self.minimum, self.maximum))
-            + 1
-        )
+        return 1 + max((value if value >= 0 else ~value).bit_length() for value in (self.minimum, self.maximum))
 
 
 @dataclass
@@ -64,8 +60,8 @@ class Ranges:
 
     def __iadd__(self, other: Ranges) -> Ranges:
         self.frames += other.frames
-        for signal, seen in other.signals.items():
-            self.signals[signal] = self.signals[signal] | seen if signal in self.signals else seen
+        for signal, one in other.signals.items():
+            self.signals[signal] = self.signals[signal] | one if signal in self.signals else one
         return self
 
     def document(self) -> dict[str, Any]:
@@ -75,23 +71,21 @@ class Ranges:
     @classmethod
     def of(cls, document: Mapping[str, Any]) -> Ranges:
         """The object that ``document`` describes."""
-        return cls(document["frames"], {signal: Range(**seen) for signal, seen in document["signals"].items()})
+        return cls(document["frames"], {signal: Range(**values) for signal, values in document["signals"].items()})
 
-    def table(self, design: Design) -> pl.DataFrame:
-        """A row for each signal of ``design``, in the order of its stages.
+    def table(self, watched: Instrument[Any]) -> pl.DataFrame:
+        """A row for each signal, in the order of the stages.
 
         ``stage``, ``signal``; ``word``, the field of ``Widths`` or the format that its length comes from, ``bits``,
         ``signed``; ``bound``, the largest magnitude by proof, or the format's where not ``proven``; ``minimum`` and
-        ``maximum`` seen, ``share`` of the bound, ``bits_needed``, ``headroom_bits``; ``words``, ``rounded`` (null
-        after a CORDIC) and ``saturated`` of them.
+        ``maximum`` that were observed, ``share`` of the bound, ``bits_needed``, ``headroom_bits``; ``words``,
+        ``rounded`` (null after a CORDIC) and ``saturated`` of them.
         """
-        words = catalogue(design)
-        order = sorted(words, key=lambda signal: list(type(words[signal].stage)).index(words[signal].stage))
-        return pl.DataFrame([_row(signal, words[signal], self.signals[signal]) for signal in order])
+        return pl.DataFrame([_row(signal, word, self.signals[signal]) for signal, word in watched.catalogue.items()])
 
 
-def _row(signal: str, word: Word, seen: Range) -> dict[str, object]:
-    needed = seen.bits(word.signed)
+def _row(signal: str, word: Word, found: Range) -> dict[str, object]:
+    needed = found.bits(word.signed)
     return {
         "stage": str(word.stage),
         "signal": signal,
@@ -100,37 +94,22 @@ def _row(signal: str, word: Word, seen: Range) -> dict[str, object]:
         "signed": word.signed,
         "bound": word.bound,
         "proven": word.proven,
-        "minimum": seen.minimum,
-        "maximum": seen.maximum,
-        "share": seen.magnitude / word.bound,
+        "minimum": found.minimum,
+        "maximum": found.maximum,
+        "share": found.magnitude / word.bound,
         "bits_needed": needed,
         "headroom_bits": word.bits - needed,
-        "words": seen.words,
-        "rounded": seen.rounded,
-        "saturated": seen.saturated,
+        "words": found.words,
+        "rounded": found.rounded,
+        "saturated": found.saturated,
     }
 
 
-def measure(design: Design, block: Ints) -> Ranges:
+def measure_ranges(watched: Instrument[Any], codes: Ints) -> Ranges:
     """Ranges over converter codes ``(n, rows, columns)``."""
-    found = Ranges()
-    for trace in FixedTfra(design).traces(block):
-        if len(trace.codes):
-            seen = observe(design, trace)
-            found += Ranges(len(trace.codes), {signal: Range.of(words) for signal, words in seen.items()})
-    return found
-
-
-def ranges(design: Design, blocks: Iterable[Ints]) -> pl.DataFrame:
-    """The table of :class:`Ranges` over ``blocks`` of converter codes; raises ``ValueError`` without any frame."""
-    found = Ranges()
-    for block in blocks:
-        found += measure(design, block)
-    if not found.frames:
-        raise ValueError("frames: there are none")
-    return found.table(design)
-
-
-def broken(table: pl.DataFrame) -> pl.DataFrame:
-    """The rows of :func:`ranges` that exceed a word or a proven bound; there should be none."""
-    return table.filter((pl.col("headroom_bits") < 0) | (pl.col("proven") & (pl.col("share") > 1)))
+    total = Ranges()
+    for trace in watched.traces(codes):
+        if frames := len(watched.comparable(trace)):
+            signals = {signal: Range.of(observed) for signal, observed in watched.observe(trace).items()}
+            total += Ranges(frames, signals)
+    return total

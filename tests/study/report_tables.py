@@ -8,6 +8,7 @@ from typing import Any
 
 import polars as pl
 
+from tests.study.signals.measured import ranges, stage_errors
 from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.study.errors.cascade import Cascade
@@ -24,8 +25,7 @@ from tfra.study.search.evaluate import CHANGE, Evaluation
 from tfra.study.search.search import Search
 from tfra.study.search.space import Space
 from tfra.study.search.trials import Trials, sqlite
-from tfra.study.signals.ranges import ranges
-from tfra.study.signals.stages import stage_errors
+from tfra.study.signals.instrument import instrument
 from tfra.study.workers import one_after_another
 from tfra.synth.targets import find
 
@@ -50,7 +50,8 @@ def make(design: TfraDesign, definition: Definition, folder: Path, few: bool = T
         tables[name] = pl.concat(parts)
     codes = [convert(design, block.noisy) for block in blocks[Part.TRAIN]]
     stages = stage_errors(design, codes)
-    tables |= {"stages": stages.errors(), "decisions": stages.decisions(), "ranges": ranges(design, codes)}
+    tables |= {"stages": stages.errors(instrument(design)), "decisions": stages.decisions()}
+    tables["ranges"] = ranges(design, codes)
     tables |= {name: measured(frames, each) for name, each in variations(design, few).items()}
     generations, size = (2, 4) if few else (8, 24)
     for name, sampler in (("trials", "nsga2"), ("baseline", "random")):

@@ -13,14 +13,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.model.cases import make_design
+from tests.study.signals.measured import broken, ranges
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.butterfly import to_taxels
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.tfra import Status
-from tfra.study.signals import observation
-from tfra.study.signals.observation import Seen, cast, catalogue, observe
-from tfra.study.signals.ranges import Range, broken, ranges
+from tfra.study.signals.ranges import Range
+from tfra.study.signals.tfra import observation
+from tfra.study.signals.tfra.observation import catalogue, observe
+from tfra.study.signals.words import Observed, cast
 
 DESIGN = make_design(SENSORS["5×7, 3×3 mm, h 2 mm"])
 NAMES = ("5×7, 3×3 mm, h 2 mm", "10×10, 4×2 mm, h 3 mm")
@@ -164,13 +166,8 @@ def test_a_word_of_a_format_may_be_full():
     assert (full["headroom_bits"] == 0).all()
 
 
-def test_no_frames_are_refused():
-    with pytest.raises(ValueError, match="frames: there are none"):
-        ranges(DESIGN, [np.zeros((0, 5, 7), dtype=np.int64)])
-
-
 def test_a_range_forgets_nothing():
-    one, other = (Range.of(Seen(np.array(values), 1, 2)) for values in ([3, -7], [9, 1, 1]))
+    one, other = (Range.of(Observed(np.array(values), 1, 2)) for values in ([3, -7], [9, 1, 1]))
     assert one | other == Range(-7, 9, 5, 2, 4)
-    assert (one | Range.of(Seen(np.array([0]), None))).rounded is None
+    assert (one | Range.of(Observed(np.array([0]), None))).rounded is None
     assert (one | other).magnitude == 9

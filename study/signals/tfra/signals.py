@@ -15,44 +15,28 @@ from tfra.model.fixed.tfra.pipeline import Trace
 from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.fixed.widths import force_drop
 
-SIGNALS = {
-    "stress": Stage.NORMALISER,
-    "magnitude": Stage.NORMALISER,
-    "direction": Stage.CENTROIDS,
-    "c33_inv": Stage.MATVEC,
-    "sums_b": Stage.MATVEC,
-    "n": Stage.WEIGHTS,
-    "sums_n": Stage.MATVEC,
-    "c33": Stage.MATVEC,
-    "c31": Stage.MATVEC,
-    "c32": Stage.MATVEC,
-    "sums": Stage.DEPENDENT,
-    "alpha": Stage.DEPENDENT,
-    "beta": Stage.DEPENDENT,
-    "e0": Stage.COMBINE,
-    "e1": Stage.COMBINE,
-    "normal0": Stage.MATVEC,
-    "normal1": Stage.MATVEC,
-    "p": Stage.SWEEP,
-    "q": Stage.SWEEP,
-    "b_z": Stage.SWEEP,
-    "b_xy": Stage.SWEEP,
-    "mu_ind": Stage.FRICTION,
-    "mu_x": Stage.FRICTION,
-    "mu_y": Stage.FRICTION,
-    "d": Stage.COMBINE,
-    "pinv1": Stage.MATVEC,
-    "pinv2": Stage.MATVEC,
-    "pinv3": Stage.MATVEC,
-    "planes": Stage.FORCES,
-    "f_star": Stage.RESULTANT,
-    "gain": Stage.GAIN,
-    "mu": Stage.GAIN,
-    "phi": Stage.ANGLE,
-    "resultant": Stage.SCALING,
-    "forces": Stage.SCALING,
+_STAGES = {
+    Stage.NORMALISER: ("stress", "b", "magnitude"),
+    Stage.CENTROIDS: ("moment", "direction"),
+    Stage.WEIGHTS: ("n",),
+    Stage.DEPENDENT: ("sums", "quotient", "alpha", "beta"),
+    Stage.COMBINE: ("d0", "d_dep", "e0", "e1", "d"),
+    Stage.SWEEP: ("p", "q", "candidate", "b_z", "b_xy"),
+    Stage.FRICTION: ("mu_ind", "mu_dep", "mu_x", "mu_y"),
+    Stage.RESULTANT: ("f_star",),
+    Stage.GAIN: ("gain", "mu"),
+    Stage.FORCES: ("unscaled", "force", "planes"),
+    Stage.ANGLE: ("phi",),
+    Stage.SCALING: ("resultant", "forces"),
 }
-"""The stage of every signal, in the order of the data."""
+
+
+def stage_of(signal: str) -> Stage:
+    """The stage of ``signal``; signals of no other stage are products and their operands."""
+    quantity = signal.partition(".")[0]
+    if signal == "force.operand":
+        return Stage.MATVEC
+    return next((stage for stage, names in _STAGES.items() if quantity in names), Stage.MATVEC)
 
 
 def words(design: Design, trace: Trace) -> dict[str, Ints]:

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import polars as pl
 
 from tfra.model.arrays import Floats, Ints
 from tfra.model.cover.scenes import directed_codes, wild_codes
@@ -18,36 +17,18 @@ from tfra.model.fixed.tfra.operators import exact_operators
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.stages import Stage
 from tfra.sim.run import simulate
-from tfra.study.signals.ceilings import ceilings
-from tfra.study.signals.observation import catalogue, observe
+from tfra.study.signals.tfra.observation import catalogue, observe
 
 ENOUGH = 0.5
 """The share of its bound that a signal should reach."""
 
 
-_CLIPPED = "n is zero where C33^-1 b is positive; the bound adds up what all signs would give"
-_FRICTION = f"{_CLIPPED}, in a frame with alpha or beta of 2 and mu at its end"
-
-REASONS = {
-    **dict.fromkeys(("c33", "c31", "c32", "d0", "sums_n", "sums"), _CLIPPED),
-    **dict.fromkeys(("e0", "e1", "d", "normal0", "normal1", "p", "q", "pinv1", "pinv2", "pinv3"), _FRICTION),
-    **dict.fromkeys(("unscaled", "force", "candidate"), _FRICTION),
-    **dict.fromkeys(("b_z", "b_xy"), f"{_FRICTION}, at all taxels at once"),
-    **dict.fromkeys(("alpha", "beta"), "no frame was found with a numerator near twice its denominator"),
-    "direction": "both zones share the taxels, and their centroids lie on the array",
-}
-"""Why signals stay below their bounds."""
-
-NOT_FOUND = "no frame was found whose operand has the signs of the row"
-
-
 @dataclass(frozen=True)
 class Attained:
-    """The largest ``magnitude`` of a signal, the ``frame (rows, columns)`` of codes that has it, how it was found."""
+    """The largest ``magnitude`` of a signal, and the ``frame (rows, columns)`` of codes that has it."""
 
     magnitude: int
     frame: Ints
-    found: str
 
 
 @dataclass
@@ -64,33 +45,16 @@ class Extremes:
         """The share of its bound that ``signal`` has reached."""
         return self.best[signal].magnitude / self.words[signal].bound
 
-    def try_all(self, frames: Ints, found: str) -> None:
+    def try_all(self, frames: Ints) -> None:
         """Evaluate codes ``(n, m)``, one or more, and keep larger values than before."""
         shape = self.design.sensor.rows, self.design.sensor.columns
         for trace in FixedTfra(self.design).traces(frames):
-            seen = observe(self.design, trace)
+            observed = observe(self.design, trace)
             for signal in self.words:
-                peaks = np.abs(seen[signal].values.reshape(len(trace.codes), -1)).max(axis=1)
+                peaks = np.abs(observed[signal].values.reshape(len(trace.codes), -1)).max(axis=1)
                 frame = int(peaks.argmax())
                 if signal not in self.best or peaks[frame] > self.best[signal].magnitude:
-                    self.best[signal] = Attained(int(peaks[frame]), trace.codes[frame].reshape(shape), found)
-
-    def table(self) -> pl.DataFrame:
-        """A row for each proven signal.
-
-        ``stage``, ``signal``, ``word``, ``bits``, ``bound``; ``ceiling``, the most that any frame can have, without
-        rounding; ``attained``, its ``share`` of the bound and ``of_ceiling``; how the frame was ``found``; the
-        ``reason`` where the share is below ``ENOUGH``.
-        """
-        limits = ceilings(self.design)
-        rows = []
-        for signal, word in self.words.items():
-            best, ceiling, share = self.best[signal], limits.get(signal, word.bound), self.share(signal)
-            row = {"stage": str(word.stage), "signal": signal, "word": word.name, "bits": word.bits}
-            row |= {"bound": word.bound, "ceiling": ceiling, "attained": best.magnitude, "share": share}
-            row |= {"of_ceiling": best.magnitude / ceiling, "found": best.found}
-            rows.append(row | {"reason": REASONS.get(signal, NOT_FOUND) if share < ENOUGH else None})
-        return pl.DataFrame(rows, schema_overrides={"reason": pl.String})
+                    self.best[signal] = Attained(int(peaks[frame]), trace.codes[frame].reshape(shape))
 
     def climb(self, signal: str, rounds: int) -> None:
         """Set one taxel at a time to an end of its range, or to zero: the one that raises ``signal`` the most."""
@@ -100,7 +64,7 @@ class Extremes:
             before = self.best[signal]
             frames = np.repeat(before.frame.reshape(1, -1), 3 * len(taxels), axis=0)
             frames[np.arange(len(frames)), np.tile(taxels, 3)] = np.repeat([low, 0, high], len(taxels))
-            self.try_all(frames, before.found.removesuffix(", climbed") + ", climbed")
+            self.try_all(frames)
             if self.best[signal].magnitude == before.magnitude:
                 return
 
@@ -108,8 +72,8 @@ class Extremes:
 def attaining(design: Design, seed: int = 0, rounds: int = 16) -> Extremes:
     """The largest magnitudes that patterns give, and up to ``rounds`` of climbing where they stay small."""
     extremes = Extremes(design)
-    for found, frames in patterns(design, seed):
-        extremes.try_all(frames, found)
+    for frames in patterns(design, seed):
+        extremes.try_all(frames)
     for signal in extremes.words:
         if extremes.share(signal) < ENOUGH:
             extremes.climb(signal, rounds)
@@ -142,20 +106,20 @@ def ends(design: Design) -> tuple[int, int]:
     return -(1 << (design.adc.bits - 1)), (1 << (design.adc.bits - 1)) - 1
 
 
-def patterns(design: Design, seed: int) -> Iterator[tuple[str, Ints]]:
-    """Names, and frames of codes ``(n, m)``."""
+def patterns(design: Design, seed: int) -> Iterator[Ints]:
+    """Frames of codes ``(n, m)``: corners of the input, signs of rows, through C33, and noise."""
     m = design.sensor.taxels
-    yield "corner of the input", directed_codes(design).reshape(-1, m)
+    yield directed_codes(design).reshape(-1, m)
     c33 = exact_operators(design).c33
     for stack in design.stacks.values():
         for op in stack.operators:
             signs = rows_as_taxels(design, op)
-            yield f"signs of a row of {op.name}", full_scale(design, signs)
+            yield full_scale(design, signs)
             for lifted in (signs, signs + 1):  # n >= 0 is what is left of a vector in a frame that is swept
-                yield f"C33 times signs of a row of {op.name}", scaled(design, lifted @ c33.T)
+                yield scaled(design, lifted @ c33.T)
     rng = np.random.default_rng(seed)
-    yield "random signs", full_scale(design, rng.choice([-1.0, 1.0], size=(500, m)))
-    yield "random noise", wild_codes(design, 500, rng).reshape(-1, m)
+    yield full_scale(design, rng.choice([-1.0, 1.0], size=(500, m)))
+    yield wild_codes(design, 500, rng).reshape(-1, m)
 
 
 def rows_as_taxels(design: Design, op: Operator) -> Floats:

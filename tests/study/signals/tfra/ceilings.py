@@ -27,7 +27,7 @@ Pair = tuple[float, float]
 
 
 def ceilings(design: Design) -> dict[str, float]:
-    """Ceilings of signals of :func:`tfra.study.observation.catalogue`; a signal without a ceiling has its bound."""
+    """Ceilings of signals of the catalogue; a signal without a ceiling has its bound."""
     sensor, code = design.sensor, 2 ** (design.adc.bits - 1)
     most = Forms(design).largest()
     return {
