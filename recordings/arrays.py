@@ -1,18 +1,17 @@
 """Reading arrays of real numbers from .npy and .npz files, malformed ones included.
 
-NumPy's own reader trusts a header: it allocates the stated size, and its exceptions for malformed files are not
-documented.  Here the header is checked before anything is allocated or read: type, shape, and that the file holds
-exactly the stated number of bytes.
+NumPy reads the header.  Type, shape, and that the file holds exactly the bytes that the header promises are checked
+before anything is allocated or read.
 """
 
 from __future__ import annotations
 
-import ast
 import lzma
 import math
 import os
-import re
 import struct
+import tokenize
+import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Iterator
@@ -24,53 +23,60 @@ from typing import IO
 import numpy as np
 import numpy.typing as npt
 
+from tfra.model.arrays import Floats
 from tfra.runtime.errors import InputError, quoted, shortened
 from tfra.runtime.inputs import memory, opened
 
 Array = npt.NDArray[np.generic]
 Shape = tuple[int, ...]
 
+NeededShape = tuple[int | None, ...]
+"""A shape, in which None stands for any number."""
+
 CheckShape = Callable[[Shape], str | None]
 """Function that states what is wrong with a shape, or returns None."""
 
 _DAMAGE = (
-    ValueError,
-    EOFError,
-    RuntimeError,
-    OverflowError,
-    LookupError,
-    zipfile.BadZipFile,
-    zlib.error,
-    lzma.LZMAError,
-    struct.error,
+    *(ValueError, EOFError, RuntimeError, OverflowError, LookupError),
+    *(zipfile.BadZipFile, zlib.error, lzma.LZMAError, struct.error),
 )
 """Exceptions of ``zipfile`` for damaged, encrypted and unknown archives."""
 
-_MAGIC = b"\x93NUMPY"
-_LENGTH = {1: ("<H", "latin-1"), 2: ("<I", "latin-1"), 3: ("<I", "utf-8")}
-"""Format of the header's length, and its encoding, by the format's major version."""
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+    (3, 0): np.lib.format.read_array_header_2_0,  # differs in names of fields alone
+}
+"""NumPy's readers of a header by the format's version."""
 
-_MOST_HEADER = 10_000
-"""Bytes; NumPy writes 118 for an array of numbers."""
+_WRONG_HEADER = (ValueError, SyntaxError, TypeError, LookupError, MemoryError, RecursionError, tokenize.TokenError)
+"""Exceptions of NumPy's readers."""
 
 _LONGEST_TEXT = 1 << 20
 """Bytes of a text."""
 
-_TYPE = re.compile(r"[<>|=]?[?biufcmMOSUV][0-9]{0,9}(\[[a-zA-Z]{1,2}\])?")
+
+def any_shape(shape: Shape) -> str | None:
+    """Accept every shape."""
+    return None
 
 
-@dataclass(frozen=True, slots=True)
-class Header:
-    """The content of a .npy header."""
+def fits(needed: NeededShape) -> CheckShape:
+    """Return the check for a ``needed`` shape."""
 
-    dtype: np.dtype[np.generic]
-    fortran: bool
-    shape: Shape
+    def check(shape: Shape) -> str | None:
+        if len(shape) == len(needed) and all(n in (None, m) for n, m in zip(needed, shape, strict=True)):
+            return None
+        wanted = ", ".join("n" if n is None else str(n) for n in needed) + "," * (len(needed) == 1)
+        return f"shape ({wanted}) is needed, got {shortened(str(shape))}"
 
-    @property
-    def bytes(self) -> int:
-        """Bytes of the array."""
-        return math.prod(self.shape) * self.dtype.itemsize
+    return check
+
+
+def doubles(array: Array) -> Floats:
+    """Return ``array`` in double precision."""
+    with np.errstate(all="ignore"):  # a long double may be infinite as a double
+        return np.asarray(array, dtype=np.float64)
 
 
 def read_npy(file: Path, key: str, check: CheckShape) -> Array:
@@ -80,7 +86,7 @@ def read_npy(file: Path, key: str, check: CheckShape) -> Array:
     or whose shape ``check`` refuses.
     """
     with opened(file) as stream:
-        return _array(file, key, stream, os.fstat(stream.fileno()).st_size, check)
+        return _read(file, key, stream, os.fstat(stream.fileno()).st_size, check)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +103,19 @@ class Archive:
 
     def read(self, key: str, check: CheckShape) -> Array:
         """Return the array called ``key``; raises ``InputError`` as ``read_npy`` and for a damaged archive."""
+        with self._member(key) as (stream, size):
+            return _read(self.file, key, stream, size, check)
+
+    def text(self, key: str) -> str:
+        """Return the text of ``key``, an array without axes; raises ``InputError`` for anything else."""
+        with self._member(key) as (stream, size):
+            if size > _LONGEST_TEXT:
+                raise InputError(self.file, key, f"a text of at most {_LONGEST_TEXT:,} bytes is needed")
+            return str(_read(self.file, key, stream, size, fits(()), "a text is", "U")[()])
+
+    @contextmanager
+    def _member(self, key: str) -> Iterator[tuple[IO[bytes], int]]:
+        """Open the member of ``key``, whose size is given, too; raises ``InputError``, also for damage in the block."""
         if self.keys.count(key) > 1:
             raise InputError(self.file, key, "the archive holds this key more than once")
         member = self.zip.infolist()[self.keys.index(key)]
@@ -104,7 +123,7 @@ class Archive:
             raise InputError(self.file, key, "is encrypted")
         try:
             with self.zip.open(member) as stream:
-                return _array(self.file, key, stream, member.file_size, check)
+                yield stream, member.file_size
         except InputError:
             raise
         except NotImplementedError as error:
@@ -114,102 +133,65 @@ class Archive:
                 raise
             raise InputError(self.file, key, f"is damaged: {error or 'the data ends early'}") from None
 
-    def text(self, key: str) -> str:
-        """Return the text of ``key``, an array without axes, whose header is checked before anything it promises is
-        believed; raises ``InputError`` for anything else.
-        """
-        member = self.zip.getinfo(f"{key}.npy")
-        if member.file_size > _LONGEST_TEXT:
-            raise InputError(self.file, key, f"a text of at most {_LONGEST_TEXT:,} bytes is needed")
-        try:
-            with self.zip.open(member) as stream:
-                np.lib.format.read_magic(stream)
-                shape, _, kind = np.lib.format.read_array_header_1_0(stream)
-                data = stream.read()
-            if shape != () or kind.kind != "U" or kind.itemsize != len(data):
-                raise ValueError(f"got shape {shape} of {kind}")
-            return data.decode("utf-32-be" if kind.byteorder == ">" else "utf-32-le").rstrip("\0")
-        except (ValueError, EOFError, RuntimeError, zipfile.BadZipFile, zlib.error) as error:
-            raise InputError(self.file, key, f"a text is needed: {shortened(str(error), 120)}") from None
-
 
 @contextmanager
 def archive(file: Path) -> Iterator[Archive]:
     """Open the .npz ``file``; raises ``InputError`` for any other file."""
+    magic = np.lib.format.MAGIC_PREFIX
     with opened(file) as stream:
-        if stream.read(len(_MAGIC)) == _MAGIC:
+        if stream.read(len(magic)) == magic:
             raise InputError(file, "", "is not a .npz file but a single array: call it .npy")
         try:
-            found = zipfile.ZipFile(stream)
+            opened_zip = zipfile.ZipFile(stream)
         except _DAMAGE as error:
             raise InputError(file, "", f"is not a readable .npz file: {error or 'it ends early'}") from None
-        with found:
-            yield Archive(file, found)
+        with opened_zip:
+            yield Archive(file, opened_zip)
 
 
-def _array(file: Path, key: str, stream: IO[bytes], size: int, check: CheckShape) -> Array:
-    """Return the array in the ``size`` bytes of ``stream``."""
-    header, length = _header(file, key, stream)
-    if header.dtype.kind not in "iuf":
-        found = "records" if header.dtype.kind == "V" else header.dtype
-        raise InputError(file, key, f"real numbers are needed, got {found}")
-    if any(count >= 1 << 63 for count in header.shape):
-        raise InputError(file, key, f"the header promises the impossible shape {quoted(header.shape)}")
-    if reason := check(header.shape):
+def _read(
+    file: Path,
+    key: str,
+    stream: IO[bytes],
+    size: int,
+    check: CheckShape,
+    needed: str = "real numbers are",
+    kinds: str = "iuf",
+) -> Array:
+    """Return the array in the ``size`` bytes of ``stream``; ``kinds`` are those of NumPy that are ``needed``."""
+    shape, fortran, dtype = _header(file, key, stream)
+    if dtype.kind not in kinds:
+        raise InputError(file, key, f"{needed} needed, got {'records' if dtype.kind == 'V' else dtype}")
+    if any(count >= 1 << 63 for count in shape):
+        raise InputError(file, key, f"the header promises the impossible shape {quoted(shape)}")
+    if reason := check(shape):
         raise InputError(file, key, reason)
-    promise = f"the header promises {header.bytes:,} bytes of numbers"
-    if header.bytes != size - length:
-        raise InputError(file, key, f"{promise}, the file has {max(0, size - length):,}")
-    if header.bytes > memory() // 2:
+    promised, have = math.prod(shape) * dtype.itemsize, size - stream.tell()
+    promise = f"the header promises {promised:,} bytes of numbers"
+    if promised != have:
+        raise InputError(file, key, f"{promise}, the file has {max(0, have):,}")
+    if promised > memory() // 2:
         raise InputError(file, key, f"{promise}, more than half of this machine's memory")
-    data = _filled(stream, header.bytes)
-    if data is None:
+    data = np.empty(promised, dtype=np.uint8)
+    if stream.readinto(data) < promised:  # type: ignore[attr-defined]  # of files and members of archives
         raise InputError(file, key, f"{promise}, the file ends before them")
-    return data.view(header.dtype).reshape(header.shape, order="F" if header.fortran else "C")
+    return data.view(dtype).reshape(shape, order="F" if fortran else "C")
 
 
-def _filled(stream: IO[bytes], size: int) -> npt.NDArray[np.uint8] | None:
-    """Return the next ``size`` bytes of ``stream``, or None if there are fewer."""
-    data, done = np.empty(size, dtype=np.uint8), 0
-    while done < size:
-        part = stream.read(min(size - done, 1 << 20))
-        if not part:
-            return None
-        data[done : done + len(part)] = np.frombuffer(part, dtype=np.uint8)
-        done += len(part)
-    return data
-
-
-def _header(file: Path, key: str, stream: IO[bytes]) -> tuple[Header, int]:
-    """Return the header of a .npy file, and its length in bytes."""
-    start = stream.read(8)
-    if start[:6] != _MAGIC or len(start) < 8:
-        found = ": it is a .npz file" if start.startswith(b"PK\3\4") else ""
-        raise InputError(file, key, f"is not a .npy array{found}")
-    if start[6] not in _LENGTH:
-        raise InputError(file, key, f"version 1, 2 or 3 of the .npy format is needed, got {start[6]}.{start[7]}")
-    code, encoding = _LENGTH[start[6]]
-    field = stream.read(struct.calcsize(code)).ljust(4, b"\0")
-    length = struct.unpack_from(code, field)[0]
-    if length > _MOST_HEADER:
-        raise InputError(file, key, f"a header of at most {_MOST_HEADER:,} bytes is supported, got {length:,}")
-    text = stream.read(length)
+def _header(file: Path, key: str, stream: IO[bytes]) -> tuple[Shape, bool, np.dtype[np.generic]]:
+    """Return shape, whether the order is Fortran's, and type of a .npy file."""
+    start = stream.read(np.lib.format.MAGIC_LEN)
+    if not start.startswith(np.lib.format.MAGIC_PREFIX) or len(start) < np.lib.format.MAGIC_LEN:
+        other = ": it is a .npz file" if start.startswith(b"PK\3\4") else ""
+        raise InputError(file, key, f"is not a .npy array{other}")
+    version = start[-2], start[-1]
+    if version not in _HEADERS:
+        raise InputError(file, key, f"version 1, 2 or 3 of the .npy format is needed, got {version[0]}.{version[1]}")
     try:
-        return _parsed(ast.literal_eval(text.decode(encoding).strip())), 8 + struct.calcsize(code) + len(text)
-    except (ValueError, SyntaxError, TypeError, LookupError, MemoryError, RecursionError):
-        shown = shortened(text.decode("latin-1").strip(), 150)
-        raise InputError(file, key, f"the header is damaged: {shown}") from None
-
-
-def _parsed(entries: dict[str, object]) -> Header:
-    """Return the header; raises ``ValueError``, ``TypeError`` or ``LookupError`` for other bytes."""
-    shape, fortran, kind = entries["shape"], entries["fortran_order"], entries["descr"]
-    if not isinstance(shape, tuple) or not all(type(count) is int and count >= 0 for count in shape):
-        raise ValueError("shape")
-    if not isinstance(fortran, bool):
-        raise ValueError("fortran_order")
-    if isinstance(kind, list):
-        return Header(np.dtype("V1"), fortran, shape)  # records, whatever their fields
-    if not isinstance(kind, str) or not _TYPE.fullmatch(kind):
-        raise ValueError("descr")
-    return Header(np.dtype(kind), fortran, shape)
+        with warnings.catch_warnings(action="ignore"):
+            shape, fortran, dtype = _HEADERS[version](stream)
+        if not all(type(count) is int and count >= 0 for count in shape):
+            raise ValueError(f"shape {shape}")
+    except _WRONG_HEADER as error:
+        raise InputError(file, key, f"the header is damaged: {shortened(str(error), 150)}") from None
+    return shape, fortran, dtype

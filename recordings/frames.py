@@ -4,28 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
-from tfra.recordings.arrays import Archive, Array, Shape, archive, read_npy
+from tfra.recordings.arrays import archive, doubles, fits
+from tfra.recordings.format import Values
+from tfra.recordings.formats import format_of, suffixes
 from tfra.recordings.input import PLAIN, Input, arranged, codes_of, no_codes, overridden, stress
-from tfra.recordings.log import is_bag, read_log
-from tfra.recordings.parquet import read_parquet
-from tfra.recordings.shapes import FRAMES, split, wrong_shape
-from tfra.recordings.text import read_csv
-from tfra.runtime.errors import InputError, shortened
+from tfra.recordings.shapes import FRAMES
+from tfra.runtime.errors import InputError
+from tfra.runtime.extras import require
 from tfra.runtime.inputs import no_memory
 from tfra.runtime.ownership import is_as_written
-
-TIME = "time"
-"""The key of the times."""
 
 REFERENCES = {"resultant_ref": (3,), "mu_ref": (), "phi_ref_deg": ()}
 """True values of a frame, by key: their shapes; in N, 1 and degrees, nan where unknown."""
@@ -35,8 +30,6 @@ MOST = 1e12
 
 The models square sums over taxels at most, so with 4096 taxels nothing overflows below 1e150.
 """
-
-FORMATS = ".npz, .npy, .csv, .txt, .tsv, .parquet or .mcap"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,12 +70,11 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
     """
     file = Path(path)
     try:
-        found = _levels(file, sensor, adc, given)
-        rest = _rest(found.frames, file, sensor, adc, given)
-        frames = pascals(file, found.frames, adc, given, rest)
+        levels = _levels(file, sensor, adc, given)
+        rest = _rest(levels.frames, file, sensor, adc, given)
+        return replace(levels, frames=pascals(file, levels.frames, adc, given, rest))
     except MemoryError as error:
         raise no_memory(file, error) from None
-    return replace(found, frames=frames)
 
 
 def read_frames(path: str | Path, sensor: SensorArray) -> Floats:
@@ -99,9 +91,9 @@ def read_references(path: str | Path, count: int) -> dict[str, Floats]:
     file = Path(path)
     if file.suffix != ".npz":
         return {}
-    with archive(file) as found:
-        keys = [key for key in REFERENCES if key in found.keys]
-        references = {key: _doubles(found.read(key, partial(_other_shape, (count, *REFERENCES[key])))) for key in keys}
+    with archive(file) as stored:
+        shapes = {key: (count, *shape) for key, shape in REFERENCES.items() if key in stored.keys}
+        references = {key: doubles(stored.read(key, fits(shape))) for key, shape in shapes.items()}
     for key, values in references.items():
         if len(bad := np.argwhere(np.abs(values) > MOST)):
             raise InputError(file, key, f"frame {bad[0][0]}: {values[tuple(bad[0])]:g} is no true value")
@@ -138,10 +130,11 @@ def in_place(file: Path, values: Floats, sensor: SensorArray, adc: Adc, given: I
 
 def _levels(file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
     """The recording in its own unit, every taxel in its place; all are numbers, or codes, if it has those."""
-    values, time, seconds = _read(file, sensor, given)
-    if not len(values):
+    values = _read(file, sensor, given)
+    if not len(values.frames):
         raise InputError(file, FRAMES, "at least one frame is needed, got none")
-    return Recording(in_place(file, _doubles(values), sensor, adc, given), time, seconds, given)
+    frames = in_place(file, doubles(values.frames), sensor, adc, given)
+    return Recording(frames, values.time, values.seconds, given)
 
 
 def _rest(levels: Floats, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Floats | None:
@@ -154,48 +147,15 @@ def _rest(levels: Floats, file: Path, sensor: SensorArray, adc: Adc, given: Inpu
     return levels[: given.tare_frames] if given.tare_frames else None
 
 
-def _read(file: Path, sensor: SensorArray, given: Input) -> tuple[Array | Floats, Floats | None, bool]:
-    """Values, a frame in each row or with its axes; times; and whether these are seconds."""
-    check = partial(wrong_shape, sensor, given)
-    match file.suffix.lower():
-        case ".npz":
-            with archive(file) as found:
-                if FRAMES not in found.keys:
-                    have = shortened(", ".join(found.keys), 120) or "none"
-                    raise InputError(file, FRAMES, f"the key is missing, the file has: {have}")
-                values, time = split(found.read(FRAMES, check), sensor, given)
-                return values, _archived_time(found, len(values)) if time is None else time, False
-        case ".npy":
-            return *split(read_npy(file, FRAMES, check), sensor, given), False
-        case ".csv" | ".txt" | ".tsv":
-            return *read_csv(file, sensor, given.skip_columns), False
-        case ".parquet":
-            return *read_parquet(file, sensor, given), False
-        case ".mcap":
-            return *read_log(file, sensor, given), True
-    if is_bag(file):
-        return *read_log(file, sensor, given), True
-    raise InputError(file, "", f"a name that ends in {FORMATS} is needed, or the folder of a rosbag2")
-
-
-def _archived_time(found: Archive, count: int) -> Floats | None:
-    """The numbers under ``TIME`` if there is one for each frame; other data of that name are ignored."""
-    if TIME not in found.keys:
-        return None
-    try:
-        times = _doubles(found.read(TIME, partial(_other_shape, (count,))))
-    except InputError:
-        return None
-    return times if np.isfinite(times).all() else None
-
-
-def _other_shape(needed: Shape, shape: Shape) -> str | None:
-    return None if shape == needed else f"shape {needed} is needed, got {shortened(str(shape))}"
-
-
-def _doubles(array: npt.NDArray[np.generic]) -> Floats:
-    with np.errstate(all="ignore"):  # a long double may be infinite as a double
-        return np.asarray(array, dtype=np.float64)
+def _read(file: Path, sensor: SensorArray, given: Input) -> Values:
+    """What the file or folder holds; raises ``InputError`` for a name of no format."""
+    if (chosen := format_of(file)) is None:
+        *names, last = suffixes()
+        needed = f"a name that ends in {', '.join(names)} or {last} is needed, or the folder of a rosbag2"
+        raise InputError(file, "", needed)
+    if chosen.needs:
+        require(file, *chosen.needs)
+    return chosen.read(file, sensor, given)
 
 
 def _require_finite(file: Path, frames: Floats) -> None:

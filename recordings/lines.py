@@ -10,9 +10,9 @@ import numpy as np
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
+from tfra.recordings.formats.text import Table, are_headings, require_numbers, table_for
 from tfra.recordings.frames import in_place, pascals, tare_of
 from tfra.recordings.input import Input
-from tfra.recordings.text import Table, are_headings, require_numbers, table_for
 from tfra.runtime.errors import InputError
 
 _PLACE = Path("line")

@@ -7,8 +7,7 @@
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.tfra import Result
+from tfra.recordings.format import Columns
+from tfra.recordings.formats import table_formats
 from tfra.recordings.frames import Recording
 from tfra.runtime.errors import InputError
 from tfra.runtime.extras import require
@@ -28,10 +29,8 @@ KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "
 OPTIONAL = ("uncertainty", "residual")
 """Such keys that only some estimators have."""
 
-_ROWS = 10_000  # of a CSV at a time
-
-Columns = dict[str, npt.NDArray[Any]]
-"""A table: one-dimensional arrays of the same length by their names."""
+_FORCES = ("fx_n", "fy_n", "fz_n")
+"""Columns of a force, in N."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,29 +44,29 @@ class Estimate:
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Contents of RESULT.npz; ``stress`` is the input of the engine, before any conversion."""
-        found = {key: np.asarray(getattr(self.result, key)) for key in KEYS}
-        found["stress"] = np.ascontiguousarray(self.recording.frames)
-        times = {} if self.recording.time is None else {"time": self.recording.time}
-        found |= self._optional() | self._threshold() | times
-        return found | {"engine": np.array(self.engine), "config": np.array(self.config)}
+        threshold, time = self.result.threshold, self.recording.time
+        return {
+            **{key: np.asarray(getattr(self.result, key)) for key in KEYS},
+            "stress": np.ascontiguousarray(self.recording.frames),
+            **self._optional(),
+            **({} if threshold is None else {"threshold": np.array(threshold)}),
+            **({} if time is None else {"time": time}),
+            "engine": np.array(self.engine),
+            "config": np.array(self.config),
+        }
 
     def frames(self) -> Columns:
         """A row for each frame."""
-        time, found = self.recording.time, self.result
+        time, result = self.recording.time, self.result
         name = "time_s" if self.recording.seconds else "time"
-        forces = dict(zip(("fx_n", "fy_n", "fz_n"), np.transpose(found.resultant), strict=True))
         return {
-            "frame": np.arange(len(found.mu)),
+            "frame": np.arange(len(result.mu)),
             **({} if time is None else {name: time}),
-            **{key: getattr(found, key) for key in ("phi_deg", "mu", "mu_x", "mu_y")},
-            **forces,
-            **{key: getattr(found, key) for key in ("sweep_index", "status")},
+            **{key: getattr(result, key) for key in ("phi_deg", "mu", "mu_x", "mu_y")},
+            **dict(zip(_FORCES, np.transpose(result.resultant), strict=True)),
+            **{key: getattr(result, key) for key in ("sweep_index", "status")},
             **self._optional(),
         }
-
-    def _threshold(self) -> Columns:
-        threshold = self.result.threshold
-        return {} if threshold is None else {"threshold": np.array(threshold)}
 
     def _optional(self) -> Columns:
         return {key: value for key in OPTIONAL if (value := getattr(self.result, key)) is not None}
@@ -75,48 +74,35 @@ class Estimate:
     def forces(self) -> Columns:
         """A row for each taxel of each frame."""
         n, rows, columns = self.recording.frames.shape
-        places = dict(zip(("frame", "row", "column"), np.indices((n, rows, columns)).reshape(3, -1), strict=True))
-        axes = np.moveaxis(self.result.forces, 1, 0).reshape(3, -1)
-        return places | dict(zip(("fx_n", "fy_n", "fz_n"), axes, strict=True))
+        taxels = np.indices((n, rows, columns)).reshape(3, -1)
+        forces = np.moveaxis(self.result.forces, 1, 0).reshape(3, -1)
+        return dict(zip(("frame", "row", "column", *_FORCES), (*taxels, *forces), strict=True))
 
 
 def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
     """Raise ``InputError`` now if ``write_result`` would, before a long computation."""
-    if path.suffix == ".parquet":
-        require(path, "tables", "polars")
-    if path.suffix in (".csv", ".parquet"):
-        check_directory(path, command, inputs)
-    elif path.suffix == ".npz":
+    if path.suffix == ".npz":
         check_archive(path, command, inputs)
-    else:
-        raise InputError(path, "", "the name of the output must end in .npz, .csv or .parquet")
+        return
+    tables = table_formats()
+    if path.suffix not in tables:
+        *names, last = ".npz", *tables
+        raise InputError(path, "", f"the name of the output must end in {', '.join(names)} or {last}")
+    if needs := tables[path.suffix].needs:
+        require(path, *needs)
+    check_directory(path, command, inputs)
 
 
-def write_result(path: Path, found: Estimate, command: str, inputs: Sequence[Path]) -> None:
-    """Write ``found`` to ``path``, in the format of its suffix; equal results give equal bytes.
+def write_result(path: Path, estimate: Estimate, command: str, inputs: Sequence[Path]) -> None:
+    """Write ``estimate`` to ``path``, in the format of its suffix; equal results give equal bytes.
 
     Raises ``InputError`` as ``write_npz`` and ``output_directory``.
     """
     if path.suffix == ".npz":
-        write_npz(path, found.arrays(), command)
+        write_npz(path, estimate.arrays(), command)
         return
-    write = _write_csv if path.suffix == ".csv" else _write_parquet
+    write_table = table_formats()[path.suffix].write_table
+    assert write_table
     with output_directory(path, command, inputs) as folder:
-        write(folder / f"frames{path.suffix}", found.frames())
-        write(folder / f"forces{path.suffix}", found.forces())
-
-
-def _write_csv(path: Path, table: Mapping[str, npt.NDArray[Any]]) -> None:
-    """The shortest numbers that are read back as the same double."""
-    with open(path, "x", encoding="utf-8", newline="") as stream:
-        writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(table)
-        for start in range(0, len(next(iter(table.values()))), _ROWS):
-            parts = (column[start : start + _ROWS].tolist() for column in table.values())
-            writer.writerows(zip(*parts, strict=True))
-
-
-def _write_parquet(path: Path, table: Mapping[str, npt.NDArray[Any]]) -> None:
-    import polars as pl
-
-    pl.DataFrame(dict(table)).write_parquet(path, compression="zstd", statistics=False)
+        write_table(folder / f"frames{path.suffix}", estimate.frames())
+        write_table(folder / f"forces{path.suffix}", estimate.forces())

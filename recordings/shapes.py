@@ -8,11 +8,10 @@ No shape is ambiguous: a sensor has at least two rows and two columns, so neithe
 
 from __future__ import annotations
 
-import numpy as np
-
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import Array, Shape
+from tfra.recordings.format import finite
 from tfra.recordings.input import Input
 from tfra.runtime.errors import shortened
 
@@ -29,8 +28,7 @@ def split(array: Array, sensor: SensorArray, given: Input) -> tuple[Array, Float
         return array[None], None
     if array.ndim == 3 or not given.skip_columns:
         return array, None
-    time = array[:, 0].astype(np.float64)
-    return array[:, given.skip_columns :], time if np.isfinite(time).all() else None
+    return array[:, given.skip_columns :], finite(array[:, 0])
 
 
 def wrong_shape(sensor: SensorArray, given: Input, shape: Shape) -> str | None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from tfra.model.arrays import Floats
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status
-from tfra.recordings.arrays import Archive, Shape, archive
+from tfra.recordings.arrays import Archive, NeededShape, archive, doubles, fits
 from tfra.recordings.frames import REFERENCES, read_references
 from tfra.recordings.results import OPTIONAL
 from tfra.recordings.shapes import FRAMES
@@ -30,9 +29,6 @@ CONTEXT = ("stress", "engine", "config")
 """Keys that say where a result comes from; those of earlier versions have none."""
 
 OLD = "the key is missing, an earlier version made this file: run tfra estimate again"
-
-Needed = tuple[int | None, ...]
-"""A shape, in which None stands for any number of frames."""
 
 _BITS = sum(Status)
 
@@ -158,21 +154,21 @@ def _threshold(found: Archive) -> float:
     return threshold
 
 
-def _forces(found: Archive, needed: Needed, learned: bool) -> Floats:
+def _forces(found: Archive, needed: NeededShape, learned: bool) -> Floats:
     """Forces at the taxels, finite; a core of the ``learned`` estimator may have left them out: all are NaN."""
     forces = _read(found, "forces", needed)
     return forces if learned and np.isnan(forces).all() else _finite(found, "forces", forces)
 
 
-def _numbers(found: Archive, key: str, needed: Needed) -> Floats:
+def _numbers(found: Archive, key: str, needed: NeededShape) -> Floats:
     """The finite numbers of ``key``, whose shape is ``needed``; raises ``InputError`` for others."""
     return _finite(found, key, _read(found, key, needed))
 
 
-def _read(found: Archive, key: str, needed: Needed) -> Floats:
+def _read(found: Archive, key: str, needed: NeededShape) -> Floats:
     if key not in found.keys:
         raise InputError(found.file, key, "the key is missing")
-    return np.asarray(found.read(key, partial(_wrong, needed)), dtype=np.float64)
+    return doubles(found.read(key, fits(needed)))
 
 
 def _finite(found: Archive, key: str, numbers: Floats) -> Floats:
@@ -180,13 +176,6 @@ def _finite(found: Archive, key: str, numbers: Floats) -> Floats:
     if len(bad):
         raise InputError(found.file, key, f"frame {bad[0][0]} has a value that is not finite")
     return numbers
-
-
-def _wrong(needed: Needed, shape: Shape) -> str | None:
-    if len(shape) == len(needed) and all(n in (None, m) for n, m in zip(needed, shape, strict=True)):
-        return None
-    wanted = ", ".join("n" if n is None else str(n) for n in needed)
-    return f"shape ({wanted}) is needed, got {shortened(str(shape))}"
 
 
 def _design(path: Path, config: str) -> Design:

@@ -26,7 +26,7 @@ from tfra.codegen.config.write import millimetres
 from tfra.model.arrays import Floats
 from tfra.model.learned.weights import NAMES, Weights
 from tfra.model.sensor import SensorArray
-from tfra.recordings.arrays import Archive, Shape, archive
+from tfra.recordings.arrays import Archive, any_shape, archive
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.outputs import write_npz
 from tfra.runtime.ownership import file_objection
@@ -106,7 +106,7 @@ def read_weights(file: Path, sensor: SensorArray) -> Trained:
             raise InputError(file, missing, f"the key is missing: {_AGAIN}")
         about = _about(found)
         _require_sensor(file, about, sensor)
-        arrays = {key: np.asarray(found.read(key, _any_shape), dtype=np.float64) for key in (*NAMES, "curve")}
+        arrays = {key: np.asarray(found.read(key, any_shape), dtype=np.float64) for key in (*NAMES, "curve")}
     curve = arrays.pop("curve")
     if curve.ndim != 2 or curve.shape[1] != 3 or not np.isfinite(curve).all():
         raise InputError(file, "curve", f"finite numbers of shape (k, 3) are needed, got shape {curve.shape}")
@@ -151,6 +151,3 @@ def _described(sensor: SensorArray) -> dict[str, float]:
     lengths = {f"{key}_mm": millimetres(getattr(sensor, key)) for key in ("pitch_x", "pitch_y", "thickness")}
     return {"rows": sensor.rows, "columns": sensor.columns, **lengths}
 
-
-def _any_shape(shape: Shape) -> None:
-    """:class:`Weights` checks the shapes."""

@@ -69,7 +69,7 @@ WRONG = {
         "frames without reference values: one of resultant_ref, mu_ref, phi_ref_deg is needed",
     ),
     "key": (lacking("mu_x"), "mu_x: the key is missing"),
-    "shape": (having(mu=np.zeros(3)), "mu: shape (24) is needed, got (3,)"),
+    "shape": (having(mu=np.zeros(3)), "mu: shape (24,) is needed, got (3,)"),
     "rows": (having(stress=np.zeros((24, 5, 6))), "stress: shape (n, 4, 6) is needed, got (24, 5, 6)"),
     "no frames": (having(stress=np.zeros((0, 4, 6))), "stress: at least one frame is needed, got none"),
     "nan": (having(phi_deg=np.full(24, np.nan)), "phi_deg: frame 0 has a value that is not finite"),
@@ -83,7 +83,7 @@ WRONG = {
     "zero threshold": (having(uncertainty=np.ones(24), threshold=0), "threshold: a positive number is needed, got 0"),
     "status": (having(status=np.full(24, 256)), "status: frame 0: is no status"),
     "index": (having(sweep_index=np.full(24, 101)), "sweep_index: frame 0: is no candidate of 101"),
-    "text": (having(engine=np.zeros(3)), "engine: a text is needed: got shape (3,) of float64"),
+    "text": (having(engine=np.zeros(3)), "engine: a text is needed, got float64"),
     "bad config": (having(config=np.array("[sensor]\nrows = 1")), "config: sensor.columns: "),
     "no config": (having(config=np.array("rows =")), "config: "),
 }
@@ -127,7 +127,7 @@ def test_a_damaged_text_is_told(made: tuple[Path, dict[str, Arrays]], tmp_path: 
     data = (made[0] / "float.npz").read_bytes()
     place = data.index("float".encode("utf-32-le"))
     file.write_bytes(data[:place] + b"x" + data[place + 1 :])
-    with pytest.raises(InputError, match=r"r\.npz: engine: a text is needed: Bad CRC"):
+    with pytest.raises(InputError, match=r"r\.npz: engine: is damaged: Bad CRC"):
         read_all([file])
 
 

@@ -119,7 +119,7 @@ def forged(path: Path, change: Callable[[dict[str, Any], dict[str, Any]], object
         (lambda a, d: a.pop("read2"), "read2: the key is missing: run tfra train again"),
         (lambda a, d: a.pop("about"), "about: the key is missing: run tfra train again"),
         (lambda a, d: a.update(about=np.array("no JSON")), "about: is no JSON: run tfra train again"),
-        (lambda a, d: a.update(about=np.zeros(3)), "about: a text is needed: got shape (3,) of float64"),
+        (lambda a, d: a.update(about=np.zeros(3)), "about: a text is needed, got float64"),
         (lambda a, d: d.update(format=3), "about.format: version 2 is needed, got 3: run tfra train again"),
         (lambda a, d: d.pop("format"), "about.format: version 2 is needed, got None: run tfra train again"),
         (lambda a, d: d.pop("threshold"), "about.threshold: is missing"),

@@ -19,7 +19,8 @@ from hypothesis import strategies as st
 
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
-from tfra.recordings.frames import FORMATS, Recording, read_recording
+from tfra.recordings.formats import suffixes
+from tfra.recordings.frames import Recording, read_recording
 from tfra.recordings.input import PLAIN, Input
 from tfra.recordings.shapes import wrong_shape
 from tfra.runtime.errors import InputError
@@ -231,7 +232,7 @@ def test_damaged_parquet(tmp_path: Path) -> None:
 def test_the_page_has_every_key_and_format() -> None:
     page = (Path(__file__).parents[2] / "docs" / "recordings.md").read_text()
     rows = "".join(re.findall(r"^\| (`.*?) \|", page, re.MULTILINE))
-    for name in (*(field.name for field in fields(Input)), *FORMATS.replace(" or ", ", ").split(", ")):
+    for name in (*(field.name for field in fields(Input)), *suffixes()):
         assert f"`{name}`" in rows, name
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import csv
 import re
 from dataclasses import dataclass
 from itertools import pairwise
@@ -12,6 +13,8 @@ import numpy as np
 
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
+from tfra.recordings.format import Columns, Format, Values, finite
+from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import opened
 
@@ -20,6 +23,9 @@ Line = tuple[int, list[str]]
 
 _SEPARATORS = (",", ";", "\t", "|", " ")
 """In the order in which they are tried; a blank stands for any number of blanks and tabs."""
+
+_ROWS = 10_000
+"""Rows that are written at a time."""
 
 _LIKE_A_TIME = 4
 """Most cells beyond the taxels that may be other columns."""
@@ -55,16 +61,16 @@ class Table:
         return len(cells) == self.width and all(map(_is_number, cells[self.skip :]))
 
 
-def read_csv(file: Path, sensor: SensorArray, skip: int = 0) -> tuple[Floats, Floats | None]:
-    """Return the lines of the text ``file``, ``(n, m)``, without their first ``skip`` cells, of which the first is the
+def read(file: Path, sensor: SensorArray, given: Input) -> Values:
+    """Return the lines of the text ``file``, ``(n, m)``, without the cells that are skipped, of which the first is the
     time, ``(n,)``, if all of them are finite numbers, else None.  A number too large for a double is infinite.
 
     Separators are commas, semicolons, tabs, bars or blanks, whichever makes the first lines fit the taxels; but between
     commas a decimal comma will do.  A first line of headings, empty lines and those that begin with # are left out.
     Raises ``InputError`` naming the line.
     """
-    found = [(number, line) for number, line in enumerate(_text(file), 1) if line.strip()]
-    texts = [(number, line) for number, line in found if not line.lstrip().startswith("#")]
+    skip, every = given.skip_columns, enumerate(_text(file), 1)
+    texts = [(number, line) for number, line in every if line.strip() and not line.lstrip().startswith("#")]
     table = table_for(file, sensor, skip, [line for _, line in texts[:2]])
     if texts and are_headings(table.cells(texts[0][1])):
         del texts[0]
@@ -75,7 +81,7 @@ def read_csv(file: Path, sensor: SensorArray, skip: int = 0) -> tuple[Floats, Fl
     values = np.empty((len(lines), sensor.taxels))
     for row, (_, cells) in zip(values, lines, strict=True):
         row[:] = [float(cell) for cell in cells[skip:]]
-    return values, _times([cells[0] for _, cells in lines]) if skip else None
+    return Values(values, _times([cells[0] for _, cells in lines]) if skip else None)
 
 
 def require_numbers(table: Table, texts: list[tuple[int, str]]) -> list[Line]:
@@ -99,10 +105,7 @@ def _numbers(table: Table, line: str) -> int:
 
 
 def _times(cells: list[str]) -> Floats | None:
-    if not all(map(_is_number, cells)):
-        return None
-    times = np.array([float(cell) for cell in cells])
-    return times if np.isfinite(times).all() else None
+    return finite(np.array(cells, dtype=np.float64)) if all(map(_is_number, cells)) else None
 
 
 def _text(file: Path) -> list[str]:
@@ -195,3 +198,16 @@ def _is_number(cell: str) -> bool:
     except ValueError:
         return False
     return True
+
+
+def write_table(path: Path, table: Columns) -> None:
+    """Write ``table`` to ``path``, with the shortest numbers that are read back as the same double."""
+    with open(path, "x", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(table)
+        for start in range(0, len(next(iter(table.values()))), _ROWS):
+            parts = (column[start : start + _ROWS].tolist() for column in table.values())
+            writer.writerows(zip(*parts, strict=True))
+
+
+FORMAT = Format((".csv", ".txt", ".tsv"), read, write_table)

@@ -15,10 +15,10 @@ import numpy as np
 
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
+from tfra.recordings.format import Format, Values
 from tfra.recordings.input import Input
 from tfra.recordings.shapes import FRAMES, wrong_shape
 from tfra.runtime.errors import InputError, quoted, shortened
-from tfra.runtime.extras import require
 from tfra.runtime.inputs import opened
 
 _ARRAY, _IMAGE = "std_msgs/msg/Float32MultiArray", "sensor_msgs/msg/Image"
@@ -35,18 +35,12 @@ class _Message:
     data: bytes
 
 
-def is_bag(path: Path) -> bool:
-    """Whether ``path`` is the folder of a rosbag2."""
-    return (path / "metadata.yaml").is_file()
-
-
-def read_log(path: Path, sensor: SensorArray, given: Input) -> tuple[Floats, Floats]:
-    """Return the frames of one topic, ``(n, taxels)`` or ``(n, ...)``, and ``(n,)`` times in s since the first of them.
+def read(path: Path, sensor: SensorArray, given: Input) -> Values:
+    """Return the frames of one topic, and their times in s since the first of them.
 
     The topic is ``given.topic``, or the only one whose first message is a frame.  Raises ``InputError`` if there is no
     such topic or another of its messages is no frame, and for damaged logs.
     """
-    require(path, "robot", "mcap", "rosbags")
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
@@ -68,7 +62,8 @@ def read_log(path: Path, sensor: SensorArray, given: Input) -> tuple[Floats, Flo
             times.setdefault(topic, []).append(message.time)
     topic = _only(path, given, list(frames), refused)
     since, values = np.array(times[topic], dtype=np.int64), np.stack(frames[topic])
-    return values[:, given.skip_columns :] if values.ndim == 2 else values, (since - since[0]) / 1e9
+    frames_of_topic = values[:, given.skip_columns :] if values.ndim == 2 else values
+    return Values(frames_of_topic, (since - since[0]) / 1e9, seconds=True)
 
 
 def _only(path: Path, given: Input, found: list[str], refused: dict[str, str]) -> str:
@@ -128,3 +123,6 @@ def _of_mcap(path: Path) -> Iterator[_Message]:
         for schema, channel, message in make_reader(stream, validate_crcs=True).iter_messages():
             kind = schema.name if schema and channel.message_encoding == "cdr" else channel.message_encoding
             yield _Message(channel.topic, kind, message.log_time, message.data)
+
+
+FORMAT = Format((".mcap",), read, marker="metadata.yaml", needs=("robot", "mcap", "rosbags"))

@@ -8,15 +8,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import Array
+from tfra.recordings.format import Columns, Format, Values, finite
 from tfra.recordings.input import Input
 from tfra.recordings.shapes import FRAMES, wrong_shape
 from tfra.runtime.errors import InputError, quoted
-from tfra.runtime.extras import require
 from tfra.runtime.inputs import opened
 from tfra.runtime.processes import running
 from tfra.runtime.scratch import scratch, temporary
@@ -30,9 +28,9 @@ _CONVERTED = "import sys, polars; polars.read_parquet(sys.argv[1], glob=False).w
 """Polars runs in a separate process, because a damaged file can crash it."""
 
 
-def read_parquet(file: Path, sensor: SensorArray, given: Input) -> tuple[Array, Floats | None]:
-    """Return the rows of ``file`` after the columns that are skipped, ``(n, taxels)`` or ``(n, ...)``, and the first
-    of these, ``(n,)``, if it is of finite numbers, else None.
+def read(file: Path, sensor: SensorArray, given: Input) -> Values:
+    """Return the rows of ``file`` after the columns that are skipped; the first of these is the time if it is of finite
+    numbers.
 
     Raises ``InputError`` for a file that is damaged, columns that are no real numbers, and empty cells.
     """
@@ -44,11 +42,10 @@ def read_parquet(file: Path, sensor: SensorArray, given: Input) -> tuple[Array, 
     frame = values.shape[1:] if values.ndim > 2 else (given.skip_columns + values.shape[1],)
     if reason := wrong_shape(sensor, given, (1, *frame)):
         raise InputError(file, FRAMES, reason)
-    return values, _time(table.to_series(0)) if given.skip_columns else None
+    return Values(values, _time(table.to_series(0)) if given.skip_columns else None)
 
 
 def _table(file: Path) -> pl.DataFrame:
-    require(file, "tables", "polars")
     import polars as pl
 
     with opened(file) as stream:
@@ -103,5 +100,14 @@ def _require_full(file: Path, column: pl.Series) -> None:
 def _time(column: pl.Series) -> Floats | None:
     if not column.dtype.is_numeric() or column.null_count():
         return None
-    times = column.to_numpy().astype(np.float64)
-    return times if np.isfinite(times).all() else None
+    return finite(column.to_numpy())
+
+
+def write_table(path: Path, table: Columns) -> None:
+    """Write ``table`` to ``path``; equal tables give equal bytes."""
+    import polars as pl
+
+    pl.DataFrame(dict(table)).write_parquet(path, compression="zstd", statistics=False)
+
+
+FORMAT = Format((".parquet",), read, write_table, needs=("tables", "polars"))
