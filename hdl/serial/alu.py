@@ -23,20 +23,6 @@ class Alu(wiring.Component):
     """The result of ``op``: a sum if the operation ``adds``, otherwise a function of ``left`` and ``source``.
 
     The sum is the critical path, so only one 4-input table follows it for ``result``, and none for ``total``.
-
-    Members:
-        op: ``Op``, in, the operation.
-        adds: in, the operation is one of ``ADDS``.
-        left: word, in, the first operand.
-        source: word, in, the second operand.
-        addend: word, in, the second operand as the sum takes it: complemented to subtract, zero where it is dropped.
-        carry: in, carry into the sum: to subtract, or to round.
-        coarse: word and 2^FINE bits, in, what :func:`coarse` made of the source.
-        fine: ``FINE`` bits, in, the rest of the shift's amount.
-        total: word, out, left + addend + carry.
-        result: word, out.
-        shifted: word and a bit below the point, out, the T of SHIFT and LENGTH.
-        limited: out, LIMIT changes its source.
     """
 
     def __init__(self, sizes: Sizes) -> None:
@@ -44,18 +30,20 @@ class Alu(wiring.Component):
         word = signed(sizes.word)
         super().__init__(
             {
-                "op": In(Op),
-                "adds": In(1),
-                "left": In(word),
-                "source": In(word),
+                "op": In(Op),  # the operation
+                "adds": In(1),  # the operation is one of ``ADDS``
+                "left": In(word),  # the first operand
+                "source": In(word),  # the second operand
+                # the second operand as the sum takes it: complemented to subtract, zero where it is dropped
                 "addend": In(word),
-                "carry": In(1),
+                "carry": In(1),  # carry into the sum: to subtract, or to round
+                # what :func:`coarse` made of the source
                 "coarse": In(sizes.word + (1 << FINE)),
-                "fine": In(FINE),
-                "total": Out(word),
-                "result": Out(word),
-                "shifted": Out(signed(sizes.word + 1)),
-                "limited": Out(1),
+                "fine": In(FINE),  # the rest of the shift's amount
+                "total": Out(word),  # left + addend + carry
+                "result": Out(word),  # the result of ``op``
+                "shifted": Out(signed(sizes.word + 1)),  # the T of SHIFT and LENGTH
+                "limited": Out(1),  # LIMIT changes its source
             }
         )
 

@@ -28,11 +28,6 @@ class SerialCore(wiring.Component):
     Both streams of frames may stall at any time; then the program waits.  Latency and interval are stated by
     :class:`tfra.hdl.serial.serial.Serial`.
 
-    Members:
-        load: stream in, coefficients ``store (depth, lanes)`` after a reset, row by row.
-        taxel: stream in, converter codes, row-major, ``m`` transfers a frame.
-        result: stream out, words of ``design.layout``, ``last`` on a frame's final word.
-
     ``datapath`` is an attribute so that a simulation can watch the instructions that are executed.
     """
 
@@ -40,8 +35,11 @@ class SerialCore(wiring.Component):
         self.design, self.program, self._store = design, program, store
         super().__init__(
             {
+                # coefficients ``store (depth, lanes)`` after a reset, row by row
                 "load": In(stream.Signature(signed(design.formats.coefficient))),
+                # converter codes, row-major, ``m`` transfers a frame
                 "taxel": In(stream.Signature(ports.taxel(design))),
+                # words of ``design.layout``, ``last`` on a frame's final word
                 "result": Out(stream.Signature(ports.result(design))),
             }
         )

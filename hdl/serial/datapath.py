@@ -27,27 +27,6 @@ class Datapath(wiring.Component):
 
     An instruction in ``fetching`` reads registers; the one in ``executing`` has not written its result yet.  The result
     in ``last`` is forwarded, and the one that the ALU computes replaces the operand a cycle later.
-
-    Members:
-        advance: in, all stages advance.
-        decoded: ``STAGE``, in, what enters ``fetching``.
-        fetching: ``STAGE``, out, the instruction that fetches operands.
-        executing: ``STAGE``, out, the instruction that is executed.
-        memory_word: word, in, the data memory's word for ``fetching``.
-        last_product: word, in, the multiplier's last product.
-        sum: word, in, the next lane's sum.
-        taxel: ``taxel``, in, the next code.
-        takes: out, ``fetching`` needs ``taxel``.
-        acts: out, the condition of ``executing`` holds; high in a cycle with ``advance``.
-        delivers: out, ``acts``, and the operation has a result.
-        source: word, out, second operand of ``executing``.
-        y: ``signed(multiplier)``, out, the register Y.
-        total: word, out, the result of ``executing`` if it is a sum: sooner than ``result``.
-        result: word, out, the result of ``executing``.
-        shifted: T of ``executing``, out, if that is SHIFT or LENGTH.
-        last: word, out, the result before.
-        gives: out, ``last`` is a word of the result stream.
-        ends: out, it is a frame's last word.
     """
 
     def __init__(self, sizes: Sizes, taxel: Shape) -> None:
@@ -55,25 +34,25 @@ class Datapath(wiring.Component):
         word = signed(sizes.word)
         super().__init__(
             {
-                "advance": In(1),
-                "decoded": In(STAGE),
-                "fetching": Out(STAGE),
-                "executing": Out(STAGE),
-                "memory_word": In(word),
-                "last_product": In(word),
-                "sum": In(word),
-                "taxel": In(taxel),
-                "takes": Out(1),
-                "acts": Out(1),
-                "delivers": Out(1),
-                "source": Out(word),
-                "y": Out(signed(sizes.multiplier)),
-                "total": Out(word),
-                "result": Out(word),
-                "shifted": Out(signed(sizes.word + 1)),
-                "last": Out(word),
-                "gives": Out(1),
-                "ends": Out(1),
+                "advance": In(1),  # all stages advance
+                "decoded": In(STAGE),  # what enters ``fetching``
+                "fetching": Out(STAGE),  # the instruction that fetches operands
+                "executing": Out(STAGE),  # the instruction that is executed
+                "memory_word": In(word),  # the data memory's word for ``fetching``
+                "last_product": In(word),  # the multiplier's last product
+                "sum": In(word),  # the next lane's sum
+                "taxel": In(taxel),  # the next code
+                "takes": Out(1),  # ``fetching`` needs ``taxel``
+                "acts": Out(1),  # the condition of ``executing`` holds; high in a cycle with ``advance``
+                "delivers": Out(1),  # ``acts``, and the operation has a result
+                "source": Out(word),  # second operand of ``executing``
+                "y": Out(signed(sizes.multiplier)),  # the register Y
+                "total": Out(word),  # the result of ``executing`` if it is a sum: sooner than ``result``
+                "result": Out(word),  # the result of ``executing``
+                "shifted": Out(signed(sizes.word + 1)),  # T of ``executing``, if that is SHIFT or LENGTH
+                "last": Out(word),  # the result before
+                "gives": Out(1),  # ``last`` is a word of the result stream
+                "ends": Out(1),  # it is a frame's last word
             }
         )
 

@@ -33,20 +33,6 @@ class Lanes(wiring.Component):
         store ─────┴─▶ products ─▶ totals ─▶ sums (shifted out by ``next``)
 
     The sums of a group are valid ``MAC_DELAY`` cycles after its last product has begun, until those of the next group.
-
-    Members:
-        start: in, begin a group.
-        address: in, of the group's first operand.
-        length: in, which of ``lengths`` is the number of the group's products; only if there is more than one.
-        next: in, shift out the next lane's sum.
-        sum: ``signed(accumulator)``, out, of the lanes in their order.
-        set_pointer: in, ``pointer`` is the address of the next coefficients.
-        pointer: ``range(depth)``, in.
-        load: in, write ``word`` to the store, at the coefficients' address, which increments.
-        word: a coefficient of every lane, in.
-        write: in, write an operand.
-        write_address: in, of that operand.
-        write_data: ``signed(operand)``, in.
     """
 
     def __init__(self, sizes: Sizes, lengths: Sequence[int], operands: int, depth: int, target: str) -> None:
@@ -54,18 +40,19 @@ class Lanes(wiring.Component):
         self._operands = 1 << max(1, (operands - 1).bit_length())
         super().__init__(
             {
-                "start": In(1),
-                "address": In(range(self._operands)),
-                "next": In(1),
-                "sum": Out(signed(sizes.accumulator)),
-                "set_pointer": In(1),
+                "start": In(1),  # begin a group
+                "address": In(range(self._operands)),  # of the group's first operand
+                "next": In(1),  # shift out the next lane's sum
+                "sum": Out(signed(sizes.accumulator)),  # of the lanes in their order
+                "set_pointer": In(1),  # ``pointer`` is the address of the next coefficients
                 "pointer": In(range(depth)),
-                "load": In(1),
-                "word": In(sizes.lanes * sizes.coefficient),
-                "write": In(1),
-                "write_address": In(range(self._operands)),
+                "load": In(1),  # write ``word`` to the store, at the coefficients' address, which increments
+                "word": In(sizes.lanes * sizes.coefficient),  # a coefficient of every lane
+                "write": In(1),  # write an operand
+                "write_address": In(range(self._operands)),  # of that operand
                 "write_data": In(signed(sizes.operand)),
             }
+            # which of ``lengths`` is the number of the group's products
             | ({"length": In(range(len(lengths)))} if len(lengths) > 1 else {})
         )
 

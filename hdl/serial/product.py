@@ -24,24 +24,16 @@ def low_bits(bits: int) -> int:
 
 
 class Product(wiring.Component):
-    """``o = a * b``, ``DELAY`` cycles later.
-
-    Members:
-        a: ``signed(a_bits)``, in.
-        b: ``signed(b_bits)``, in.
-        start: in, take the operands; without it the last ones are kept.
-        enable: in, stops all registers while it is low.
-        o: ``signed(bits)``, out, registered; a longer product wraps.
-    """
+    """``o = a * b``, ``DELAY`` cycles later."""
 
     def __init__(self, a_bits: int, b_bits: int, bits: int) -> None:
         super().__init__(
             {
                 "a": In(signed(a_bits)),
                 "b": In(signed(b_bits)),
-                "start": In(1, init=1),
-                "enable": In(1, init=1),
-                "o": Out(signed(bits)),
+                "start": In(1, init=1),  # take the operands; without it the last ones are kept
+                "enable": In(1, init=1),  # stops all registers while it is low
+                "o": Out(signed(bits)),  # registered; a longer product wraps
             }
         )
 

@@ -21,28 +21,19 @@ class Sequencer(wiring.Component):
 
     An instruction decides the next address while the one after it is read: that one, in the delay slot, is
     executed in any case.
-
-    Members:
-        advance: in, ``instruction`` enters execution, and the next one is fetched.
-        instruction: ``INSTRUCTION``, out.
-        address: ``ADDRESS_BITS``, out, the effective address of the instruction.
-        valid: out, low in the first cycle after reset, which has no instruction.
-        set_pointer: in, write ``pointer_value`` to pointer ``pointer_number``; has priority over a step of that
-            pointer.
-        pointer_number: in, below ``POINTERS``.
-        pointer_value: ``ADDRESS_BITS``, in.
     """
 
     def __init__(self, program: Sequence[Instruction]) -> None:
         self._program = [instruction.word for instruction in program]
         super().__init__(
             {
-                "advance": In(1),
+                "advance": In(1),  # ``instruction`` enters execution, and the next one is fetched
                 "instruction": Out(INSTRUCTION),
-                "address": Out(ADDRESS_BITS),
-                "valid": Out(1),
+                "address": Out(ADDRESS_BITS),  # the effective address of the instruction
+                "valid": Out(1),  # low in the first cycle after reset, which has no instruction
+                # write ``pointer_value`` to pointer ``pointer_number``; has priority over a step of that pointer
                 "set_pointer": In(1),
-                "pointer_number": In(FIELDS["pointer"]),
+                "pointer_number": In(FIELDS["pointer"]),  # below ``POINTERS``
                 "pointer_value": In(ADDRESS_BITS),
             }
         )

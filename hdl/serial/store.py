@@ -21,18 +21,17 @@ class Store(wiring.Component):
     """``depth`` words of ``bits`` without initial contents.
 
     For ``target`` "ice40" it is made of SB_SPRAM256KA, otherwise it is a plain memory.
-
-    Members:
-        address: ``range(depth)``, in.
-        write: in, write ``write_data`` in this cycle instead of reading.
-        write_data: ``bits``, in.
-        data: ``bits``, out, the word at the address of the cycle before.
     """
 
     def __init__(self, bits: int, depth: int, target: str) -> None:
         self._bits, self._depth, self._target = bits, depth, target
         super().__init__(
-            {"address": In(range(depth)), "write": In(1), "write_data": In(bits), "data": Out(bits)}
+            {
+                "address": In(range(depth)),
+                "write": In(1),  # write ``write_data`` in this cycle instead of reading
+                "write_data": In(bits),
+                "data": Out(bits),  # the word at the address of the cycle before
+            }
         )
 
     def elaborate(self, platform: Any) -> Module:

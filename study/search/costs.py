@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from tfra.hdl.parallel.scaling import CHUNK, word_bits
 from tfra.hdl.serial.product import low_bits
-from tfra.hdl.serial.program.tfra.sizes import sizes
+from tfra.hdl.serial.program.tfra.memory import sizes
 from tfra.model.fixed.design import Design
 from tfra.synth.estimate import multipliers
 from tfra.synth.targets import Family

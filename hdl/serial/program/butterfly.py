@@ -9,12 +9,14 @@ from dataclasses import replace
 from tfra.hdl.serial.isa import R0, R1, R2, R3, R4, R5, Operand, Post, mem
 from tfra.hdl.serial.program.routines import Writer
 
+QUAD = R1, R3, R4, R0
+"""Registers for the results of :func:`butterfly`: each has been read before it is written."""
+
 
 def butterfly(w: Writer, sources: Sequence[Operand], targets: Sequence[Operand]) -> None:
     """Four words to their sums and differences; changes R0, R2, R4 and R5.
 
-    Two words are summed and subtracted as they are read, so that the registers suffice.  The targets may be
-    (R1, R3, R4, R0): each of these has been read before it is written.
+    Two words are summed and subtracted as they are read, so that the registers suffice.
     """
     a = w.assembler
     for word, total, (first, second) in ((R0, R4, sources[:2]), (R2, R5, sources[2:])):

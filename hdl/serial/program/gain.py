@@ -18,7 +18,6 @@ from tfra.hdl.serial.isa import (
     Op,
     When,
     imm,
-    mem,
 )
 from tfra.hdl.serial.program.cordic import cordic
 from tfra.hdl.serial.program.routines import Writer
@@ -28,13 +27,13 @@ from tfra.model.fixed.widths import MU_LIMIT, force_drop
 
 def modulus(w: Writer) -> None:
     """Tangential and whole modulus of F*, from two runs of the CORDIC; the second gets F*_z times the first's gain."""
-    a, total, (first_gain, _) = w.assembler, w.map.scalar("total", 3), gain_constants(w.design)
-    a.op(Op.ABS, R0, ZERO, mem(total))
-    a.op(Op.ABS, R1, ZERO, mem(total + 1))
+    a, (x, y, z), (first_gain, _) = w.assembler, w.axes("total"), gain_constants(w.design)
+    a.op(Op.ABS, R0, ZERO, x)
+    a.op(Op.ABS, R1, ZERO, y)
     cordic(w)
     a.move(w.at("tangential"), R0)
     a.move(Dest.Y, w.const(first_gain))
-    a.op(Op.ABS, R1, ZERO, mem(total + 2))
+    a.op(Op.ABS, R1, ZERO, z)
     a.act(Op.MUL, R1)
     a.move(Dest.SH, imm(w.operand - 2))
     a.nop(MUL_DELAY - 2)

@@ -3,7 +3,7 @@ hazards."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from tfra.hdl.serial.isa import (
@@ -24,6 +24,17 @@ from tfra.hdl.serial.isa import (
     Src,
 )
 from tfra.hdl.serial.sizes import Sizes
+
+_SUMS: dict[Op, Callable[[int, int], int]] = {
+    Op.ADD: lambda left, source: left + source,
+    Op.SUB: lambda left, source: left - source,
+    Op.PLUS: lambda left, source: left + max(source, 0),
+    Op.LESS: lambda left, source: left - min(source, 0),
+    Op.ABS: lambda left, source: left + abs(source),
+    Op.OR: lambda left, source: left | (source if source >= 0 else ~source),
+    Op.AND: lambda left, source: left & source,
+}
+"""Operations whose result follows from both operands."""
 
 
 class Hazard(Exception):
@@ -162,18 +173,16 @@ class Interpreter:
         if s == Src.SUM:
             return self.sums.pop(0)
         if s == Src.IN:
-            return self._taxel(taxels)
+            try:
+                return next(taxels)
+            except StopIteration:
+                raise _NoTaxel from None
         if s == Src.K:
             return self.k
         if s == Src.LIMITED:
             value, self.limited = self.limited, 0
             return value
         return 0
-
-    def _taxel(self, taxels: Iterator[int]) -> int:
-        for taxel in taxels:
-            return taxel
-        raise _NoTaxel
 
     def _execute(self, i: Instruction, taxels: Iterator[int]) -> tuple[int, int | None]:
         """Address of an instruction, and the value it writes."""
@@ -224,20 +233,8 @@ class Interpreter:
 
     def _result(self, i: Instruction, left: int, source: int) -> int | None:
         """The result; ``None`` for a step of a division that leaves the dividend as it is."""
-        if i.op == Op.ADD:
-            value = left + source
-        elif i.op == Op.SUB:
-            value = left - source
-        elif i.op == Op.PLUS:
-            value = left + max(source, 0)
-        elif i.op == Op.LESS:
-            value = left - min(source, 0)
-        elif i.op == Op.ABS:
-            value = left + abs(source)
-        elif i.op == Op.OR:
-            value = left | (source ^ (source >> self.sizes.word))
-        elif i.op == Op.AND:
-            value = left & source
+        if i.op in _SUMS:
+            value = _SUMS[i.op](left, source)
         elif i.op == Op.FIT:
             value = min((self.t + 1) >> 1, (1 << (self.sizes.operand - 1)) - 1)
         elif i.op == Op.LIMIT:

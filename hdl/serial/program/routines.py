@@ -79,6 +79,11 @@ class Writer:
         for name, value in values.items():
             self.assembler.move(pointer(int(name[1:])), self.address(value))
 
+    def axes(self, name: str) -> list[Operand]:
+        """The three words called ``name``: x, y and z of a force."""
+        start = self.map.scalar(name, 3)
+        return [mem(start + axis) for axis in range(3)]
+
     def set_flag(self, flag: int, word: Operand) -> None:
         """Flag F0 or F1 = the fact ``word``."""
         self.assembler.sign(flag, ZERO, word, Op.ADD)
@@ -141,6 +146,11 @@ class Writer:
         """word = min(word, limit); changes F0."""
         self.assembler.sign(0, word, self.const(limit))
         self.assembler.move(word, self.const(limit), When.NOT_F0)
+
+    def take_sign(self, register: Operand, word: Operand) -> None:
+        """register = -register if ``word`` is negative; changes F0."""
+        self.set_flag(0, word)
+        self.assembler.sub(register, ZERO, register, When.F0)
 
     def divide(self, fraction: int) -> None:
         """R0 = R0 / R1, both positive, with ``fraction`` bits, rounded half up; changes K, T and SH.

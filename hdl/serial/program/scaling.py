@@ -8,15 +8,15 @@ from tfra.hdl.serial.program.routines import Writer
 
 def resultant_words(w: Writer) -> None:
     """F times the gain, to the result stream."""
-    a, total = w.assembler, w.map.scalar("total", 3)
+    a, factors = w.assembler, ("tangential", "tangential", "normal")
     a.move(Dest.SH, w.at("resultant_shift"))
-    for number, (word, factor) in enumerate(zip((R0, R1, R2), ("tangential", "tangential", "normal"), strict=True)):
+    for register, word, factor in zip((R0, R1, R2), w.axes("total"), factors, strict=True):
         a.move(Dest.Y, w.at(f"{factor}_factor"))
-        a.act(Op.MUL, mem(total + number))
+        a.act(Op.MUL, word)
         a.nop(MUL_DELAY - 1)
-        w.round_shift(word, PRODUCT)
-    for word in (R0, R1, R2):
-        a.op(Op.LIMIT, Dest.OUT, ZERO, word)
+        w.round_shift(register, PRODUCT)
+    for register in (R0, R1, R2):
+        a.op(Op.LIMIT, Dest.OUT, ZERO, register)
 
 
 def plane_words(w: Writer, plane: int) -> None:

@@ -22,25 +22,34 @@ def header(w: Writer) -> None:
         a.move(Dest.OUT, w.at(field.name))
 
 
-def add_bit(w: Writer, bit: Status, left: Operand | Left, fact: Operand, when: When = When.ALWAYS) -> None:
-    """Add ``bit`` to R0 if the fact holds and ``when``, which is F1, does; with R1 = -1 as ``left``, if it does not.
+def status(w: Writer, *facts: tuple[Status, str, bool]) -> None:
+    """The status word ends the frame; R0 has its first bits, and F1 says whether ``facts`` count.
 
-    -1 - fact is negative where the fact, a negative word, does not hold.
+    ``facts``: a bit, the word of its fact, and whether the fact sets the bit or its opposite.  Frames without contact
+    keep no limit.
     """
     a = w.assembler
-    w.assembler.sign(0, left, fact, Op.ADD if left == ZERO else Op.SUB)
-    a.move(R1, NOTHING)
-    a.move(R1, imm(bit), When.F0)
-    a.add(R0, R0, R1, when)
-
-
-def last(w: Writer) -> None:
-    """The status word in R0, with OUTPUT_SATURATED, ends the frame; frames without contact keep no limit."""
-    a = w.assembler
+    for bit, name, holds in facts:
+        if not holds:
+            a.move(R1, imm(-1))
+        _add_bit(w, bit, ZERO if holds else R1, w.at(name), When.F1)
+    _add_bit(w, Status.INPUT_SATURATED, ZERO, w.at("input_saturated"))
     a.move(R1, imm(-1))
     a.sub(R1, R1, w.at("limits_kept"))
     a.op(Op.AND, Dest.NONE, R1, w.at("contact"), flag=1)
     a.move(R1, LIMITED)
     a.move(R1, imm(-1), When.F0)
-    add_bit(w, Status.OUTPUT_SATURATED, ZERO, R1)
+    _add_bit(w, Status.OUTPUT_SATURATED, ZERO, R1)
     a.move(Dest.LAST, R0)
+
+
+def _add_bit(w: Writer, bit: Status, left: Operand | Left, fact: Operand, when: When = When.ALWAYS) -> None:
+    """Add ``bit`` to R0 if the fact holds and ``when``, which is F1, does; with R1 = -1 as ``left``, if it does not.
+
+    -1 - fact is negative where the fact, a negative word, does not hold.
+    """
+    a = w.assembler
+    a.sign(0, left, fact, Op.ADD if left == ZERO else Op.SUB)
+    a.move(R1, NOTHING)
+    a.move(R1, imm(bit), When.F0)
+    a.add(R0, R0, R1, when)

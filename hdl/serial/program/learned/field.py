@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tfra.hdl.serial.isa import R0, R1, R3, R4, ZERO, Dest, Op, When
-from tfra.hdl.serial.program.butterfly import butterfly, each_quad, mirrors, quad
+from tfra.hdl.serial.isa import R0, R1, ZERO, Dest, Op
+from tfra.hdl.serial.program.butterfly import QUAD, butterfly, each_quad, mirrors, quad
 from tfra.hdl.serial.program.combine import combine
 from tfra.hdl.serial.program.learned.activation import activation
 from tfra.hdl.serial.program.learned.layers import multiply
@@ -27,10 +27,9 @@ def shear(w: LearnedWriter) -> None:
 
 def unfold(w: LearnedWriter) -> None:
     """p at the taxels, none of it negative."""
-    words = (R1, R3, R4, R0)
     with each_quad(w, w.map.p):
-        butterfly(w, quad(w.map.still, w.quads, 4), words)
-        for word, place in zip(words, mirrors(), strict=True):
+        butterfly(w, quad(w.map.still, w.quads, 4), QUAD)
+        for word, place in zip(QUAD, mirrors(), strict=True):
             w.assembler.op(Op.PLUS, place, ZERO, word)
 
 
@@ -40,6 +39,5 @@ def _bounded(w: LearnedWriter, name: str) -> None:
     a.move(R1, w.at(name))
     a.op(Op.ABS, R0, ZERO, w.at(name))
     w.least(R0, most)
-    w.set_flag(0, R1)
-    a.sub(R0, ZERO, R0, When.F0)
+    w.take_sign(R0, R1)
     a.move(Dest.Y, R0)

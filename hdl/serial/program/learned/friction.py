@@ -11,7 +11,7 @@ from tfra.model.fixed.widths import MU_LIMIT
 
 def angle(w: LearnedWriter) -> None:
     """phi, zero where there is no tangential force, and the modulus of that force times the CORDIC gain."""
-    a, (x, y, _) = w.assembler, w.three("total")
+    a, (x, y, _) = w.assembler, w.axes("total")
     a.op(Op.ABS, R2, ZERO, x)
     a.op(Op.ABS, R2, R2, y)
     a.add(R2, R2, imm(-1))
@@ -25,7 +25,7 @@ def angle(w: LearnedWriter) -> None:
 
 def friction(w: LearnedWriter) -> None:
     """mu, mu_x and mu_y; the normal force gets the CORDIC gain for mu, which the modulus has, too."""
-    a, (x, y, z) = w.assembler, w.three("total")
+    a, (x, y, z) = w.assembler, w.axes("total")
     first_gain, _ = gain_constants(w.design)
     a.move(R5, imm(-1))
     a.move(Dest.Y, w.const(first_gain))
@@ -58,6 +58,5 @@ def _quotient(w: LearnedWriter, name: str, force: Operand) -> None:
     a.op(Op.AND, R5, R5, R2)
     w.divide(w.fraction)
     w.least(R0, top)
-    w.set_flag(0, R3)
-    a.sub(R0, ZERO, R0, When.F0)
+    w.take_sign(R0, R3)
     a.move(w.at(name), R0)

@@ -46,7 +46,7 @@ def total(w: LearnedWriter) -> None:
         for part in parts[1:]:
             a.add(register, register, part)
         a.move(register, NOTHING, When.NOT_F1)
-    for word, register in zip(w.three("force"), (R0, R1, R2), strict=True):
+    for word, register in zip(w.axes("force"), (R0, R1, R2), strict=True):
         a.move(word, register)
     a.op(Op.PLUS, w.at("uncertain"), ZERO, R3)
 

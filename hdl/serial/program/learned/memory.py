@@ -1,16 +1,32 @@
-"""The data memory of the learned estimator's program, and the writer that knows it."""
+"""Word lengths and data memory of the learned estimator's program, and the writer that knows them."""
 
 from __future__ import annotations
 
-from tfra.hdl.serial.isa import Operand, mem
-from tfra.hdl.serial.program.learned.sizes import sizes
+from tfra.hdl.serial import sizes as shared
 from tfra.hdl.serial.program.memory import MemoryMap, padded
 from tfra.hdl.serial.program.routines import Writer
-from tfra.hdl.serial.sizes import lane_count
+from tfra.hdl.serial.sizes import Sizes, lane_count
+from tfra.model.fixed.learned.bounds import total_bits
 from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.learned.resultant import THRESHOLD_FRACTION
 
 OUTPUTS = ("direct", "read1", "read2")
 """The operators whose results add up to the outputs of the network."""
+
+
+def sizes(design: LearnedDesign) -> Sizes:
+    """Sizes of ``design``; a word is as long as the longest value that a stage of a frame stores in one."""
+    w, fmt, threshold = design.widths, design.formats, design.threshold_word.bit_length()
+    return shared.sizes(
+        design,
+        word=max(
+            w.vector + max(threshold, THRESHOLD_FRACTION) + 1,
+            w.force + fmt.operand + 2,
+            total_bits(design, w) + 1,
+        ),
+        multiplicand=max(w.vector + 1, w.force),
+        multiplier=threshold + 1,
+    )
 
 
 class LearnedMap(MemoryMap):
@@ -49,8 +65,3 @@ class LearnedWriter(Writer):
     def __init__(self, design: LearnedDesign) -> None:
         super().__init__(design, LearnedMap(design), sizes(design))
         self.units = design.weights.counts
-
-    def three(self, name: str) -> list[Operand]:
-        """The three words called ``name``: x, y and z of a force."""
-        start = self.map.scalar(name, 3)
-        return [mem(start + axis) for axis in range(3)]

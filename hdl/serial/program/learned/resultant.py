@@ -11,13 +11,13 @@ def resultant(w: LearnedWriter) -> None:
     """F, which is in R0, R1 and R2, normalised together, in ``total``, and the bits it needed."""
     a, registers = w.assembler, (R0, R1, R2)
     w.normalise(registers, w.division, w.at("significant"))
-    for word, register in zip(w.three("total"), registers, strict=True):
+    for word, register in zip(w.axes("total"), registers, strict=True):
         a.move(word, register)
 
 
 def plausible(w: LearnedWriter) -> None:
     """Whether F presses, and its uncertainty is no larger than the threshold allows."""
-    a, normal = w.assembler, w.three("force")[2]
+    a, normal = w.assembler, w.axes("force")[2]
     a.move(Dest.Y, w.const(w.design.threshold_word))
     a.move(Dest.SH, imm(-THRESHOLD_FRACTION))
     a.op(Op.ABS, R1, ZERO, normal)

@@ -36,7 +36,7 @@ def share(w: LearnedWriter) -> None:
     for _ in a.unrolled(taxels):
         a.move(mem(0, 1, Post.UP), R4, When.F0)
     w.shift(R4, R0)
-    for word, mantissa in zip(w.three("total"), w.three("mantissa"), strict=True):
+    for word, mantissa in zip(w.axes("total"), w.axes("mantissa"), strict=True):
         a.op(Op.ABS, R0, ZERO, word)
         a.move(R1, R4)
         w.divide(w.operand - 1)
@@ -49,7 +49,7 @@ def share(w: LearnedWriter) -> None:
 def forces(w: LearnedWriter) -> None:
     """The three planes of forces, one after the other."""
     a = w.assembler
-    for mantissa in w.three("mantissa"):
+    for mantissa in w.axes("mantissa"):
         a.move(R0, mantissa)
         a.move(w.at("factor"), R0)
         w.call(plane_words, w.map.p)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tfra.hdl.serial.isa import NOTHING, R0, R1, R2, R3, ZERO, Dest, Op, When, imm
+from tfra.hdl.serial.program import words
 from tfra.hdl.serial.program.learned.memory import LearnedWriter
-from tfra.hdl.serial.program.words import add_bit, last
 from tfra.model.tfra import Status
 
 
@@ -13,7 +13,7 @@ def resultant_words(w: LearnedWriter) -> None:
     a, fmt = w.assembler, w.design.formats
     a.move(Dest.SH, imm(fmt.vector_fraction - fmt.force_fraction))
     registers = (R0, R1, R2, R3)
-    for register, word in zip(registers, (*w.three("force"), w.at("uncertain")), strict=True):
+    for register, word in zip(registers, (*w.axes("force"), w.at("uncertain")), strict=True):
         w.round_shift(register, word)
     for register in registers:
         a.op(Op.LIMIT, Dest.OUT, ZERO, register)
@@ -25,8 +25,4 @@ def status(w: LearnedWriter) -> None:
     w.set_flag(1, w.at("contact"))
     a.move(R0, imm(Status.NO_CONTACT))
     a.move(R0, NOTHING, When.F1)
-    add_bit(w, Status.NO_DIRECTION, ZERO, w.at("no_direction"), When.F1)
-    a.move(R1, imm(-1))
-    add_bit(w, Status.IMPLAUSIBLE, R1, w.at("plausible"), When.F1)
-    add_bit(w, Status.INPUT_SATURATED, ZERO, w.at("input_saturated"))
-    last(w)
+    words.status(w, (Status.NO_DIRECTION, "no_direction", True), (Status.IMPLAUSIBLE, "plausible", False))

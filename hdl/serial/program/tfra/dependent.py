@@ -96,8 +96,7 @@ def dependent(w: TfraWriter) -> None:
         w.set_flag(0, w.at("denominator"))
         a.move(R2, w.at(numerator))
         a.sub(R2, ZERO, R2, When.F0)
-        w.set_flag(0, R2)
-        a.sub(R0, ZERO, R0, When.F0)
+        w.take_sign(R0, R2)
         a.move(R0, NOTHING, When.NOT_F1)
         a.move(w.at(name), R0)
 

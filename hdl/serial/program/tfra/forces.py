@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from tfra.hdl.serial.isa import R0, R1, R3, R4, R5, Dest
-from tfra.hdl.serial.program.butterfly import butterfly, each_quad, mirrors, quad
+from tfra.hdl.serial.isa import R5, Dest
+from tfra.hdl.serial.program.butterfly import QUAD, butterfly, each_quad, mirrors, quad
 from tfra.hdl.serial.program.combine import add_scaled
 from tfra.hdl.serial.program.matvec import product
 from tfra.hdl.serial.program.scaling import plane_words
@@ -28,12 +28,12 @@ def forces(w: TfraWriter) -> None:
 
 def plane(w: TfraWriter) -> None:
     """One plane: A-dagger d + Y n, unfolded to d, rounded, and sent."""
-    a, places, taxels = w.assembler, w.map, (R1, R3, R4, R0)
+    a, places = w.assembler, w.map
     w.points(p0=places.weights, p1=places.result, p2=w.at("bits_n", 4).immediate)
     add_scaled(w)
     a.move(Dest.SH, w.const(force_drop(w.design)))
     with each_quad(w, places.d):
-        butterfly(w, quad(places.result, w.quads, 4), taxels)
-        for taxel, place in zip(taxels, mirrors(), strict=True):
+        butterfly(w, quad(places.result, w.quads, 4), QUAD)
+        for taxel, place in zip(QUAD, mirrors(), strict=True):
             w.round_shift(place, taxel)
     plane_words(w, places.d)

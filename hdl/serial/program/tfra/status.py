@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from tfra.hdl.serial.isa import NOTHING, R0, R1, ZERO, When, imm
+from tfra.hdl.serial.isa import NOTHING, R0, When, imm
+from tfra.hdl.serial.program import words
 from tfra.hdl.serial.program.tfra.memory import TfraWriter
-from tfra.hdl.serial.program.words import add_bit, last
 from tfra.model.tfra import Status
 
 
@@ -16,9 +16,9 @@ def status(w: TfraWriter) -> None:
     a.move(R0, imm(Status.NO_CONTACT))
     a.move(R0, imm(Status.COMPRESSION_ONLY), When.F0)
     a.move(R0, NOTHING, When.F1)
-    add_bit(w, Status.NO_DIRECTION, ZERO, w.at("no_direction"), When.F1)
-    a.move(R1, imm(-1))
-    add_bit(w, Status.VANISHING_DENOMINATOR, R1, w.at("determined"), When.F1)
-    add_bit(w, Status.DEPENDENT_OUT_OF_RANGE, ZERO, w.at("out_of_range"), When.F1)
-    add_bit(w, Status.INPUT_SATURATED, ZERO, w.at("input_saturated"))
-    last(w)
+    words.status(
+        w,
+        (Status.NO_DIRECTION, "no_direction", True),
+        (Status.VANISHING_DENOMINATOR, "determined", False),
+        (Status.DEPENDENT_OUT_OF_RANGE, "out_of_range", True),
+    )

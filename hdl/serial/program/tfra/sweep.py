@@ -34,8 +34,7 @@ from tfra.hdl.serial.isa import (
     pointer,
 )
 from tfra.hdl.serial.program.butterfly import butterfly, butterfly_of_difference, each_quad, mirrors, quad
-from tfra.hdl.serial.program.tfra.memory import TfraWriter
-from tfra.hdl.serial.program.tfra.sizes import sweep_bits
+from tfra.hdl.serial.program.tfra.memory import TfraWriter, sweep_bits
 from tfra.model.fixed.tfra.sweep import tolerance
 
 # Stages
