@@ -10,7 +10,7 @@ from typing import Any
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def publish(name: str, record: dict[str, Any], table: str, page: str = "README.md") -> None:
+def publish(name: str, record: dict[str, Any], table: str, page: str = "docs/measured.md") -> None:
     """Store ``record``, print ``table`` and put it into ``page``; raises ``ValueError`` without its marks."""
     store(name, record)
     insert(name, table, page)
@@ -23,7 +23,7 @@ def store(name: str, record: dict[str, Any]) -> None:
     (results / f"{name}.json").write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n")
 
 
-def insert(name: str, table: str, page: str = "README.md") -> None:
+def insert(name: str, table: str, page: str = "docs/measured.md") -> None:
     """Print ``table`` and put it between its marks in ``page``, relative to the root.
 
     Raises ``ValueError`` unless the page has exactly one pair of marks.

@@ -1,7 +1,7 @@
-"""Accuracy of TFRA's friction coefficient, from the study of errors into the README and the package.
+"""Accuracy of TFRA's friction coefficient, from the study of errors into the pages and the package.
 
-``python -m bench.contacts.truth`` writes ``model/truth.json`` and two pieces of README.md from
-``bench/results/errors.json``; ``bench.contacts.errors`` also does this after its measurement.
+``python -m bench.contacts.truth`` writes ``model/truth.json``, the table in docs/measured.md and a sentence of
+README.md from ``bench/results/errors.json``; ``bench.contacts.errors`` also does this after its measurement.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def table(friction: dict[str, Any]) -> str:
         "μ found, median (5–95 %)": map(_found, friction.values()),
         "φ off, median, in degrees": map(_phi, friction.values()),
         "force found over true modulus, median": (f"{row['modulus']:.2f}" for row in friction.values()),
-        "flagged frames, nearly all without traction": flagged,
+        "frames with a status bit, nearly all `COMPRESSION_ONLY`": flagged,
     }
     head, *rest = (f"| {name} | {' | '.join(cells)} |" for name, cells in lines.items())
     return "\n".join([head, "|---|" + "---:|" * len(friction), *rest])
@@ -59,7 +59,7 @@ def main() -> None:
     (ROOT / "model" / "truth.json").write_text(json.dumps(medians(friction), indent=1) + "\n")
     truth.found.cache_clear()
     insert("right", table(friction))
-    insert("truth", textwrap.fill(f"- {truth.sentence()}", 120, subsequent_indent="  "))
+    insert("truth", textwrap.fill(f"- {truth.sentence()}", 120, subsequent_indent="  "), "README.md")
 
 
 if __name__ == "__main__":

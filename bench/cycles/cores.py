@@ -1,6 +1,6 @@
 """Cycles of 10x10 cores by parallelism, from the timing that tests compare with the gateware.
 
-``python -m bench.cycles.cores`` writes ``bench/results/cores.json`` and the table in README.md.
+``python -m bench.cycles.cores`` writes ``bench/results/cores.json`` and the table in docs/measured.md.
 """
 
 from __future__ import annotations

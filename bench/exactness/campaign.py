@@ -3,7 +3,7 @@
 ``python -m bench.exactness.campaign [--estimator learned] [--scale S]`` verifies every design of an estimator in Icarus
 and in Verilator, with contacts, random and directed frames, a third of them each without stalls, with random and with
 bursty stalls on both ports.  It prints what was compared, writes ``bench/results/campaign.json`` and the table in
-README.md, or ``campaign_learned.json`` and the table in docs/learned.md, and exits with 1 if a bit differs.
+docs/measured.md, or ``campaign_learned.json`` and the table in docs/learned.md, and exits with 1 if a bit differs.
 """
 
 from __future__ import annotations
@@ -113,7 +113,7 @@ def main() -> int:
     total = " and ".join(f"{count:,} frames in {name}" for name, count in frames.items())
     table = "\n".join([f"{total}; {words:,} words compared, seed {options.seed}.", "", *head, *rows])
     other = options.estimator == "learned"
-    name, page = ("campaign_learned", "docs/learned.md") if other else ("campaign", "README.md")
+    name, page = ("campaign_learned", "docs/learned.md") if other else ("campaign", "docs/measured.md")
     publish(name, {"seed": options.seed, "passed": passed, "reports": record}, table, page)
     return 0 if passed else 1
 

@@ -1,8 +1,8 @@
 """Precision of the format sets: bit-accurate model against the float model on the same converter codes.
 
 ``python -m bench.exactness.formats [--contacts N]`` measures random contacts on the sensors below, writes
-``bench/results/formats.json`` and the table in README.md.  The contacts are random in shape, place, size, friction,
-direction and strength; none was used to choose a format.
+``bench/results/formats.json`` and the table in docs/measured.md.  The contacts are random in shape, place, size,
+friction, direction and strength; none was used to choose a format.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def table(results: dict[str, dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Measure, write the JSON and the README's table."""
+    """Measure, write the JSON and the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--contacts", type=int, default=4000, help="contacts per sensor")
     contacts = parser.parse_args().contacts

@@ -2,7 +2,8 @@
 
 ``python -m bench.parts.presets DIRECTORY ...`` reads the ``report.json`` of every directory that ``tfra synth PRESET
 --out`` wrote, stores what the table needs in ``bench/results/presets.json`` beside what was there of other presets,
-parts and tools, and writes the table in README.md.  It measures nothing itself: place and route takes minutes to hours.
+parts and tools, and writes the table in docs/measured.md.  It measures nothing itself: place and route takes minutes to
+hours.
 """
 
 from __future__ import annotations

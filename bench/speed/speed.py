@@ -1,7 +1,7 @@
 """Speed and memory of the models on one core, in batches of 10x10 frames.
 
 ``python -m bench.speed.speed`` measures each model in a process of its own with one thread, writes
-``bench/results/speed.json`` and the table in README.md.
+``bench/results/speed.json`` and the table in docs/measured.md.
 """
 
 from __future__ import annotations

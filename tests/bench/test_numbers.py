@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bench import headline
 from bench.cycles import cores
 from bench.publish import ROOT
 from tfra.codegen.config.read import MOST_TAXELS, load
@@ -37,7 +38,7 @@ def condition():
 
 
 TOLD = [
-    ("README.md", r"A 10×10 frame takes ([\d,]+) real products", products),
+    ("docs/measured.md", r"A 10×10 frame takes ([\d,]+) real products", products),
     ("README.md", r"cond\(C33\) of 10×10\s+taxels is ([\d,]+)", condition),
     ("README.md", r"2×2 to ([\d,]+) taxels", lambda: MOST_TAXELS),
     ("CHANGELOG.md", r"10×10 on 64 lanes takes a\s+frame every ([\d,]+) cycles", lambda: core(64).initiation_interval),
@@ -122,16 +123,20 @@ def test_bounds(file, pattern, value):
 
 
 def test_a_wrong_or_missing_number_is_found():
-    text = (ROOT / "README.md").read_text()
+    text = (ROOT / "docs" / "measured.md").read_text()
     wrong = text.replace("takes 22,900 real", "takes 25,000 real")
     assert number(wrong, TOLD[0][1]) != products()
     with pytest.raises(AssertionError, match="found 0 times"):
         number(text.replace("real products", "products"), TOLD[0][1])
 
 
+def test_headline():
+    assert headline.table() in (ROOT / "README.md").read_text()
+
+
 def test_table_of_cores():
     record, lines = cores.rows()
-    assert "\n".join(lines) in (ROOT / "README.md").read_text()
+    assert "\n".join(lines) in (ROOT / "docs" / "measured.md").read_text()
     stored = json.loads((ROOT / "bench" / "results" / "cores.json").read_text())
     assert stored["rows"] == record
     assert stored["multiplications"] == products()
@@ -147,7 +152,8 @@ def test_growth(lanes):
 @pytest.mark.parametrize("name", ["fast", "balanced", "small", "learned_fast", "learned_resultant", "learned_small"])
 def test_presets(name):
     cycles = preset(name)
-    rows = [line for line in (ROOT / "README.md").read_text().splitlines() if line.startswith(f"| `{name}` | ")]
+    page = (ROOT / "docs" / "measured.md").read_text()
+    rows = [line for line in page.splitlines() if line.startswith(f"| `{name}` | ")]
     assert rows
     for row in rows:
         cells = row.split(" | ")

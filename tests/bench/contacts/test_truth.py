@@ -9,11 +9,11 @@ from bench.publish import ROOT
 from tfra.model.truth import found, sentence
 
 
-def block(name):
-    """What stands between the marks of README.md."""
-    _, _, rest = (ROOT / "README.md").read_text().partition(f"<!-- {name} -->\n")
+def block(name, page="README.md"):
+    """What stands between the marks of a page."""
+    _, _, rest = (ROOT / page).read_text().partition(f"<!-- {name} -->\n")
     text, mark, _ = rest.partition(f"\n<!-- end {name} -->")
-    assert mark, f"<!-- {name} --> is missing in README.md"
+    assert mark, f"<!-- {name} --> is missing in {page}"
     return text
 
 
@@ -29,9 +29,9 @@ def test_the_sentence():
     )
 
 
-def test_readme_says_it():
+def test_pages_say_it():
     assert " ".join(block("truth").split()) == f"- {sentence()}"
-    assert block("right") == truth.table(truth.rows())
+    assert block("right", "docs/measured.md") == truth.table(truth.rows())
 
 
 def test_the_table_has_a_column_for_each_friction():
@@ -45,12 +45,12 @@ def test_the_table_has_a_column_for_each_friction():
         "| μ found, median (5–95 %) | – | 0.44 (0.31–0.58) |",
         "| φ off, median, in degrees | – | 5 |",
         "| force found over true modulus, median | 0.80 | 0.91 |",
-        "| flagged frames, nearly all without traction | 100% | 25% |",
+        "| frames with a status bit, nearly all `COMPRESSION_ONLY` | 100% | 25% |",
     ]
 
 
 def test_other_results_change_every_place(tmp_path, monkeypatch):
-    for name in ("README.md", "model/truth.json", "bench/results/errors.json"):
+    for name in ("README.md", "docs/measured.md", "model/truth.json", "bench/results/errors.json"):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).write_bytes((ROOT / name).read_bytes())
     study = tmp_path / "bench" / "results" / "errors.json"
@@ -61,6 +61,6 @@ def test_other_results_change_every_place(tmp_path, monkeypatch):
     monkeypatch.setattr("bench.publish.ROOT", tmp_path)
     truth.main()
     assert json.loads((tmp_path / "model" / "truth.json").read_text())["mu_found"]["0.3"] == 0.22
-    assert "| 0.22 (0.10–0.31) |" in (tmp_path / "README.md").read_text()
+    assert "| 0.22 (0.10–0.31) |" in (tmp_path / "docs" / "measured.md").read_text()
     with pytest.raises(AssertionError, match="nowhere"):
         block("nowhere")
