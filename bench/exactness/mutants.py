@@ -1,227 +1,152 @@
-"""Mutation test of gateware and model: how many mutants ``make test`` detects, and how many all tests detect.
+"""What the short tests notice of small wrong changes in gateware and model.
 
-``python -m bench.exactness.mutants [--count N] [--seed S] [--workers W] [--keep] [--room NAME]`` changes one place at a
-time in a copy of the tree, spread evenly over the files (those in folders called NAME), and runs tests until one fails
-that passes without the change.  The tests nearest to the file come first, then those of whole cores, then all others
-that can reach it; the long ones come last.  A mutant that the nearest tests do not detect and that does not change the
-fingerprint of any design is equivalent.  ``bench/results/mutants.json`` (``mutants_NAME.json``) grows with every
-mutant, and ``--keep`` continues from there; the table of docs/development.md comes after every round.
+``python -m bench.exactness.mutants [--count N] [--seed S] [--keep] [--room NAME]`` changes one place at a time in a
+copy of the tree, spread evenly over the files (those in folders called NAME), and runs tests until one fails that passes
+without the change: first those nearest to the file, then those of whole cores, then all others of hdl, model, sim and
+codegen.  A mutant that the nearest tests don't notice and that leaves the fingerprint of all designs as it was changes
+nothing.  ``bench/results/mutants.json`` has every mutant, and ``--keep`` continues from there.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
+import re
+import shutil
+import signal
+import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from itertools import repeat
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
-from queue import SimpleQueue
-from threading import Lock
-from typing import Any
 
 from bench.exactness.mutations import Mutation, choose
-from bench.exactness.suite import CORES, ORDER, SLOW, Copy, Outcome, nearest, reached, texts
 from bench.publish import ROOT, insert, store
 
-PAGE = "docs/development.md"
 AIM = 0.9
-"""Least share of the detected mutants that the short tests must detect."""
-
-ROUNDS: tuple[tuple[tuple[str, str], ...], ...] = (
-    (("short", "near"),),
-    (("short", "cores"),),
-    (("short", "rest"),),
-    (("long", "near"), ("long", "cores")),
-    (("long", "rest"),),
-)
-"""Tiers and parts of the tests.  All mutants go through a round before those that are left go through the next."""
-
-FATE = ("status", "tier", "test", "round", "seconds")
-"""Keys of a record line with the mutant's result; the others describe the mutant."""
-
-MUTATED = ("hdl/", "model/fixed/")
-_FINGERPRINT = 900
-"""Seconds that the fingerprint may take."""
+"""Least share of the mutants that the tests must notice."""
+MUTATED = ("hdl", "model/fixed")
+CORES = ("tests/hdl/parallel/tfra/test_core.py", "tests/hdl/parallel/learned/test_core.py", "tests/hdl/serial")
+OTHERS = ("tests/hdl", "tests/model", "tests/sim", "tests/codegen")
+LEFT_OUT = shutil.ignore_patterns(".git", ".venv", "build", "__pycache__", "*.egg-info", ".hypothesis", ".*_cache")
+SECONDS = {"bench.exactness.fingerprint": 900, "pytest": 5400}
+"""How long a program may take."""
 
 
-class Judge:
-    """Runs the tests of one copy against one mutant at a time."""
+class Copy:
+    """A copy of the tree that tests run in, with a cache of its own, in the empty or missing ``folder``."""
 
     def __init__(self, folder: Path) -> None:
-        self._copy = Copy(folder)
-        self._sources = texts(self._copy.root)
-        self._reached = reached(self._sources)
-        self._passes: dict[tuple[str, str], bool] = {}
-        self._before = self._fingerprint()
-        if self._before is None:
-            raise RuntimeError("the fingerprint fails on the tree as it is")
+        self._root, self._scratch = folder / "tree", folder / "scratch"
+        shutil.copytree(ROOT, self._root, ignore=LEFT_OUT, symlinks=True)
+        self._broken = set[str]()
+        self._fingerprint = self._run(["bench.exactness.fingerprint"])
+        if self._fingerprint[0]:
+            raise RuntimeError(f"the fingerprint fails on the tree as it is:\n{self._fingerprint[1]}")
 
-    def _fingerprint(self) -> str | None:
-        code, output = self._copy.run(["bench.exactness.fingerprint"], _FINGERPRINT)
-        return output if code == 0 else None
-
-    def __call__(self, file: str, mutation: Mutation, number: int) -> dict[str, Any]:
-        """The result of the mutant in this round, and the test that detected it."""
-        text, start = self._sources[file], time.perf_counter()
-        self._copy.write(file, mutation.apply(text))
+    def judge(self, file: str, mutation: Mutation) -> tuple[str, str]:
+        """Whether the mutant is noticed, and by which test."""
+        text = (self._root / file).read_text()
+        near = list(nearest(file, self._root))
+        self._write(file, mutation.apply(text))
         try:
-            status, tier, test = self._judge(file, mutation, number)
+            for number, tests in enumerate((near, CORES, OTHERS)):
+                while failed := self._failing(tests):
+                    self._write(file, text)
+                    if not self._failing([failed]):
+                        return "noticed", failed
+                    self._broken.add(failed)
+                    self._write(file, mutation.apply(text))
+                if number == 0 and self._run(["bench.exactness.fingerprint"]) == self._fingerprint:
+                    return "changes nothing", ""
+            return "survived", ""
         finally:
-            self._copy.write(file, text)
-        return dict(zip(FATE, (status, tier, test, number, round(time.perf_counter() - start)), strict=True))
+            self._write(file, text)
 
-    def _judge(self, file: str, mutation: Mutation, number: int) -> tuple[str, str, str]:
-        for tier, part in ROUNDS[number]:
-            outcome = self._first_failure(file, mutation, self._tests(file, tier, part), tier)
-            if outcome.failed:
-                return ("killed" if outcome.loaded else "broken"), tier, outcome.failed
-            if number == 0 and self._fingerprint() == self._before:
-                return "equivalent", "", ""
-        return ("survived" if number == len(ROUNDS) - 1 else "open"), "", ""
+    def _write(self, file: str, text: str) -> None:
+        """Replace a file's text; its bytecode goes, since it may have the same size and second."""
+        path = self._root / file
+        path.write_text(text)
+        for old in (path.parent / "__pycache__").glob(f"{path.stem}.*.pyc"):
+            old.unlink()
 
-    def _tests(self, file: str, tier: str, part: str) -> list[str]:
-        """The test files of a part, in the order in which they are asked."""
-        tests = [test for test, files in self._reached.items() if file in files]
-        near = nearest(file, tests)
-        cores = [test for test in tests if test.startswith(CORES) and test not in near]
-        rest = sorted(set(tests) - {*near, *cores}, key=_turn)
-        found = {"near": near, "cores": cores, "rest": rest}[part]
-        every = tier == "short" or file.startswith("hdl/primitives/")
-        return [test for test in found if every or not test.startswith(SLOW)]
+    def _failing(self, tests: Sequence[str]) -> str:
+        """The first of the short ``tests`` that fails, ``FILE::NAME``; "" if none does."""
+        options = ["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not long", "--timeout=300"]
+        options += [f"--basetemp={self._scratch / 'tests'}", *(f"--deselect={name}" for name in self._broken)]
+        code, output = self._run(["pytest", *options, *tests])
+        if code in (0, 5):  # 5: there are none
+            return ""
+        found = re.search(r"^(?:FAILED|ERROR) (tests/[\w/]+\.py(?:::\w+)*)", output, re.MULTILINE)
+        return found[1] if found else f"exit code {code}"
 
-    def _first_failure(self, file: str, mutation: Mutation, tests: list[str], tier: str) -> Outcome:
-        """The first test that fails with the mutation and passes without."""
-        chosen = list(tests)
-        while (outcome := self._copy.test(chosen, tier)).failed.startswith("tests/"):
-            key = tier, outcome.failed
-            if key not in self._passes:
-                self._copy.write(file, self._sources[file])
-                self._passes[key] = not self._copy.test([outcome.failed], tier).failed
-                self._copy.write(file, mutation.apply(self._sources[file]))
-            if self._passes[key]:
-                return outcome
-            print(f"left out, fails without a mutant: {outcome.failed}", flush=True)
-            chosen = [test for test in chosen if test != outcome.failed.partition("::")[0]]
-        return outcome
-
-
-def _turn(test: str) -> tuple[int, str]:
-    return next(number for number, folder in enumerate(ORDER) if test.startswith(folder)), test
+    def _run(self, arguments: Sequence[str]) -> tuple[int | None, str]:
+        """Exit code and output of ``python -m`` with these arguments; no code if it took too long."""
+        shutil.rmtree(self._scratch, ignore_errors=True)
+        self._scratch.mkdir()
+        more = {"PYTHONPATH": str(self._root), "TFRA_CACHE": str(self._scratch / "cache"), "OMP_NUM_THREADS": "1"}
+        how = {"cwd": self._root, "env": {**os.environ, **more}, "start_new_session": True, "stderr": subprocess.STDOUT}
+        with (self._scratch / "output").open("w+") as output:
+            process = subprocess.Popen([sys.executable, "-m", *arguments], stdout=output, **how)
+            code: int | None = None
+            with suppress(subprocess.TimeoutExpired):
+                code = process.wait(SECONDS[arguments[0]])
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            output.seek(0)
+            return code, output.read()
 
 
-def described(file: str, text: str, mutation: Mutation) -> dict[str, Any]:
-    """The change in words; two mutants of a tree never have the same."""
-    before, after = mutation.before(text), mutation.after(text)
-    return {"file": file, "line": mutation.line(text), "kind": mutation.kind, "before": before, "after": after}
+def nearest(file: str, root: Path) -> Iterator[str]:
+    """Tests made for the source ``file``: of its name, then all of the nearest folder that mirrors its own."""
+    folder = Path("tests", file).parent
+    while not (root / folder).is_dir():
+        folder = folder.parent
+    named = folder / f"test_{Path(file).stem}.py"
+    if (root / named).exists():
+        yield str(named)
+    others = (test.relative_to(root) for test in (root / folder).glob("test_*.py"))
+    yield from sorted(str(test) for test in others if test != named)
 
 
-def sources(room: str) -> list[tuple[str, str]]:
+def sources(room: str = "") -> list[tuple[str, str]]:
     """Files that are changed, with their texts; only those in folders called ``room``, unless that is empty."""
-    found = [(name, text) for name, text in texts(ROOT).items() if name.startswith(MUTATED)]
-    return [(name, text) for name, text in found if not room or room in Path(name).parts]
-
-
-def table(record: list[dict[str, Any]]) -> str:
-    """Mutants and what noticed them, by folder."""
-    counted = [one for one in record if one["status"] in ("killed", "survived")]
-    folders = sorted({str(Path(one["file"]).parent) for one in counted})
-    lines = ["| folder | mutants | noticed by all tests | by `make test` |", "|---|---:|---:|---:|"]
-    for folder in folders:
-        lines.append(_row(f"`{folder}`", [one for one in counted if str(Path(one["file"]).parent) == folder]))
-    lines.append(_row("all", counted))
-    every, short = _noticed(counted)
-    waiting = sum(one["status"] == "open" for one in record)
-    left = len(record) - len(counted) - waiting
-    files = len({one["file"] for one in counted})
-    text = (
-        f"{len(counted)} mutants of {files} files; {left} more are left out, since they change nothing or can't be "
-        f"loaded. `make test` notices {short} of the {every} that all tests notice, {short / max(1, every):.0%}."
-    )
-    if waiting:
-        least = short / (every + waiting)
-        text += (
-            f" {waiting} more have passed the tests nearest to them and wait for the others: if the long ones alone "
-            f"noticed all of these, it would be {least:.0%}."
-        )
-    return "\n".join([text, "", *lines])
-
-
-def _noticed(record: Iterable[dict[str, Any]]) -> tuple[int, int]:
-    """How many all tests notice, and how many the short ones."""
-    tiers = [one["tier"] for one in record if one["status"] == "killed"]
-    return len(tiers), tiers.count("short")
-
-
-def _row(name: str, record: list[dict[str, Any]]) -> str:
-    every, short = _noticed(record)
-    return f"| {name} | {len(record)} | {every} | {short} |"
-
-
-def stored(name: str, seed: int) -> list[dict[str, Any]]:
-    """The mutants of this seed that the record ``name`` has."""
-    path = ROOT / "bench" / "results" / f"{name}.json"
-    found = json.loads(path.read_text()) if path.exists() else {"seed": None}
-    return list(found["mutants"]) if found["seed"] == seed else []
-
-
-def run(
-    name: str, record: Sequence[dict[str, Any]], chosen: Sequence[tuple[str, Mutation]], seed: int, workers: int
-) -> None:
-    """Complete the lines of ``record``, a round after another; store them as they come, and the table of each round."""
-    lock, judges = Lock(), SimpleQueue[Judge]()
-
-    def judge(place: int, number: int) -> None:
-        own = judges.get()
-        try:
-            fate = own(*chosen[place], number)
-        finally:
-            judges.put(own)
-        with lock:
-            record[place].update(fate)
-            print("{file}:{line} {kind}: {status} {tier} {test} {seconds} s".format(**record[place]), flush=True)
-            store(name, {"seed": seed, "mutants": judged(record)})
-
-    with tempfile.TemporaryDirectory(prefix="mutants-") as folder, ThreadPoolExecutor(workers) as pool:
-        for ready in pool.map(Judge, (Path(folder) / str(number) for number in range(workers))):
-            judges.put(ready)
-        for number in range(len(ROUNDS)):
-            left = [place for place, one in enumerate(record) if is_open(one, number)]
-            list(pool.map(judge, left, repeat(number)))
-            insert(name, table(record), PAGE)
-
-
-def is_open(one: dict[str, Any], number: int) -> bool:
-    """Whether a mutant is to go through this round."""
-    return bool("status" not in one or (one["status"] == "open" and one["round"] < number))
-
-
-def judged(record: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Those that have gone through a round."""
-    return [one for one in record if "status" in one]
+    files = sorted(path for folder in MUTATED for path in (ROOT / folder).rglob("*.py"))
+    return [(str(f.relative_to(ROOT)), f.read_text()) for f in files if not room or room in f.relative_to(ROOT).parts]
 
 
 def main() -> int:
-    """Judge all mutants; 1 if the short tests notice too few of them."""
+    """Judge all mutants; 1 if the tests notice too few of them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--count", type=int, default=112)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--workers", type=int, default=1, help="mutants at a time")
     parser.add_argument("--keep", action="store_true", help="keep what was judged before with this seed")
     parser.add_argument("--room", default="", help="only files in folders of this name")
     options = parser.parse_args()
-    files, name = dict(sources(options.room)), "_".join(["mutants", *options.room.split()])
-    chosen = choose(files.items(), options.count, options.seed)
-    record = [described(file, files[file], mutation) for file, mutation in chosen]
-    before = stored(name, options.seed) if options.keep else []
+    chosen = choose(sources(options.room), options.count, options.seed)
+    path = ROOT / "bench" / "results" / "mutants.json"
+    before = json.loads(path.read_text()) if options.keep and path.exists() else {"seed": None}
+    known = before["mutants"] if before["seed"] == options.seed else []
+    record = [{"file": file, **vars(mutation)} for file, mutation in chosen]
     for one in record:
-        one |= next((old for old in before if one.items() <= old.items()), {})
-    run(name, record, chosen, options.seed, options.workers)
-    every, short = _noticed(record)
-    return 0 if short >= AIM * every else 1
+        one |= next((old for old in known if one.items() <= old.items()), {})
+    with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
+        copy = Copy(Path(folder))
+        for one, (file, mutation) in zip(record, chosen, strict=True):
+            if "status" not in one:
+                one["status"], one["test"] = copy.judge(file, mutation)
+                print("{file}:{line} {kind}: {status} {test}".format(**one), flush=True)
+                store("mutants", {"seed": options.seed, "mutants": [each for each in record if "status" in each]})
+    found = Counter(one["status"] for one in record)
+    counted = found["noticed"] + found["survived"]
+    files = len({one["file"] for one in record})
+    text = f"Of {counted} mutants in {files} files `make test` notices {found['noticed']}; "
+    insert("mutants", f"{text}{found['changes nothing']} more change nothing.", "docs/development.md")
+    return int(found["noticed"] < AIM * counted)
 
 
 if __name__ == "__main__":

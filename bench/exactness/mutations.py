@@ -1,4 +1,4 @@
-"""Mutations of a source file: each replaces one place of its text."""
+"""Small wrong changes of a source file: another operator, constant, arm or handshake, a register left out."""
 
 from __future__ import annotations
 
@@ -7,233 +7,122 @@ import random
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-Span = tuple[int, int]
-"""Bytes of a file from the first to after the last."""
-
-OPERATORS: dict[type[ast.AST], tuple[str, str]] = {
-    ast.Add: ("+", "-"),
-    ast.Sub: ("-", "+"),
-    ast.BitAnd: ("&", "|"),
-    ast.BitOr: ("|", "&"),
-    ast.LShift: ("<<", ">>"),
-    ast.RShift: (">>", "<<"),
-    ast.Eq: ("==", "!="),
-    ast.NotEq: ("!=", "=="),
-    ast.Lt: ("<", "<="),
-    ast.LtE: ("<=", "<"),
-    ast.Gt: (">", ">="),
-    ast.GtE: (">=", ">"),
-    ast.And: ("and", "or"),
-    ast.Or: ("or", "and"),
+OPERATORS: dict[type[ast.AST], type[ast.AST]] = {
+    ast.Add: ast.Sub,
+    ast.Sub: ast.Add,
+    ast.BitAnd: ast.BitOr,
+    ast.BitOr: ast.BitAnd,
+    ast.LShift: ast.RShift,
+    ast.RShift: ast.LShift,
+    ast.Eq: ast.NotEq,
+    ast.NotEq: ast.Eq,
+    ast.Lt: ast.LtE,
+    ast.LtE: ast.Lt,
+    ast.Gt: ast.GtE,
+    ast.GtE: ast.Gt,
+    ast.And: ast.Or,
+    ast.Or: ast.And,
 }
-"""Operators, and their replacements."""
-
-NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum"}
 HANDSHAKE = {"valid": "ready", "ready": "valid"}
+NAMES = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum"}
 DELAYS = ("register", "delayed")
 """Functions ``(m, value, ...)`` of :mod:`tfra.hdl.lib.pipeline` whose result is ``value``, later."""
-
 LABELS = ("name", "src_loc_at", "stacklevel")
 """Keywords of arguments that change no result."""
 
 
 @dataclass(frozen=True)
 class Mutation:
-    """``new`` instead of the bytes ``span``, which belong to the node of the syntax tree at ``node``."""
+    """``new`` in place of the bytes from ``start`` to ``end`` of a file, which are on ``line``."""
 
     kind: str
-    span: Span
+    line: int
+    start: int
+    end: int
+    old: str
     new: str
-    node: Span
 
     def apply(self, text: str) -> str:
         """The source ``text`` with this change."""
         data = text.encode()
-        return (data[: self.span[0]] + self.new.encode() + data[self.span[1] :]).decode()
-
-    def line(self, text: str) -> int:
-        """The number of its first line in ``text``."""
-        return text.encode()[: self.span[0]].count(b"\n") + 1
-
-    def before(self, text: str) -> str:
-        """The lines of ``text`` that it changes, without indentation."""
-        return _lines(text, self.span)
-
-    def after(self, text: str) -> str:
-        """What these lines become."""
-        return _lines(self.apply(text), (self.span[0], self.span[0] + len(self.new.encode())))
-
-
-def _lines(text: str, span: Span) -> str:
-    data = text.encode()
-    start, end = data.rfind(b"\n", 0, span[0]) + 1, data.find(b"\n", span[1])
-    return " ".join(data[start : end if end >= 0 else len(data)].decode().split())
-
-
-class _Places(ast.NodeVisitor):
-    """Collects all mutations of a file, except in parts that only people or type checkers read."""
-
-    def __init__(self, text: str) -> None:
-        self.found: list[Mutation] = []
-        self._data = text.encode()
-        self._starts = [0]
-        for line in self._data.splitlines(keepends=True):
-            self._starts.append(self._starts[-1] + len(line))
-
-    def span(self, node: ast.AST) -> Span:
-        """Where the expression ``node`` stands."""
-        assert isinstance(node, ast.expr)
-        end = self._starts[(node.end_lineno or 0) - 1] + (node.end_col_offset or 0)
-        return self._starts[node.lineno - 1] + node.col_offset, end
-
-    def _text(self, span: Span) -> str:
-        return self._data[slice(*span)].decode()
-
-    def _add(self, kind: str, node: ast.AST, new: str, span: Span | None = None) -> None:
-        place = self.span(node)
-        self.found.append(Mutation(kind, span or place, new, place))
-
-    def _operator(self, kind: str, node: ast.AST, operator: ast.AST, left: ast.AST, right: ast.AST) -> None:
-        """Another operator between ``left`` and ``right``."""
-        if type(operator) not in OPERATORS:
-            return
-        old, new = OPERATORS[type(operator)]
-        start = self._data.index(old.encode(), self.span(left)[1], self.span(right)[0])
-        self._add(kind, node, new, (start, start + len(old)))
-
-    def _swap(self, kind: str, node: ast.AST, first: ast.AST, second: ast.AST) -> None:
-        """``first`` and ``second`` in each other's place."""
-        a, b = self.span(first), self.span(second)
-        gap = self._text((a[1], b[0]))
-        self._add(kind, node, f"({self._text(b)}){gap}({self._text(a)})", (a[0], b[1]))
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
-        for part in [*node.args.defaults, *(d for d in node.args.kw_defaults if d is not None), *node.body]:
-            self.visit(part)
-
-    def visit_ClassDef(self, node: ast.ClassDef) -> None:
-        for part in node.body:
-            self.visit(part)
-
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
-        if node.value is not None:
-            self.visit(node.value)
-
-    def visit_Raise(self, node: ast.Raise) -> None:
-        """Texts of errors stay."""
-
-    def visit_Assert(self, node: ast.Assert) -> None:
-        """Assertions stay."""
-
-    def visit_JoinedStr(self, node: ast.JoinedStr) -> None:
-        """Texts and names stay."""
-
-    def visit_keyword(self, node: ast.keyword) -> None:
-        if node.arg not in LABELS:
-            self.visit(node.value)
-
-    def visit_BinOp(self, node: ast.BinOp) -> None:
-        if not any(_is_no_number(side) for side in (node.left, node.right)):
-            self._operator("operator", node, node.op, node.left, node.right)
-        self.generic_visit(node)
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> None:
-        if len(node.values) == 2:
-            self._operator("operator", node, node.op, *node.values)
-        self.generic_visit(node)
-
-    def visit_Compare(self, node: ast.Compare) -> None:
-        sides = [node.left, *node.comparators]
-        for operator, left, right in zip(node.ops, sides, sides[1:], strict=False):
-            self._operator("comparison", node, operator, left, right)
-        if len(node.ops) == 1 and isinstance(node.ops[0], ast.Lt | ast.LtE | ast.Gt | ast.GtE):
-            self._swap("swapped comparison", node, *sides)
-        self.generic_visit(node)
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
-        if isinstance(node.op, ast.Invert | ast.Not):
-            self._add("negation dropped", node, f"({self._text(self.span(node.operand))})")
-        self.generic_visit(node)
-
-    def visit_Constant(self, node: ast.Constant) -> None:
-        if type(node.value) is int:
-            for value in {node.value + 1, abs(node.value - 1)}:
-                self._add("constant", node, str(value))
-
-    def visit_IfExp(self, node: ast.IfExp) -> None:
-        self._swap("swapped arms", node, node.body, node.orelse)
-        self.generic_visit(node)
-
-    def visit_Call(self, node: ast.Call) -> None:
-        name = node.func.id if isinstance(node.func, ast.Name) else getattr(node.func, "attr", "")
-        if name == "Mux" and len(node.args) == 3:
-            self._swap("swapped arms", node, *node.args[1:])
-        if name in NAMES:
-            end = self.span(node.func)[1]
-            self._add("operator", node, NAMES[name], (end - len(name), end))
-        if name in DELAYS and isinstance(node.func, ast.Name) and len(node.args) > 1:
-            self._add("delay dropped", node, f"({self._text(self.span(node.args[1]))})")
-        assigns = isinstance(node.func, ast.Attribute) and name == "eq"
-        if isinstance(node.func, ast.Attribute) and not (assigns and _is_handshake(node.func.value)):
-            self.visit(node.func.value)
-        for part in [*node.args, *node.keywords]:
-            self.visit(part)
-
-    def visit_Attribute(self, node: ast.Attribute) -> None:
-        if _is_handshake(node) and isinstance(node.ctx, ast.Load):
-            end = self.span(node)[1]
-            self._add("handshake", node, HANDSHAKE[node.attr], (end - len(node.attr), end))
-        self.generic_visit(node)
-
-    def visit_Slice(self, node: ast.Slice) -> None:
-        for bound, sign in ((node.lower, "+"), (node.upper, "-")):
-            if bound is not None and not isinstance(bound, ast.Constant):
-                self._add("slice", bound, f"({self._text(self.span(bound))}) {sign} 1")
-        self.generic_visit(node)
-
-
-def _is_handshake(node: ast.AST) -> bool:
-    return isinstance(node, ast.Attribute) and node.attr in HANDSHAKE
-
-
-def _is_no_number(node: ast.AST) -> bool:
-    """Texts, sets of keys and unions of types."""
-    other = isinstance(node, ast.Constant) and not isinstance(node.value, int | float)
-    return other or isinstance(node, ast.JoinedStr | ast.Dict | ast.List | ast.Tuple | ast.ListComp)
+        return (data[: self.start] + self.new.encode() + data[self.end :]).decode()
 
 
 def mutations(text: str) -> list[Mutation]:
-    """Every mutation of the source ``text``, in the order of its lines."""
-    places = _Places(text)
-    places.visit(ast.parse(text))
-    return sorted(places.found, key=lambda m: (m.span, m.new))
+    """Every mutation of the source ``text``; the new expression is in brackets, so that no neighbour changes."""
+    starts = [0]
+    for line in text.encode().splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    found = []
+    for node in _expressions(ast.parse(text)):
+        for kind, new in _changes(node):
+            end = starts[(node.end_lineno or 0) - 1] + (node.end_col_offset or 0)
+            start = starts[node.lineno - 1] + node.col_offset
+            found.append(Mutation(kind, node.lineno, start, end, ast.unparse(node), f"({ast.unparse(new)})"))
+    return found
 
 
-def changed(before: ast.AST, after: ast.AST) -> ast.AST | None:
-    """The smallest part of the tree ``before`` that holds all that ``after`` has different; None if they are equal."""
-    if type(before) is not type(after):
-        return before
-    found: list[ast.AST] = []
-    for old, new in zip(ast.iter_fields(before), ast.iter_fields(after), strict=True):
-        olds, news = (part if isinstance(part, list) else [part] for part in (old[1], new[1]))
-        if len(olds) != len(news):
-            return before
-        for one, other in zip(olds, news, strict=True):
-            if not isinstance(one, ast.AST) or not isinstance(other, ast.AST):
-                found += [before] if one != other or type(one) is not type(other) else []
-            elif (part := changed(one, other)) is not None:
-                found.append(part if isinstance(part, ast.expr | ast.stmt) else before)
-    return found[0] if len(found) == 1 else before if found else None
+def _expressions(node: ast.AST) -> Iterator[ast.expr]:
+    """The expressions in ``node``, except in what only people or type checkers read."""
+    match node:
+        case ast.Raise() | ast.Assert() | ast.JoinedStr():
+            return
+        case ast.keyword(arg=name) if name in LABELS:
+            return
+        case ast.FunctionDef(args=arguments, body=body):
+            parts = [*arguments.defaults, *filter(None, arguments.kw_defaults), *body]
+        case ast.ClassDef(body=body):
+            parts = list(body)
+        case ast.AnnAssign(value=value):
+            parts = [value] if value else []
+        case ast.Call(func=ast.Attribute(value=ast.Attribute(attr="valid" | "ready", value=stream), attr="eq")):
+            parts = [stream, *node.args]
+            yield node
+        case _:
+            parts = list(ast.iter_child_nodes(node))
+            if isinstance(node, ast.expr):
+                yield node
+    for part in parts:
+        yield from _expressions(part)
 
 
-def is_exact(text: str, mutation: Mutation) -> bool:
-    """Whether the mutation changes its node of the tree alone: brackets that are missing would change others."""
-    try:
-        part = changed(ast.parse(text), ast.parse(mutation.apply(text)))
-    except SyntaxError:
-        return False
-    span = _Places(text).span
-    return isinstance(part, ast.expr) and mutation.node[0] <= span(part)[0] and span(part)[1] <= mutation.node[1]
+def _changes(node: ast.expr) -> Iterator[tuple[str, ast.expr]]:
+    """Kinds of changes of an expression, and what it becomes."""
+    match node:
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS and _numbers(left, right):
+            yield "operator", ast.BinOp(left, OPERATORS[type(op)](), right)
+        case ast.BoolOp(op=op, values=values):
+            yield "operator", ast.BoolOp(OPERATORS[type(op)](), values)
+        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in OPERATORS:
+            yield "comparison", ast.Compare(left, [OPERATORS[type(op)]()], [right])
+            yield "swapped comparison", ast.Compare(right, [op], [left])
+        case ast.UnaryOp(op=ast.Invert() | ast.Not(), operand=operand):
+            yield "negation dropped", operand
+        case ast.Constant(value=int(value)) if not isinstance(value, bool):
+            yield "constant", ast.Constant(value + 1)
+            yield "constant", ast.Constant(abs(value - 1))
+        case ast.IfExp(test=test, body=body, orelse=other):
+            yield "swapped arms", ast.IfExp(test, other, body)
+        case ast.Call(func=ast.Name(id="Mux") as mux, args=[test, body, other]):
+            yield "swapped arms", ast.Call(mux, [test, other, body], node.keywords)
+        case ast.Call(func=ast.Name(id=name), args=[_, value, *_]) if name in DELAYS:
+            yield "delay dropped", value
+        case ast.Name(id=name) if name in NAMES:
+            yield "operator", ast.Name(NAMES[name])
+        case ast.Attribute(value=value, attr=name, ctx=ast.Load()) if name in HANDSHAKE | NAMES:
+            kind = "handshake" if name in HANDSHAKE else "operator"
+            yield kind, ast.Attribute(value, (HANDSHAKE | NAMES)[name])
+        case ast.Slice():  # its brackets would be no expression: its bounds change as expressions of their own
+            return
+
+
+def _numbers(*sides: ast.expr) -> bool:
+    """Whether none of these is a text, a list or a union of types."""
+    texts = (ast.JoinedStr, ast.Dict, ast.List, ast.Tuple, ast.ListComp)
+    return not any(
+        isinstance(side, texts) or (isinstance(side, ast.Constant) and not isinstance(side.value, int | float))
+        for side in sides
+    )
 
 
 def choose(files: Iterable[tuple[str, str]], count: int, seed: int) -> list[tuple[str, Mutation]]:
@@ -241,30 +130,20 @@ def choose(files: Iterable[tuple[str, str]], count: int, seed: int) -> list[tupl
 
     The kinds of a file's mutations take turns, since most places are constants.
     """
-    waiting = {name: _shuffled(text, random.Random(f"{seed} {name}")) for name, text in files}
-    order, chosen = random.Random(seed), list[tuple[str, Mutation]]()
-    while waiting and len(chosen) < count:
-        for name in order.sample(list(waiting), len(waiting)):
-            mutation = next(waiting[name], None)
-            if mutation is None:
-                del waiting[name]
-            else:
-                chosen.append((name, mutation))
+    rng, chosen = random.Random(seed), list[tuple[str, Mutation]]()
+    waiting = {name: list(_in_turns(mutations(text), random.Random(f"{seed} {name}"))) for name, text in files}
+    while len(chosen) < count and (left := [name for name, found in waiting.items() if found]):
+        chosen += [(name, waiting[name].pop(0)) for name in rng.sample(left, len(left))]
     return chosen[:count]
 
 
-def _shuffled(text: str, rng: random.Random) -> Iterator[Mutation]:
-    """The mutations of ``text``, a kind after another in turns."""
+def _in_turns(found: list[Mutation], rng: random.Random) -> Iterator[Mutation]:
+    """The mutations in random order, a kind after another."""
     kinds: dict[str, list[Mutation]] = {}
-    for mutation in mutations(text):
+    for mutation in rng.sample(found, len(found)):
         kinds.setdefault(mutation.kind, []).append(mutation)
-    for found in kinds.values():
-        rng.shuffle(found)
     while kinds:
         for kind in rng.sample(sorted(kinds), len(kinds)):
-            while kinds[kind] and not is_exact(text, kinds[kind][-1]):
-                kinds[kind].pop()
-            if kinds[kind]:
-                yield kinds[kind].pop()
-            else:
+            yield kinds[kind].pop()
+            if not kinds[kind]:
                 del kinds[kind]
