@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from bench.accuracy.cases import Case
-from bench.accuracy.estimators import Estimator, estimators, fixed, learned
+from bench.accuracy.estimators import estimators, fixed, learned
 from bench.accuracy.scenes import NOISES, SCENES, scenes
-from tfra.model.arrays import Floats, Ints
+from tfra.model.arrays import Floats
 from tfra.model.cover.layer import frames
 from tfra.model.metrics import Contact, errors, turn_deg
 from tfra.model.resultant import friction
@@ -31,11 +31,8 @@ PAPER = ("hertz_40x20", "rectangle_40x40")
 BINS = 10
 """Of the true friction, from 0 to 1, in the figure."""
 
-FRACTIONS = (9, 12)
-"""Fraction bits of vectors: those of the standard formats, and more."""
-
 STILL = 0.05
-"""Below this friction a direction means little, so directions are also compared above it alone."""
+"""Below this friction a direction means little, so fixed and float are compared above it alone."""
 
 Values = dict[str, Floats]
 """By names; each ``(n,)``."""
@@ -98,43 +95,30 @@ def _binned(values: Values) -> list[Floats]:
     return [values["mu_found"][which == number] for number in range(BINS)]
 
 
-def agreement(case: Case, count: int) -> dict[str, dict[str, float]]:
-    """By fraction bits: 99th percentiles of fixed against float, over the frames of ``NOISES``."""
+def agreement(case: Case, count: int) -> dict[str, float]:
+    """99th percentiles of fixed against float, over the frames of ``NOISES``."""
     codes, force = (
         np.concatenate(parts)
         for parts in zip(*(row[1:] for row in scenes(case, count) if row[0] in NOISES), strict=True)
     )
-    exact, mu = learned(case)(codes), friction(force)
-    return {str(bits): differences(exact, fixed(with_fraction(case, bits))(codes), mu) for bits in FRACTIONS}
-
-
-def with_fraction(case: Case, bits: int) -> Case:
-    """The same sensor with other fraction bits of vectors."""
-    formats = replace(case.design.formats, name="custom", vector_fraction=bits)
-    return replace(case, design=replace(case.design, formats=formats))
+    return differences(learned(case)(codes), fixed(case)(codes), friction(force))
 
 
 def differences(exact: Contact, other: Contact, mu: Floats) -> dict[str, float]:
     """99th percentiles of the differences in friction and direction, for the true friction ``mu (n,)``."""
     turn = turn_deg(exact.phi_deg, other.phi_deg)
-    found = {"mu": np.abs(exact.mu - other.mu), "phi_deg": turn[mu > STILL], "phi_deg_of_all": turn}
+    found = {"mu": np.abs(exact.mu - other.mu), "phi_deg": turn[mu > STILL]}
     return {key: round(float(np.percentile(each, 99)), 6) for key, each in found.items()}
 
 
-def paper(case: Case) -> dict[str, Any]:
-    """By noise, friction and estimator: the median of the friction found for the contacts of the sensor's CONFIG."""
-    every, sensor, rng = estimators(case), case.design.sensor, case.generator("paper")
+def paper(case: Case) -> dict[str, dict[str, float]]:
+    """By noise and friction: the median of what the learned estimator finds for the contacts of the sensor's CONFIG."""
+    estimate, sensor, rng = learned(case), case.design.sensor, case.generator("paper")
     stress = {mu: frames(sensor, [replace(c, mu=mu) for c in case.contacts]) for mu in FRICTIONS}
-    codes = {
-        noise: {mu: SCENES[noise].array.codes(case.design, b, rng) for mu, b in stress.items()} for noise in NOISES[:2]
-    }
     return {
         noise: {
-            f"{mu:g}": {who: _median(estimate, read) for who, estimate in every.items()} for mu, read in rows.items()
+            f"{mu:g}": round(float(np.median(estimate(SCENES[noise].array.codes(case.design, b, rng)).mu)), 5)
+            for mu, b in stress.items()
         }
-        for noise, rows in codes.items()
+        for noise in NOISES[:2]
     }
-
-
-def _median(estimate: Estimator, codes: Ints) -> float:
-    return round(float(np.median(estimate(codes).mu)), 5)

@@ -66,6 +66,6 @@ def verdict(found: float, limit: float, digits: int) -> str:
     return f"{found:.{digits}f} " + ("✓" if found <= limit else f"(+{over})")
 
 
-def furthest(rows: Mapping[str, Mapping[str, float]]) -> float:
+def furthest(found: Mapping[str, float]) -> float:
     """Largest distance of the median found from the true friction, over the contacts of one sensor of the paper."""
-    return max(abs(found[LEARNED] - float(mu)) for mu, found in rows.items())
+    return max(abs(median - float(mu)) for mu, median in found.items())

@@ -1,29 +1,20 @@
-"""Runs the default studies: their results, their duration, and the proof that workers and kills change no byte.
+"""Runs the default studies and writes their results into docs/how_many_bits.md.
 
-python -m bench.exactness.bits           # an hour on two idle cores; fills docs/how_many_bits.md
+``python -m bench.exactness.bits [--keep]`` takes half an hour on two idle cores; with ``--keep`` the studies whose
+reports are there are not run again.
 """
 
 from __future__ import annotations
 
 import argparse
-import hashlib
-import os
-import re
 import shutil
 import subprocess
 import sys
-import threading
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import polars as pl
 
-from bench.publish import ROOT, insert, store
-from tfra.codegen.config.read import load
+from bench.publish import ROOT, insert
 from tfra.report.numbers import number
 from tfra.study.errors.cascade import Step, View
 from tfra.study.report.labels import QUANTITIES, STEPS
@@ -35,33 +26,6 @@ PAGE = "docs/how_many_bits.md"
 PLACE = ROOT / "build" / "studies"
 STUDIES = ("hertz", "rectangle", "skin")
 TUTORIAL = "skin"
-_TICK = 0.5
-
-
-@dataclass(frozen=True)
-class Took:
-    """Seconds of a run, and the most memory of all its processes together, in MB."""
-
-    seconds: float
-    megabytes: float
-
-
-def study(file: str, out: str, workers: int, kill: Sequence[float] = (), work: str | None = None) -> Took:
-    """Run the study in ``file``; it is killed and begun again after each time of ``kill``."""
-    start, most = time.perf_counter(), 0.0
-    command = [sys.executable, "-m", "tfra.cli", "study", file, "--out", str(PLACE / out), "--workers", str(workers)]
-    command += ["--work", str(PLACE / f"{work or out}.work")]
-    for patience in (*kill, None):
-        with subprocess.Popen(command, cwd=ROOT, start_new_session=True) as run, watched(run.pid) as seen:
-            try:
-                code = run.wait(patience)
-            except subprocess.TimeoutExpired:
-                run.kill()
-                continue
-        most = max(most, *seen)
-        if code:
-            raise SystemExit(code)
-    return Took(time.perf_counter() - start, most)
 
 
 def example(name: str) -> str:
@@ -69,52 +33,10 @@ def example(name: str) -> str:
     return f"examples/study_{name}.toml"
 
 
-def placed(name: str) -> None:
-    """Place and route the designs of a finished study, with the report in ``placed``."""
-    text = (ROOT / example(name)).read_text().replace('config = "', f'config = "{ROOT}/examples/')
-    (PLACE / "placed.toml").write_text(f"{text}\n[place]\n")
-    study(str(PLACE / "placed.toml"), "placed", 2, work=name)
-
-
-@contextmanager
-def watched(session: int) -> Iterator[list[float]]:
-    """Memory of all processes of ``session``, in MB, every half second."""
-    seen, ended = [0.0], threading.Event()
-
-    def look() -> None:
-        while not ended.wait(_TICK):
-            seen.append(sum(_resident(entry) for entry in Path("/proc").glob("[0-9]*") if _session(entry) == session))
-
-    thread = threading.Thread(target=look)
-    thread.start()
-    try:
-        yield seen
-    finally:
-        ended.set()
-        thread.join()
-
-
-def _session(process: Path) -> int:
-    try:
-        return os.getsid(int(process.name))
-    except OSError:
-        return -1
-
-
-def _resident(process: Path) -> float:
-    """A process' private memory, and its share of the memory that it shares."""
-    try:
-        lines = (process / "smaps_rollup").read_text().splitlines()
-    except OSError:
-        return 0.0
-    return sum(int(line.split()[1]) / 1024 for line in lines if line.startswith("Pss:"))
-
-
-def content(out: str) -> dict[str, str]:
-    """Hashes of a report's files, except the times."""
-    folder = PLACE / out
-    files = (file for file in folder.rglob("*") if file.name not in ("times.html", "tfra-manifest.json"))
-    return {str(f.relative_to(folder)): hashlib.sha256(f.read_bytes()).hexdigest() for f in files if f.is_file()}
+def run(name: str) -> None:
+    """Run a default study; raises ``CalledProcessError`` if it fails."""
+    command = [sys.executable, "-m", "tfra.cli", "study", example(name), "--out", str(PLACE / name), "--workers", "2"]
+    subprocess.run([*command, "--work", str(PLACE / f"{name}.work")], cwd=ROOT, check=True)
 
 
 def table(out: str, name: str) -> pl.DataFrame:
@@ -147,8 +69,9 @@ def _is(**wanted: Any) -> pl.Expr:
 
 
 def uniform(out: str) -> str:
-    """Growth of the total error with uniform products, by their bits."""
-    rows = table(out, "uniform_trials").filter(state="complete").sort("bits").iter_rows(named=True)
+    """Growth of the total error with uniform products of even lengths, by their bits."""
+    complete = table(out, "uniform_trials").filter(state="complete").filter(pl.col("bits") % 2 == 0)
+    rows = complete.sort("bits").iter_rows(named=True)
     head = ["| bits | growth of the total, worst quantity, % | coefficients, kbit | DSP |", "|---:|---:|---:|---:|"]
     lines = [
         f"| {row['bits']} | {row[CHANGE]:.2f} | {row['coefficient_kbit']:.1f} | {row['DSP']:.0f} |" for row in rows
@@ -189,27 +112,6 @@ def designs(names: tuple[str, ...]) -> str:
     return "\n".join(lines)
 
 
-def lengths(out: str) -> str:
-    """Word lengths of what was found, signal by signal."""
-    formats = load(PLACE / out / "designs" / "least_coefficient_kbit.toml").design.formats
-    lines = ["| signal | bits |", "|---|---:|", f"| vector fraction | {formats.vector_fraction} |"]
-    return "\n".join([*lines, *(f"| `{signal}` | {bits} |" for signal, bits in formats.signals)])
-
-
-def chance(out: str) -> str:
-    """Results of NSGA-II and of random choice."""
-    lines = [
-        "| | designs measured to the end | close to float | least coefficients of those, kbit |",
-        "|---|---:|---:|---:|",
-    ]
-    for label, name in (("NSGA-II", "trials"), ("by chance", "baseline")):
-        complete = table(out, name).filter(state="complete")
-        close = complete.filter(pl.col(CHANGE) <= 5)
-        least = f"{close['coefficient_kbit'].min():.1f}" if len(close) else "none"
-        lines.append(f"| {label} | {len(complete)} of {len(table(out, name))} | {len(close)} | {least} |")
-    return "\n".join(lines)
-
-
 def sentence(out: str) -> str:
     """The answer on top of a report."""
     tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
@@ -217,80 +119,20 @@ def sentence(out: str) -> str:
     return "> " + said
 
 
-def layouts() -> str:
-    """Placed and routed designs with their estimates."""
-    rows = [row for row in designs_of("placed") if row.get("placed_LUT") is not None]
-    lines = ["| design | LUT: estimate, placed | FF | DSP | BRAM | MHz, one seed |", "|---|---:|---:|---:|---:|---:|"]
-    for row in rows:
-        pairs = [f"{row[name]:,.0f}, {row[f'placed_{name}']:,.0f}" for name in ("LUT", "FF", "DSP", "BRAM")]
-        lines.append(f"| {row['name']} | {' | '.join(pairs)} | {row['fmax_mhz']:.1f} |")
-    return "\n".join(lines)
-
-
-def shortened() -> str:
-    """A shorter search of the tutorial's study, for comparisons that take several runs."""
-    text = (ROOT / example(TUTORIAL)).read_text().replace('config = "', f'config = "{ROOT}/examples/')
-    text = text.replace("[search]\n", "[search]\ngenerations = 4\nbaseline = false\n").replace(
-        "[verify]\nframes = 200\n", ""
-    )
-    (PLACE / "short.toml").write_text(text)
-    return str(PLACE / "short.toml")
-
-
-def runs() -> tuple[dict[str, Any], str]:
-    """One worker against two, and two kills: what was measured, and the same for the page."""
-    file = shortened()
-    both, alone = study(file, "both", 2), study(file, "alone", 1)
-    study(file, "killed", 2, (both.seconds / 3, both.seconds / 3))
-    same = {run: content(run) == content("both") for run in ("alone", "killed")}
-    efficiency, told = alone.seconds / 2 / both.seconds, {True: "the same bytes", False: "OTHER BYTES"}
-    said = (
-        f"A search of four generations, all else as in `{example(TUTORIAL)}`: {both.seconds:.0f} s with two workers, "
-        f"{alone.seconds:.0f} s with one: two are {100 * efficiency:.0f} % efficient. All processes together took "
-        f"{both.megabytes:,.0f} MB. One worker makes {told[same['alone']]}, and so does a run that was killed twice: "
-        f"{told[same['killed']]}."
-    )
-    facts = {"two": vars(both), "one": vars(alone), "efficiency": efficiency, "same_bytes": same}
-    return facts, said
-
-
-def times() -> tuple[dict[str, Any], str]:
-    """Times that the studies report."""
-    pattern = r"Done by 2 processes: ([\d,.]+) s in all. Memory of the largest process: ([\d,]+) MB"
-    lines, facts = ["| study | minutes on two cores | largest process, MB |", "|---|---:|---:|"], {}
-    for name in STUDIES:
-        found = re.search(pattern, (PLACE / name / "times.html").read_text())
-        assert found
-        seconds, megabytes = (float(number.replace(",", "")) for number in found.groups())
-        facts[name] = {"seconds": seconds, "megabytes": megabytes, "designs": designs_of(name)}
-        lines.append(f"| `{example(name)}` | {seconds / 60:.1f} | {megabytes:,.0f} |")
-    return facts, "\n".join(lines)
-
-
 def main() -> None:
     """Run everything, and publish."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--keep", action="store_true", help="the studies whose reports are there are not run again")
-    parser.add_argument("--no-place", action="store_true", help="leave out place and route")
-    options = parser.parse_args()
-    if not options.keep:
+    if not parser.parse_args().keep:
         shutil.rmtree(PLACE, ignore_errors=True)
     PLACE.mkdir(parents=True, exist_ok=True)
     for name in STUDIES:
         if not (PLACE / name).exists():
-            study(example(name), name, 2)
-    (studies, table_of_times), (facts, told) = times(), runs()
-    store("bits", {"studies": studies, **facts})
-    insert("bits times", f"{table_of_times}\n\n{told}", PAGE)
-    for name, text in {
-        "answer": sentence(TUTORIAL), "cascade": cascade(TUTORIAL), "uniform": uniform(TUTORIAL),
-        "designs": designs((TUTORIAL,)), "lengths": lengths(TUTORIAL), "chance": chance(TUTORIAL),
-        "sensors": designs(STUDIES),
-    }.items():  # fmt: skip
-        insert(f"bits {name}", text, PAGE)
-    if not options.no_place:
-        placed("hertz")
-        insert("bits placed", layouts(), PAGE)
+            run(name)
+    insert("bits answer", sentence(TUTORIAL), PAGE)
+    insert("bits cascade", cascade(TUTORIAL), PAGE)
+    insert("bits uniform", uniform(TUTORIAL), PAGE)
+    insert("bits sensors", designs(STUDIES), PAGE)
 
 
 if __name__ == "__main__":

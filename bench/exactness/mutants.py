@@ -1,10 +1,10 @@
 """What the short tests notice of small wrong changes in gateware and model.
 
 ``python -m bench.exactness.mutants [--count N] [--seed S] [--keep] [--room NAME]`` changes one place at a time in a
-copy of the tree, spread evenly over the files (those in folders called NAME), and runs tests until one fails that passes
-without the change: first those nearest to the file, then those of whole cores, then all others of hdl, model, sim and
-codegen.  A mutant that the nearest tests don't notice and that leaves the fingerprint of all designs as it was changes
-nothing.  ``bench/results/mutants.json`` has every mutant, and ``--keep`` continues from there.
+copy of the tree, spread evenly over the files (those in folders called NAME), and runs tests until one fails that
+passes without the change: first those nearest to the file, then those of whole cores, then all others of hdl, model,
+sim and codegen.  A mutant that the nearest tests don't notice and that leaves the fingerprint of all designs as it was
+changes nothing.  ``bench/results/mutants.json`` has every mutant, and ``--keep`` continues from there.
 """
 
 from __future__ import annotations
