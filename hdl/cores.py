@@ -1,17 +1,46 @@
-"""The microarchitectures.  Only this module reads ``design.architecture.kind``."""
+"""The cores of every estimator.  Only this module reads ``design.architecture.kind``."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.parallel.learned.parallel import LearnedParallel
 from tfra.hdl.parallel.tfra.parallel import TfraParallel
+from tfra.hdl.serial.program.learned.frame import program as learned_program
+from tfra.hdl.serial.program.program import Program
+from tfra.hdl.serial.program.tfra.frame import program as tfra_program
 from tfra.hdl.serial.serial import Serial
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.tfra.design import TfraDesign
+
+
+class Cores(NamedTuple):
+    """The parallel core of an estimator, and the program of its serial core."""
+
+    parallel: Callable[[Any], Microarchitecture]
+    program: Callable[[Any], Program]
+
+
+CORES: dict[type[Design], Cores] = {
+    TfraDesign: Cores(TfraParallel, tfra_program),
+    LearnedDesign: Cores(LearnedParallel, learned_program),
+}
+"""By the estimator, a line each."""
 
 
 def microarchitecture(design: Design) -> Microarchitecture:
     """The microarchitecture of ``design``, without building a core."""
-    if design.architecture.kind == "serial":
-        return Serial(design)
-    return LearnedParallel(design) if isinstance(design, LearnedDesign) else TfraParallel(design)
+    return as_serial(design) if design.architecture.kind == "serial" else CORES[type(design)].parallel(design)
+
+
+def as_serial(design: Design) -> Serial:
+    """The serial core of ``design``, whatever its architecture."""
+    return Serial(design, CORES[type(design)].program)
+
+
+def program(design: Design) -> Program:
+    """The serial core's program of ``design``; raises ``ValueError`` when it does not fit the memories."""
+    return CORES[type(design)].program(design)

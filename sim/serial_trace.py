@@ -9,11 +9,11 @@ from typing import Any
 from amaranth import Value
 from amaranth.sim import Simulator
 
+from tfra.hdl.cores import as_serial
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.datapath import Datapath
 from tfra.hdl.serial.isa import ADDRESS_BITS, NO_RESULT, Dest, Instruction, Op
 from tfra.hdl.serial.program.interpreter import wrap
-from tfra.hdl.serial.serial import Serial
 from tfra.hdl.serial.sizes import Sizes
 from tfra.hdl.serial.trace import TracedStep, trace
 from tfra.model.arrays import Ints
@@ -80,7 +80,7 @@ def first_difference(design: Design, codes: Ints, core: SerialCore | None = None
     The core is the gateware of ``design`` by default, with a plain memory as its store; it runs in Amaranth's
     simulator.
     """
-    serial = Serial(replace(design, target="portable"))
+    serial = as_serial(replace(design, target="portable"))
     core = core or serial.build()
     found: list[Difference] = []
     simulator = Simulator(core)
@@ -95,7 +95,7 @@ def first_difference(design: Design, codes: Ints, core: SerialCore | None = None
 def _frames(design: Design, codes: Ints) -> Iterator[TracedStep]:
     """The interpreter's instructions up to the last result word."""
     frames = 0
-    for traced in trace(design, codes):
+    for traced in trace(as_serial(design), codes):
         yield traced
         frames += traced.step.instruction.written == Dest.LAST
         if frames == len(codes):

@@ -17,6 +17,7 @@ from importlib.resources import files
 from itertools import product
 from typing import Any
 
+from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
 from tfra.synth.census import Census, Memory, census
 from tfra.synth.targets import FAMILIES, Family, Target
@@ -38,10 +39,11 @@ _WORDS, _BITS, _TABLES = 16, 4, 6
 class Prices:
     """Lookup tables per bit of each kind, flip-flops per register bit, and the largest relative errors measured.
 
-    ``family`` is the one that they were fitted to.
+    ``family`` and ``estimator`` are those that they were fitted to.
     """
 
     family: str
+    estimator: str
     lut: Mapping[str, float]
     ff: float
     error: Mapping[str, float]
@@ -51,7 +53,7 @@ class Prices:
 def prices(kind: str = "parallel") -> Prices:
     """The fitted prices of cores of ``kind``."""
     data: dict[str, Any] = json.loads(files("tfra.synth").joinpath(f"estimate_{kind}.json").read_text())
-    return Prices(data["family"], data["lut"], data["ff"], data["error"])
+    return Prices(data["family"], data["estimator"], data["lut"], data["ff"], data["error"])
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,16 +180,14 @@ def estimate(design: Design, family: Family) -> Estimate:
     return Estimate(blocks, sum(place(memory, family).tables for memory in lanes.memories if memory.rom))
 
 
-def basis(kind: str, family: Family, sweeps: bool = True) -> str:
-    """The unit of a LUT in estimates of ``kind`` cores on ``family``, and the estimates' errors.
-
-    Prices are those of TFRA, which ``sweeps``.
-    """
+def basis(kind: str, family: Family, estimator: str) -> str:
+    """The unit of a LUT in estimates of ``kind`` cores of ``estimator`` on ``family``, and the estimates' errors."""
     rates = prices(kind)
     fitted = FAMILIES[rates.family]
     unit = f"a LUT is a {fitted.lut} of {fitted.title}"
-    if not sweeps:
-        return f"{unit}; fitted to {kind} cores of TFRA for {fitted.title}, for this estimator only a guide"
+    if estimator != rates.estimator:
+        method = ESTIMATORS[rates.estimator].method
+        return f"{unit}; fitted to {kind} cores of {method} for {fitted.title}, for this estimator only a guide"
     if fitted is family:
         off = ", ".join(f"{100 * error:.1f} % ({name})" for name, error in rates.error.items())
         return f"{unit}; fitted to syntheses of {kind} cores for {family.title}, off by up to {off}"

@@ -20,4 +20,4 @@ def part_of(design: Design) -> Part:
     ordered = [targets[size] for size in sorted(targets)]
     target: Target = next((one for one in ordered if not misfits(total, one, kind)), ordered[-1])
     resources = {name: (total[name], have) for name, have in target.available.items()}
-    return Part(target.name, target.clock_mhz, resources, basis(kind, target.family, design.sweeps))
+    return Part(target.name, target.clock_mhz, resources, basis(kind, target.family, design.estimator))

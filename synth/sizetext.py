@@ -26,7 +26,7 @@ def lines(sizing: Sizing) -> Iterator[str]:
     fps, latency = chosen.speed.frames_per_second(clock), chosen.speed.latency_us(clock)
     yield f"# {target.name} at {clock:g} MHz: {fps:,.0f} frames/s, {latency:,.3f} us from last taxel to last word"
     yield "# estimated: " + ", ".join(_share(name, used, target) for name, used in chosen.resources.items())
-    yield f"# {basis(chosen.architecture.kind, target.family, sizing.design.sweeps)}"
+    yield f"# {basis(chosen.architecture.kind, target.family, sizing.design.estimator)}"
     if not target.available:
         yield f"# {target.name} stands for a whole family: the size of a part is not checked"
     yield "# not chosen:"

@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.exactness.campaign import untrained
 from tfra.codegen.verilog.emit import Top, to_rtlil
-from tfra.hdl.cores import microarchitecture
+from tfra.hdl.cores import as_serial, microarchitecture
 from tfra.hdl.serial.trace import trace
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
@@ -67,7 +67,7 @@ def _facts(design: Design) -> Iterator[tuple[str, Any]]:
     yield "values", [(name, _bytes(value)) for stages in result.parts for name, value in stages.items()]
     yield "design", (design.widths, design.layout, design.multiplications, design.nonzero_products, design.frame_words)
     if design.architecture == SERIAL:
-        yield "program", [str(step) for step in trace(replace(design, target="portable"), codes[:2])]
+        yield "program", [str(step) for step in trace(as_serial(replace(design, target="portable")), codes[:2])]
 
 
 def _bytes(values: Any) -> bytes:

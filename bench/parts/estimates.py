@@ -114,7 +114,7 @@ def measured(
     """
     if arguments == ["--refit"]:
         return recount(path, [subject for part in designs.values() for subject in part], family)
-    record: dict[str, Any] = {"family": family.name, "tools": versions(family)}
+    record: dict[str, Any] = {"family": family.name, "estimator": TfraDesign.estimator, "tools": versions(family)}
     for key, subjects in designs.items():
         record[key] = []
         for subject in subjects:

@@ -33,9 +33,8 @@ from tfra.codegen.config.weights import read_weights
 from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Bus, Choices, Formats, Search
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
+from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.learned.design import LearnedDesign
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.recordings.input import PLAIN, Input, overridden
 from tfra.runtime.errors import InputError, quoted
@@ -63,7 +62,7 @@ _KEYS = {
 class Project:
     """The content of a CONFIG file: the core, the simulated cover, the contacts, recordings, and the file itself.
 
-    ``weights`` names the learned estimator's file, relative to CONFIG's folder; with None, the estimator is TFRA.
+    ``weights`` names the file of an estimator that is trained, relative to CONFIG's folder.
     """
 
     design: Design
@@ -113,7 +112,7 @@ def made(content: Mapping[str, object], file: Path) -> Project:
         contacts=tuple(_contacts(file, document)),
         path=file,
         input=_input(file, document.input),
-        weights=_weights(file, document.estimator),
+        weights=document.estimator.weights,
     )
 
 
@@ -164,8 +163,7 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
         formats = _formats(document.formats)
     with _blame(file, "bus"):
         bus = Bus(document.bus.taxels_per_beat)
-    weights = _weights(file, document.estimator)
-    trained = None if weights is None else read_weights(file.parent / weights, sensor)
+    estimator, own = _estimator(file, document.estimator, sensor)
     with _blame(file, ""):
         choices = Choices(
             sensor=sensor,
@@ -179,26 +177,28 @@ def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
             bus=bus,
         )
         given = {each.name: getattr(choices, each.name) for each in fields(choices)}
-        if trained is None:
-            return TfraDesign(**given)
-        forces = document.estimator.taxel_forces is not False
-        return LearnedDesign(**given, weights=trained.weights, threshold=trained.threshold, taxel_forces=forces)
+        return estimator(**given, **own)
+
+
+def _estimator(file: Path, section: EstimatorSection, sensor: SensorArray) -> tuple[type[Design], dict[str, Any]]:
+    """The class of the design, and its fields beside the choices."""
+    estimator, given = ESTIMATORS[section.kind], section.model_dump(exclude={"kind"}, exclude_none=True)
+    with _blame(file, "estimator"):
+        for key in (key for key in given if key not in estimator.config_keys):
+            kinds = " or ".join(f'"{name}"' for name, each in ESTIMATORS.items() if key in each.config_keys)
+            raise ValueError(f"{key}: belongs to kind = {kinds}")
+        if "weights" in estimator.config_keys and "weights" not in given:
+            raise ValueError(f'weights: is missing: kind = "{section.kind}" needs a file of tfra train')
+    if "weights" in given:
+        trained = read_weights(file.parent / given["weights"], sensor)
+        given |= {"weights": trained.weights, "threshold": trained.threshold}
+    return estimator, given
 
 
 def _input(file: Path, section: InputSection) -> Input:
     given = section.model_dump(exclude_none=True)
     with _blame(file, "input"):
         return overridden(PLAIN, given | ({} if section.tare is None else {"tare": file.parent / section.tare}))
-
-
-def _weights(file: Path, section: EstimatorSection) -> str | None:
-    with _blame(file, "estimator"):
-        if section.kind == "learned" and section.weights is None:
-            raise ValueError('weights: is missing: kind = "learned" needs a file of tfra train')
-        for key in ("weights", "taxel_forces"):
-            if section.kind == "tfra" and getattr(section, key) is not None:
-                raise ValueError(f'{key}: belongs to kind = "learned"')
-    return section.weights
 
 
 def _formats(section: FormatsSection) -> Formats:

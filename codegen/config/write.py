@@ -9,7 +9,6 @@ from fractions import Fraction
 from tfra.codegen.config.cover import LayerSpec
 from tfra.model.choices import FORMATS, Formats
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.learned.design import LearnedDesign
 
 Value = str | int | float | Mapping[str, int]
 
@@ -62,10 +61,9 @@ def assignment(key: str, value: Value) -> str:
 
 
 def _estimator(design: Design, weights: str | None) -> Sections:
-    """The section of the learned estimator, where ``design`` has it."""
-    if not isinstance(design, LearnedDesign) or weights is None:
-        return {}
-    return {"estimator": {"kind": "learned", "weights": weights, "taxel_forces": design.taxel_forces}}
+    """The section of the estimator; none where it has no keys, or where its weights are not named."""
+    values = {key: weights if key == "weights" else getattr(design, key) for key in design.config_keys}
+    return {"estimator": {"kind": design.estimator, **values}} if values.get("weights") else {}
 
 
 def _formats(formats: Formats) -> Mapping[str, Value]:

@@ -7,10 +7,10 @@ from importlib.metadata import version
 
 from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.cores import microarchitecture
+from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import repair_places
 
-ESTIMATORS = ("tfra", "learned")
 ARCHITECTURES = ("parallel", "serial")
 """By their numbers in CAPABILITIES."""
 
@@ -26,7 +26,7 @@ def parameters(design: Design) -> dict[str, int]:
         "PATCH": patch,
         "HASH_LOW": design_hash & 0xFFFFFFFF,
         "HASH_HIGH": design_hash >> 32,
-        "ESTIMATOR": ESTIMATORS.index(facts["estimator"]["kind"]),
+        "ESTIMATOR": tuple(ESTIMATORS).index(design.estimator),
         "ARCHITECTURE": ARCHITECTURES.index(design.architecture.kind),
         "LOADABLE": int(core.loaded is not None),
         "TAXEL_FORCES": int("forces" in design.result_fields),

@@ -18,7 +18,6 @@ from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
-from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.rounding import Rounding
 from tfra.recordings.facts import MEANINGS
 
@@ -119,7 +118,7 @@ def _choices(design: Design) -> dict[str, Any]:
         "adc": form.Converter(
             bits=adc.bits, full_scale_pa=adc.full_scale, lsb_pa=adc.lsb, contact_threshold_codes=adc.threshold
         ),
-        "estimator": estimator(design),
+        "estimator": form.Estimator(kind=design.estimator, **design.facts),
         "search": search if design.sweeps else None,
         "formats": form.Formats(
             name=formats.name,
@@ -176,25 +175,12 @@ def _results(design: Design) -> form.Results:
 
 def computes(design: Design) -> str:
     """What the core computes, as a sentence."""
-    sensor, learned = design.sensor, isinstance(design, LearnedDesign)
+    sensor = design.sensor
     forces = "forces" in design.result_fields
     return (
         f"{'the force vector at every taxel, ' if forces else ''}the resultant, the friction coefficient and the"
         f" direction of the tangential force of each frame of normal stress of {sensor.rows} x {sensor.columns} taxels,"
-        f" by {'a network' if learned else 'TFRA'}"
-    )
-
-
-def estimator(design: Design) -> form.Estimator:
-    """The estimator; of the learned one what does not follow from the coefficients."""
-    if not isinstance(design, LearnedDesign):
-        return form.Estimator(kind="tfra")
-    return form.Estimator(
-        kind="learned",
-        units=list(design.weights.counts),
-        uncertainty_threshold=design.threshold,
-        uncertainty_threshold_word=design.threshold_word,
-        taxel_forces=design.taxel_forces,
+        f" by {design.method}"
     )
 
 

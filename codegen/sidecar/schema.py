@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from tfra.model.choices import Images
+from tfra.model.estimators import ESTIMATORS
 from tfra.model.rounding import Rounding
 
 FORM: Literal["tfra-core-2"] = "tfra-core-2"
@@ -47,7 +48,7 @@ class Converter(Part):
 
 
 class Estimator(Part):
-    kind: Literal["tfra", "learned"]
+    kind: Literal[tuple(ESTIMATORS)]  # type: ignore[valid-type]
     units: Annotated[list[int] | None, Field(description="units of each layer of the network")] = None
     uncertainty_threshold: Annotated[
         float | None, Field(description="uncertainty over |f_z| from which a frame is IMPLAUSIBLE")

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from tfra.hdl.interface.microarchitecture import Probe
 from tfra.hdl.primitives import models
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.program.memory import lengths, store_image
 from tfra.hdl.serial.program.program import Program
-from tfra.hdl.serial.programs import program
 from tfra.hdl.serial.sizes import lane_count
 from tfra.hdl.serial.store import cells
 from tfra.model.arrays import Ints
@@ -35,8 +35,8 @@ class Serial:
     lane_choices: tuple[int, ...] = ()
     probes: tuple[Probe, ...] = ()
 
-    def __init__(self, design: Design) -> None:
-        self.design = design
+    def __init__(self, design: Design, program: Callable[[Any], Program]) -> None:
+        self.design, self._program = design, program
 
     def check(self) -> None:
         """Raise ``ValueError`` for words that can overflow and for a design that the memories can't hold."""
@@ -49,7 +49,7 @@ class Serial:
     @cached_property
     def program(self) -> Program:
         """The program of a frame."""
-        return program(self.design)
+        return self._program(self.design)
 
     @property
     def latency(self) -> int:

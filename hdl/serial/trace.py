@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 from tfra.hdl.serial.program.disassembler import destination, disassemble
 from tfra.hdl.serial.program.interpreter import Interpreter, Step
-from tfra.hdl.serial.program.memory import store_image
-from tfra.hdl.serial.programs import program
+from tfra.hdl.serial.serial import Serial
 from tfra.model.arrays import Ints
-from tfra.model.fixed.design import Design
 
 
 @dataclass(frozen=True)
@@ -34,14 +32,13 @@ class TracedStep:
         return line.rstrip()
 
 
-def trace(design: Design, codes: Ints) -> Iterator[TracedStep]:
-    """Every instruction of the frames ``codes (n, rows, columns)``, in the interpreter.
+def trace(core: Serial, codes: Ints) -> Iterator[TracedStep]:
+    """Every instruction of ``core`` for the frames ``codes (n, rows, columns)``, in the interpreter.
 
     It ends where the program waits for the first code of one more frame.
     """
-    code = program(design)
-    store = store_image(design).tolist()
-    machine = Interpreter(code.sizes, code.lengths, code.instructions, list(code.memory), store)
+    code = core.program
+    machine = Interpreter(code.sizes, code.lengths, code.instructions, list(code.memory), core.coefficients.tolist())
     caller = ""
     for step in machine.steps(iter(codes.ravel().tolist())):
         i = step.instruction

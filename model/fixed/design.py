@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -28,6 +28,13 @@ class Design(Choices, ABC):
     Everything is computed on first access and stays with the object; a pickled design carries its choices
     alone.  Raises ``ValueError`` for formats of signals that the estimator does not have.
     """
+
+    estimator: ClassVar[str]
+    """The estimator's name in CONFIG."""
+    method: ClassVar[str]
+    """What computes, as a sentence ends: "by TFRA"."""
+    config_keys: ClassVar[tuple[str, ...]] = ()
+    """Keys of CONFIG's ``[estimator]`` beside ``kind``: ``weights``, a file of ``tfra train``, and fields of the design."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -75,6 +82,16 @@ class Design(Choices, ABC):
     @abstractmethod
     def status_bits(self) -> tuple[Status, ...]:
         """Status bits that the estimator sets."""
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """What is known of the estimator beside its name, by the sidecar's keys."""
+        return {}
+
+    @property
+    def condition(self) -> float | None:
+        """Condition number of the matrix that the estimator inverts; None where it inverts none or a large one."""
+        return None
 
     @property
     def sweeps(self) -> bool:

@@ -11,11 +11,11 @@ import pytest
 from amaranth import Module
 
 from tests.hdl.serial.designs import DESIGNS, LEARNED
+from tfra.hdl.cores import as_serial
 from tfra.hdl.serial import alu, core, datapath
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.isa import Op, Src
 from tfra.hdl.serial.product import Product
-from tfra.hdl.serial.serial import Serial
 from tfra.hdl.serial.trace import trace
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
@@ -49,7 +49,7 @@ class WrongProduct(Product):
 def test_a_wrong_product(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(core, "Product", WrongProduct)
     found = first_difference(DESIGN, CODES)
-    first = next(t for t in trace(DESIGN, CODES) if t.step.instruction.source == Src.PRODUCT)
+    first = next(t for t in trace(as_serial(DESIGN), CODES) if t.step.instruction.source == Src.PRODUCT)
     assert found is not None
     assert (found.step, found.address) == (first, first.step.pc)
     assert str(found).split(": ")[0].endswith("centroids.centroids")
@@ -65,13 +65,13 @@ def test_a_wrong_operation(monkeypatch: pytest.MonkeyPatch, room: ModuleType, na
     right = getattr(room, name)
     monkeypatch.setattr(room, name, lambda *args: ~right(*args))
     found = first_difference(DESIGN, CODES)
-    first = next(t for t in trace(DESIGN, CODES) if t.step.instruction.op == op)
+    first = next(t for t in trace(as_serial(DESIGN), CODES) if t.step.instruction.op == op)
     assert found is not None
     assert (found.step, found.step.stage) == (first, stage)
 
 
 def test_a_wrong_instruction() -> None:
-    serial = Serial(DESIGN)
+    serial = as_serial(DESIGN)
     instructions = list(serial.program.instructions)
     place = 40
     instructions[place] = instructions[place + 1]
@@ -84,7 +84,7 @@ def test_a_wrong_instruction() -> None:
 
 def test_a_standstill() -> None:
     """A core that waits for more coefficients than there are."""
-    serial = Serial(DESIGN)
+    serial = as_serial(DESIGN)
     waits = SerialCore(DESIGN, serial.program, np.concatenate([serial.coefficients] * 2))
     found = first_difference(DESIGN, CODES, waits)
     assert found is not None

@@ -10,8 +10,8 @@ import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
+from tfra.hdl.cores import as_serial
 from tfra.hdl.parallel.tfra.parallel import TfraParallel
-from tfra.hdl.serial.serial import Serial
 from tfra.model.choices import SERIAL, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
@@ -52,7 +52,7 @@ def test_numbers() -> None:
 def test_a_serial_core() -> None:
     design = replace(DESIGN, architecture=SERIAL)
     found = report(design, find("ecp5-25"), SYNTHESIS, ROUTES, ESTIMATED, 3)
-    cycles = Serial(design)
+    cycles = as_serial(design)
     assert (found["architecture"]["kind"], found["mac_lanes"]) == ("serial", 3)
     assert found["timing"]["latency_cycles"] == cycles.latency
     assert found["timing"]["frames_per_second"] == pytest.approx(1e8 / cycles.initiation_interval, abs=0.1)

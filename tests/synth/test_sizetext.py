@@ -95,5 +95,5 @@ def test_a_family_of_any_size() -> None:
     ],
 )
 def test_whose_lookup_tables(kind: str, family: str, said: str) -> None:
-    assert basis(kind, FAMILIES[family]).startswith(f"a LUT is a {said}")
-    assert basis(kind, FAMILIES[family], sweeps=False).endswith("for this estimator only a guide")
+    assert basis(kind, FAMILIES[family], "tfra").startswith(f"a LUT is a {said}")
+    assert basis(kind, FAMILIES[family], "learned").endswith("for this estimator only a guide")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from tfra.model.choices import SCALARS
 from tfra.model.fixed.coefficients import Stack
@@ -33,6 +34,9 @@ class LearnedDesign(Design):
     Raises ``ValueError`` that starts with ``estimator.weights:`` for weights of another number of taxels.
     """
 
+    estimator = "learned"
+    method = "a network"
+    config_keys = ("weights", "taxel_forces")
     signals = SIGNALS
     status_bits = (
         Status.NO_CONTACT, Status.NO_DIRECTION, Status.INPUT_SATURATED, Status.OUTPUT_SATURATED, Status.IMPLAUSIBLE,
@@ -68,6 +72,16 @@ class LearnedDesign(Design):
     def uncertainty_threshold(self) -> float:
         """The threshold that this word stands for."""
         return self.threshold_word * 2.0**-THRESHOLD_FRACTION
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What does not follow from the coefficients."""
+        return {
+            "units": list(self.weights.counts),
+            "uncertainty_threshold": self.threshold,
+            "uncertainty_threshold_word": self.threshold_word,
+            "taxel_forces": self.taxel_forces,
+        }
 
     @cached_property
     def stacks(self) -> dict[str, Stack]:

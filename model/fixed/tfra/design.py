@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
+from tfra.model.boussinesq import operators
 from tfra.model.choices import SCALARS
 from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.design import Design
@@ -27,11 +30,16 @@ RESULT_FIELDS = (
 )  # fmt: skip
 """Fields of a result frame."""
 
+MOST_TAXELS = 1024
+"""Most taxels for which singular values of a full matrix are computed."""
+
 
 @dataclass(frozen=True)
 class TfraDesign(Design):
     """The estimator of doi:10.1016/j.mechatronics.2023.103070."""
 
+    estimator = "tfra"
+    method = "TFRA"
     products = PRODUCTS
     signals = SIGNALS
     status_bits = OF_CORES
@@ -46,6 +54,11 @@ class TfraDesign(Design):
     def widths(self) -> Widths:
         """Word lengths; raises ``ValueError`` as :func:`tfra.model.fixed.tfra.bounds.make_widths`."""
         return make_widths(self, self.stacks)
+
+    @property
+    def condition(self) -> float | None:
+        """That of C33, None for large arrays."""
+        return float(np.linalg.cond(operators(self.sensor).c33)) if self.sensor.taxels <= MOST_TAXELS else None
 
     @property
     def model(self) -> FixedTfra:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from tfra.hdl.cores import program
 from tfra.hdl.serial.program.interpreter import Interpreter
 from tfra.hdl.serial.program.memory import store_image
-from tfra.hdl.serial.programs import program
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from tfra.hdl.cores import as_serial, program
 from tfra.hdl.serial.isa import Dest
-from tfra.hdl.serial.programs import program
 from tfra.hdl.serial.trace import trace
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
@@ -14,7 +14,7 @@ from tfra.model.fixed.design import Design
 def memories(design: Design, codes: Ints) -> dict[str, list[int]]:
     """Words of the memory at the end of every stage of the frame ``codes (1, rows, columns)``, by the stage's name."""
     found, words, running = {}, list(program(design).memory), ""
-    for traced in trace(design, codes):
+    for traced in trace(as_serial(design), codes):
         stage = traced.stage.partition(",")[0]
         if stage != running:
             found[running], running = list(words), stage

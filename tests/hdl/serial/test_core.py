@@ -7,8 +7,8 @@ import pytest
 
 from tests.hdl.serial.designs import DESIGNS, LEARNED
 from tests.marks import long
+from tfra.hdl.cores import as_serial
 from tfra.hdl.serial.program.memory import store_image
-from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes, directed_codes
 from tfra.model.tfra import Status
 from tfra.sim.harness import bursts, flowing, random_stalls, run
@@ -17,11 +17,11 @@ from tfra.sim.harness import bursts, flowing, random_stalls, run
 def stream(design, codes, **stalls):
     want = design.model(codes).words
     inputs = {"load": store_image(design).ravel().tolist(), "taxel": codes.ravel().tolist()}
-    seen = run(Serial(design).build(), inputs, {"result": want.size}, **stalls)
+    seen = run(as_serial(design).build(), inputs, {"result": want.size}, **stalls)
     words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
     last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
     taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
-    return Serial(design), words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
+    return as_serial(design), words, want, last, np.array(seen.cycles["result"]).reshape(want.shape), taken
 
 
 CORES = [DESIGNS["2×3"], LEARNED["2×3, forces"], *long(LEARNED["3×5"])]

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from tests.hdl.serial.designs import DESIGNS
+from tfra.hdl.cores import as_serial, program
 from tfra.hdl.serial.isa import Dest
-from tfra.hdl.serial.programs import program
 from tfra.hdl.serial.trace import trace
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.pipeline import FixedTfra
@@ -14,7 +14,7 @@ CODES = contact_codes(DESIGN, 1, seed=6)
 
 
 def test_a_frame():
-    steps = list(trace(DESIGN, CODES))
+    steps = list(trace(as_serial(DESIGN), CODES))
     code = program(DESIGN)
     assert str(steps[0]).split() == ["0", "0", "reset", "m[counter]", "=", "0", "m[counter]", "<-", "0"]
     assert [s.step.cycle for s in steps] == list(range(len(steps)))
@@ -26,7 +26,7 @@ def test_a_frame():
 
 
 def test_what_is_not_written_has_no_value():
-    kinds = {traced.text: str(traced) for traced in trace(DESIGN, CODES) if traced.stage == "status.status"}
+    kinds = {traced.text: str(traced) for traced in trace(as_serial(DESIGN), CODES) if traced.stage == "status.status"}
     assert kinds["R0 = 0 if F1"].endswith("R0 <- 0")
     assert kinds["R0 = 2 if F0"].endswith("R0 <- 2")
     assert kinds["R1 = 16 if F0"].endswith("R1 = 16 if F0")

@@ -11,9 +11,9 @@ from amaranth.back import rtlil
 
 from tests.hdl.serial.designs import DESIGNS, LEARNED
 from tests.marks import long
+from tfra.hdl.cores import as_serial
 from tfra.codegen.verilog.emit import plain_verilog
 from tfra.hdl.serial.program.memory import store_image
-from tfra.hdl.serial.serial import Serial
 from tfra.model.cover.scenes import contact_codes
 from tfra.sim.tools import choose
 
@@ -30,7 +30,7 @@ def design(request):
 def verilog(design, tmp_path_factory):
     """Folder of ``core.v``."""
     folder = tmp_path_factory.mktemp("serial")
-    text = str(rtlil.convert(Serial(design).build(), name="serial", emit_src=False))
+    text = str(rtlil.convert(as_serial(design).build(), name="serial", emit_src=False))
     (folder / "core.v").write_text(plain_verilog(text, "serial"))
     return folder
 

@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 
 from tests.hdl.serial.designs import LEARNED_TEN
+from tfra.hdl.cores import as_serial, program
 from tfra.hdl.serial.program.learned.frame import ANALYSIS, FORCES, HEADER
 from tfra.hdl.serial.program.learned.words import status
 from tfra.hdl.serial.program.routines import label
-from tfra.hdl.serial.programs import program
-from tfra.hdl.serial.serial import Serial
 from tfra.hdl.serial.trace import trace
 
 DOCS = Path(__file__).parents[5] / "docs"
@@ -48,7 +47,7 @@ def cycles(taxel_forces):
     """Cycles of a frame, and of these the ones of products, by stage."""
     design = replace(LEARNED_TEN, taxel_forces=taxel_forces)
     seen, products = Counter(), Counter()
-    steps = trace(design, np.zeros((1, 10, 10), dtype=np.int64))
+    steps = trace(as_serial(design), np.zeros((1, 10, 10), dtype=np.int64))
     for traced in islice(steps, 1, program(design).interval + 1):  # after the one that follows a reset
         stage, _, routine = traced.stage.partition(", ")
         seen[stage] += 1
@@ -76,8 +75,8 @@ def test_the_frame():
     designs = LEARNED_TEN, replace(LEARNED_TEN, taxel_forces=True)
     assert rows()["whole frame"][:2] == [program(design).interval for design in designs]
     (latency,) = re.findall(r"first word is ([\d,]+) cycles", PAGE)
-    assert int(latency.replace(",", "")) == Serial(LEARNED_TEN).latency
+    assert int(latency.replace(",", "")) == as_serial(LEARNED_TEN).latency
     (instructions, words, store) = re.findall(r"([\d,]+) instructions, ([\d,]+) words of data and ([\d,]+)", PAGE)[0]
     assert int(instructions) == len(program(LEARNED_TEN).instructions)
     assert int(words) == len(program(LEARNED_TEN).memory)
-    assert int(store.replace(",", "")) == len(Serial(LEARNED_TEN).coefficients)
+    assert int(store.replace(",", "")) == len(as_serial(LEARNED_TEN).coefficients)

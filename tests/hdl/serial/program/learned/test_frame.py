@@ -13,8 +13,8 @@ from tests.hdl.serial.designs import LEARNED, LEARNED_TEN
 from tests.hdl.serial.interpreted import check, interpret
 from tests.marks import long
 from tests.model.fixed.learned.cases import codes_of, made
+from tfra.hdl.cores import program
 from tfra.hdl.serial.program.memory import bases, groups, lengths, operators, store_image
-from tfra.hdl.serial.programs import program
 from tfra.hdl.serial.sizes import lane_count
 from tfra.model.choices import SERIAL, Adc, Formats
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes

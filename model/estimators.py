@@ -1,0 +1,14 @@
+"""The estimators, a line each: what CONFIG, registers and reports know of them.
+
+An estimator is a subclass of :class:`tfra.model.fixed.design.Design`, which states all that differs between them.  Its
+cores are a line in :mod:`tfra.hdl.cores`.
+"""
+
+from __future__ import annotations
+
+from tfra.model.fixed.design import Design
+from tfra.model.fixed.learned.design import LearnedDesign
+from tfra.model.fixed.tfra.design import TfraDesign
+
+ESTIMATORS: dict[str, type[Design]] = {each.estimator: each for each in (TfraDesign, LearnedDesign)}
+"""By their names in CONFIG; the first is the default.  Their order gives their numbers in a core's registers."""
