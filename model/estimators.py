@@ -11,4 +11,7 @@ from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import TfraDesign
 
 ESTIMATORS: dict[str, type[Design]] = {each.estimator: each for each in (TfraDesign, LearnedDesign)}
-"""By their names in CONFIG; the first is the default.  Their order gives their numbers in a core's registers."""
+"""By their names in CONFIG.  Their order gives their numbers in a core's registers."""
+
+DEFAULT = next(iter(ESTIMATORS))
+"""The estimator of a CONFIG that names none."""

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 
 from tfra.model.choices import Adc, Architecture, Bus, Images, Search
 from tfra.model.cover.layer import Sampling
-from tfra.model.estimators import ESTIMATORS
+from tfra.model.estimators import DEFAULT, ESTIMATORS
 from tfra.recordings.input import Coding, Order, Sign, Unit
 
 MOST_DIRECTIONS = 100_000
@@ -133,7 +133,7 @@ class BusSection(Section):
 class EstimatorSection(Section):
     """``[estimator]``: the algorithm; of the learned one the file of its weights, and what its core gives."""
 
-    kind: Literal[tuple(ESTIMATORS)] = next(iter(ESTIMATORS))  # type: ignore[valid-type]
+    kind: Literal[tuple(ESTIMATORS)] = DEFAULT  # type: ignore[valid-type]
     weights: Annotated[str, Field(min_length=1)] | None = None
     taxel_forces: bool | None = None
 

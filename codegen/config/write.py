@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from fractions import Fraction
+from typing import Any
 
 from tfra.codegen.config.cover import LayerSpec
 from tfra.model.choices import FORMATS, Formats
+from tfra.model.estimators import DEFAULT
 from tfra.model.fixed.design import Design
 
 Value = str | int | float | Mapping[str, int]
@@ -61,9 +63,11 @@ def assignment(key: str, value: Value) -> str:
 
 
 def _estimator(design: Design, weights: str | None) -> Sections:
-    """The section of the estimator; none where it has no keys, or where its weights are not named."""
-    values = {key: weights if key == "weights" else getattr(design, key) for key in design.config_keys}
-    return {"estimator": {"kind": design.estimator, **values}} if values.get("weights") else {}
+    """The section of the estimator; none of the default one, or where weights are needed but not named."""
+    values: dict[str, Any] = {key: weights if key == "weights" else getattr(design, key) for key in design.config_keys}
+    if design.estimator == DEFAULT or None in values.values():
+        return {}
+    return {"estimator": {"kind": design.estimator, **values}}
 
 
 def _formats(formats: Formats) -> Mapping[str, Value]:

@@ -34,7 +34,7 @@ class Design(Choices, ABC):
     method: ClassVar[str]
     """What computes, as a sentence ends: "by TFRA"."""
     config_keys: ClassVar[tuple[str, ...]] = ()
-    """Keys of CONFIG's ``[estimator]`` beside ``kind``: ``weights``, a file of ``tfra train``, and fields of the design."""
+    """Keys of CONFIG's ``[estimator]`` beside ``kind``: ``weights``, a file of ``tfra train``; else fields."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

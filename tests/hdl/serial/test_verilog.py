@@ -11,8 +11,8 @@ from amaranth.back import rtlil
 
 from tests.hdl.serial.designs import DESIGNS, LEARNED
 from tests.marks import long
-from tfra.hdl.cores import as_serial
 from tfra.codegen.verilog.emit import plain_verilog
+from tfra.hdl.cores import as_serial
 from tfra.hdl.serial.program.memory import store_image
 from tfra.model.cover.scenes import contact_codes
 from tfra.sim.tools import choose
