@@ -6,7 +6,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
@@ -30,6 +30,12 @@ INTERVAL = 30.0
 Config = Annotated[Path, typer.Argument(metavar="CONFIG", help="Describes sensor, core and contacts in TOML.")]
 Json = Annotated[bool, typer.Option("--json", help="Print only a summary in JSON.")]
 
+WorkFolder = Annotated[
+    Path | None,
+    typer.Option("--work", metavar="DIR", help="Keeps finished work, so that the command goes on. Default: OUT.work."),
+]
+Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="The same seed gives the same random numbers.")]
+
 OutDirectory = Annotated[
     Path,
     typer.Option(
@@ -44,15 +50,20 @@ def print_json(summary: dict[str, Any]) -> None:
 
 
 @contextmanager
-def simulation_failures(command: str) -> Iterator[None]:
-    """When a simulation inside the block fails, print why and end ``command`` with exit code 1."""
-    from tfra.sim.run import ProtocolError, SimulationError
-
+def failures(command: str, *errors: type[Exception], hint: str = "") -> Iterator[None]:
+    """When one of ``errors`` is raised in the block, print it with a ``hint`` and end ``command`` with exit code 1."""
     try:
         yield
-    except (ProtocolError, SimulationError) as error:
-        typer.echo(f"tfra {command}: {error}", err=True)
+    except errors as error:
+        typer.echo(f"tfra {command}: {error}{hint}", err=True)
         raise typer.Exit(1) from None
+
+
+def simulation_failures(command: str) -> AbstractContextManager[None]:
+    """The same for a simulation that fails."""
+    from tfra.sim.run import ProtocolError, SimulationError
+
+    return failures(command, ProtocolError, SimulationError)
 
 
 PageFile = Annotated[

@@ -20,10 +20,10 @@ def frames(config: Config, out: Out, json: Json = False) -> None:
     """Simulate CONFIG's contacts: a frame of taxel stresses per contact and direction, with ground truth."""
     from tfra.codegen.config.read import load
     from tfra.contacts import Truth
-    from tfra.runtime.outputs import check_archive, write_npz
+    from tfra.runtime.outputs import check_file, write_npz
 
     project = load(config)
-    check_archive(out, "frames", [config])
+    check_file(out, ".npz", "frames", [config])
     stresses = simulated(project)
     write_npz(out, {"frames": stresses, **Truth(project.contacts).arrays()}, "frames")
     peak, full_scale = float(abs(stresses).max()), project.design.adc.full_scale

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, OutDirectory, print_json, progress
+from tfra.cli.common import Config, Json, OutDirectory, failures, print_json, progress
 from tfra.codegen.config.core import check_core
 from tfra.runtime.errors import InputError
 
@@ -37,13 +37,9 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
     check_core(project)
     if package:
         _check_package(project, out, config)
-    try:
-        with progress("generating the core"):
-            part = part_of(project.design) if package else None
-            sidecar = write(project.design, out, [config], part)
-    except ToolError as error:
-        typer.echo(f"tfra generate: {error}", err=True)
-        raise typer.Exit(1) from None
+    with failures("generate", ToolError), progress("generating the core"):
+        part = part_of(project.design) if package else None
+        sidecar = write(project.design, out, [config], part)
     expected = accuracy_estimate(project.design)
     if json:
         print_json({**sidecar, "expected": asdict(expected)})

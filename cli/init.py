@@ -65,20 +65,20 @@ def init(
 ) -> None:
     """Write a CONFIG file for your sensor, with a comment on every key and a contact to simulate."""
     from tfra.codegen.config.template import commented
-    from tfra.runtime.outputs import check_config, write_config
+    from tfra.runtime.outputs import check_file, write_text
 
     part = target and find_target(target)
     sensor: dict[str, Any] = {"rows": rows, "columns": columns}
     sensor |= {"pitch_x_mm": pitch_x, "pitch_y_mm": pitch_y, "thickness_mm": thickness}
     content = {"sensor": sensor, "adc": {"bits": adc_bits, "full_scale_pa": full_scale}}
     if out:
-        check_config(out, "init")
+        check_file(out, ".toml", "init")
     project = _project(content | (_core(part) if part else {}), out)
     for doubt in list(_units(project)) or list(_limits(project)):
         warnings.warn(str(doubt), Notice, stacklevel=2)
     text = commented(project.design, project.layer)
     if out:
-        write_config(out, text, "init")
+        write_text(out, text, "init")
         typer.echo(f"{out}: {rows} x {columns} taxels; next: tfra frames {out} --out frames.npz")
     else:
         typer.echo(text, nl=False)

@@ -50,7 +50,7 @@ def size(
     """
     from tfra.codegen.config.read import load
     from tfra.model.choices import Architecture
-    from tfra.runtime.outputs import check_page, write_page
+    from tfra.runtime.outputs import check_file, write_text
     from tfra.synth.candidates import Bounds
     from tfra.synth.size import size as choose
     from tfra.synth.sizepage import page as drawn
@@ -59,14 +59,14 @@ def size(
     part = find_target(target)
     project = load(config)
     if page:
-        check_page(page, "size", [config])
+        check_file(page, ".html", "size", [config])
     check_core(replace(project, design=project.design.built_as(Architecture(4, 1))))
     bounds = Bounds(clock_mhz or part.clock_mhz, frames_per_second, latency_us)
     with progress("sizing the core"):
         found = choose(project.design, part, bounds)
     try:
         if page:
-            write_page(page, drawn(found), "size")
+            write_text(page, drawn(found), "size")
         if json:
             print_json(facts(found))
         else:

@@ -11,19 +11,11 @@ from typing import Annotated
 
 import typer
 
-from tfra.cli.common import Json, OutDirectory, print_json
+from tfra.cli.common import Json, OutDirectory, WorkFolder, failures, print_json
 from tfra.runtime.errors import InputError
 from tfra.runtime.extras import require
 
 Study = Annotated[Path, typer.Argument(metavar="STUDY", help="CONFIG, frames and comparisons, in TOML.")]
-WorkOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--work",
-        metavar="DIR",
-        help="Keeps frames, finished pieces and trials, so that a study can be continued. Default: OUT.work.",
-    ),
-]
 WorkersOption = Annotated[
     int | None, typer.Option(min=1, max=1024, help="Number of processes. Default: one for each processor.")
 ]
@@ -43,7 +35,7 @@ _EXTRAS = ("polars", "optuna", "plotly")
 def study(
     study: Study,
     out: OutDirectory,
-    work: WorkOption = None,
+    work: WorkFolder = None,
     workers: WorkersOption = None,
     scheduler: Scheduler = None,
     trials: TrialsOption = None,
@@ -62,21 +54,20 @@ def study(
         raise InputError("--workers", "", "is for local processes: a scheduler has its own workers")
     loaded = load_study(study)
     count = workers or len(os.sched_getaffinity(0))
-    doers = cluster(scheduler) if scheduler else processes(count)
+    pool = cluster(scheduler) if scheduler else processes(count)
     who = f"workers of {scheduler}" if scheduler else f"{count} process{'es' if count > 1 else ''}"
-    kept = work or Path(f"{os.path.normpath(out)}.work")
+    folder = work or Path(f"{os.path.normpath(out)}.work")
+    hint = f" Finished work is kept in {folder}: the same command continues it"
     try:
-        found = run(loaded, out, kept, doers, who, _progress, trials)
+        with failures("study", LostWorkerError, hint=hint):
+            summary = run(loaded, out, folder, pool, who, _progress, trials)
     except SchedulerError as error:
         raise InputError("--scheduler", "", str(error)) from None
-    except LostWorkerError as error:
-        typer.echo(f"tfra study: {error} Finished work is kept in {kept}: the same command continues it", err=True)
-        raise typer.Exit(1) from None
     if json:
-        print_json({"out": str(out), "work": str(kept), **found})
+        print_json({"out": str(out), "work": str(folder), **summary})
         return
-    typer.echo(found["answer"])
-    typer.echo(f"{out}: open index.html; {kept} speeds up a longer study, and may be removed")
+    typer.echo(summary["answer"])
+    typer.echo(f"{out}: open index.html; {folder} speeds up a longer study, and may be removed")
 
 
 @contextmanager

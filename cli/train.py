@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from tfra.cli.common import Config, Json, print_json, progress
+from tfra.cli.common import Config, Json, Seed, WorkFolder, failures, print_json, progress
 from tfra.runtime.errors import InputError
 from tfra.runtime.extras import require
 
@@ -24,13 +24,8 @@ Minutes = Annotated[
 Steps = Annotated[
     int | None, typer.Option(min=1, max=10**9, metavar="N", help="Steps of 512 frames; default: 120,000.")
 ]
-Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="The same seed and steps give the same weights.")]
 Channels = Annotated[
     tuple[int, int], typer.Option(min=1, max=1024, metavar="C1 C2", help="Units in each layer, times four mirrors.")
-]
-WorkOption = Annotated[
-    Path | None,
-    typer.Option("--work", metavar="DIR", help="Keeps the state, so that the training goes on; default: OUT.work."),
 ]
 
 
@@ -41,7 +36,7 @@ def train(
     steps: Steps = None,
     seed: Seed = 1,
     channels: Channels = (48, 24),
-    work: WorkOption = None,
+    work: WorkFolder = None,
     json: Json = False,
 ) -> None:
     """Train the learned estimator of CONFIG's sensor on simulated contacts, and tell its errors on other ones."""
@@ -50,17 +45,14 @@ def train(
         raise InputError("tfra train", "--minutes", "and --steps exclude each other")
     from tfra.codegen.config.read import load_tfra
     from tfra.codegen.config.weights import write_weights
-    from tfra.runtime.outputs import check_archive
+    from tfra.runtime.outputs import check_file
     from tfra.train.loop import DivergedError
     from tfra.train.run import Budget, run
 
     sensor = load_tfra(config).design.sensor
-    check_archive(out, "train", [config])
-    try:
+    check_file(out, ".npz", "train", [config])
+    with failures("train", DivergedError, hint=": another --seed may help"):
         trained = run(sensor, Budget(channels, seed, steps, minutes), work or Path(f"{out}.work"), _progress)
-    except DivergedError as error:
-        typer.echo(f"tfra train: {error}: another --seed may help", err=True)
-        raise typer.Exit(1) from None
     write_weights(out, trained)
     if json:
         print_json({"out": str(out), "threshold": trained.threshold, "held_out": dict(trained.held_out)})

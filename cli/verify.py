@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.console import Console
 
-from tfra.cli.common import Config, Json, PageFile, print_json, progress, simulation_failures
+from tfra.cli.common import Config, Json, PageFile, Seed, print_json, progress, simulation_failures
 from tfra.cli.frames import simulated
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
 from tfra.codegen.config.core import check_core
@@ -44,7 +44,6 @@ SimulatorOption = Annotated[Simulator | None, typer.Option(help="Default: the fa
 NetlistOption = Annotated[
     Family | None, typer.Option(help="Simulate the netlist that yosys synthesises, instead of the Verilog.")
 ]
-Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the random frames and stalls.")]
 Random = Annotated[int, typer.Option(min=0, max=100_000, help="Number of random frames to add.")]
 
 
@@ -72,7 +71,7 @@ def verify(
 ) -> None:
     """Simulate the core and compare every bit with the bit-accurate model; exit code 1 if any differs."""
     from tfra.codegen.config.read import load
-    from tfra.runtime.outputs import check_page, check_waves, write_page, write_vcd
+    from tfra.runtime.outputs import check_file, write_text, write_vcd
     from tfra.runtime.scratch import scratch, temporary
     from tfra.sim.shown import page as report_page
     from tfra.sim.shown import render
@@ -83,9 +82,9 @@ def verify(
     project = _for_frames(project, frames, given or {})
     inputs = [config, *([frames] if frames else [])]
     if waves:
-        check_waves(waves, "verify", inputs)
+        check_file(waves, ".vcd", "verify", inputs)
     if page:
-        check_page(page, "verify", inputs)
+        check_file(page, ".html", "verify", inputs)
     stresses, known = _stimuli(project, frames)
     core = _gates(project, netlist) if netlist else None
     chosen = Simulator.ICARUS if core and not simulator else simulator
@@ -104,7 +103,7 @@ def verify(
         if waves:
             write_vcd(waves, place / "waves.vcd", "verify")
     if page:
-        write_page(page, report_page(report), "verify")
+        write_text(page, report_page(report), "verify")
     if json:
         print_json(report.as_dict())
     else:

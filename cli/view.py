@@ -26,16 +26,16 @@ def view(results: Results, out: Out, every: Every = 1, frames: Frames = ":", jso
     The page is one self-contained file; open it in a browser.
     """
     require("tfra view", "view", "plotly")
-    from tfra.runtime.outputs import check_page, write_page
+    from tfra.runtime.outputs import check_file, write_text
     from tfra.view.chosen import Chosen
     from tfra.view.page import render, require_few
     from tfra.view.resultfile import read_all
 
-    check_page(out, "view", results)
+    check_file(out, ".html", "view", results)
     recorded, known = read_all(results)
     require_few(recorded, known)
     chosen = Chosen.of(recorded, _wanted(frames, every, len(recorded[0].stress)))
-    write_page(out, render(recorded, known, chosen), "view")
+    write_text(out, render(recorded, known, chosen), "view")
     size = out.stat().st_size
     if json:
         shown = {"first": chosen.shown.start, "step": chosen.shown.step, "count": len(chosen.shown)}

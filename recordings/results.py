@@ -21,7 +21,7 @@ from tfra.recordings.formats import table_formats
 from tfra.recordings.frames import Recording
 from tfra.runtime.errors import InputError
 from tfra.runtime.extras import require
-from tfra.runtime.outputs import check_archive, check_directory, output_directory, write_npz
+from tfra.runtime.outputs import check_directory, check_file, output_directory, write_npz
 
 KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status")
 """Keys of RESULT.npz that are fields of ``tfra.model.tfra.Result``."""
@@ -82,7 +82,7 @@ class Estimate:
 def check_result(path: Path, command: str, inputs: Sequence[Path]) -> None:
     """Raise ``InputError`` now if ``write_result`` would, before a long computation."""
     if path.suffix == ".npz":
-        check_archive(path, command, inputs)
+        check_file(path, ".npz", command, inputs)
         return
     tables = table_formats()
     if path.suffix not in tables:

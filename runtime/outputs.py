@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.runtime.errors import InputError
-from tfra.runtime.ownership import directory_objection, file_objection, seal_archive, seal_directory, seal_text
+from tfra.runtime.ownership import directory_objection, file_objection, seal_directory, seal_file
 from tfra.runtime.staging import staged
 
 _ADVICE = "move it away, or choose another place"
@@ -22,39 +22,14 @@ Objection = Callable[[Path, str], str | None]
 """Function that states why a command must not replace the file at a path."""
 
 
-def check_archive(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
-    """Raise ``InputError`` now if ``write_npz`` would, if the name does not end in .npz, or if it is one of ``inputs``.
+def check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Path] = ()) -> None:
+    """Raise ``InputError`` now if a file can't be written at ``path``, whose name must end in ``suffix``.
 
-    Call it before a long computation.
+    It must not be one of ``inputs`` either.  Call it before a long computation.
     """
-    _check_file(path, ".npz", command, inputs)
-
-
-def check_waves(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
-    """The same for ``write_vcd`` and a name that ends in .vcd."""
-    _check_file(path, ".vcd", command, inputs)
-
-
-def check_page(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
-    """The same for ``write_page`` and a name that ends in .html."""
-    _check_file(path, ".html", command, inputs)
-
-
-def check_config(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
-    """The same for ``write_config`` and a name that ends in .toml."""
-    _check_file(path, ".toml", command, inputs)
-
-
-def check_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
-    """The same for ``output_directory``, and any name."""
-    with suppress(_Rehearsal), output_directory(path, command, inputs):
-        raise _Rehearsal
-
-
-def _check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Path]) -> None:
     if Path(path).suffix != suffix:
         raise InputError(path, "", f"the name of the output must end in {suffix}")
-    with _told(path), suppress(_Rehearsal):
+    with _failures(path), suppress(_Rehearsal):
         target = _real(path)
         if any(_is_same(target, file) for file in inputs):
             raise InputError(path, "", "is not replaced: this command reads it: choose another place")
@@ -63,39 +38,40 @@ def _check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Pa
             raise _Rehearsal
 
 
+def check_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()) -> None:
+    """Raise ``InputError`` now if ``output_directory`` would."""
+    with suppress(_Rehearsal), output_directory(path, command, inputs):
+        raise _Rehearsal
+
+
 def write_npz(path: str | Path, arrays: Mapping[str, npt.NDArray[Any]], command: str) -> None:
     """Write ``arrays`` as an uncompressed .npz; equal arrays give equal bytes (no dates, no pickles).
 
     ``path`` may be missing, empty, or what the same ``command`` wrote, as it wrote it.  Anything else is left alone.
     Raises ``InputError`` then, and when the file can't be written.
     """
-    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
-        with open(new, "xb") as stream:
-            np.savez(stream, allow_pickle=False, **dict(arrays))
-        seal_archive(new, command)
+    with _output_file(path, command, ".npz") as new, open(new, "xb") as stream:
+        np.savez(stream, allow_pickle=False, **dict(arrays))
+
+
+def write_text(path: str | Path, text: str, command: str) -> None:
+    """Write a page (.html) or a CONFIG file (.toml); ``path`` and errors as for ``write_npz``."""
+    with _output_file(path, command, Path(path).suffix) as new:
+        new.write_text(text, encoding="utf-8", newline="\n")
 
 
 def write_vcd(path: str | Path, waves: Path, command: str) -> None:
     """Write a copy of the VCD file ``waves``; ``path`` and errors as for ``write_npz``."""
-    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
+    with _output_file(path, command, ".vcd") as new:
         shutil.copyfile(waves, new)
-        seal_text(new, command, ".vcd")
 
 
-def write_page(path: str | Path, page: str, command: str) -> None:
-    """Write an HTML ``page``; ``path`` and errors as for ``write_npz``."""
-    _write_text(path, page, command, ".html")
-
-
-def write_config(path: str | Path, text: str, command: str) -> None:
-    """Write the ``text`` of a CONFIG file; ``path`` and errors as for ``write_npz``."""
-    _write_text(path, text, command, ".toml")
-
-
-def _write_text(path: str | Path, text: str, command: str, suffix: str) -> None:
-    with _told(path), staged(_real(path), _check(path, file_objection, command)) as new:
-        new.write_text(text, encoding="utf-8", newline="\n")
-        seal_text(new, command, suffix)
+@contextmanager
+def _output_file(path: str | Path, command: str, suffix: str) -> Iterator[Path]:
+    """Yield a free path; the file that the block makes there is sealed and becomes ``path``."""
+    with _failures(path), staged(_real(path), _check(path, file_objection, command)) as new:
+        yield new
+        seal_file(new, command, suffix)
 
 
 @contextmanager
@@ -106,7 +82,7 @@ def output_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()
     and so is a directory with one of ``inputs``, the current one, the home directory, and those above them.  Raises
     ``InputError`` then, and when the directory can't be written.
     """
-    with _told(path):
+    with _failures(path):
         target = _real(path)
         if os.path.lexists(target):
             _check_place(path, target, inputs)
@@ -138,7 +114,7 @@ class _Rehearsal(Exception):
 
 
 @contextmanager
-def _told(path: str | Path) -> Iterator[None]:
+def _failures(path: str | Path) -> Iterator[None]:
     """Turn an ``OSError`` into an ``InputError`` about ``path``."""
     try:
         yield

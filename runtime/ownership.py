@@ -48,21 +48,24 @@ def seal_directory(directory: Path, command: str) -> None:
     (directory / MANIFEST).write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
 
 
-def seal_archive(path: Path, command: str) -> None:
-    """Append to the zip archive at ``path``, which has no comment, one with the hash of everything before it."""
+def seal_file(path: Path, command: str, suffix: str) -> None:
+    """Append to the .npz, .vcd, .html or .toml file at ``path`` a comment with the hash of everything before it."""
+    if suffix == ".npz":
+        _seal_archive(path, command)
+        return
+    begin, end = _COMMENTS[suffix]
+    seal = begin + _seal(command, _digest(path)) + end
+    with open(path, "ab") as stream:
+        stream.write(seal.encode())
+
+
+def _seal_archive(path: Path, command: str) -> None:
+    """The same for a zip archive, which has no comment."""
     with open(path, "r+b") as stream:
         length = stream.seek(0, os.SEEK_END) - _COUNT.size
         comment = _seal(command, _digest_of(stream, length)).encode()
         stream.seek(length)
         stream.write(_COUNT.pack(len(comment)) + comment)
-
-
-def seal_text(path: Path, command: str, suffix: str) -> None:
-    """Append to the .vcd, .html or .toml file at ``path`` a comment with the hash of everything before it."""
-    begin, end = _COMMENTS[suffix]
-    seal = begin + _seal(command, _digest(path)) + end
-    with open(path, "ab") as stream:
-        stream.write(seal.encode())
 
 
 def directory_objection(directory: Path, command: str | None = None) -> str | None:

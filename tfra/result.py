@@ -158,13 +158,13 @@ class Result:
         or sensors, and when the file can't be written.
         """
         require("Result.view", "view", "plotly")
-        from tfra.runtime.outputs import check_page, write_page
+        from tfra.runtime.outputs import check_file, write_text
         from tfra.view.chosen import Chosen
         from tfra.view.page import render, require_few
 
         file = None if path is None else Path(path)
         if file:
-            check_page(file, "view", [self.project.path])
+            check_file(file, ".html", "view", [self.project.path])
         results = [self._recorded("result")]
         for name, other in (beside or {}).items():
             if other.project.design.sensor != self.project.design.sensor or len(other) != len(self):
@@ -174,7 +174,7 @@ class Result:
         require_few(results, known)
         page = render(results, known, Chosen.of(results, range(len(self))))
         if file:
-            write_page(file, page, "view")
+            write_text(file, page, "view")
         return Page(page, file)
 
     def _recorded(self, name: str) -> Recorded:

@@ -14,15 +14,7 @@ import numpy as np
 import pytest
 
 from tfra.runtime.errors import InputError
-from tfra.runtime.outputs import (
-    check_archive,
-    check_config,
-    check_page,
-    output_directory,
-    write_config,
-    write_npz,
-    write_page,
-)
+from tfra.runtime.outputs import check_file, output_directory, write_npz, write_text
 from tfra.runtime.ownership import MANIFEST
 
 FRAMES = np.arange(24.0).reshape(4, 2, 3) - 7.25
@@ -68,7 +60,7 @@ def refusal(path: Path, run: Callable[[], object]) -> str:
 def test_an_archive_is_made_and_replaced(tmp_path: Path) -> None:
     path = tmp_path / "out.npz"
     for value in (1.0, 2.0):
-        check_archive(path, "estimate")
+        check_file(path, ".npz", "estimate")
         write(path, value)
         assert content(path) == value
         assert names(tmp_path) == ["out.npz"]
@@ -119,7 +111,7 @@ def test_unwritable_file(tmp_path: Path, path: str, reason: str) -> None:
     (tmp_path / "file").write_bytes(b"")
     (tmp_path / "folder.npz").mkdir()
     with pytest.raises(InputError) as caught:
-        check_archive(tmp_path / path, "estimate")
+        check_file(tmp_path / path, ".npz", "estimate")
     assert str(caught.value) == f"{tmp_path / path}: {reason}"
     with pytest.raises(InputError):
         write(tmp_path / path)
@@ -137,10 +129,10 @@ def test_devices_are_not_replaced() -> None:
 
 
 def test_check_touches_nothing(tmp_path: Path) -> None:
-    check_archive(tmp_path / "out.npz", "estimate")
+    check_file(tmp_path / "out.npz", ".npz", "estimate")
     assert names(tmp_path) == []
     with pytest.raises(InputError, match=r"out\.csv: the name of the output must end in \.npz$"):
-        check_archive(tmp_path / "out.csv", "estimate")
+        check_file(tmp_path / "out.csv", ".npz", "estimate")
 
 
 def test_an_archive_has_no_dates_and_a_seal_that_readers_pass_over(tmp_path: Path) -> None:
@@ -173,7 +165,7 @@ def test_an_archive_that_is_not_as_it_was_written_stays(tmp_path: Path, foreign:
     changed = foreign.startswith("changed")
     reason = "it has changed since tfra wrote it" if changed else "tfra did not write it"
     line = f"is not replaced: {reason}: move it away, or choose another place"
-    assert refusal(path, lambda: check_archive(path, "estimate")) == line
+    assert refusal(path, lambda: check_file(path, ".npz", "estimate")) == line
     assert refusal(path, lambda: write(path)) == line
 
 
@@ -200,63 +192,59 @@ def test_an_archive_that_is_read_stays(tmp_path: Path, way: str) -> None:
         read.hardlink_to(path)
     line = "is not replaced: this command reads it: choose another place"
     source = path if way == "itself" else read
-    assert refusal(path, lambda: check_archive(path, "estimate", [tmp_path / "none", source])) == line
+    assert refusal(path, lambda: check_file(path, ".npz", "estimate", [tmp_path / "none", source])) == line
 
 
 # One page, one CONFIG
 
 PAGE = "<!DOCTYPE html>\n<title>μ</title>\n"
 
-TEXTS = {
-    ".html": (check_page, write_page, "<!-- {} -->\n"),
-    ".toml": (check_config, write_config, "# {}\n"),
-}
-"""By the suffix: how a text is checked and written, and the comment of its seal."""
+TEXTS = {".html": "<!-- {} -->\n", ".toml": "# {}\n"}
+"""The comment of a text's seal, by the suffix."""
 
 
 @pytest.mark.parametrize("suffix", TEXTS)
 def test_a_text_ends_in_a_comment_with_its_seal(tmp_path: Path, suffix: str) -> None:
-    check, write, comment = TEXTS[suffix]
     for name in ("a", "b"):
-        check(tmp_path / f"{name}{suffix}", "view")
-        write(tmp_path / f"{name}{suffix}", PAGE, "view")
+        check_file(tmp_path / f"{name}{suffix}", suffix, "view")
+        write_text(tmp_path / f"{name}{suffix}", PAGE, "view")
     text = (tmp_path / f"a{suffix}").read_text(encoding="utf-8")
     assert text.startswith(PAGE)
     digest = hashlib.sha256(PAGE.encode()).hexdigest()
-    assert text.removeprefix(PAGE) == comment.format(f"tfra {version('tfra')} view sha256:{digest}")
+    assert text.removeprefix(PAGE) == TEXTS[suffix].format(f"tfra {version('tfra')} view sha256:{digest}")
     assert (tmp_path / f"b{suffix}").read_text(encoding="utf-8") == text
     with pytest.raises(InputError, match=rf"out\.htm: the name of the output must end in \{suffix}$"):
-        check(tmp_path / "out.htm", "view")
+        check_file(tmp_path / "out.htm", suffix, "view")
 
 
 @pytest.mark.parametrize("suffix", TEXTS)
 def test_a_text_is_replaced_by_its_own_command(tmp_path: Path, suffix: str) -> None:
-    path, write = tmp_path / f"out{suffix}", TEXTS[suffix][1]
+    path = tmp_path / f"out{suffix}"
     for text in (PAGE, PAGE * 2):
-        write(path, text, "view")
+        write_text(path, text, "view")
         assert path.read_text(encoding="utf-8").startswith(text)
     line = "is not replaced: tfra view wrote it, not tfra paper: move it away, or choose another place"
-    assert refusal(path, lambda: write(path, PAGE, "paper")) == line
+    assert refusal(path, lambda: write_text(path, PAGE, "paper")) == line
 
 
 @pytest.mark.parametrize("foreign", ["a text", "changed", "cut", "longer"])
 @pytest.mark.parametrize("suffix", TEXTS)
 def test_a_text_that_is_not_as_it_was_written_stays(tmp_path: Path, suffix: str, foreign: str) -> None:
-    path, (check, write, comment) = tmp_path / f"out{suffix}", TEXTS[suffix]
-    write(path, PAGE, "view")
+    path = tmp_path / f"out{suffix}"
+    write_text(path, PAGE, "view")
     data = path.read_bytes()
     path.write_bytes(
         {
             "a text": PAGE.encode(),
             "changed": data.replace(b"title", b"style"),
             "cut": data[:-2],
-            "longer": data + comment.format("notes").encode(),
+            "longer": data + TEXTS[suffix].format("notes").encode(),
         }[foreign]
     )
     reason = "it has changed since tfra wrote it" if foreign == "changed" else "tfra did not write it"
     line = f"is not replaced: {reason}: move it away, or choose another place"
-    assert refusal(path, lambda: check(path, "view")) == line
-    assert refusal(path, lambda: write(path, PAGE, "view")) == line
+    assert refusal(path, lambda: check_file(path, suffix, "view")) == line
+    assert refusal(path, lambda: write_text(path, PAGE, "view")) == line
 
 
 # A directory
