@@ -70,7 +70,7 @@ def estimate(
         found = run(engine, project, stresses, frames, advance, codes)
     text = config_text(project.design, project.layer, "", project.weights)
     write_result(out, Estimate(recording, found, engine.value, text), "estimate", inputs)
-    told = facts(stresses, found)
+    summary = facts(stresses, found)
     doubts = warnings(project.design, stresses, found, project.input)
     for doubt in doubts:
         typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the file name contains
@@ -78,10 +78,10 @@ def estimate(
     converted = codes or engine not in DOUBLE
     if json:
         source = {"engine": engine.value, "stress": "codes" if converted else "exact", "out": str(out)}
-        print_json({**source, **_results(found), "summary": as_dict(told), "friction": friction, "warnings": doubts})
+        print_json({**source, **_results(found), "summary": as_dict(summary), "friction": friction, "warnings": doubts})
     else:
         _show(found)
-        for line in (*lines(told), *([friction] if friction else [])):
+        for line in (*lines(summary), *([friction] if friction else [])):
             typer.echo(textwrap.fill(line, WIDTH, subsequent_indent="  "))
         typer.echo(f"{out}: {len(stresses)} frames by the {engine.value} engine, from {_seen(project, converted)}")
 

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
+from itertools import islice
 
 import numpy as np
 
 from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Choices
 from tfra.model.tfra import Result, Status
-from tfra.recordings.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, words
+from tfra.recordings.facts import MEANINGS, WITHOUT_FORCE, has, positive_share, status_label
 from tfra.recordings.input import PASCALS, PLAIN, Input
 
 UNITS = {"kPa": 1e3, "MPa": 1e6, "bar": 1e5, "hPa (mbar)": 1e2, "psi": 6894.76}
@@ -88,8 +89,8 @@ class _Recording:
 
     def offset(self, least: float) -> bool:
         """Frames that seem to have a constant offset; frames below ``least`` in magnitude are not judged."""
-        told = self.peak >= least
-        flat, size, peak = self.flat[told], self.size[told], self.peak[told]
+        judged = self.peak >= least
+        flat, size, peak = self.flat[judged], self.size[judged], self.peak[judged]
         if not len(flat):
             return False
         median, low, high = np.median(flat, axis=1), flat.min(axis=1), flat.max(axis=1)
@@ -119,15 +120,15 @@ class _Recording:
         return np.flatnonzero(still & (self.size[0] > STUCK_SHARE * self.largest))
 
 
-def warnings(design: Choices, frames: Floats, found: Result, given: Input = PLAIN) -> list[str]:
+def warnings(design: Choices, frames: Floats, result: Result, given: Input = PLAIN) -> list[str]:
     """Return warnings about ``frames (n, rows, columns)`` in Pa and their results, one line each.
 
     ``given`` is what made these frames of the recording; the lines name the options of it that may help.
     """
     recording = _Recording(frames)
-    meaning = list(_values(design, recording, found.status, given)) or list(_flags(found.status))
+    meaning = list(_values(design, recording, result.status, given)) or list(_flags(result.status))
     offsets = list(_offsets(recording))
-    layout = [] if offsets else _layout(recording, found.status, given)  # offsets are rough in every order
+    layout = [] if offsets else _layout(recording, result.status, given)  # offsets are rough in every order
     taxels = *_same(recording), *_stuck(design, recording), *layout
     return [*meaning, *_scale(design, recording, given), *offsets, *taxels]
 
@@ -173,8 +174,8 @@ def _values(design: Choices, recording: _Recording, status: Ints, given: Input) 
 
 def _scale(design: Choices, recording: _Recording, given: Input) -> Iterator[str]:
     """Checks the magnitude of the values: codes, another unit, or too large for the converter."""
-    if said := _codes(design, recording, given) or _unit(design, recording, given) or _beyond(design, recording, given):
-        yield said
+    checks = (_codes, _unit, _beyond)
+    yield from islice(filter(None, (check(design, recording, given) for check in checks)), 1)
     top = (1 << (design.adc.bits - 1)) - 1
     scaled = np.rint(recording.flat / design.adc.lsb)
     ends = (scaled >= top) | (scaled <= -top - 1)
@@ -208,33 +209,33 @@ def _unit(design: Choices, recording: _Recording, given: Input) -> str | None:
     largest, full = recording.largest, design.adc.full_scale
     if not 0 < largest < FAINT * full:
         return None
-    said = f"the largest magnitude is {largest:.4g} Pa, {100 * largest / full:.2g} % of full scale, {full:g} Pa"
+    doubt = f"the largest magnitude is {largest:.4g} Pa, {100 * largest / full:.2g} % of full scale, {full:g} Pa"
     read = PASCALS.get(given.unit, np.inf)  # codes of another unit are nothing that fits
     fits = [(name, factor / read) for name, factor in UNITS.items() if FAINT <= largest / full * factor / read <= 2]
     if not fits:
-        return f"{said}: are the unit, {given.unit}, and adc.full_scale_pa correct, or was nothing pressed?"
+        return f"{doubt}: are the unit, {given.unit}, and adc.full_scale_pa correct, or was nothing pressed?"
     name, factor = fits[0]
     option = f" (--unit {name})" if name in PASCALS else ""
     share = 100 * largest * factor / full
-    return f"{said}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?{option}"
+    return f"{doubt}: is the unit {name} (times {factor:g} it would be {share:.0f} %), or was nothing pressed?{option}"
 
 
 def _beyond(design: Choices, recording: _Recording, given: Input) -> str | None:
     times = recording.largest / design.adc.full_scale
     if times < BEYOND:
         return None
-    said, unit = f"the largest magnitude is {times:.0f} times full scale", given.unit
+    doubt, unit = f"the largest magnitude is {times:.0f} times full scale", given.unit
     if unit == "codes":
-        return f"{said}: is adc.full_scale_pa in Pa (not in kPa)?"
+        return f"{doubt}: is adc.full_scale_pa in Pa (not in kPa)?"
     option = " (--unit Pa)" if unit == "kPa" else ""
-    return f"{said}: is the file in {unit}, and adc.full_scale_pa in Pa (not in kPa)?{option}"
+    return f"{doubt}: is the file in {unit}, and adc.full_scale_pa in Pa (not in kPa)?{option}"
 
 
 def over_full_scale(design: Choices, frames: Floats, given: Input = PLAIN) -> str:
     """Return a hint at the cause of stress far beyond full scale, which begins with ``"; "``, or nothing."""
     recording = _Recording(frames)
-    said = _codes(design, recording, given) or _beyond(design, recording, given)
-    return f"; {said}" if said else ""
+    doubt = _codes(design, recording, given) or _beyond(design, recording, given)
+    return f"; {doubt}" if doubt else ""
 
 
 def _stuck(design: Choices, recording: _Recording) -> Iterator[str]:
@@ -252,10 +253,10 @@ def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
     if not len(touched) or rows == columns:
         return
     touched = touched / np.abs(touched).max(axis=(1, 2), keepdims=True)
-    told = touched[:, :: -1 if given.flip_y else 1, :: -1 if given.flip_x else 1]
-    way, told = ("column", told) if given.order == "rows" else ("row", told.transpose(0, 2, 1))
-    across = told.reshape(told.shape[0], told.shape[2], told.shape[1])
-    here, there = (sum(np.square(np.diff(f, axis=a)).sum(axis=(1, 2)) for a in (1, 2)) for f in (told, across))
+    frames = touched[:, :: -1 if given.flip_y else 1, :: -1 if given.flip_x else 1]
+    way, frames = ("column", frames) if given.order == "rows" else ("row", frames.transpose(0, 2, 1))
+    across = frames.reshape(frames.shape[0], frames.shape[2], frames.shape[1])
+    here, there = (sum(np.square(np.diff(f, axis=a)).sum(axis=(1, 2)) for a in (1, 2)) for f in (frames, across))
     ratio = float(np.median(here / np.maximum(there, np.finfo(float).tiny)))
     if ratio > SCRAMBLED:
         yield (
@@ -266,7 +267,7 @@ def _layout(recording: _Recording, status: Ints, given: Input) -> Iterator[str]:
 
 def _flags(status: Ints) -> Iterator[str]:
     """Status bits of most frames with a contact, except those that other warnings cover."""
-    told = (*WITHOUT_FORCE, Status.INPUT_SATURATED)
+    covered = (*WITHOUT_FORCE, Status.INPUT_SATURATED)
     for flag in Status:
-        if flag not in told and (share := _share(status, flag)) > 0.5:
-            yield f"{100 * share:.0f} % of the frames with a contact: {words(flag)} ({MEANINGS[flag]})"
+        if flag not in covered and (share := _share(status, flag)) > 0.5:
+            yield f"{100 * share:.0f} % of the frames with a contact: {status_label(flag)} ({MEANINGS[flag]})"

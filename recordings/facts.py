@@ -23,7 +23,7 @@ MEANINGS = {
 """Meaning of each status bit, for readers."""
 
 RESULTANT_ALONE = "no forces at the taxels: this core gives the resultant alone"
-"""What is said of results without forces at the taxels."""
+"""A line about results without forces at the taxels."""
 
 WITHOUT_FORCE = (Status.NO_CONTACT, Status.COMPRESSION_ONLY)
 """Status of frames without a tangential force."""
@@ -80,13 +80,13 @@ class Facts:
     frames_without_tension: int
 
 
-def facts(frames: Floats, found: Result) -> Facts:
+def facts(frames: Floats, result: Result) -> Facts:
     """Return the summary of ``frames (n, rows, columns)`` in Pa and their results."""
-    flags = {flag: int(has(found.status, flag).sum()) for flag in Status}
-    contact = ~has(found.status, *WITHOUT_FORCE)
-    directed = contact & ~has(found.status, Status.NO_DIRECTION)
-    force = np.linalg.norm(found.resultant, axis=1)
-    unsure = found.uncertainty_share
+    flags = {flag: int(has(result.status, flag).sum()) for flag in Status}
+    contact = ~has(result.status, *WITHOUT_FORCE)
+    directed = contact & ~has(result.status, Status.NO_DIRECTION)
+    force = np.linalg.norm(result.resultant, axis=1)
+    unsure = result.uncertainty_share
     tension = frames > 0
     return Facts(
         frames=len(frames),
@@ -94,33 +94,33 @@ def facts(frames: Floats, found: Result) -> Facts:
         no_contact=flags[Status.NO_CONTACT],
         compression_only=flags[Status.COMPRESSION_ONLY],
         noted={str(flag.name): count for flag, count in flags.items() if count and flag not in WITHOUT_FORCE},
-        phi_deg=Spread.of_angles(found.phi_deg[directed]),
-        mu=Spread.of(found.mu[contact]),
-        force_n=Spread.of(force[~has(found.status, Status.NO_CONTACT)]),
+        phi_deg=Spread.of_angles(result.phi_deg[directed]),
+        mu=Spread.of(result.mu[contact]),
+        force_n=Spread.of(force[~has(result.status, Status.NO_CONTACT)]),
         uncertainty_percent=None if unsure is None else Spread.of(100.0 * unsure[~np.isnan(unsure)]),
-        threshold_percent=None if found.threshold is None else 100.0 * found.threshold,
-        resultant_alone=found.resultant_alone,
+        threshold_percent=None if result.threshold is None else 100.0 * result.threshold,
+        resultant_alone=result.resultant_alone,
         tension_percent_of_taxels=100.0 * float(tension.mean()),
         tension_percent_of_stress=100.0 * positive_share(frames),
         frames_without_tension=int((~tension.any(axis=(1, 2))).sum()),
     )
 
 
-def lines(told: Facts) -> list[str]:
-    """``told`` for readers: one status, range or share a line."""
-    statuses = {Status.NO_CONTACT: told.no_contact, Status.COMPRESSION_ONLY: told.compression_only}
-    noted = {Status[name]: count for name, count in told.noted.items()}
+def lines(summary: Facts) -> list[str]:
+    """Return ``summary`` for readers: one status, range or share a line."""
+    statuses = {Status.NO_CONTACT: summary.no_contact, Status.COMPRESSION_ONLY: summary.compression_only}
+    noted = {Status[name]: count for name, count in summary.noted.items()}
     return [
-        f"{told.contact} of {told.frames} frames: contact",
-        *(f"{count}: {words(flag)} ({MEANINGS[flag]})" for flag, count in statuses.items() if count),
-        *(f"{count} of all: {words(flag)} ({MEANINGS[flag]})" for flag, count in noted.items()),
-        _around(told.phi_deg) or _range("phi", told.phi_deg, ".1f", "degrees"),
-        _range("mu", told.mu, ".3f", ""),
-        _range("|F|", told.force_n, ".3g", "N"),
-        *_uncertainty(told),
-        *([RESULTANT_ALONE] if told.resultant_alone else []),
-        f"tension: {told.tension_percent_of_taxels:.1f} % of the taxels, {told.tension_percent_of_stress:.1f} % of the "
-        f"stress; {told.frames_without_tension} frames have none",
+        f"{summary.contact} of {summary.frames} frames: contact",
+        *(f"{count}: {status_label(flag)} ({MEANINGS[flag]})" for flag, count in statuses.items() if count),
+        *(f"{count} of all: {status_label(flag)} ({MEANINGS[flag]})" for flag, count in noted.items()),
+        _around(summary.phi_deg) or _range("phi", summary.phi_deg, ".1f", "degrees"),
+        _range("mu", summary.mu, ".3f", ""),
+        _range("|F|", summary.force_n, ".3g", "N"),
+        *_uncertainty(summary),
+        *([RESULTANT_ALONE] if summary.resultant_alone else []),
+        f"tension: {summary.tension_percent_of_taxels:.1f} % of the taxels, "
+        f"{summary.tension_percent_of_stress:.1f} % of the stress; {summary.frames_without_tension} frames have none",
     ]
 
 
@@ -130,7 +130,7 @@ def positive_share(frames: Floats) -> float:
     return float(frames.sum(where=frames > 0)) / total if total else 0.0
 
 
-def words(flag: Status) -> str:
+def status_label(flag: Status) -> str:
     """The name of one status bit, in words."""
     return str(flag.name).lower().replace("_", " ")
 
@@ -142,12 +142,12 @@ def _range(name: str, spread: Spread | None, digits: str, unit: str) -> str:
     return f"{name}: {numbers} {unit}".rstrip() + f" ({spread.frames} frames)"
 
 
-def _uncertainty(told: Facts) -> list[str]:
+def _uncertainty(summary: Facts) -> list[str]:
     """How unsure the learned estimator was, in a line."""
-    if told.threshold_percent is None:
+    if summary.threshold_percent is None:
         return []
-    said = _range("uncertainty", told.uncertainty_percent, ".3g", "% of |F_z|")
-    return [f"{said}; implausible over {told.threshold_percent:.3g} %, no error bar"]
+    line = _range("uncertainty", summary.uncertainty_percent, ".3g", "% of |F_z|")
+    return [f"{line}; implausible over {summary.threshold_percent:.3g} %, no error bar"]
 
 
 def _around(angles: Spread | None) -> str:
@@ -159,26 +159,23 @@ def _around(angles: Spread | None) -> str:
 
 def has(status: Ints, *flags: Status) -> Bools:
     """Frames ``(n,)`` that have one of the ``flags``."""
-    bits = 0
-    for flag in flags:
-        bits |= flag
-    return np.asarray(status & bits != 0)
+    return np.asarray(status & sum(flags) != 0)
 
 
-def as_dict(told: Facts) -> dict[str, Any]:
-    """``told`` as plain JSON types; a spread is None where no frame has such a value."""
-    spreads = {key: getattr(told, key) for key in ("phi_deg", "mu", "force_n", "uncertainty_percent")}
+def as_dict(summary: Facts) -> dict[str, Any]:
+    """Return ``summary`` as plain JSON types; a spread is None where no frame has such a value."""
+    spreads = {key: getattr(summary, key) for key in ("phi_deg", "mu", "force_n", "uncertainty_percent")}
     return {
-        "contact": told.contact,
-        "no_contact": told.no_contact,
-        "compression_only": told.compression_only,
-        "noted": told.noted,
-        "threshold_percent": told.threshold_percent,
-        "resultant_alone": told.resultant_alone,
+        "contact": summary.contact,
+        "no_contact": summary.no_contact,
+        "compression_only": summary.compression_only,
+        "noted": summary.noted,
+        "threshold_percent": summary.threshold_percent,
+        "resultant_alone": summary.resultant_alone,
         "ranges": {key: spread and asdict(spread) for key, spread in spreads.items()},
         "tension": {
-            "percent_of_taxels": told.tension_percent_of_taxels,
-            "percent_of_stress": told.tension_percent_of_stress,
-            "frames_without": told.frames_without_tension,
+            "percent_of_taxels": summary.tension_percent_of_taxels,
+            "percent_of_stress": summary.tension_percent_of_stress,
+            "frames_without": summary.frames_without_tension,
         },
     }

@@ -12,7 +12,7 @@ from rich.table import Table as Printed
 
 from tfra.model.metrics import ERRORS
 from tfra.model.tfra import Status
-from tfra.recordings.facts import words
+from tfra.recordings.facts import status_label
 from tfra.report.html import bars, contents, document, grid, row
 from tfra.sim.report import Report
 
@@ -152,7 +152,7 @@ def _contact(report: Report) -> Table:
 def _reason(name: str) -> str:
     """Status bits, their absence and other reasons as text."""
     if name in Status.__members__:
-        return words(Status[name])
+        return status_label(Status[name])
     return "without status" if name == "none" else name.replace("_", " ")
 
 

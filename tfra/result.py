@@ -107,8 +107,8 @@ class Result:
         return len(self.found.mu)
 
     def __repr__(self) -> str:
-        told = "\n  ".join([*lines(facts(self.stress, self.found)), *(f"warning: {n}" for n in self.notices)])
-        return f"<tfra.Result of the {self.engine} engine, {len(self)} frames\n  {told}>"
+        text = "\n  ".join([*lines(facts(self.stress, self.found)), *(f"warning: {n}" for n in self.notices)])
+        return f"<tfra.Result of the {self.engine} engine, {len(self)} frames\n  {text}>"
 
     def errors(self, truth: Contact) -> Errors:
         """Compare with ``truth``, from ``Sensor.simulate``, or with another result of the same frames.

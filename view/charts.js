@@ -62,12 +62,12 @@ function panelTraces() {
     SOURCES.filter(({ values }) => values[name]).map(({ colour, dash, label, of }) => {
       const showlegend = !named.has(label);
       named.add(label);
-      const said = `${title.split(" / ")[0]} %{y:.4g}<br>${times ? "%{x:.4g} s" : "frame %{x}"}`;
+      const hover = `${title.split(" / ")[0]} %{y:.4g}<br>${times ? "%{x:.4g} s" : "frame %{x}"}`;
       return {
         ...overFrames(name, (frame) => of(name, frame)), xaxis: "x", yaxis: yaxis(panel), type: "scatter",
         mode: COUNT > 60 ? "lines" : "lines+markers", name: label, legendgroup: label, showlegend,
         line: { color: colour, dash, width: 1.6 }, marker: { size: 4, color: colour },
-        hovertemplate: `${said}<extra>${label}</extra>`, meta: name,
+        hovertemplate: `${hover}<extra>${label}</extra>`, meta: name,
       };
     }),
   );

@@ -37,14 +37,14 @@ class Chosen:
         """The sentence on the page."""
         first, last, step = self.shown.start, self.shown[-1], self.shown.step
         if len(self.shown) == self.total:
-            said = f"All {self.total:,} frames are shown"
+            sentence = f"All {self.total:,} frames are shown"
         else:
             which = (
                 f"frames {first:,} to {last:,}" if step == 1 else f"every {_nth(step)} frame from {first:,} to {last:,}"
             )
-            said = f"{len(self.shown):,} of {self.total:,} frames are shown: {which}"
-            said += ", since there is no room for more (--frames A:B selects a part)" if self.full else ""
-        return said + (f"; every {_nth(self.sweeps)} of them has its sweep." if self.sweeps > 1 else ".")
+            sentence = f"{len(self.shown):,} of {self.total:,} frames are shown: {which}"
+            sentence += ", since there is no room for more (--frames A:B selects a part)" if self.full else ""
+        return sentence + (f"; every {_nth(self.sweeps)} of them has its sweep." if self.sweeps > 1 else ".")
 
 
 def frame_bytes(taxels: int, resultant_alone: bool = False) -> int:

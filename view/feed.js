@@ -33,13 +33,13 @@ async function* pulled(signal) {
   } catch { /* the server has gone, or it was told to stop */ }
   if (signal.aborted || feed.over) return;
   feed.over = true;
-  tell({ state: "gone", said: "The command tfra live has ended. To continue, start it again and reload this page." });
+  tell({ state: "gone", message: "The command tfra live has ended. To continue, start it again and reload this page." });
 }
 
 /** Show the source of the frames and their counts. */
-function tell({ state, said, came, estimated, malformed, fault }) {
+function tell({ state, message, came, estimated, malformed, fault }) {
   const place = (id) => document.getElementById(id);
-  if (place("state").textContent !== said) place("state").textContent = said;
+  if (place("state").textContent !== message) place("state").textContent = message;
   place("live").classList.toggle("over", ["ended", "broken", "gone"].includes(state));
   const [now, whole] = [performance.now(), (number) => number.toLocaleString("en")];
   if (came === undefined || (now - told.at < READABLE && !feed.over)) return;

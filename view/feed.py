@@ -81,7 +81,7 @@ class Feed:
         self._busy = False
         self._begun = 0.0
         self._state = "waiting"
-        self._said = ""
+        self._reason = ""
         self._first_fault = ""
         self.counts = {"came": 0, "estimated": 0, "drawn": 0, "malformed": 0}
 
@@ -91,8 +91,8 @@ class Feed:
         each = frame_bytes(self.design.sensor.taxels) + self.swept * sweep_bytes(self.design.search.steps)
         return max(_WAITING, min(MOST, MOST_BYTES // each))
 
-    def read(self, frames: Iterable[Floats | str], told: Callable[[str], None]) -> None:
-        """Take frames until there are no more; a text says what is wrong with a line: ``told`` gets the first."""
+    def read(self, frames: Iterable[Floats | str], report: Callable[[str], None]) -> None:
+        """Take frames until there are no more; a text says what is wrong with a line: ``report`` gets the first."""
         try:
             for frame in frames:
                 with self._changed:
@@ -100,15 +100,15 @@ class Feed:
                         self.counts["malformed"] += 1
                         if not self._first_fault:
                             self._first_fault = frame
-                            told(frame)
+                            report(frame)
                     else:
                         self._take(frame)
                     self._changed.notify_all()
-            state, said = "ended", ""
+            state, cause = "ended", ""
         except OSError as error:
-            state, said = "broken", reason(error)
+            state, cause = "broken", reason(error)
         with self._changed:
-            self._state, self._said = state, said
+            self._state, self._reason = state, cause
             self._changed.notify_all()
 
     def _take(self, frame: Floats) -> None:
@@ -163,7 +163,7 @@ class Feed:
             self._changed.wait_for(lambda: self._pieces and self._pieces[-1].last > after, patience)
             pieces = [piece for piece in self._pieces if piece.last > after]
             over = self._state in ("ended", "broken") and not (pieces or self._waiting or self._busy)
-            state = {"state": self._state, "said": self._words(), "fault": self._first_fault, "over": over}
+            state = {"state": self._state, "message": self._message(), "fault": self._first_fault, "over": over}
             state |= self.counts
         texts = ",".join(piece.text for piece in pieces)
         return Answer(f'{json.dumps(state)[:-1]},"pieces":[{texts}]}}', pieces[-1].last if pieces else after, over)
@@ -173,7 +173,7 @@ class Feed:
         with self._changed:
             self.counts["drawn"] += count
 
-    def _words(self) -> str:
+    def _message(self) -> str:
         match self._state:
             case "waiting":
                 return f"Waiting for the first frame of {self.source}."
@@ -181,7 +181,7 @@ class Feed:
                 return f"Receiving frames from {self.source}."
             case "ended":
                 return f"{self.source} has ended{'' if self.counts['came'] else ' without a frame'}."
-        return f"{self.source} broke: {self._said}."
+        return f"{self.source} broke: {self._reason}."
 
     def totals(self) -> str:
         """The counts of frames, in a line."""

@@ -37,13 +37,13 @@ function drawLegend(peaks) {
   for (const tick of document.querySelectorAll("#legend [data-share]")) {
     say(tick, STRESS.of(straight(Number(tick.dataset.share), root) * peaks.stress));
   }
-  const said = [];
+  const legend = [];
   const unit = unitFor(PEAKS.resultant, "N");
-  if (checked("resultant")) said.push(`green arrow from c: tangential part of the resultant, longest ${unit.of(peaks.resultant)} ${unit.name}`);
-  if (distributed && checked("arrows")) said.push(`longest small arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
-  if (distributed && checked("circles")) said.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed: pulls`);
-  if (checked("centroids")) said.push(`c, t: centroids of compression and traction${swept ? "; TFRA finds φ as the direction from t to c" : ""}`);
-  say($("key"), said.join(" · "));
+  if (checked("resultant")) legend.push(`green arrow from c: tangential part of the resultant, longest ${unit.of(peaks.resultant)} ${unit.name}`);
+  if (distributed && checked("arrows")) legend.push(`longest small arrow (tangential, 1.6 taxels): ${FORCE.of(peaks.tangential)} ${FORCE.name}`);
+  if (distributed && checked("circles")) legend.push(`largest circle (normal): ${FORCE.of(peaks.normal)} ${FORCE.name}; dashed: pulls`);
+  if (checked("centroids")) legend.push(`c, t: centroids of compression and traction${swept ? "; TFRA finds φ as the direction from t to c" : ""}`);
+  say($("key"), legend.join(" · "));
 }
 
 const pair = (place) => (place ? place.map((length) => length.toFixed(2)).join(", ") : "–");
@@ -131,10 +131,10 @@ function drawAll() {
   const scenes = results.map((result) => sceneOf(result, frame));
   drawMaps(frame, scenes);
   drawNumbers(frame, scenes);
-  const said = `frame ${numberOf(frame)}${times ? `, ${figures(times[frame])} s` : ""}`;
-  $("where").textContent = said;
+  const where = `frame ${numberOf(frame)}${times ? `, ${figures(times[frame])} s` : ""}`;
+  $("where").textContent = where;
   $("frame").value = frame;
-  $("frame").setAttribute("aria-valuetext", said);
+  $("frame").setAttribute("aria-valuetext", where);
   if (!state.playing || performance.now() > state.sweepAgain) showSweep();
   document.body.dataset.frame = frame;
 }

@@ -11,13 +11,13 @@ from plotly.offline import get_plotlyjs
 
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Status
-from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, words
+from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, status_label
 from tfra.report.html import data_script, document, text, wide
 from tfra.runtime.errors import InputError
 from tfra.view.chosen import Chosen
 from tfra.view.feed import SECONDS, Feed
 from tfra.view.pack import references, result, times
-from tfra.view.resultfile import Recorded, References, said
+from tfra.view.resultfile import Recorded, References, describe
 
 MOST = 5
 """Results and files of reference values that colours and dashes distinguish."""
@@ -106,7 +106,7 @@ def render_live(feed: Feed) -> str:
         "results": [_searched(feed.design, label)],
         "references": [],
     }
-    summary = _resource("live.html").replace("<!--SENSOR-->", escape(said(feed.design.sensor)))
+    summary = _resource("live.html").replace("<!--SENSOR-->", escape(describe(feed.design.sensor)))
     body = _filled(feed.design, [label], [], {"SUMMARY": summary, "LAST": "0", "SPEED": ""})
     scripts = _scripts(data, "(async () =>", ("arrays.js", "feed.js", *_DRAWING, "live.js"))
     return document(LIVE_TITLE, [body, *scripts], _resource("page.css") + _resource("live.css"))
@@ -131,7 +131,7 @@ def _described(design: Design) -> dict[str, Any]:
         "columns": sensor.columns,
         "pitch": [1e3 * sensor.pitch_x, 1e3 * sensor.pitch_y],
         "resultantAlone": RESULTANT_ALONE,
-        "statuses": [{"bit": int(flag), "words": words(flag)} for flag in Status],
+        "statuses": [{"bit": int(flag), "words": status_label(flag)} for flag in Status],
         "bits": {
             "noContact": int(Status.NO_CONTACT),
             "noDirection": int(Status.NO_DIRECTION),
@@ -185,26 +185,26 @@ def _labels(results: Sequence[Recorded], known: Sequence[References]) -> list[st
 
 
 def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen) -> Iterator[str]:
-    told = [facts(one.stress, one.found) for one in results]
-    yield f'<p class="note">{escape(said(results[0].design.sensor))}. {escape(str(chosen))}</p>'
+    summaries = [facts(one.stress, one.found) for one in results]
+    yield f'<p class="note">{escape(describe(results[0].design.sensor))}. {escape(str(chosen))}</p>'
     rows = {
         "engine": [one.engine for one in results],
-        "frames": [f"{fact.frames:,}" for fact in told],
-        "contact": [f"{100 * fact.contact / fact.frames:.1f} %" for fact in told],
-        "φ, median": [_median(fact.phi_deg, ".1f", "°") for fact in told],
-        "μ, median": [_median(fact.mu, ".3f", "") for fact in told],
-        "|F|, median": [_median(fact.force_n, ".3g", " N") for fact in told],
-        "tension, of the stress": [f"{fact.tension_percent_of_stress:.1f} %" for fact in told],
+        "frames": [f"{fact.frames:,}" for fact in summaries],
+        "contact": [f"{100 * fact.contact / fact.frames:.1f} %" for fact in summaries],
+        "φ, median": [_median(fact.phi_deg, ".1f", "°") for fact in summaries],
+        "μ, median": [_median(fact.mu, ".3f", "") for fact in summaries],
+        "|F|, median": [_median(fact.force_n, ".3g", " N") for fact in summaries],
+        "tension, of the stress": [f"{fact.tension_percent_of_stress:.1f} %" for fact in summaries],
     }
-    if any(fact.threshold_percent for fact in told):
-        rows["uncertainty, median"] = [_median(fact.uncertainty_percent, ".3g", " % of |F_z|") for fact in told]
-        rows["implausible over"] = [_percent(fact.threshold_percent) for fact in told]
+    if any(fact.threshold_percent for fact in summaries):
+        rows["uncertainty, median"] = [_median(fact.uncertainty_percent, ".3g", " % of |F_z|") for fact in summaries]
+        rows["implausible over"] = [_percent(fact.threshold_percent) for fact in summaries]
     lines = "".join(
         f"<tr><th scope=row>{name}</th>{''.join(f'<td>{text(cell)}</td>' for cell in cells)}</tr>"
         for name, cells in rows.items()
     )
     yield f'<div id="summary">{_table(labels, lines, "Summary of all frames")}</div>'
-    notes = [f"{label}: {note}" for label, fact in zip(labels, told, strict=True) for note in _notes(fact)]
+    notes = [f"{label}: {note}" for label, fact in zip(labels, summaries, strict=True) for note in _notes(fact)]
     if notes:
         yield f'<ul class="note" id="notes">{"".join(f"<li>{escape(note)}</li>" for note in notes)}</ul>'
 
@@ -215,7 +215,7 @@ def _notes(fact: Facts) -> Iterator[str]:
     counts |= {Status[name]: count for name, count in fact.noted.items()}
     for flag, count in counts.items():
         if count:
-            yield f"{count:,} of {fact.frames:,} frames {words(flag)}: {MEANINGS[flag]}"
+            yield f"{count:,} of {fact.frames:,} frames {status_label(flag)}: {MEANINGS[flag]}"
 
 
 def _median(spread: Spread | None, digits: str, unit: str) -> str:

@@ -93,7 +93,7 @@ def _kind(path: Path) -> type[Recorded] | type[References]:
 
 def _require_same_sensor(path: Path, sensor: SensorArray, needed: SensorArray, name: str) -> None:
     if sensor != needed:
-        raise InputError(path, "config", f"is of another sensor ({said(sensor)}) than {name} ({said(needed)})")
+        raise InputError(path, "config", f"is of another sensor ({describe(sensor)}) than {name} ({describe(needed)})")
 
 
 def _require_as_many(path: Path, count: int, first: Recorded) -> None:
@@ -101,7 +101,7 @@ def _require_as_many(path: Path, count: int, first: Recorded) -> None:
         raise InputError(path, "", f"has {count:,} frames, {first.name} has {len(first.stress):,}")
 
 
-def said(sensor: SensorArray) -> str:
+def describe(sensor: SensorArray) -> str:
     """The sensor as a phrase."""
     lengths = (f"{1e3 * length:.6g}" for length in (sensor.pitch_x, sensor.pitch_y, sensor.thickness))
     return "{}×{} taxels, {} × {} mm apart, under {} mm".format(sensor.rows, sensor.columns, *lengths)

@@ -9,7 +9,7 @@ from tfra.codegen.package.contents import Contents
 from tfra.codegen.verilog.wrapper import ports_of, wrapper
 from tfra.hdl.bus.map import Field, Kind, Register
 from tfra.hdl.ip.framer import FAULTS, HEADER_WORDS
-from tfra.recordings.facts import MEANINGS, words
+from tfra.recordings.facts import MEANINGS, status_label
 from tfra.report.html import grid, row
 
 _ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVENT: "R/W1C"}
@@ -55,7 +55,7 @@ def output_words(contents: Contents) -> str:
 
 def status_bits(contents: Contents) -> str:
     """Bits of the word status."""
-    rows = [(f"{flag.bit_length() - 1}", words(flag), MEANINGS[flag]) for flag in contents.design.status_bits]
+    rows = [(f"{flag.bit_length() - 1}", status_label(flag), MEANINGS[flag]) for flag in contents.design.status_bits]
     return _table("Status", ("bit", "name", "meaning"), rows)
 
 

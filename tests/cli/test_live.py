@@ -103,7 +103,7 @@ def test_standard_input(folder: Path) -> None:
         np.testing.assert_allclose(values(found, "f_z"), held["resultant"][:, 2], rtol=1e-6)
         fault = "line 11: 24 numbers (4 rows x 6 columns) are needed, got 2"
         assert [found[key] for key in ("came", "malformed", "fault")] == [24, 1, fault]
-        assert found["said"] == "standard input has ended."
+        assert found["message"] == "standard input has ended."
         totals = "tfra live: 24 frames came, 24 were estimated, 0 drawn; malformed lines: 1\n"
         assert running.ended() == (0, totals, f"warning: standard input: {fault}\n")
 
@@ -115,12 +115,12 @@ def test_a_connection_that_breaks(folder: Path) -> None:
             peer = server.accept()[0]
             peer.sendall((folder / "frames.csv").read_bytes() + b"1e9" + b",1" * 23 + b"\n")
             found = running.until(estimated=24, malformed=1)
-            assert found["said"] == f"Receiving frames from {name}."
+            assert found["message"] == f"Receiving frames from {name}."
             assert "line 25: row 0, column 0 is 1e+09 Pa, over the full scale of 200000 Pa" in found["fault"]
             np.testing.assert_allclose(values(found, "mu"), np.load(folder / "fixed.npz")["mu"], rtol=1e-6)
             peer.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             peer.close()
-            assert running.until(state="broken")["said"] == f"{name} broke: Connection reset by peer."
+            assert running.until(state="broken")["message"] == f"{name} broke: Connection reset by peer."
 
 
 def test_a_serial_port(folder: Path) -> None:
@@ -136,7 +136,7 @@ def test_a_serial_port(folder: Path) -> None:
         np.testing.assert_allclose(32767 * stress, np.abs(frames).max(axis=1), rtol=1e-6)
         os.close(theirs)
         os.close(ours)
-        assert " broke: " in running.until(state="broken")["said"]
+        assert " broke: " in running.until(state="broken")["message"]
         assert running.ended()[0] == 0
 
 
@@ -144,7 +144,7 @@ def test_a_recording(folder: Path) -> None:
     with live("frames.npz", "--rate", "1000") as running:
         found = running.until(state="ended", estimated=24)
         np.testing.assert_allclose(values(found, "mu"), np.load(folder / "float.npz")["mu"], rtol=1e-6)
-        assert found["said"] == "frames.npz has ended."
+        assert found["message"] == "frames.npz has ended."
 
 
 def test_this_machine_alone_is_answered(folder: Path) -> None:

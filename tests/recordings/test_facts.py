@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, Tfra
-from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, Spread, as_dict, facts, lines, words
+from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, Spread, as_dict, facts, lines, status_label
 
 SENSOR = SensorArray(2, 2, 4e-3, 4e-3, 3e-3)
 
@@ -117,4 +117,4 @@ def test_the_arc_holds_all_angles_and_turns_with_them(angles: list[int], turn: i
 
 def test_every_status_has_words() -> None:
     assert set(MEANINGS) == set(Status)
-    assert words(Status.NO_CONTACT) == "no contact"
+    assert status_label(Status.NO_CONTACT) == "no contact"

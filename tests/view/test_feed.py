@@ -56,7 +56,7 @@ def test_a_piece_holds_the_numbers_of_its_frames() -> None:
     np.testing.assert_allclose(codes.reshape(3, 24) * scale[:, None], FRAMES[:3].reshape(3, 24), atol=2)
     np.testing.assert_array_equal(unpacked(piece["numbers"]), [0, 1, 2])
     assert unpacked(piece["time"])[0] == 0
-    assert found["said"] == "here has ended."
+    assert found["message"] == "here has ended."
     assert told == []
 
 
@@ -82,7 +82,7 @@ def test_lines_that_are_no_frames_are_counted_and_the_first_is_told() -> None:
 
 
 def test_a_stream_without_a_frame_and_one_that_breaks() -> None:
-    assert answer(feed(["line 1: no"])[0], patience=0)["said"] == "here has ended without a frame."
+    assert answer(feed(["line 1: no"])[0], patience=0)["message"] == "here has ended without a frame."
 
     def breaks() -> Iterator[Floats]:
         yield FRAMES[0]
@@ -90,9 +90,9 @@ def test_a_stream_without_a_frame_and_one_that_breaks() -> None:
 
     made, _ = feed(breaks())
     found = answer(made, patience=0)
-    assert [found[key] for key in ("state", "said")] == ["broken", "here broke: Connection reset by peer."]
+    assert [found[key] for key in ("state", "message")] == ["broken", "here broke: Connection reset by peer."]
     waiting = answer(Feed("here", "float", DESIGN, Tfra.of(DESIGN)), patience=0)
-    assert waiting["said"] == "Waiting for the first frame of here."
+    assert waiting["message"] == "Waiting for the first frame of here."
 
 
 def test_no_more_is_kept_than_there_is_room_for(monkeypatch: pytest.MonkeyPatch) -> None:
