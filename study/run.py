@@ -17,12 +17,11 @@ from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import Store, put, work_folder
 from tfra.sim.run import digest
-from tfra.study.designs import Described, Named, Placed, Uniform, Verified, chosen, named
+from tfra.study.designs import Described, Named, Placed, Uniform, Verified, cheapest
 from tfra.study.errors.converter import converters
 from tfra.study.errors.sensitivity import UNIFORM, sensitivity, uniform
 from tfra.study.errors.variants import variants
 from tfra.study.errors.variation import Comparison, Variation
-from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import FrameSet
 from tfra.study.report.page import render
 from tfra.study.report.summary import summary
@@ -32,15 +31,16 @@ from tfra.study.search.search import EmptySpaceError, Search, front
 from tfra.study.search.space import Space
 from tfra.study.search.trials import StoreError, Trial, Trials, public, sqlite
 from tfra.study.studyfile import StudyFile
-from tfra.study.tasks import Compared, Errors, Signals, Task, parquet
-from tfra.study.times import Timed, times
+from tfra.study.task import Task, parquet
+from tfra.study.tasks import Errors, Signals
+from tfra.study.times import Timing, times_page
 from tfra.study.workers import Workers, fingerprint
 from tfra.synth.targets import ECP5
 
 PARTIAL = "partial.html"
 """The results so far, in the working folder."""
 
-SHOW_EVERY = 15.0
+PAGE_EVERY = 15.0
 """Seconds between two partial pages: one takes a few."""
 
 Reporter = Callable[[str, str, int, int], AbstractContextManager[Callable[[], None]]]
@@ -53,45 +53,28 @@ def run(
     out: Path,
     folder: Path,
     workers: AbstractContextManager[Workers],
-    who: str,
+    worker_text: str,
     reporter: Reporter,
     trials: str | None = None,
 ) -> dict[str, Any]:
     """Make the report of ``study`` in ``out``; return its ``answer`` in words, and its ``designs``.
 
-    Work is kept in ``folder``, trials in the table at the URL ``trials`` if one is given; ``who`` are the workers in
-    words.  Raises ``InputError`` for bad input, which leaves ``out`` as it was and keeps what is finished.
+    Work is stored in ``folder``, trials in the table at the URL ``trials`` if one is given; ``worker_text`` describes
+    the workers.  Raises ``InputError`` for bad input, which leaves ``out`` as it was; finished work stays.
     """
     with output_directory(out, "study", [*study.inputs, folder / "study.json"]) as fresh:
-        with workers as do, work_folder(folder, "study", fingerprint()):
-            made = Run(study, folder, do, reporter, trials or sqlite(folder / "trials.sqlite"))
-            made.everything()
-        _write(fresh, study, made)
-        (fresh / "times.html").write_text(times(made.timed, who), encoding="utf-8")
-    designs = made.tables["designs"].rows(named=True) if "designs" in made.tables else []
-    return {"answer": summary(made.tables, study.design).replace("`", ""), "designs": designs}
-
-
-def _write(fresh: Path, study: StudyFile, made: Run) -> None:
-    for folder in ("tables", *(["designs"] if made.designs else [])):  # an empty one would have no seal
-        (fresh / folder).mkdir()
-    for name, table in made.tables.items():
-        (fresh / "tables" / f"{name}.parquet").write_bytes(parquet(table))
-    for each in made.designs:
-        comment = f"Design `{each.name}` of the study {study.path.name}."
-        text = config_text(each.design, study.project.layer, comment)
-        (fresh / "designs" / f"{each.name}.toml").write_text(text)
-    (fresh / "index.html").write_text(render(made.tables, study.design, title(study)), encoding="utf-8")
-
-
-def title(study: StudyFile) -> str:
-    """Of the report."""
-    return f"Word lengths and errors of {study.design.name}"
+        with workers as pool, work_folder(folder, "study", fingerprint()):
+            result = Run(study, folder, pool, reporter, trials or sqlite(folder / "trials.sqlite"))
+            result.run_tasks()
+        result.write(fresh)
+        (fresh / "times.html").write_text(times_page(result.timings, worker_text), encoding="utf-8")
+    designs = result.tables["designs"].rows(named=True) if "designs" in result.tables else []
+    return {"answer": summary(result.tables, study.design).replace("`", ""), "designs": designs}
 
 
 @dataclass
 class Run:
-    """What is there of a study: ``tables`` by name, the ``designs`` that were found, and how long tasks took.
+    """Results of a study so far: ``tables`` by name, the ``designs`` of the search, and how long tasks took.
 
     Frames, finished pieces and trials are stored in ``folder`` at once.
     """
@@ -103,42 +86,57 @@ class Run:
     trials: str
     tables: dict[str, pl.DataFrame] = field(default_factory=dict)
     designs: list[Named] = field(default_factory=list)
-    timed: list[Timed] = field(default_factory=list)
-    shown: float = field(default_factory=time.perf_counter)
+    timings: list[Timing] = field(default_factory=list)
+    last_page: float = field(default_factory=time.perf_counter)
 
-    def everything(self) -> None:
+    def run_tasks(self) -> None:
         """Run all tasks of the file."""
-        frames = self._frames()
-        self._do(Errors(self.study.design, frames))
+        design, frames = self.study.design, self._make_frames()
+        self._run_task(Errors(design, frames))
         self._require_errors()
-        self._do(Signals(self.study.design, frames))
+        self._run_task(Signals(design, frames))
         for name, variations in self._variations():
-            self._do(Compared(name, Comparison(frames, Part.TRAIN, variations)))
+            self._run_task(Comparison(name, frames, variations))
         if section := self.study.document.search:
             self._search(section, frames)
 
-    def _frames(self) -> FrameSet:
-        frames = FrameSet.create(self.folder / "frames", self.study.definition)
-        missing = frames.missing()
-        count = sum(frames.definition.blocks(part) for part in Part)
-        with self._timing("frames", "blocks", count, count - len(missing)) as advance:
-            for _ in self.workers(_Write(frames), missing):
+    def write(self, out: Path) -> None:
+        """Write the page, the tables and the designs of the search into the folder ``out``."""
+        for folder in ("tables", *(["designs"] if self.designs else [])):  # an empty one would have no seal
+            (out / folder).mkdir()
+        for name, table in self.tables.items():
+            (out / "tables" / f"{name}.parquet").write_bytes(parquet(table))
+        for each in self.designs:
+            comment = f"Design `{each.name}` of the study {self.study.path.name}."
+            text = config_text(each.design, self.study.project.layer, comment)
+            (out / "designs" / f"{each.name}.toml").write_text(text)
+        (out / "index.html").write_text(self._page(), encoding="utf-8")
+
+    def _page(self, pending: Sequence[str] = ()) -> str:
+        design = self.study.design
+        return render(self.tables, design, f"Word lengths and errors of {design.name}", pending)
+
+    def _make_frames(self) -> FrameSet:
+        definition = self.study.definition
+        frames = FrameSet.create(self.folder / f"frames-{definition.hash[:16]}", definition)
+        missing, count = frames.missing(), len(definition.all_blocks())
+        with self._progress("frames", "blocks", count, count - len(missing)) as advance:
+            for _ in self.workers(frames.write, missing):
                 advance()
         return frames
 
     def _require_errors(self) -> None:
         """Raise if all frames of a part are left out, because no design could be judged."""
-        for part, frames, of in (
-            self.tables["flagged"].filter(status="left_out").select("part", "frames", "of").iter_rows()
-        ):
+        flagged = self.tables["flagged"]
+        for part, frames, of in flagged.filter(status="left_out").select("part", "frames", "of").iter_rows():
             if frames == of:
-                flags = self.tables["flagged"].filter(pl.col("status") != "left_out", part=part)
+                flags = flagged.filter(pl.col("status") != "left_out", part=part)
                 most = flags.sort("frames", descending=True)["status"][0].replace("_", " ")
                 reason = f"all {of:,} frames of {part} are flagged, most of them as {most}: no errors can be told"
                 raise InputError(self.study.path, "frames", reason)
 
     def _variations(self) -> Iterator[tuple[str, tuple[Variation, ...]]]:
-        """What designs are compared with that of CONFIG, by the name of their table."""
+        """The designs that are compared with that of CONFIG, by the name of their table."""
         document, design = self.study.document, self.study.design
         family = self.study.target.family if self.study.target else ECP5
         if document.uniform:
@@ -151,84 +149,81 @@ class Run:
             yield "variants", variants(design, document.variants.steps, document.variants.plateau_tolerance)
 
     def _search(self, section: SearchSection, frames: FrameSet) -> None:
-        """Look for word lengths, and measure what was found."""
-        base, target = self.study.design, self.study.target
+        """Look for word lengths, and measure the designs that win."""
+        base, target, document = self.study.design, self.study.target, self.study.document
         assert target is not None
         costs = tuple(section.costs)
         evaluation = Evaluation(base, frames, costs, target, tuple(section.errors), section.give_up_percent)
-        lengths = self.study.document.uniform.bits if self.study.document.uniform else UNIFORM
+        lengths = document.uniform.bits if document.uniform else UNIFORM
         plain = Uniform(tuple(lengths), replace(evaluation, limit=math.inf))
-        self._do(plain)
-        bits = plain.chosen(self.tables[plain.name])
+        self._run_task(plain)
+        bits = plain.fewest(self.tables[plain.name])
         space = self.study.space or Space.around(base, bits or base.formats.operand, min(target.family.multiplier))
         search = Search(space, (CHANGE, *costs), section.generations, section.size, section.seed)
-        found = self._trials("trials", search, evaluation)
+        trials = self._run_search("trials", search, evaluation)
         if section.baseline:
-            self._trials("baseline", replace(search, sampler="random"), evaluation)
-        winners = [
-            named(base, name, Space.design(base, space.point(trial.indices)))
-            for name, trial in chosen(found, costs).items()
-        ]
-        self.designs = [*([named(base, "uniform", plain.design(bits))] if bits else []), *winners]
-        self._describe(evaluation, winners)
-
-    def _describe(self, evaluation: Evaluation, winners: Sequence[Named]) -> None:
-        """The table of the designs that were found, beside that of CONFIG and float arithmetic."""
-        document = self.study.document
-        self._do(Described((Named("base", self.study.design), *self.designs), evaluation))
+            self._run_search("baseline", replace(search, sampler="random"), evaluation)
+        winners = tuple(
+            Named.of(base, name, Space.design(base, space.point(trial.indices)))
+            for name, trial in cheapest(trials, costs).items()
+        )
+        self.designs = [*([Named.of(base, "uniform", plain.design(bits))] if bits else []), *winners]
+        self._run_task(Described((Named("base", base), *self.designs), evaluation))
         if document.verify and winners:
-            self._do(Verified(tuple(winners), evaluation, document.verify.frames, document.verify.simulator))
-            self._join("verified")
+            self._run_task(Verified(winners, evaluation, document.verify.frames, document.verify.simulator))
+            self._join_designs("verified")
         if document.place and self.designs:
-            clock = document.place.clock_mhz or evaluation.target.clock_mhz
-            self._do(Placed(tuple(self.designs), evaluation, document.place.seeds, clock))
-            self._join("placed")
+            clock = document.place.clock_mhz or target.clock_mhz
+            self._run_task(Placed(tuple(self.designs), evaluation, document.place.seeds, clock))
+            self._join_designs("placed")
 
-    def _join(self, name: str) -> None:
+    def _join_designs(self, name: str) -> None:
         """Put the columns of a table beside those of the designs."""
         more = self.tables.pop(name)
         self._add({"designs": self.tables["designs"].join(more, on="name", how="left", maintain_order="left")})
 
-    def _trials(self, name: str, search: Search, evaluation: Evaluation) -> list[Trial]:
+    def _run_search(self, name: str, search: Search, evaluation: Evaluation) -> list[Trial]:
         """Do a search, and make its table."""
-        with self._told():
+        with self._as_input_error():
             endless = replace(search, generations=0)  # a longer one begins with the same trials
             stored = Trials(self.trials, digest(fingerprint(), repr(endless), repr(evaluation)))
             count = search.generations * search.size
-            there = {trial.number for trial in stored() if trial.number < count}
-            with self._timing(name, "trials", count, len(there)) as advance:
+            finished = {trial.number for trial in stored() if trial.number < count}
+            with self._progress(name, "trials", count, len(finished)) as advance:
                 for trial in search.run(evaluation, stored, self.workers):
-                    if trial.number not in there:
+                    if trial.number not in finished:
                         advance()
-            found = [trial for trial in stored() if trial.number < count]
-        self._add({name: table_of(found, search, evaluation.held)})
-        return found
+            trials = [trial for trial in stored() if trial.number < count]
+        self._add({name: trial_table(trials, search, evaluation.quantities)})
+        return trials
 
-    def _do(self, task: Task) -> None:
+    def _run_task(self, task: Task) -> None:
         """Run the missing jobs of a task, and add its tables."""
         key = digest(fingerprint(), repr(task))
         pieces, jobs = Store(self.folder / "pieces" / f"{task.name}-{key}", key), task.jobs
         pieces.create()
-        there = pieces.names()
-        missing = [number for number in range(len(jobs)) if _name(number) not in there]
-        with self._told(), self._timing(task.name, task.unit, len(jobs), len(jobs) - len(missing)) as advance:
-            for place, data in self.workers(task, [jobs[number] for number in missing]):
-                pieces.put(_name(missing[place]), data)
+        finished = pieces.names()
+        missing = [number for number in range(len(jobs)) if _piece_name(number) not in finished]
+        with (
+            self._as_input_error(),
+            self._progress(task.name, task.unit, len(jobs), len(jobs) - len(missing)) as advance,
+        ):
+            for position, data in self.workers(task, [jobs[number] for number in missing]):
+                pieces.put(_piece_name(missing[position]), data)
                 advance()
-            made = task.tables(lambda number: pieces.get(_name(number)))
-        self._add(made)
+            tables = task.tables(lambda number: pieces.get(_piece_name(number)))
+        self._add(tables)
 
     def _add(self, tables: Mapping[str, pl.DataFrame]) -> None:
-        """Add tables, and show the page of what is there so far."""
+        """Add tables, and write the page of all tables so far."""
         self.tables |= tables
-        pending = [name for name in _wanted(self.study.document) if name not in self.tables]
-        if pending and time.perf_counter() - self.shown > SHOW_EVERY:
-            page = render(self.tables, self.study.design, title(self.study), pending)
-            put(self.folder, PARTIAL, page.encode())
-            self.shown = time.perf_counter()
+        pending = [name for name in _table_names(self.study.document) if name not in self.tables]
+        if pending and time.perf_counter() - self.last_page > PAGE_EVERY:
+            put(self.folder, PARTIAL, self._page(pending).encode())
+            self.last_page = time.perf_counter()
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _as_input_error(self) -> Iterator[None]:
         """Turn errors of frames, space or the table of trials into ``InputError``."""
         try:
             yield
@@ -240,28 +235,19 @@ class Run:
             raise InputError(public(self.trials), "", str(error)) from None
 
     @contextmanager
-    def _timing(self, name: str, unit: str, jobs: int, there: int) -> Iterator[Callable[[], None]]:
+    def _progress(self, name: str, unit: str, jobs: int, finished: int) -> Iterator[Callable[[], None]]:
+        """Report a task, and measure its time; yields the callback for each finished job."""
         start = time.perf_counter()
-        with self.reporter(name, unit, jobs, there) as advance:
+        with self.reporter(name, unit, jobs, finished) as advance:
             yield advance
-        self.timed.append(Timed(name, unit, jobs, there, time.perf_counter() - start))
+        self.timings.append(Timing(name, unit, jobs, finished, time.perf_counter() - start))
 
 
-@dataclass(frozen=True)
-class _Write:
-    """Makes a block of frames and stores it."""
-
-    frames: FrameSet
-
-    def __call__(self, block: tuple[Part, int]) -> None:
-        self.frames.write(*block)
-
-
-def _name(number: int) -> str:
+def _piece_name(number: int) -> str:
     return f"{number:06d}"
 
 
-def _wanted(document: StudyDocument) -> list[str]:
+def _table_names(document: StudyDocument) -> list[str]:
     """Names of the tables that a study makes, in order."""
     names = [*Errors.makes, *Signals.makes]
     names += [name for name in ("uniform", "converter", "sensitivity", "variants") if getattr(document, name)]
@@ -270,8 +256,8 @@ def _wanted(document: StudyDocument) -> list[str]:
     return names
 
 
-def table_of(trials: Sequence[Trial], search: Search, held: Sequence[str]) -> pl.DataFrame:
-    """A row each trial: what was chosen, objectives, the errors that are held, and whether it is on the front."""
+def trial_table(trials: Sequence[Trial], search: Search, quantities: Sequence[str]) -> pl.DataFrame:
+    """A row each trial: its choices, objectives, errors of the ``quantities``, and whether it is on the front."""
     best = {trial.number for trial in front(trials, search.objectives)}
     rows = [
         {
@@ -279,7 +265,7 @@ def table_of(trials: Sequence[Trial], search: Search, held: Sequence[str]) -> pl
             "generation": trial.number // search.size,
             "state": trial.state,
             **search.space.point(trial.indices),
-            **{name: trial.values.get(name) for name in (*search.objectives, *held)},
+            **{name: trial.values.get(name) for name in (*search.objectives, *quantities)},
             "front": trial.number in best,
             "reason": trial.reason,
         }

@@ -14,7 +14,7 @@ from tfra.study.errors.converter import BITS, NOISE
 from tfra.study.errors.sensitivity import SHORTER, UNIFORM
 from tfra.study.errors.variants import STEPS, TOLERANCES
 from tfra.study.frames.schema import FramesSection
-from tfra.study.search.evaluate import HELD
+from tfra.study.search.evaluate import QUANTITIES
 
 Lengths = Annotated[list[Annotated[int, Field(ge=1, le=64)]], Field(min_length=1, max_length=64)]
 Share = Annotated[float, Field(ge=0, le=1)]
@@ -61,7 +61,7 @@ class SearchSection(Section):
 
     target: str = "ecp5-45"
     costs: Names = Field(default_factory=lambda: ["coefficient_kbit", "DSP"])
-    errors: Names = Field(default_factory=lambda: list(HELD))
+    errors: Names = Field(default_factory=lambda: list(QUANTITIES))
     give_up_percent: Annotated[float, Field(ge=0, le=1e6)] = 25.0
     generations: Annotated[int, Field(ge=1, le=10_000)] = 20
     size: Annotated[int, Field(ge=2, le=10_000)] = 24

@@ -7,7 +7,7 @@ codes.  A score does not depend on the other variations of its job, so jobs may 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
@@ -25,6 +25,7 @@ from tfra.study.errors.cascade import SIGNED, Step, View, from_codes, scores
 from tfra.study.errors.statistics import ERRORS, errors, index_equal_rate, kept
 from tfra.study.frames.block import Block, Part, with_noise
 from tfra.study.frames.frameset import FrameSet
+from tfra.study.task import Pieces, Tables, from_parquet, parquet
 
 Facts = Mapping[str, str | int | float | None]
 """The facts of a variation, by columns of its table."""
@@ -65,63 +66,74 @@ class Job(NamedTuple):
 
 @dataclass(frozen=True)
 class Comparison:
-    """Variations on all frames of a part.  It travels between processes, as jobs and their scores do.
+    """The table ``name`` of variations on all frames of a part.
 
     BLAS must have the same number of threads in all processes; then tables are the same for any number of processes.
     """
 
+    name: str
     frames: FrameSet
-    part: Part
     variations: tuple[Variation, ...]
+    part: Part = Part.TRAIN
+    together: int = 16
+    unit = "jobs"
 
-    def jobs(self, together: int) -> list[Job]:
-        """All jobs, block by block, of up to ``together`` variations: the float estimates are made once for a job."""
+    @property
+    def jobs(self) -> list[Job]:
+        """Block by block, of up to ``together`` variations: the float estimates are made once for a job."""
         count = len(self.variations)
         return [
-            Job(block, first, min(first + together, count))
+            Job(block, first, min(first + self.together, count))
             for block in range(self.frames.definition.blocks(self.part))
-            for first in range(0, count, together)
+            for first in range(0, count, self.together)
         ]
 
-    def __call__(self, job: Job) -> list[pl.DataFrame | None]:
-        """Scores of a job's variations, some 100 bytes a frame for one step; none of what does not fit."""
+    def __call__(self, job: Job) -> bytes:
+        """Scores of a job's variations, some 100 bytes a frame for one step; empty if none of them fits."""
         shared = Shared(self.frames, self.part, job.block)
-        return [shared.scores(variation) for variation in self.variations[job.first : job.stop]]
+        scores = [
+            shared.scores(self.variations[number]).with_columns(variation=pl.lit(number))
+            for number in range(job.first, job.stop)
+            if self.variations[number].design
+        ]
+        return parquet(pl.concat(scores, how="diagonal")) if scores else b""
 
-    def table(self, jobs: Sequence[Job], found: Iterable[Sequence[pl.DataFrame | None]]) -> pl.DataFrame:
-        """The table of what all ``jobs`` gave, ``found`` in their order; see :func:`rows` for the columns."""
-        blocks: list[list[pl.DataFrame]] = [[] for _ in self.variations]
-        for job, tables in sorted(zip(jobs, found, strict=True), key=lambda pair: pair[0]):
-            for number, table in zip(range(job.first, job.stop), tables, strict=True):
-                blocks[number] += [] if table is None else [table]
-        pairs = zip(self.variations, blocks, strict=True)
-        found_rows = [row for each, parts in pairs for row in rows(each, parts)]
-        return pl.DataFrame(found_rows, schema_overrides=ERRORS | _BEHIND, infer_schema_length=None)
+    def tables(self, piece: Pieces) -> Tables:
+        """The table, see :func:`rows`; the pieces of one job's variations are in memory at a time."""
+        groups: dict[tuple[int, int], list[int]] = {}
+        for number, job in enumerate(self.jobs):
+            groups.setdefault((job.first, job.stop), []).append(number)
+        found: list[dict[str, Any]] = []
+        for group, numbers in groups.items():
+            blocks = [from_parquet(data) for data in map(piece, numbers) if data]
+            scores = pl.concat(blocks) if blocks else None
+            for number in range(*group):
+                found += rows(self.variations[number], scores.filter(variation=number) if scores is not None else None)
+        return {self.name: pl.DataFrame(found, schema_overrides=ERRORS | _BEHIND, infer_schema_length=None)}
 
 
 _BEHIND = {"frames": pl.Int64, "left_out": pl.Int64, "sweep_index_equal": pl.Float64, "reason": pl.String}
 
 
-def rows(variation: Variation, blocks: Sequence[pl.DataFrame]) -> Iterator[dict[str, Any]]:
-    """Rows of a variation's table: its facts, then the columns of :func:`tfra.study.statistics.errors`.
+def rows(variation: Variation, scores: pl.DataFrame | None) -> Iterator[dict[str, Any]]:
+    """Rows of a variation's table: its facts, then the columns of :func:`tfra.study.errors.statistics.errors`.
 
     After them are ``frames``, how many of them are ``left_out``, ``sweep_index_equal`` as the share of those swept
     alike whose index float finds, too, and the ``reason`` why all of it is null.
     """
-    if not blocks:
+    if variation.design is None or scores is None:
         nothing = dict.fromkeys([*ERRORS, *_BEHIND])
         for quantity, step, view in product(SIGNED, variation.compared, View):
             name = {"quantity": quantity, "step": step, "view": view, "reason": variation.reason}
             yield {**variation.facts, **nothing, **name}
         return
-    scored = pl.concat(blocks)
     common = {
-        "frames": len(scored),
-        "left_out": int((~kept(scored)).sum()),
-        "sweep_index_equal": index_equal_rate(scored),
+        "frames": len(scores),
+        "left_out": int((~kept(scores)).sum()),
+        "sweep_index_equal": index_equal_rate(scores),
         "reason": None,
     }
-    for row in errors(scored, variation.compared).rows(named=True):
+    for row in errors(scores, variation.compared).rows(named=True):
         yield {**variation.facts, **row, **common}
 
 
@@ -145,11 +157,10 @@ class Shared:
         self._noise = lru_cache(maxsize=4)(self._make_noise)
         self._converted: dict[tuple[_Search, float | None, Adc], Result] = {}  # the last one alone
 
-    def scores(self, variation: Variation) -> pl.DataFrame | None:
-        """Scores of a variation, none if it does not fit."""
+    def scores(self, variation: Variation) -> pl.DataFrame:
+        """Scores of a variation that fits."""
         design, noise = variation.design, variation.noise
-        if design is None:
-            return None
+        assert design is not None
         lsb = design.adc.lsb
         search = _Search(design.search.steps, design.search.tolerance * lsb, design.adc.threshold * lsb)
         codes = convert(design, self._block(noise).noisy)

@@ -1,14 +1,8 @@
-"""Frame sets: a definition, and the frames that follow from it, in a folder.
-
-A folder holds ``definition.json`` and a :class:`tfra.runtime.store.Store` of the definition with a file for each block,
-``PART-NUMBER.block``, so one that is damaged, of another set or in another place is rejected before it is used.  Any
-process may write any block at any time, and the set is complete when all blocks exist.
-"""
+"""Frame sets: a definition, and the frames that follow from it, in a folder."""
 
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from functools import cached_property
@@ -22,15 +16,11 @@ from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.input import PLAIN, Input
 from tfra.runtime.errors import InputError
-from tfra.runtime.inputs import opened
-from tfra.runtime.scratch import writing
-from tfra.runtime.store import Store, put
+from tfra.runtime.store import Store
 from tfra.study.frames.block import BLOCK, Block, Part, Stream, generator
 from tfra.study.frames.mixture import Mixture
 from tfra.study.frames.recording import Recording
 from tfra.study.frames.schema import FramesSection
-
-_DEFINITION = "definition.json"
 
 ADC = Adc()
 """Of recordings that are not in codes."""
@@ -80,7 +70,7 @@ class Definition:
     @cached_property
     def hash(self) -> str:
         """SHA-256 of the document."""
-        return _hash(self.document)
+        return sha256(json.dumps(self.document, sort_keys=True).encode()).hexdigest()
 
     def frames(self, part: Part) -> int:
         """Number of frames of a part."""
@@ -89,6 +79,10 @@ class Definition:
     def blocks(self, part: Part) -> int:
         """Number of blocks of a part."""
         return -(-self.frames(part) // BLOCK)
+
+    def all_blocks(self) -> list[tuple[Part, int]]:
+        """Part and number of every block, in order."""
+        return [(part, number) for part in Part for number in range(self.blocks(part))]
 
     def count(self, part: Part, number: int) -> int:
         """Number of frames of a block."""
@@ -127,53 +121,46 @@ def _recording(file: Path, sensor: SensorArray, section: FramesSection, adc: Adc
     return recording
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FrameSet:
-    """The frames of a definition in a folder."""
+    """The frames of a definition in a folder, which has a file for each block that is made.
+
+    Any process may write any block at any time; one that is damaged, of another set or in another place is rejected
+    before it is used.  A set is identified by its definition.
+    """
 
     folder: Path
     definition: Definition
 
     def __repr__(self) -> str:
-        """Identified by its content, not by its path."""
         return f"FrameSet({self.definition.hash})"
+
+    def __hash__(self) -> int:
+        return hash(repr(self))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, FrameSet) and repr(other) == repr(self)
 
     @classmethod
     def create(cls, folder: Path, definition: Definition) -> FrameSet:
-        """Return the set in ``folder``, which is made if it is missing; frames may be missing in it.
-
-        Raises ``InputError`` if it has files of another definition, or can't be written.
-        """
-        with writing(folder):
-            folder.mkdir(parents=True, exist_ok=True)
-        if not os.path.lexists(folder / _DEFINITION):
-            content = {"sha256": definition.hash, "definition": definition.document}
-            put(folder, _DEFINITION, (json.dumps(content, indent=1) + "\n").encode())
-        return cls.open(folder, definition)
-
-    @classmethod
-    def open(cls, folder: Path, definition: Definition) -> FrameSet:
-        """Return the set in ``folder``; raises ``InputError`` where it isn't one of ``definition``."""
-        found = _read_definition(folder / _DEFINITION)
-        if found != definition.document:
-            key = _first_difference(found, definition.document)
-            raise InputError(folder, "", f"holds frames of another definition: {key} differs")
-        return cls(folder, definition)
+        """Return the set in ``folder``, which is made if it is missing; raises ``InputError`` if it can't be."""
+        frames = cls(folder, definition)
+        frames._store.create()
+        return frames
 
     def missing(self) -> list[tuple[Part, int]]:
         """Blocks that have no file yet, in order."""
-        there = self._store.names()
-        every = ((part, number) for part in Part for number in range(self.definition.blocks(part)))
-        return [(part, number) for part, number in every if _name(part, number) not in there]
+        finished = self._store.names()
+        return [block for block in self.definition.all_blocks() if _name(*block) not in finished]
 
-    def write(self, part: Part, number: int) -> None:
+    def write(self, block: tuple[Part, int]) -> None:
         """Make a block and store it; raises ``InputError`` when it can't be written."""
-        self._store.put(_name(part, number), self.definition.make(part, number).to_parquet())
+        self._store.put(_name(*block), self.definition.make(*block).to_parquet())
 
     def complete(self) -> None:
         """Make and store all missing blocks."""
-        for part, number in self.missing():
-            self.write(part, number)
+        for block in self.missing():
+            self.write(block)
 
     def block(self, part: Part, number: int) -> Block:
         """Load a block; raises ``InputError`` where its file is missing, damaged or another block's."""
@@ -192,34 +179,3 @@ class FrameSet:
 
 def _name(part: Part, number: int) -> str:
     return f"{part}-{number:06d}.block"
-
-
-def _hash(document: dict[str, Any]) -> str:
-    return sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
-
-
-def _read_definition(file: Path) -> dict[str, Any]:
-    """Return the document in ``file``; raises ``InputError`` if it was changed."""
-    with opened(file) as stream:
-        data = stream.read()
-    try:
-        content = json.loads(data)
-        document: dict[str, Any] = content["definition"]
-        intact = content["sha256"] == _hash(document)
-    except (ValueError, LookupError, TypeError, RecursionError):
-        intact = False
-    if not intact:
-        raise InputError(file, "", "is no definition of frames as it was written")
-    return document
-
-
-def _first_difference(one: Any, other: Any) -> str:
-    """Return the key at which two documents differ, counting from one."""
-    if isinstance(one, dict) and isinstance(other, dict):
-        key = next(key for key in [*one, *other] if key not in one or key not in other or one[key] != other[key])
-        rest = _first_difference(one.get(key), other.get(key))
-        return f"{key}.{rest}".rstrip(".").replace(".#", "#")
-    if isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        number = next(number for number, pair in enumerate(zip(one, other, strict=True)) if pair[0] != pair[1])
-        return f"#{number + 1}.{_first_difference(one[number], other[number])}".rstrip(".")
-    return ""

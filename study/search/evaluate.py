@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
@@ -39,7 +38,7 @@ COSTS = ("coefficient_kbit", "DSP", *CYCLES, *ELABORATED)
 CHANGE = "total_change_percent"
 """Excess of the 95th percentile of the total error over that of float arithmetic, in the worst quantity."""
 
-HELD = (
+QUANTITIES = (
     "phi_deg",
     "mu",
     "force_difference_percent_of_true_force",
@@ -67,7 +66,7 @@ class Sample:
 
     codes: Ints
     block: Block
-    kept: Bools
+    counted: Bools
     exact: Mapping[str, Floats]
 
     @classmethod
@@ -76,23 +75,23 @@ class Sample:
         codes, tfra = convert(design, block.noisy), Tfra.of(design)
         found = tfra(codes * design.adc.lsb)
         status = tfra(block.stress).status | tfra(block.noisy).status | found.status
-        kept = status & ~int(Status.INPUT_SATURATED) == 0
-        return cls(codes, block, kept, _magnitudes(block, found, kept))
+        counted = status & ~int(Status.INPUT_SATURATED) == 0
+        return cls(codes, block, counted, _magnitudes(block, found, counted))
 
     def errors(self, design: TfraDesign) -> dict[str, Floats]:
         """The same as ``exact``, of ``design``."""
-        return _magnitudes(self.block, decode(design, design.model(self.codes).words), self.kept)
+        return _magnitudes(self.block, decode(design, design.model(self.codes).words), self.counted)
 
 
-def _magnitudes(block: Block, found: Result, kept: Bools) -> dict[str, Floats]:
-    return {name: np.abs(values[kept]) for name, values in differences(block, block, found).items()}
+def _magnitudes(block: Block, found: Result, counted: Bools) -> dict[str, Floats]:
+    return {name: np.abs(values[counted]) for name, values in differences(block, block, found).items()}
 
 
 @dataclass(frozen=True)
 class Evaluation:
     """Measures points of a space around ``base``, on the frames of a part, for cores on ``target``.
 
-    ``costs`` are of ``COSTS``, ``held`` the quantities whose errors count; a design is dropped if ``CHANGE`` exceeds
+    ``costs`` are of ``COSTS``, ``quantities`` those whose errors count; a design is dropped if ``CHANGE`` exceeds
     ``limit`` percent.
     """
 
@@ -100,17 +99,17 @@ class Evaluation:
     frames: FrameSet
     costs: tuple[str, ...]
     target: Target
-    held: tuple[str, ...] = HELD
+    quantities: tuple[str, ...] = QUANTITIES
     limit: float = math.inf
     part: Part = Part.TRAIN
 
     def __call__(self, point: Point) -> Measured:
-        """``CHANGE``, the 95th percentile of each error that is held, and costs, as long as the limit is kept."""
+        """``CHANGE``, the 95th percentile of each error that counts, and costs, as long as the limit is counted."""
         try:
             design = Space.design(self.base, point)
         except ValueError as error:
             return Measured(UNFIT, {}, str(error))
-        blocks = self.frames.definition.blocks(self.part)
+        blocks = self.blocks
         for count, slack in (*((few, slack) for few, slack in _LOOKS if few < blocks), (blocks, 0.0)):
             try:
                 values = self.errors(design, count)
@@ -121,28 +120,31 @@ class Evaluation:
             if values[CHANGE] > self.limit + slack:
                 found = f"{values[CHANGE]:.4g} on {count} of {blocks} blocks"
                 return Measured(STOPPED, values, f"{CHANGE}: {found} is over {self.limit + slack:g}")
-        return Measured(COMPLETE, values | self.taken(design))
+        return Measured(COMPLETE, values | self.cost_values(design))
+
+    @property
+    def blocks(self) -> int:
+        """Number of blocks of the part."""
+        return self.frames.definition.blocks(self.part)
 
     def errors(self, design: TfraDesign, count: int) -> dict[str, float]:
-        """``CHANGE``, and the 95th percentile of each error that is held, on the first blocks of the part."""
+        """``CHANGE``, and the 95th percentile of each error that counts, on the first blocks of the part."""
         samples = [self._sample(design, number) for number in range(count)]
         exact = self._percentiles([sample.exact for sample in samples])
         found = self._percentiles([sample.errors(design) for sample in samples])
         return {CHANGE: max(map(_change, exact.values(), found.values())), **found}
 
     def exact(self) -> dict[str, float]:
-        """The 95th percentile of each error of float arithmetic on the codes that is held, on all blocks."""
-        blocks = range(self.frames.definition.blocks(self.part))
-        return self._percentiles([self._sample(self.base, number).exact for number in blocks])
+        """The 95th percentile of each error of float arithmetic on the codes, on all blocks."""
+        return self._percentiles([self._sample(self.base, number).exact for number in range(self.blocks)])
 
     def _percentiles(self, found: Sequence[Mapping[str, Floats]]) -> dict[str, float]:
-        return {name: percentile(np.concatenate([errors[name] for errors in found])) for name in self.held}
+        return {name: percentile(np.concatenate([errors[name] for errors in found])) for name in self.quantities}
 
     def _sample(self, design: TfraDesign, number: int) -> Sample:
-        alike = replace(self.base, search=design.search)
-        return _sample(_Place(self.frames.folder, self.frames.definition.hash, self.part, number, alike, self.frames))
+        return _sample(replace(self.base, search=design.search), self.frames, self.part, number)
 
-    def taken(self, design: TfraDesign) -> dict[str, float]:
+    def cost_values(self, design: TfraDesign) -> dict[str, float]:
         """The ``costs`` of a design."""
         found = {"coefficient_kbit": coefficient_kbit(design), "DSP": float(dsp(design, self.target.family))}
         if any(name in CYCLES for name in self.costs):
@@ -173,19 +175,7 @@ def percentile(errors: Floats) -> float:
     return float(np.quantile(known, 0.95))
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Source of a sample; ``frames`` is identified by folder and definition."""
-
-    folder: Path
-    definition: str
-    part: Part
-    number: int
-    base: TfraDesign
-    frames: FrameSet = field(compare=False)
-
-
 @lru_cache(maxsize=BLOCKS_IN_MEMORY)
-def _sample(place: _Place) -> Sample:
+def _sample(base: TfraDesign, frames: FrameSet, part: Part, number: int) -> Sample:
     """Made once in each process that measures, since the float steps take longer than a design's own."""
-    return Sample.of(place.base, place.frames.block(place.part, place.number))
+    return Sample.of(base, frames.block(part, number))

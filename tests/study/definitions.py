@@ -6,12 +6,15 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import polars as pl
+
 from tfra.codegen.config.cover import LayerSpec
 from tfra.model.choices import Adc, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.study.frames.frameset import Definition
 from tfra.study.frames.schema import FramesSection
+from tfra.study.task import Task
 
 SENSOR = SensorArray(6, 8, 3e-3, 2e-3, 2e-3)
 LAYER = LayerSpec(poisson=0.48, sampling="point")
@@ -60,3 +63,9 @@ def definition(text: str = MIXTURE, **changes: Any) -> Definition:
 def design(**changes: Any) -> TfraDesign:
     """A core for the sensor, whose converter clips a few of the frames."""
     return TfraDesign(SENSOR, adc=Adc(bits=12, full_scale=400e3), architecture=Architecture(8), **changes)
+
+
+def tables_of(task: Task) -> dict[str, pl.DataFrame]:
+    """The tables of a task whose jobs are done here."""
+    pieces = list(map(task, task.jobs))
+    return dict(task.tables(pieces.__getitem__))

@@ -8,24 +8,21 @@ from typing import Any
 
 import polars as pl
 
-from tests.study.signals.measured import ranges, stage_errors
-from tfra.model.converter import convert
+from tests.study.definitions import tables_of
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.study.errors.cascade import Cascade
 from tfra.study.errors.converter import converters
 from tfra.study.errors.sensitivity import sensitivity, uniform
-from tfra.study.errors.statistics import errors, flagged, flips
 from tfra.study.errors.variants import variants
 from tfra.study.errors.variation import Comparison, Variation
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import Definition, FrameSet
 from tfra.study.report.labels import CLOSE_PERCENT
-from tfra.study.run import table_of
+from tfra.study.run import trial_table
 from tfra.study.search.evaluate import CHANGE, Evaluation
 from tfra.study.search.search import Search
 from tfra.study.search.space import Space
 from tfra.study.search.trials import Trials, sqlite
-from tfra.study.signals.instrument import instrument
+from tfra.study.tasks import Errors, Signals
 from tfra.study.workers import one_after_another
 from tfra.synth.targets import find
 
@@ -42,17 +39,10 @@ def make(design: TfraDesign, definition: Definition, folder: Path, few: bool = T
     """Every table; ``folder`` gets frames and trials.  A ``few`` of all variations, and of all trials."""
     frames = FrameSet.create(folder / "frames", definition)
     frames.complete()
-    blocks = {part: list(frames.blocks(part)) for part in Part}
-    scores = {part: pl.concat(map(Cascade(design), some)) for part, some in blocks.items()}
-    tables = {}
-    for name, table in (("errors", errors), ("flagged", flagged), ("flips", flips)):
-        parts = [table(some).insert_column(0, pl.lit(str(part)).alias("part")) for part, some in scores.items()]
-        tables[name] = pl.concat(parts)
-    codes = [convert(design, block.noisy) for block in blocks[Part.TRAIN]]
-    stages = stage_errors(design, codes)
-    tables |= {"stages": stages.errors(instrument(design)), "decisions": stages.decisions()}
-    tables["ranges"] = ranges(design, codes)
-    tables |= {name: measured(frames, each) for name, each in variations(design, few).items()}
+    comparisons = [Comparison(name, frames, some) for name, some in variations(design, few).items()]
+    tables: dict[str, pl.DataFrame] = {}
+    for task in (Errors(design, frames), Signals(design, frames), *comparisons):
+        tables |= tables_of(task)
     generations, size = (2, 4) if few else (8, 24)
     for name, sampler in (("trials", "nsga2"), ("baseline", "random")):
         search = Search(SPACE, (CHANGE, *COSTS), generations, size, seed=1, sampler=sampler)
@@ -82,12 +72,6 @@ def variations(design: TfraDesign, few: bool) -> dict[str, tuple[Variation, ...]
     }
 
 
-def measured(frames: FrameSet, each: tuple[Variation, ...]) -> pl.DataFrame:
-    comparison = Comparison(frames, Part.TRAIN, each)
-    jobs = comparison.jobs(len(each))
-    return comparison.table(jobs, map(comparison, jobs))
-
-
 def evaluation(design: TfraDesign, frames: FrameSet, part: Part) -> Evaluation:
     return Evaluation(design, frames, COSTS, find("ecp5-45"), (FORCE, LIMIT), part=part)
 
@@ -95,7 +79,7 @@ def evaluation(design: TfraDesign, frames: FrameSet, part: Part) -> Evaluation:
 def trials(search: Search, evaluate: Evaluation, folder: Path) -> pl.DataFrame:
     store = Trials(sqlite(folder / "trials.sqlite"), search.sampler)
     found = sorted(search.run(evaluate, store, one_after_another), key=lambda trial: trial.number)
-    return table_of(found, search, evaluate.held)
+    return trial_table(found, search, evaluate.quantities)
 
 
 def designs(design: TfraDesign, frames: FrameSet) -> pl.DataFrame:
@@ -115,7 +99,7 @@ def designs(design: TfraDesign, frames: FrameSet) -> pl.DataFrame:
         )
         found = {part: known[part].errors(other, frames.definition.blocks(part)) for part in Part}
         lut, ff = 20e3 + 100 * coefficient, 15e3 + 90 * coefficient
-        costs = {**known[Part.TRAIN].taken(other), "LUT": lut, "FF": ff, "DSP": 17.0, "BRAM": 51.0}
+        costs = {**known[Part.TRAIN].cost_values(other), "LUT": lut, "FF": ff, "DSP": 17.0, "BRAM": 51.0}
         costs |= (
             {"placed_LUT": 1.2 * lut, "placed_FF": 1.1 * ff, "placed_DSP": 17.0, "placed_BRAM": 52.0} if placed else {}
         )

@@ -269,12 +269,6 @@ def test_a_folder_that_is_in_use(place: Path, report: Path, tmp_path: Path) -> N
     assert said == "work: is in use by another run: wait for it, or choose another folder by --work"
 
 
-def test_frames_of_another_definition(place: Path, report: Path, tmp_path: Path) -> None:
-    (place / "other.toml").write_text(STUDY.replace("mu = 0.5", "mu = 0.4"))
-    said = complaint(place / "other.toml", tmp_path / "out", place / "work")
-    assert said.startswith("work/frames: holds frames of another definition: frames.mixture#1.mu differs")
-
-
 def test_a_corrupt_table_of_trials(place: Path, report: Path, tmp_path: Path) -> None:
     shutil.copytree(place / "work", tmp_path / "work")
     (tmp_path / "work" / "trials.sqlite").write_bytes(b"no database at all, but long enough to be taken for one" * 99)

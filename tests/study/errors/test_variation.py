@@ -7,12 +7,13 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
 import pytest
 
-from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, design, section
+from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, design, section, tables_of
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
 from tfra.model.rounding import Rounding
@@ -57,10 +58,8 @@ def some() -> tuple[Variation, ...]:
     )
 
 
-def measured(frames: FrameSet, variations: tuple[Variation, ...], together: int = 9) -> pl.DataFrame:
-    comparison = Comparison(frames, Part.TRAIN, variations)
-    jobs = comparison.jobs(together)
-    return comparison.table(jobs, map(comparison, jobs))
+def measured(frames: FrameSet, variations: tuple[Variation, ...], **how: Any) -> pl.DataFrame:
+    return tables_of(Comparison("measured", frames, variations, **how))["measured"]
 
 
 @pytest.fixture(scope="module")
@@ -130,23 +129,20 @@ def test_types_of_columns_do_not_hang_on_values(frames, table):
 
 @pytest.mark.parametrize("together", [1, 2, 4])
 def test_any_split_gives_the_same(frames, table, together):
-    assert measured(frames, some(), together).equals(table)
+    assert measured(frames, some(), together=together).equals(table)
 
 
 @pytest.mark.long
-def test_any_number_of_processes_in_any_order_gives_the_same(frames, monkeypatch):
+def test_any_number_of_processes_gives_the_same(frames, table, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    comparison = Comparison(frames, Part.TRAIN, some())
-    tables = []
-    for workers, together in ((1, 5), (2, 3)):
-        jobs = comparison.jobs(together)[:: 3 - 2 * workers]
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            tables.append(comparison.table(jobs, list(pool.map(comparison, jobs))))
-    assert tables[0].equals(tables[1])
+    comparison = Comparison("measured", frames, some(), together=3)
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        pieces = list(pool.map(comparison, comparison.jobs))
+    assert comparison.tables(pieces.__getitem__)["measured"].equals(table)
 
 
 def test_jobs_cover_everything_once(frames):
-    jobs = Comparison(frames, Part.TRAIN, some()).jobs(3)
+    jobs = Comparison("measured", frames, some(), together=3).jobs
     assert jobs == [Job(0, 0, 3), Job(0, 3, 5), Job(1, 0, 3), Job(1, 3, 5)]
 
 
@@ -160,7 +156,7 @@ def test_float_is_asked_once_for_what_variations_share(frames, monkeypatch):
 
     monkeypatch.setattr(module.Tfra, "__call__", counted)
     variations = tuple(Variation.of({"bits": bits}, lambda bits=bits: shorter(bits)) for bits in (12, 14, 16))
-    Comparison(frames, Part.TRAIN, variations)(Job(1, 0, 3))
+    Comparison("measured", frames, variations)(Job(1, 0, 3))
     assert len(asked) == 3
 
 
@@ -185,8 +181,7 @@ def test_noise_on_a_recording(tmp_path: Path):
     frames = FrameSet.create(tmp_path / "set", Definition.of(tmp_path / "study.toml", SENSOR, LAYER, wanted))
     frames.complete()
     variations = tuple(Variation.of({"noise": x}, design, noise=x, compared=(Step.NOISE,)) for x in (0.0, 0.01))
-    comparison = Comparison(frames, Part.HELD_OUT, variations)
-    found = comparison.table(comparison.jobs(2), map(comparison, comparison.jobs(2)))
+    found = measured(frames, variations, part=Part.HELD_OUT)
     worst = found.filter(quantity="force_z_n", view="own")["worst"]
     assert worst[0] == 0
     assert worst[1] > 0

@@ -57,7 +57,7 @@ def frames(tmp_path_factory: pytest.TempPathFactory) -> FrameSet:
 
 
 def evaluation(frames: FrameSet, *costs: str, **more: Any) -> Evaluation:
-    return Evaluation(BASE, frames, costs, find("ecp5-45"), **{"held": (FORCE, FIELD)} | more)
+    return Evaluation(BASE, frames, costs, find("ecp5-45"), **{"quantities": (FORCE, FIELD)} | more)
 
 
 def test_errors_are_those_of_the_frames_that_count(frames: FrameSet) -> None:
@@ -71,25 +71,25 @@ def test_errors_are_those_of_the_frames_that_count(frames: FrameSet) -> None:
             difference = np.linalg.norm(found.resultant - block.resultant, axis=1)
             into.append((100 * difference / np.linalg.norm(block.resultant, axis=1))[counts])
     assert len(errors) == 2
-    measured = evaluation(frames, "coefficient_kbit", held=(FORCE,))(point)
+    measured = evaluation(frames, "coefficient_kbit", quantities=(FORCE,))(point)
     assert measured.state == COMPLETE
     p95, floor = (np.percentile(np.concatenate(values), 95) for values in (errors, exact))
     assert measured.values[FORCE] == pytest.approx(p95, rel=1e-12)
     assert measured.values[CHANGE] == pytest.approx(100 * (p95 / floor - 1), rel=1e-9)
     assert measured.values["coefficient_kbit"] == design.coefficient_bits / 1000
-    assert evaluation(frames, held=(FORCE,)).exact() == {FORCE: pytest.approx(floor, rel=1e-12)}
+    assert evaluation(frames, quantities=(FORCE,)).exact() == {FORCE: pytest.approx(floor, rel=1e-12)}
 
 
 def test_the_worst_quantity_counts(frames: FrameSet) -> None:
     point = {"coefficient": 6, "mac_lanes": 4}
-    alone = [evaluation(frames, held=(name,))(point).values[CHANGE] for name in (FORCE, FIELD)]
+    alone = [evaluation(frames, quantities=(name,))(point).values[CHANGE] for name in (FORCE, FIELD)]
     assert evaluation(frames)(point).values[CHANGE] == max(alone)
 
 
 @pytest.mark.parametrize("names", [("coefficient_kbit", *CYCLES), pytest.param(COSTS, marks=pytest.mark.long)])
 def test_costs_are_those_of_the_core(frames: FrameSet, names: tuple[str, ...]) -> None:
     design = Space.design(BASE, {"coefficient": 8, "mac_lanes": 8})
-    found, core = evaluation(frames, *names).taken(design), microarchitecture(design)
+    found, core = evaluation(frames, *names).cost_values(design), microarchitecture(design)
     assert (found["latency_cycles"], found["interval_cycles"]) == (core.latency, core.initiation_interval)
     assert found.get("DSP", 8) >= 8
     assert list(found) == list(names)
