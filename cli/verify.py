@@ -73,8 +73,8 @@ def verify(
     from tfra.codegen.config.read import load
     from tfra.runtime.outputs import check_file, write_text, write_vcd
     from tfra.runtime.scratch import scratch, temporary
-    from tfra.sim.shown import page as report_page
-    from tfra.sim.shown import render
+    from tfra.sim.render import page as report_page
+    from tfra.sim.render import render
     from tfra.sim.verify import verify as check
 
     project = load(config)

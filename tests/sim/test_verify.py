@@ -31,7 +31,7 @@ from tfra.sim import verify as verify_module
 from tfra.sim.pattern_run import first_difference
 from tfra.sim.report import Account, Report
 from tfra.sim.run import Netlist, Run, generated, simulate
-from tfra.sim.shown import page, render
+from tfra.sim.render import page, render
 from tfra.sim.stimuli import mixture
 from tfra.sim.verify import verify
 
