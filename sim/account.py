@@ -17,11 +17,13 @@ from tfra.sim.pattern_run import PatternRun
 from tfra.sim.report import NOT_RETURNED, UNKNOWN, Account, ContactErrors, FloatErrors
 from tfra.sim.stimuli import Stimuli
 
+Reasons = npt.NDArray[np.str_]
+"""Why each frame ``(n,)`` is left out of a comparison; empty where it is not."""
+
 
 @dataclass(frozen=True)
 class Returned:
-    """The frames ``(n,)`` of the stimuli that came back whole, those that were compared bit by bit, and the words of
-    the former."""
+    """Frames that came back: ``whole (n,)`` and ``compared (n,)`` bit by bit; ``words (whole frames, words)``."""
 
     whole: Bools
     compared: Bools
@@ -29,68 +31,73 @@ class Returned:
 
     @classmethod
     def of(cls, design: Design, count: int, runs: Sequence[PatternRun]) -> Returned:
+        """What ``runs`` returned of ``count`` frames."""
         length = design.frame_words
-        words, (whole, compared) = np.zeros((count, length), dtype=np.int64), np.zeros((2, count), dtype=np.bool_)
+        words = np.zeros((count, length), dtype=np.int64)
+        whole = np.zeros(count, dtype=np.bool_)
+        compared = np.zeros(count, dtype=np.bool_)
         for run in runs:
-            if len(run.words) == run.frames:
+            if run.run is not None:
                 whole[run.part] = True
-                words[run.part] = run.words
+                words[run.part] = run.run.words
             compared[np.arange(count)[run.part][: run.compared // length]] = True
         return cls(whole, compared, words[whole])
 
-    def why(self, reasons: npt.NDArray[np.str_]) -> npt.NDArray[np.str_]:
-        """``reasons`` of the whole frames to leave them out, spread over all ``(n,)``; empty for compared ones."""
+    def of_all(self, reasons: Reasons) -> Reasons:
+        """``reasons`` of the whole frames, and that of the others."""
         every = np.full(len(self.whole), NOT_RETURNED, dtype=object)
         every[self.whole] = reasons
         return every.astype(np.str_)
 
 
-def reasons(status: Ints, flags: Iterable[Status], known: Bools | None = None) -> npt.NDArray[np.str_]:
-    """The first of ``flags`` that each frame has, ``(n,)``; ``UNKNOWN`` before that, and nothing where none holds."""
-    why = np.full(len(status), "", dtype=object)
+def first_flags(status: Ints, flags: Iterable[Status], known: Bools | None = None) -> Reasons:
+    """The first of ``flags`` that each frame has; before that, ``UNKNOWN`` where nothing is ``known``."""
+    reasons = np.full(len(status), "", dtype=object)
     for flag in reversed(list(flags)):
-        why[status & flag != 0] = flag.name
+        reasons[status & flag != 0] = flag.name
     if known is not None:
-        why[~known] = UNKNOWN
-    return why.astype(np.str_)
+        reasons[~known] = UNKNOWN
+    return reasons.astype(np.str_)
 
 
-def accounts(kinds: npt.NDArray[np.str_], why: Mapping[str, npt.NDArray[np.str_]]) -> tuple[Account, ...]:
-    """Count the reasons ``why`` frames ``(n,)`` are left out of each comparison, by kind."""
-    found = []
+def accounts(kinds: npt.NDArray[np.str_], reasons: Mapping[str, Reasons]) -> tuple[Account, ...]:
+    """Numbers of frames by kind and by comparison, whose ``reasons`` to leave frames out are given."""
+    rows = []
     for kind in dict.fromkeys(kinds.tolist()):
-        for against, reasons in why.items():
-            counts = Counter(reasons[kinds == kind].tolist())
+        for against, why in reasons.items():
+            counts = Counter(why[kinds == kind].tolist())
             compared = counts.pop("", 0)
-            found.append(Account(kind, against, compared + counts.total(), compared, dict(counts)))
-    return tuple(found)
+            rows.append(Account(kind, against, compared + counts.total(), compared, dict(counts)))
+    return tuple(rows)
 
 
-def histogram(design: Design, result: Result) -> dict[str, int]:
+def status_counts(design: Design, result: Result) -> dict[str, int]:
+    """Numbers of frames without status, and with each bit of it."""
     counts = {"none": int((result.status == 0).sum())}
     return counts | {str(flag.name): int((result.status & flag != 0).sum()) for flag in design.status_bits}
 
 
-def float_errors(design: Design, seen: Stimuli, result: Result, regular: Bools) -> dict[str, FloatErrors]:
-    exact = design.float_model(seen.codes * design.adc.lsb)
+def float_errors(design: Design, stimuli: Stimuli, result: Result, regular: Bools) -> dict[str, FloatErrors]:
+    """Errors against double precision on the same codes, by the kind of the ``regular`` frames."""
+    exact = design.float_model(stimuli.codes * design.adc.lsb)
     every = errors(exact, result)
-    found = {}
-    for kind in dict.fromkeys(seen.kinds.tolist()):
-        pick = regular & (seen.kinds == kind)
-        if pick.any():
-            distance = np.abs(exact.sweep_index - result.sweep_index)[pick]
-            largest = {key: float(error[pick].max()) for key, error in every.items()}
-            equal, apart = float((distance == 0).mean()), int(distance.max())
-            index = (equal, apart) if design.sweeps else (None, None)
-            found[kind] = FloatErrors(int(pick.sum()), index[0], index[1], largest)
-    return found
+    distance = np.abs(exact.sweep_index - result.sweep_index)
+    by_kind = {}
+    for kind in dict.fromkeys(stimuli.kinds.tolist()):
+        chosen = regular & (stimuli.kinds == kind)
+        if chosen.any():
+            largest = {key: float(error[chosen].max()) for key, error in every.items()}
+            equal = float((distance[chosen] == 0).mean()) if design.sweeps else None
+            farthest = int(distance[chosen].max()) if design.sweeps else None
+            by_kind[kind] = FloatErrors(int(chosen.sum()), equal, farthest, largest)
+    return by_kind
 
 
-def contact_errors(seen: Stimuli, result: Result, known: Bools) -> ContactErrors | None:
+def contact_errors(stimuli: Stimuli, result: Result, known: Bools) -> ContactErrors | None:
+    """Errors against the contacts' true values where they are ``known``."""
     if not known.any():
         return None
-    every = errors(seen, result)
-    median, largest = (
-        {key: float(of(error[known])) for key, error in every.items()} for of in (np.median, np.max)
-    )
+    every = {key: error[known] for key, error in errors(stimuli, result).items()}
+    median = {key: float(np.median(error)) for key, error in every.items()}
+    largest = {key: float(error.max()) for key, error in every.items()}
     return ContactErrors(int(known.sum()), median, largest)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -19,43 +20,54 @@ PATTERNS = ("none", "random", "bursts")
 """Stalls on both ports; each pattern gets every third frame."""
 
 
+@dataclass
 class PatternRun:
-    """Every third frame of the stimuli, simulated with one pattern of stalls and compared with the model."""
+    """Every third frame of the stimuli, from frame ``number`` on, with the stalls ``PATTERNS[number]``."""
 
-    def __init__(
-        self,
-        design: Design,
-        stimuli: Stimuli,
-        number: int,
-        simulator: str,
-        seed: int,
-        core: Any,
-        progress: Progress | None,
-    ) -> None:
-        self.pattern, self.number = PATTERNS[number], number
-        self.part = slice(number, None, len(PATTERNS))
-        self._codes, self._model = stimuli.codes[self.part], design.model
-        self._design, self._simulator, self._seed, self._core = design, simulator, seed, core
-        self.frames = len(self._codes)
-        self.run: Run | None = None
-        self.violations: list[str] = []
-        self.words: Ints = np.empty((0, design.frame_words), dtype=np.int64)
-        self.compared = self.mismatches = 0
-        self.first: tuple[int, int] | None = None
-        if self.frames:
-            self._simulate(progress)
+    design: Design
+    stimuli: Stimuli
+    number: int
+    simulator: str
+    seed: int
+    core: Any
+    """As for ``simulate``."""
+    run: Run | None = None
+    """None where the core broke a rule of its streams: ``violations`` says which."""
+    violations: list[str] = field(default_factory=list)
+    compared: int = 0
+    """Words that were compared with the model's."""
+    mismatches: int = 0
+    first: tuple[int, int] | None = None
+    """Frame, among those of this run, and word of the first mismatch."""
 
-    def _simulate(self, progress: Progress | None) -> None:
-        expected = self._model(self._codes).words
+    @property
+    def pattern(self) -> str:
+        """Name of the pattern of stalls."""
+        return PATTERNS[self.number]
+
+    @property
+    def part(self) -> slice:
+        """Which of the stimuli's frames are run."""
+        return slice(self.number, None, len(PATTERNS))
+
+    @property
+    def codes(self) -> Ints:
+        """Converter codes ``(n, rows, columns)`` of the frames."""
+        return self.stimuli.codes[self.part]
+
+    def simulate(self, progress: Progress | None) -> None:
+        """Run all frames and compare every word."""
+        expected = self.design.model(self.codes).words
         try:
-            self.run = self._again(self._codes, expected, progress=progress)
+            self.run = self._simulate(self.codes, expected, progress=progress)
         except ProtocolError as error:
             self.violations = error.violations
-            self.compared, self.mismatches = error.compared, error.mismatches
+            self.compared = error.compared
+            self.mismatches = error.mismatches
             return
-        self.words = self.run.words
-        different = self.words != expected
-        self.compared, self.mismatches = self.run.compared, int(different.sum())
+        different = self.run.words != expected
+        self.compared = self.run.compared
+        self.mismatches = int(different.sum())
         if self.run.mismatches != self.mismatches:
             raise SimulationError(
                 f"the testbench counted {self.run.mismatches} mismatches, there are {self.mismatches}"
@@ -64,107 +76,96 @@ class PatternRun:
             frame, word = np.argwhere(different)[0].tolist()
             self.first = frame, word
 
-    def _again(
-        self,
-        codes: Ints,
-        expected: Ints,
-        simulator: str | None = None,
-        probes: bool = False,
-        progress: Progress | None = None,
-        waves: Path | None = None,
-    ) -> Run:
-        chosen = simulator or self._simulator
-        return simulate(
-            self._design,
-            codes,
-            chosen,
-            self._seed + self.number,
-            self.pattern,
-            self.pattern,
-            progress=progress,
-            expected=expected,
-            core=self._core if chosen == "amaranth" or isinstance(self._core, Netlist) else None,
-            probes=probes,
-            waves=waves,
-        )
-
-    def alone(self) -> int:
+    def single_latency(self) -> int:
         """Latency of the first frame in an idle core: frames after it would delay it."""
-        run = self._again(self._codes[:1], self._model(self._codes[:1]).words)
+        codes = self.codes[:1]
+        run = self._simulate(codes, self.design.model(codes).words)
         return int(run.latency[0])
 
-    def located(self) -> Mismatch:
-        """Return the first mismatch with the results of a second run with probes."""
+    def first_mismatch(self) -> Mismatch:
+        """The first mismatch, with its stage from a second run with probes."""
         assert self.first is not None
+        assert self.run is not None
         frame, word = self.first
-        expected, observed = int(self._model(self._codes).words[frame, word]), int(self.words[frame, word])
-        field = next(f for f in self._design.layout if f.start <= word < f.start + f.count)
-        taxel = None
-        if field.name == "forces":
-            place = (word - field.start) % self._design.sensor.taxels
-            taxel = divmod(place, self._design.sensor.columns)
-        stage, transfer = self._stage(frame)
-        original = self.number + frame * len(PATTERNS)
-        name = f"forces.{'xyz'[(word - field.start) // self._design.sensor.taxels]}" if taxel else field.name
-        return Mismatch(original, self.pattern, name, taxel, word, expected, observed, stage, transfer)
+        sensor = self.design.sensor
+        part = next(f for f in self.design.layout if f.start <= word < f.start + f.count)
+        name, taxel = part.name, None
+        if name == "forces":
+            plane, place = divmod(word - part.start, sensor.taxels)
+            name, taxel = f"forces.{'xyz'[plane]}", divmod(place, sensor.columns)
+        expected = int(self.design.model(self.codes[: frame + 1]).words[frame, word])
+        observed = int(self.run.words[frame, word])
+        where = (self._original(frame), self.pattern, name, taxel, word)
+        return Mismatch(*where, expected, observed, *self._stage(frame))
 
     def record(self, waves: Path) -> int:
         """Write the signals of the wrong frame, or of the first one; return that frame's number."""
         if self.first is None:
-            codes = self._codes if self.violations else self._codes[:1]
-            self._recorded(codes, waves)
-            return self.number
+            self._simulate_waves(self.codes if self.violations else self.codes[:1], waves)
+            return self._original(0)
         frame = self.first[0]
-        if not self._recorded(self._codes[frame : frame + 1], waves):
-            self._recorded(self._codes[: frame + 1], waves)
+        if not self._simulate_waves(self.codes[frame : frame + 1], waves):
+            self._simulate_waves(self.codes[: frame + 1], waves)
+        return self._original(frame)
+
+    def _original(self, frame: int) -> int:
+        """Number among the stimuli of a frame of this run."""
         return self.number + frame * len(PATTERNS)
 
-    def _recorded(self, codes: Ints, waves: Path) -> bool:
+    def _simulate(self, codes: Ints, expected: Ints, simulator: str | None = None, **options: Any) -> Run:
+        """Some frames with this run's stalls."""
+        chosen = simulator or self.simulator
+        core = self.core if chosen == "amaranth" or isinstance(self.core, Netlist) else None
+        seed = self.seed + self.number
+        options |= {"expected": expected, "core": core}
+        return simulate(self.design, codes, chosen, seed, self.pattern, self.pattern, **options)
+
+    def _simulate_waves(self, codes: Ints, waves: Path) -> bool:
         """Simulate with waves; true if a word was wrong."""
         try:
-            return self._again(codes, self._model(codes).words, waves=waves).mismatches > 0
+            return self._simulate(codes, self.design.model(codes).words, waves=waves).mismatches > 0
         except ProtocolError:
             return True
 
     def _stage(self, frame: int) -> tuple[str | None, int | None]:
         """The first wrong stage and transfer: of the frame alone or, if it is right then, after the ones before it."""
-        simulator = self._probing()
+        simulator = self._probing_simulator()
         if simulator is None:
             return None, None
         for start in (frame, 0):
-            codes = self._codes[start : frame + 1]
-            model = self._model(codes)
+            codes = self.codes[start : frame + 1]
+            model = self.design.model(codes)
             try:
-                run = self._again(codes, model.words, simulator, probes=True)
+                run = self._simulate(codes, model.words, simulator, probes=True)
             except (ProtocolError, SimulationError):
                 return None, None
             if run.mismatches:
                 return first_difference(run, model, frame - start)
         return None, None
 
-    def _probing(self) -> str | None:
-        """Return a simulator that can watch probes; Amaranth's own does not have the Verilog's names.
+    def _probing_simulator(self) -> str | None:
+        """A simulator that can watch probes; Amaranth's own does not have the Verilog's names.
 
         Gates have no probes: synthesis keeps no signal between blocks by its name.
         """
-        if isinstance(self._core, Netlist) and not self._core.probes:
+        if isinstance(self.core, Netlist) and not self.core.probes:
             return None
-        if self._simulator != "amaranth":
-            return self._simulator
+        if self.simulator != "amaranth":
+            return self.simulator
         other = tools.choose()
-        return other if other != "amaranth" and self._core is None else None
+        return other if other != "amaranth" and self.core is None else None
 
 
 def first_difference(run: Run, model: FixedResult, frame: int) -> tuple[str | None, int | None]:
     """Return the first stage in dataflow order whose transfers of ``frame`` differ, and the first of them."""
     if not run.probes:
         return None, None
-    for stage, found in run.probes.items():
+    for stage, observed in run.probes.items():
         expected = model.stages[stage][frame]
         words = expected.reshape(-1)
-        if frame >= len(found) or found.shape[1] != words.size:
+        if frame >= len(observed) or observed.shape[1] != words.size:
             return stage, None
-        different = np.flatnonzero(found[frame] != words)
+        different = np.flatnonzero(observed[frame] != words)
         if len(different):
             per_transfer = expected.shape[-1] if expected.ndim > 1 else words.size
             return stage, int(different[0]) // per_transfer

@@ -1,4 +1,4 @@
-"""Common parts of the testbenches of all simulators: stalls, stream rules, the scoreboard, the job and its outcome.
+"""Common parts of the testbenches of all simulators: stalls, stream rules, the job and its outcome.
 
 Nothing here depends on a simulator, so all of it can be tested without one.
 """
@@ -12,12 +12,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-import numpy as np
-
-from tfra.model.arrays import Ints
-
 MOST_NOTES = 20
-"""Violations and mismatches that are kept; all of them are counted."""
+"""Violations that are described; all of them are counted."""
 
 
 def flowing(rng: random.Random) -> Iterator[bool]:
@@ -54,7 +50,7 @@ def stalls(name: str, seed: int, port: str) -> Iterator[bool]:
 
 
 class Violations:
-    """Descriptions of broken rules: the first ``MOST_NOTES`` are kept, all are counted."""
+    """Descriptions of broken rules: the first ``MOST_NOTES`` are listed, all are counted."""
 
     def __init__(self) -> None:
         self.notes: list[str] = []
@@ -73,21 +69,21 @@ class StreamRules:
     def __init__(self, frame_words: int, violations: Violations) -> None:
         self._frame_words = frame_words
         self._violations = violations
-        self._held: tuple[int, int] | None = None
+        self._waiting: tuple[int, int] | None = None  # word and last that were offered and not taken
         self.taken = 0
 
     def idle(self) -> None:
         """Check a clock edge without valid."""
-        if self._held is not None:
+        if self._waiting is not None:
             self._violations.add(f"{self._where()}: valid was withdrawn before the word was taken")
-            self._held = None
+            self._waiting = None
 
     def word(self, data: int, last: int, ready: bool) -> bool:
         """Check a clock edge with valid; True if it is a transfer."""
-        if self._held is not None and self._held != (data, last):
-            change = f"from {self._held} to {(data, last)}"
+        if self._waiting is not None and self._waiting != (data, last):
+            change = f"from {self._waiting} to {(data, last)}"
             self._violations.add(f"{self._where()}: payload changed {change} before it was taken")
-        self._held = None if ready else (data, last)
+        self._waiting = None if ready else (data, last)
         if ready:
             ends = (self.taken + 1) % self._frame_words == 0
             if bool(last) != ends:
@@ -104,30 +100,6 @@ class StreamRules:
         return f"frame {frame}, word {word}"
 
 
-class Scoreboard:
-    """Compare words in order with the expected ones; without expected words it only collects."""
-
-    def __init__(self, expected: Sequence[int] | None) -> None:
-        self._expected = expected
-        self.observed: list[int] = []
-        self.compared = 0
-        self.mismatches = 0
-        self.first: list[tuple[int, int, int]] = []
-        """First mismatches: number of the word, expected, observed."""
-
-    def take(self, word: int) -> None:
-        """Take the next word."""
-        place = len(self.observed)
-        self.observed.append(word)
-        if self._expected is None or place >= len(self._expected):
-            return
-        self.compared += 1
-        if self._expected[place] != word:
-            self.mismatches += 1
-            if len(self.first) < MOST_NOTES:
-                self.first.append((place, self._expected[place], word))
-
-
 @dataclass(frozen=True)
 class Probe:
     """A stream between blocks, watched from outside: two signals below the top module, names joined by dots."""
@@ -137,7 +109,7 @@ class Probe:
     """High in the cycles in which the stream transfers."""
     words: str
     """The words of a transfer, the first lowest."""
-    layout: tuple[tuple[int, bool], ...]
+    layout: Sequence[tuple[int, bool]]
     """Bits, and whether signed, of each word."""
     transfers: int
     """Transfers of a frame."""
@@ -162,12 +134,12 @@ def signed_word(pattern: int, bits: int) -> int:
 class Job:
     """The job of a testbench.  Words and codes are two's complement patterns, that is, unsigned."""
 
-    codes: Ints
-    """Taxel codes of all frames, ``(n * taxels,)``."""
+    codes: list[int]
+    """Taxel codes of all frames, one after the other."""
     taxels: int
     frame_words: int
-    expected: Ints | None = None
-    coefficients: Ints | None = None
+    expected: list[int] | None = None
+    coefficients: list[int] | None = None
     """Words for the ``load`` port, if the core has one, before the first frame."""
     seed: int = 0
     stall_in: str = "none"
@@ -176,7 +148,7 @@ class Job:
     """Cycles without any transfer after which the core hangs."""
     drain: int = 256
     """Cycles after the last frame in which no word may follow."""
-    probes: tuple[Probe, ...] = ()
+    probes: Sequence[Probe] = ()
 
     @property
     def frames(self) -> int:
@@ -185,24 +157,13 @@ class Job:
 
     def save(self, path: Path) -> None:
         """Write the job for another process."""
-        rest = {key: getattr(self, key) for key in _PLAIN} | {"probes": [asdict(p) for p in self.probes]}
-        words = {key: getattr(self, key) for key in ("codes", "expected", "coefficients")}
-        given = {key: value for key, value in words.items() if value is not None}
-        np.savez(path, **given, rest=np.array(json.dumps(rest)))
+        path.write_text(json.dumps(asdict(self)))
 
     @classmethod
     def load(cls, path: Path) -> Job:
         """Read what ``save`` wrote."""
-        with np.load(path) as file:
-            words, rest = {key: file[key] for key in file if key != "rest"}, json.loads(str(file["rest"]))
-        rest["probes"] = tuple(
-            Probe(**{**probe, "layout": tuple((bits, sign) for bits, sign in probe["layout"])})
-            for probe in rest["probes"]
-        )
-        return cls(**words, **rest)
-
-
-_PLAIN = ("taxels", "frame_words", "seed", "stall_in", "stall_out", "patience", "drain")
+        values = json.loads(path.read_text())
+        return cls(**values | {"probes": [Probe(**probe) for probe in values["probes"]]})
 
 
 @dataclass
@@ -212,8 +173,10 @@ class Outcome:
     words: list[int] = field(default_factory=list)
     violations: list[str] = field(default_factory=list)
     compared: int = 0
+    """Words that were compared with expected ones."""
     mismatches: int = 0
     last_taxel: list[int] = field(default_factory=list)
+    """Cycle of each frame's last taxel; of its first and last result word in the next ones."""
     first_word: list[int] = field(default_factory=list)
     last_word: list[int] = field(default_factory=list)
     cycles: int = 0
@@ -223,8 +186,7 @@ class Outcome:
     def save(self, path: Path) -> None:
         """Write the outcome, completely or not at all."""
         fresh = path.with_name(f".{path.name}.{os.getpid()}")
-        with open(fresh, "w") as stream:
-            json.dump(asdict(self), stream)
+        fresh.write_text(json.dumps(asdict(self)))
         os.replace(fresh, path)
 
     @classmethod
@@ -234,14 +196,15 @@ class Outcome:
 
 
 class Record:
-    """The outcome in the making: scoreboard, rules and frame marks of one run."""
+    """The outcome in the making: words, broken rules and frame marks of one run."""
 
     def __init__(self, job: Job) -> None:
         self.job = job
         self.violations = Violations()
         self.rules = StreamRules(job.frame_words, self.violations)
-        self.scoreboard = Scoreboard(None if job.expected is None else job.expected.tolist())
-        self.loaded = self.sent = 0
+        self.loaded = 0
+        self.sent = 0
+        self.words: list[int] = []
         self.cycles = 0
         self.last_taxel: list[int] = []
         self.first_word: list[int] = []
@@ -251,12 +214,12 @@ class Record:
     @property
     def transfers(self) -> int:
         """Transfers of all ports, a measure of progress."""
-        return self.loaded + self.sent + self.rules.taken
+        return self.loaded + self.sent + len(self.words)
 
     @property
     def missing(self) -> int:
         """Words still to come."""
-        return self.job.frames * self.job.frame_words - self.rules.taken
+        return self.job.frames * self.job.frame_words - len(self.words)
 
     def coefficient_sent(self) -> None:
         """Count a coefficient."""
@@ -272,8 +235,8 @@ class Record:
         """Check a cycle with valid; True if it ended a frame."""
         if not self.rules.word(data, last, ready):
             return False
-        self.scoreboard.take(data)
-        place = (self.rules.taken - 1) % self.job.frame_words
+        place = len(self.words) % self.job.frame_words
+        self.words.append(data)
         if place == 0:
             self.first_word.append(cycle())
         ends = place == self.job.frame_words - 1
@@ -285,24 +248,16 @@ class Record:
         """Note that there was no transfer for too long."""
         total = self.job.frames * self.job.frame_words
         self.violations.add(
-            f"no transfer in {self.job.patience} cycles after {self.rules.taken} of {total} words "
+            f"no transfer in {self.job.patience} cycles after {len(self.words)} of {total} words "
             f"and {self.sent} of {len(self.job.codes)} taxels"
         )
 
     def outcome(self) -> Outcome:
-        """Close the record."""
-        board = self.scoreboard
+        """Compare the words with the expected ones, and close the record."""
         notes = list(self.violations.notes)
         if self.violations.count > len(notes):
             notes.append(f"... {self.violations.count} in all")
-        return Outcome(
-            board.observed,
-            notes,
-            board.compared,
-            board.mismatches,
-            self.last_taxel,
-            self.first_word,
-            self.last_word,
-            self.cycles,
-            self.probes,
-        )
+        pairs = list(zip(self.words, self.job.expected or (), strict=False))
+        mismatches = sum(word != expected for word, expected in pairs)
+        marks = (self.last_taxel, self.first_word, self.last_word)
+        return Outcome(self.words, notes, len(pairs), mismatches, *marks, self.cycles, self.probes)

@@ -9,7 +9,6 @@ from typing import Any
 
 from amaranth.sim import Simulator
 
-from tfra.model.arrays import Ints
 from tfra.sim.protocol import Job, Outcome, Record, stalls
 
 _PERIOD = 1e-6
@@ -62,9 +61,9 @@ def _clock(record: Record, state: _State) -> Callable[[Any], Any]:
 def _driver(core: Any, record: Record, state: _State) -> Callable[[Any], Any]:
     job = record.job
 
-    async def send(ctx: Any, name: str, words: Ints, sent: Callable[[], None]) -> None:
+    async def send(ctx: Any, name: str, words: list[int], sent: Callable[[], None]) -> None:
         port, pattern = getattr(core, name), stalls(job.stall_in, job.seed, name)
-        for word in words.tolist():
+        for word in words:
             while next(pattern):
                 ctx.set(port.valid, 0)
                 await ctx.tick()

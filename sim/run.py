@@ -200,13 +200,25 @@ def _job(
     expected: Ints | None,
     probes: tuple[Probe, ...],
 ) -> Job:
-    flat = np.asarray(codes, dtype=np.int64).reshape(-1) & ((1 << design.adc.bits) - 1)
-    patterns = None if expected is None else expected.reshape(-1) & ((1 << design.word_bits) - 1)
-    taxels, words = design.sensor.taxels, design.frame_words
     core = microarchitecture(design)
-    image = core.loaded
-    first = None if image is None else image & ((1 << design.coefficient_word) - 1)
-    return Job(flat, taxels, words, patterns, first, seed, stall_in, stall_out, _patience(core), probes=probes)
+    return Job(
+        _patterns(codes, design.adc.bits),
+        design.sensor.taxels,
+        design.frame_words,
+        None if expected is None else _patterns(expected, design.word_bits),
+        None if core.loaded is None else _patterns(core.loaded, design.coefficient_word),
+        seed,
+        stall_in,
+        stall_out,
+        _patience(core),
+        probes=probes,
+    )
+
+
+def _patterns(words: Ints, bits: int) -> list[int]:
+    """Words as two's complement patterns of ``bits``."""
+    patterns: list[int] = (np.asarray(words, dtype=np.int64).ravel() & ((1 << bits) - 1)).tolist()
+    return patterns
 
 
 def _patience(core: hdl.Microarchitecture) -> int:
@@ -255,37 +267,37 @@ def _run_cocotb(
         executable = folder / tools.executable(simulator, netlist.top)
         executable.write_bytes(program)
         executable.chmod(0o700)
-        files = {key: folder / f"tfra_{key}" for key in ("job.npz", "outcome.json", "progress")}
-        job.save(files["job.npz"])
-        told = _Told(files["progress"], progress) if progress else None
+        files = {key: folder / f"tfra_{key}" for key in ("job.json", "outcome.json", "progress")}
+        job.save(files["job.json"])
+        watcher = _ProgressFile(files["progress"], progress) if progress else None
         variables = {f"TFRA_{key.partition('.')[0].upper()}": str(file) for key, file in files.items()}
         action = "test+waves" if waves else "test"
-        log = _launch([action, simulator, netlist.top], folder, f"simulating with {simulator}", variables, told)
+        log = _launch([action, simulator, netlist.top], folder, f"simulating with {simulator}", variables, watcher)
         try:
             outcome = Outcome.load(files["outcome.json"])
         except (OSError, ValueError):
             raise SimulationError(f"simulating with {simulator} gave no outcome:\n{log}") from None
-        if told:
-            told.finish(job.frames)
+        if watcher:
+            watcher.report(job.frames)
         if waves:
             shutil.move(folder / WAVES, waves)
         return outcome
 
 
-class _Told:
-    """Reports the progress of the testbench."""
+class _ProgressFile:
+    """Reports the progress that the testbench notes in a file."""
 
     def __init__(self, file: Path, progress: Progress) -> None:
         self._file, self._progress, self._done = file, progress, 0
 
-    def look(self) -> None:
+    def read(self) -> None:
         """Read the testbench's note."""
         try:
-            self.finish(int(self._file.read_text()))
+            self.report(int(self._file.read_text()))
         except (OSError, ValueError):  # not there yet, or being written
             return
 
-    def finish(self, frames: int) -> None:
+    def report(self, frames: int) -> None:
         """Report ``frames`` in total."""
         if frames > self._done:
             self._progress(frames - self._done)
@@ -293,7 +305,11 @@ class _Told:
 
 
 def _launch(
-    arguments: list[str], place: Path, what: str, variables: Mapping[str, str] | None = None, told: _Told | None = None
+    arguments: list[str],
+    place: Path,
+    what: str,
+    variables: Mapping[str, str] | None = None,
+    watcher: _ProgressFile | None = None,
 ) -> str:
     """Run ``tfra.sim.launch`` in ``place`` and return the tail of its log; raises ``SimulationError`` on failure."""
     log = place / "tfra.log"
@@ -302,8 +318,8 @@ def _launch(
     with log.open("w") as stream, running(command, place, environment, stdout=stream) as process:
         while process.poll() is None:
             time.sleep(_POLL)
-            if told:
-                told.look()
+            if watcher:
+                watcher.read()
     tail = log.read_text(errors="replace")[-_LOG_TAIL:]
     if process.returncode:
         reason = beyond(process.returncode, tail)

@@ -82,14 +82,14 @@ def first_difference(design: Design, codes: Ints, core: SerialCore | None = None
     """
     serial = as_serial(replace(design, target="portable"))
     core = core or serial.build()
-    found: list[Difference] = []
+    differences: list[Difference] = []
     simulator = Simulator(core)
     simulator.add_clock(_PERIOD)
     simulator.add_testbench(_sender(core.load, serial.loaded.tolist()), background=True)
     simulator.add_testbench(_sender(core.taxel, codes.ravel().tolist()), background=True)
-    simulator.add_testbench(_watcher(core, _frames(design, codes), _PATIENCE + serial.loaded.size, found))
+    simulator.add_testbench(_comparer(core, _frames(design, codes), _PATIENCE + serial.loaded.size, differences))
     simulator.run()
-    return found[0] if found else None
+    return differences[0] if differences else None
 
 
 def _frames(design: Design, codes: Ints) -> Iterator[TracedStep]:
@@ -115,10 +115,10 @@ def _sender(port: Any, values: Sequence[int]) -> Callable[[Any], Any]:
     return process
 
 
-def _watcher(
-    core: SerialCore, steps: Iterator[TracedStep], patience: int, found: list[Difference]
+def _comparer(
+    core: SerialCore, steps: Iterator[TracedStep], patience: int, differences: list[Difference]
 ) -> Callable[[Any], Any]:
-    """Compare every executed instruction with the next of ``steps``; the first difference goes to ``found``."""
+    """Compare every executed instruction with the next of ``steps``, up to the first of the ``differences``."""
     path, size = core.datapath, core.program.sizes
 
     async def process(ctx: Any) -> None:
@@ -126,27 +126,27 @@ def _watcher(
         tick = ctx.tick().sample(path.advance & path.executing.valid, *_Executed.signals(path))
         for traced in steps:
             for _ in range(patience):
-                _, _, goes_on, *seen = await tick
-                if goes_on:
+                _, _, advances, *signals = await tick
+                if advances:
                     break
-            difference = _compare(traced, _Executed(*seen), size) if goes_on else _standstill(traced)
+            difference = _compare(traced, _Executed(*signals), size) if advances else _standstill(traced)
             if difference:
-                found.append(difference)
+                differences.append(difference)
                 return
 
     return process
 
 
-def _compare(traced: TracedStep, seen: _Executed, size: Sizes) -> Difference | None:
+def _compare(traced: TracedStep, executed: _Executed, size: Sizes) -> Difference | None:
     step, i = traced.step, traced.step.instruction
-    if seen.word != i.word:
-        return Difference(traced, f"the word {i.word:#x}", f"another instruction, {seen.word:#x}")
+    if executed.word != i.word:
+        return Difference(traced, f"the word {i.word:#x}", f"another instruction, {executed.word:#x}")
     if not traced.destination:
         return None
-    value = seen.value(i, size)
-    if value == step.value and (value is None or i.written != Dest.M or seen.address == step.address):
+    value = executed.value(i, size)
+    if value == step.value and (value is None or i.written != Dest.M or executed.address == step.address):
         return None
-    return Difference(traced, _write(i, step.value, step.address), _write(i, value, seen.address))
+    return Difference(traced, _write(i, step.value, step.address), _write(i, value, executed.address))
 
 
 def _standstill(traced: TracedStep) -> Difference:

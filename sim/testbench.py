@@ -18,12 +18,11 @@ from cocotb.clock import Clock
 from cocotb.triggers import First, RisingEdge, Timer
 from cocotb.utils import get_sim_time
 
-from tfra.model.arrays import Ints
 from tfra.sim.protocol import Job, Probe, Record, stalls
 
 PERIOD = 10  # steps of the simulator's time unit
 RESET_CYCLES = 4
-_TELL = 0.25  # seconds between two notes of progress
+_PROGRESS_PERIOD = 0.25  # seconds between two notes of progress
 
 
 def resolve(top: Any, path: str) -> Any:
@@ -60,10 +59,10 @@ class Driver:
         self._valid, self._ready = dut[f"{name}_valid"], dut[f"{name}_ready"]
         self._stalls = stalls(job.stall_in, job.seed, name)
 
-    async def send(self, words: Ints, sent: Callable[[], None]) -> None:
+    async def send(self, words: list[int], sent: Callable[[], None]) -> None:
         """Send ``words``; ``sent`` is called at every transfer."""
         clk, rise = self._clk, RisingEdge(self._ready)
-        for word in words.tolist():
+        for word in words:
             if next(self._stalls):
                 self._valid.value = 0
                 await clk
@@ -82,11 +81,11 @@ class Driver:
 class Monitor:
     """Sink of the result stream, with the checks of :class:`tfra.sim.protocol.StreamRules`."""
 
-    def __init__(self, dut: Any, record: Record, now: Time, told: Path | None = None) -> None:
+    def __init__(self, dut: Any, record: Record, now: Time, progress: Path) -> None:
         self._clk = RisingEdge(dut.clk)
         self._data, self._last = dut.result_data, dut.result_last
         self._valid, self._ready = dut.result_valid, dut.result_ready
-        self._record, self._now, self._told = record, now, told
+        self._record, self._now, self._progress = record, now, progress
         self._stalls = stalls(record.job.stall_out, record.job.seed, "result")
         self._due = 0.0
 
@@ -103,7 +102,7 @@ class Monitor:
                 await rise
                 await clk
             if record.word_seen(int(self._data.value), int(self._last.value), ready, self._now.cycle):
-                self._tell()
+                self._note_progress()
             missing -= ready
         await self._drain()
 
@@ -115,24 +114,24 @@ class Monitor:
         if self._valid.value:
             self._record.rules.surplus()
 
-    def _tell(self) -> None:
+    def _note_progress(self) -> None:
         """Write the number of finished frames, but not too often."""
-        if self._told is not None and time.monotonic() > self._due:
-            self._due = time.monotonic() + _TELL
-            self._told.write_text(str(len(self._record.last_word)))
+        if time.monotonic() > self._due:
+            self._due = time.monotonic() + _PROGRESS_PERIOD
+            self._progress.write_text(str(len(self._record.last_word)))
 
 
 class Tap:
     """Listener on a stream between two blocks."""
 
-    def __init__(self, dut: Any, probe: Probe, found: list[int]) -> None:
-        self._transfer, self._words = resolve(dut, probe.transfer), resolve(dut, probe.words)
-        self._found = found
+    def __init__(self, dut: Any, probe: Probe, words: list[int]) -> None:
+        self._transfer, self._payload = resolve(dut, probe.transfer), resolve(dut, probe.words)
+        self._words = words
 
     def sample(self) -> None:
         """Keep the words, if this clock edge is a transfer."""
         if self._transfer.value:
-            self._found.append(int(self._words.value))
+            self._words.append(int(self._payload.value))
 
 
 async def _listen(dut: Any, taps: list[Tap]) -> None:
@@ -170,7 +169,7 @@ async def _reset(dut: Any, job: Job, now: Time) -> None:
     now.restart()
 
 
-async def execute(dut: Any, job: Job, told: Path | None = None) -> Record:
+async def execute(dut: Any, job: Job, progress: Path) -> Record:
     """Run ``job`` and return its record."""
     record, now = Record(job), Time()
     await _reset(dut, job, now)
@@ -178,7 +177,7 @@ async def execute(dut: Any, job: Job, told: Path | None = None) -> Record:
         taps = [Tap(dut, probe, words) for probe, words in zip(job.probes, record.probes, strict=True)]
         cocotb.start_soon(_listen(dut, taps))
     cocotb.start_soon(_drive(dut, record, now))
-    monitor = cocotb.start_soon(Monitor(dut, record, now, told).run())
+    monitor = cocotb.start_soon(Monitor(dut, record, now, progress).run())
     watchdog = cocotb.start_soon(_watch(record))
     await First(monitor, watchdog)
     if not monitor.done():
@@ -190,6 +189,5 @@ async def execute(dut: Any, job: Job, told: Path | None = None) -> Record:
 @cocotb.test()
 async def frames(dut: Any) -> None:
     """The only test: the job of the environment."""
-    told = os.environ.get("TFRA_PROGRESS")
-    record = await execute(dut, Job.load(Path(os.environ["TFRA_JOB"])), Path(told) if told else None)
+    record = await execute(dut, Job.load(Path(os.environ["TFRA_JOB"])), Path(os.environ["TFRA_PROGRESS"]))
     record.outcome().save(Path(os.environ["TFRA_OUTCOME"]))

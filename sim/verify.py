@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.words import scaled
 from tfra.model.tfra import Status
 from tfra.sim import tools
-from tfra.sim.account import Returned, accounts, contact_errors, float_errors, histogram, reasons
+from tfra.sim.account import Returned, accounts, contact_errors, first_flags, float_errors, status_counts
 from tfra.sim.pattern_run import PATTERNS, PatternRun
 from tfra.sim.report import NOT_RETURNED, Report, Timing
 from tfra.sim.run import Netlist
@@ -58,32 +59,34 @@ def verify(
     """
     chosen = tools.choose(simulator)
     stimuli = _stimuli(design, frames, seed, random, references)
-    every = len(stimuli.codes)
-    told = (lambda finished: progress(finished, every)) if progress else None
-    runs = [PatternRun(design, stimuli, number, chosen, seed, core, told) for number in range(len(PATTERNS))]
-    runs = [run for run in runs if run.frames]
-    bad = next((run for run in runs if run.first is not None), None)
-    shown = bad or next((run for run in runs if run.violations), runs[0])
-    recorded = shown.record(waves) if waves else None
-    back = Returned.of(design, every, runs)
-    result, seen = scaled(design, back.words), stimuli[back.whole]
-    special, unfit = reasons(result.status, SPECIAL), reasons(result.status, Status, seen.known)
-    why = {"model": np.where(back.compared, "", NOT_RETURNED), "float": back.why(special), "contact": back.why(unfit)}
+    count = len(stimuli.codes)
+    patterns = range(min(count, len(PATTERNS)))
+    runs = [PatternRun(design, stimuli, number, chosen, seed, core) for number in patterns]
+    for run in runs:
+        run.simulate((lambda finished: progress(finished, count)) if progress else None)
+    wrong = next((run for run in runs if run.first is not None), None)
+    recorded = (wrong or next((run for run in runs if run.violations), runs[0])).record(waves) if waves else None
+    back = Returned.of(design, count, runs)
+    result, returned = scaled(design, back.words), stimuli[back.whole]
+    special = first_flags(result.status, SPECIAL)
+    unfit = first_flags(result.status, Status, returned.known)
+    reasons = {"model": np.where(back.compared, "", NOT_RETURNED)}
+    reasons |= {"float": back.of_all(special), "contact": back.of_all(unfit)}
     return Report(
         name=design.name,
         simulator=chosen,
         seed=seed,
-        kinds={str(kind): int((stimuli.kinds == kind).sum()) for kind in dict.fromkeys(stimuli.kinds)},
-        words=every * design.frame_words,
+        kinds=dict(Counter(stimuli.kinds.tolist())),
+        words=count * design.frame_words,
         compared=sum(run.compared for run in runs),
         mismatches=sum(run.mismatches for run in runs),
-        first=bad.located() if bad else None,
+        first=wrong.first_mismatch() if wrong else None,
         violations=tuple(f"stalls {run.pattern}: {note}" for run in runs for note in run.violations),
         timing=_timing(design, runs[0], core),
-        status=histogram(design, result),
-        against_float=float_errors(design, seen, result, special == ""),
-        against_contact=contact_errors(seen, result, unfit == ""),
-        accounts=accounts(stimuli.kinds, why),
+        status=status_counts(design, result),
+        against_float=float_errors(design, returned, result, special == ""),
+        against_contact=contact_errors(returned, result, unfit == ""),
+        accounts=accounts(stimuli.kinds, reasons),
         recorded=recorded,
     )
 
@@ -102,14 +105,14 @@ def _stimuli(
     return known + Stimuli.of(wild_codes(design, random, seed), "random")
 
 
-def _timing(design: Design, run: PatternRun, core: Any) -> Timing:
+def _timing(design: Design, first: PatternRun, core: Any) -> Timing:
     """Latency of a single frame, and the interval over the frames that the stated interval covers."""
     latency = interval = None
     stated = microarchitecture(design)
-    if run.run is not None:
-        latency = run.alone()
-        if len(run.run.words) >= stated.enough:
-            interval = math.ceil(run.run.interval[stated.settled].mean())
+    if first.run is not None:
+        latency = first.single_latency()
+        if len(first.run.words) >= stated.enough:
+            interval = math.ceil(first.run.interval[stated.settled].mean())
     return Timing(latency, interval, *_stated(design, core))
 
 

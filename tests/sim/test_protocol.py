@@ -1,14 +1,13 @@
-"""Stalls, stream rules, scoreboard and the files of a job: all without a simulator."""
+"""Stalls, stream rules, comparison and the files of a job: all without a simulator."""
 
 from __future__ import annotations
 
 from itertools import islice, pairwise
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from tfra.sim.protocol import MOST_NOTES, Job, Outcome, Probe, Record, Scoreboard, StreamRules, Violations, stalls
+from tfra.sim.protocol import MOST_NOTES, Job, Outcome, Probe, Record, StreamRules, Violations, stalls
 
 WORDS = 3
 
@@ -80,23 +79,8 @@ def test_notes_are_limited_but_all_are_counted() -> None:
     assert violations.count == MOST_NOTES + 5
 
 
-def test_scoreboard_counts_and_keeps_first_mismatches() -> None:
-    board = Scoreboard([1, 2, 3, 4])
-    for word in (1, 9, 3, 8, 5):
-        board.take(word)
-    assert board.observed == [1, 9, 3, 8, 5]
-    assert (board.compared, board.mismatches) == (4, 2)
-    assert board.first == [(1, 2, 9), (3, 4, 8)]
-
-
-def test_scoreboard_without_expected_words_compares_nothing() -> None:
-    board = Scoreboard(None)
-    board.take(1)
-    assert (board.observed, board.compared, board.mismatches) == ([1], 0, 0)
-
-
 def job(**changes: object) -> Job:
-    return Job(np.arange(8), 4, WORDS, np.arange(6), **changes)
+    return Job(list(range(8)), 4, WORDS, list(range(6)), **changes)
 
 
 def test_record_marks_frames() -> None:
@@ -110,7 +94,19 @@ def test_record_marks_frames() -> None:
     assert record.missing == 0
     assert record.transfers == 14
     outcome = record.outcome()
-    assert (outcome.compared, outcome.mismatches, outcome.violations) == (6, 0, [])
+    assert (outcome.words, outcome.compared, outcome.mismatches, outcome.violations) == (list(range(6)), 6, 0, [])
+
+
+@pytest.mark.parametrize(
+    ("expected", "words", "counts"),
+    [([1, 2, 3, 4], [1, 9, 3, 8, 5], (4, 2)), ([1, 2, 3], [1, 2], (2, 0)), (None, [1], (0, 0))],
+)
+def test_words_are_compared_in_order(expected: list[int] | None, words: list[int], counts: tuple[int, int]) -> None:
+    record = Record(Job(list(range(8)), 4, WORDS, expected))
+    for word in words:
+        record.word_seen(word, 0, True, lambda: 0)
+    outcome = record.outcome()
+    assert (outcome.words, (outcome.compared, outcome.mismatches)) == (words, counts)
 
 
 def test_a_hang_says_how_far_it_came() -> None:
@@ -121,13 +117,9 @@ def test_a_hang_says_how_far_it_came() -> None:
 
 
 def test_job_and_outcome_survive_their_files(tmp_path: Path) -> None:
-    probe = Probe("sweep", "core.t", "core.w", ((5, False), (3, True)), 2)
-    sent = job(seed=3, stall_in="bursts", probes=(probe,))
-    sent.save(tmp_path / "job.npz")
-    back = Job.load(tmp_path / "job.npz")
-    assert (back.codes.tolist(), back.probes, back.seed, back.stall_in) == (list(range(8)), (probe,), 3, "bursts")
-    assert back.expected is not None
-    assert back.expected.tolist() == list(range(6))
+    sent = job(seed=3, stall_in="bursts", probes=[Probe("sweep", "core.t", "core.w", [[5, False], [3, True]], 2)])
+    sent.save(tmp_path / "job.json")
+    assert Job.load(tmp_path / "job.json") == sent
     outcome = Outcome([1, 2], ["note"], 2, 1, [3], [4], [5], 6, [[1 << 100]])
     outcome.save(tmp_path / "outcome.json")
     assert Outcome.load(tmp_path / "outcome.json") == outcome
