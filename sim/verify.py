@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -57,15 +57,22 @@ def verify(
     Raises ``InputError`` for an unusable simulator, ``ValueError`` for frames of a wrong shape or over full scale, and
     ``SimulationError`` when the simulation can't be carried out.  Faults of the core are in the report.
     """
-    chosen = tools.choose(simulator)
     stimuli = _stimuli(design, frames, seed, random, references)
     count = len(stimuli.codes)
-    patterns = range(min(count, len(PATTERNS)))
-    runs = [PatternRun(design, stimuli, number, chosen, seed, core) for number in patterns]
+    chosen = tools.choose(simulator)
+    runs = [PatternRun(design, stimuli, number, chosen, seed, core) for number in range(min(count, len(PATTERNS)))]
     for run in runs:
         run.simulate((lambda finished: progress(finished, count)) if progress else None)
+    return _report(runs, waves)
+
+
+def _report(runs: Sequence[PatternRun], waves: Path | None) -> Report:
+    """Evaluate finished ``runs`` of the same stimuli; ``waves`` as for :func:`verify`."""
+    first = runs[0]
+    design, stimuli = first.design, first.stimuli
+    count = len(stimuli.codes)
     wrong = next((run for run in runs if run.first is not None), None)
-    recorded = (wrong or next((run for run in runs if run.violations), runs[0])).record(waves) if waves else None
+    recorded = (wrong or next((run for run in runs if run.violations), first)).record(waves) if waves else None
     back = Returned.of(design, count, runs)
     result, returned = scaled(design, back.words), stimuli[back.whole]
     special = first_flags(result.status, SPECIAL)
@@ -74,15 +81,15 @@ def verify(
     reasons |= {"float": back.of_all(special), "contact": back.of_all(unfit)}
     return Report(
         name=design.name,
-        simulator=chosen,
-        seed=seed,
+        simulator=first.simulator,
+        seed=first.seed,
         kinds=dict(Counter(stimuli.kinds.tolist())),
         words=count * design.frame_words,
         compared=sum(run.compared for run in runs),
         mismatches=sum(run.mismatches for run in runs),
         first=wrong.first_mismatch() if wrong else None,
         violations=tuple(f"stalls {run.pattern}: {note}" for run in runs for note in run.violations),
-        timing=_timing(design, runs[0], core),
+        timing=_timing(first),
         status=status_counts(design, result),
         against_float=float_errors(design, returned, result, special == ""),
         against_contact=contact_errors(returned, result, unfit == ""),
@@ -105,15 +112,15 @@ def _stimuli(
     return known + Stimuli.of(wild_codes(design, random, seed), "random")
 
 
-def _timing(design: Design, first: PatternRun, core: Any) -> Timing:
-    """Latency of a single frame, and the interval over the frames that the stated interval covers."""
+def _timing(first: PatternRun) -> Timing:
+    """Of the run without stalls: latency of a single frame, interval over the frames that the stated one covers."""
     latency = interval = None
-    stated = microarchitecture(design)
+    stated = microarchitecture(first.design)
     if first.run is not None:
         latency = first.single_latency()
         if len(first.run.words) >= stated.enough:
             interval = math.ceil(first.run.interval[stated.settled].mean())
-    return Timing(latency, interval, *_stated(design, core))
+    return Timing(latency, interval, *_stated(first.design, first.core))
 
 
 def _stated(design: Design, core: Any) -> tuple[int | None, int | None]:
