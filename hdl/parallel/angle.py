@@ -28,25 +28,18 @@ class Angle(wiring.Component):
     a cycle.  The rounding is added before the first.  ``vector`` has priority; a direction enters in the next cycle
     without a vector, when the previous phi has left.
 
-    Members:
-        vector: stream in, x and y.
-        turned: stream out, the modulus, ``latency`` cycles later.
-        direction: fact of the frame; ``cos`` and ``sin`` are looked at.
-        phi: stream out, one transfer a direction.
-
     Resources: a Cordic, an adder.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "vector": In(always_ready_stream(cordic_vector(design))),
-                "turned": Out(always_ready_stream(cordic_modulus(design))),
-                "direction": In(stream.Signature(payloads.direction(design))),
-                "phi": Out(stream.Signature(unsigned(iterations(design)))),
-            }
-        )
+        super().__init__({
+            "vector": In(always_ready_stream(cordic_vector(design))),  # x and y
+            "turned": Out(always_ready_stream(cordic_modulus(design))),  # the modulus, ``latency`` cycles later
+            # Fact of the frame; ``cos`` and ``sin`` are looked at.
+            "direction": In(stream.Signature(payloads.direction(design))),
+            "phi": Out(stream.Signature(unsigned(iterations(design)))),  # one transfer a direction
+        })
 
     @property
     def latency(self) -> int:

@@ -56,22 +56,17 @@ class Cordic(wiring.Component):
     before rotation i, then |y| <= x 2^-i + e + 1 after it, since the shift of x rounds by less than a unit.  So |y| is
     below 2^(bits-i) + i before rotation i, where ``bits`` is the length of x.
     Resources: two adders for each rotation, no multiplier.
-
-    Members:
-        vector: stream in of ``x``, ``y``.
-        turned: stream out, the modulus, ``latency`` cycles after the vector.
-        negative: out, bit i: the vector that came i + 1 cycles ago is turned upwards by rotation i.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "vector": In(always_ready_stream(cordic_vector(design))),
-                "turned": Out(always_ready_stream(cordic_modulus(design))),
-                "negative": Out(iterations(design)),
-            }
-        )
+        super().__init__({
+            "vector": In(always_ready_stream(cordic_vector(design))),  # ``x``, ``y``
+            # The modulus, ``latency`` cycles after the vector.
+            "turned": Out(always_ready_stream(cordic_modulus(design))),
+            # Bit i: the vector that came i + 1 cycles ago is turned upwards by rotation i.
+            "negative": Out(iterations(design)),
+        })
 
     @property
     def latency(self) -> int:

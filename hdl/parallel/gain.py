@@ -70,13 +70,6 @@ class Gain(wiring.Component):
     sending    0        1              0            1           ``gain.ready``; idle again a cycle later
     ========== ======== ============== ============ =========== ======================================================
 
-    Members:
-        total: stream in, one transfer a frame, taken in the first cycle in which ``gain`` is valid.
-        frame: fact of the frame, taken with ``total``.
-        vector: stream out to the Cordic.
-        turned: stream in, the modulus, ``cordic_latency`` cycles after its vector.
-        gain: stream out, one transfer a frame.
-
     A frame every ``latency + 2`` cycles.  Resources: a Divider, two adders, one barrel shifter, no multiplier.
     """
 
@@ -86,15 +79,15 @@ class Gain(wiring.Component):
         self._turn = cordic_latency(design)
         # Numerators are below twice their denominators, mu's because it divides by four times the normal force.
         self._divider = Divider(bits + 1, bits + 2, design.formats.bits("scalar") - 1)
-        super().__init__(
-            {
-                "total": In(stream.Signature(payloads.total(design))),
-                "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "vector": Out(always_ready_stream(cordic_vector(design))),
-                "turned": In(always_ready_stream(cordic_modulus(design))),
-                "gain": Out(stream.Signature(payloads.gain(design))),
-            }
-        )
+        super().__init__({
+            # One transfer a frame, taken in the first cycle in which ``gain`` is valid.
+            "total": In(stream.Signature(payloads.total(design))),
+            "frame": In(stream.Signature(payloads.frame_facts(design))),  # fact of the frame, taken with ``total``
+            "vector": Out(always_ready_stream(cordic_vector(design))),  # to the Cordic
+            # The modulus, ``cordic_latency`` cycles after its vector.
+            "turned": In(always_ready_stream(cordic_modulus(design))),
+            "gain": Out(stream.Signature(payloads.gain(design))),  # one transfer a frame
+        })
 
     @property
     def latency(self) -> int:
@@ -156,10 +149,13 @@ class Gain(wiring.Component):
         x = Signal(bits + 1, reset_less=True)
         y = Signal(bits, reset_less=True)
         with m.If(state.start):
-            m.d.sync += [x.eq(abs(self.total.p.words[0])), y.eq(abs(self.total.p.words[1]))]
+            m.d.sync += x.eq(abs(self.total.p.words[0]))
+            m.d.sync += y.eq(abs(self.total.p.words[1]))
         with m.Elif(state.first):
-            m.d.sync += [x.eq(self.turned.p), y.eq(normal)]
-        m.d.comb += [self.vector.p.x.eq(x), self.vector.p.y.eq(y)]
+            m.d.sync += x.eq(self.turned.p)
+            m.d.sync += y.eq(normal)
+        m.d.comb += self.vector.p.x.eq(x)
+        m.d.comb += self.vector.p.y.eq(y)
         return x, y
 
     def _top_bits(self, m: Module, state: _States, numerator: Value) -> _Tops:
@@ -172,7 +168,9 @@ class Gain(wiring.Component):
         with m.If(~state.second_run):
             m.d.sync += work.eq(numerator)
         with m.Elif(state.second):
-            m.d.sync += [numerator_top.eq(top), numerator_zeros.eq(zeros), work.eq(self.turned.p)]
+            m.d.sync += numerator_top.eq(top)
+            m.d.sync += numerator_zeros.eq(zeros)
+            m.d.sync += work.eq(self.turned.p)
         return _Tops(numerator_top, top, numerator_zeros - zeros, zeros == len(work))
 
     def _divide(self, m: Module, state: _States, tops: _Tops, x: Value, y: Value) -> None:

@@ -76,22 +76,16 @@ class Normaliser(wiring.Component):
     A taxel a cycle, a quad a cycle, a frame every ``interval`` cycles.  Resources: four memories of ``2 Q`` codes,
     barrel shifters for four codes and the sum, no multiplier; 10 x 10 taxels of 14 bits take 820 LUT4, 350 flip-flops
     and 64 16 x 4 memories of an ECP5.
-
-    Members:
-        taxel: stream in, codes of a frame row by row.
-        quads: stream out, Q quads of the normalised frame in the order of ``to_quads``.
-        frame: stream out, one transfer a frame; does not wait for the quads.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "taxel": In(stream.Signature(signed(design.adc.bits))),
-                "quads": Out(stream.Signature(stress_quad(design))),
-                "frame": Out(stream.Signature(frame_facts(design))),
-            }
-        )
+        super().__init__({
+            "taxel": In(stream.Signature(signed(design.adc.bits))),  # codes of a frame row by row
+            # Q quads of the normalised frame in the order of ``to_quads``.
+            "quads": Out(stream.Signature(stress_quad(design))),
+            "frame": Out(stream.Signature(frame_facts(design))),  # one transfer a frame; does not wait for the quads
+        })
 
     @property
     def latency(self) -> int:
@@ -136,13 +130,15 @@ class Normaliser(wiring.Component):
             facts.first.eq(raster.row_start & (raster.row == 0)),
         ]
         with m.If(waiting & self.frame.ready):
-            m.d.sync += [waiting.eq(0), facts_left.eq(0)]
+            m.d.sync += waiting.eq(0)
+            m.d.sync += facts_left.eq(0)
         with m.If(steps[3]):
             m.d.sync += waiting.eq(1)
         with m.If(self._leave(m, pages, steps[0], facts.result.exponent)):
             m.d.sync += quads_left.eq(0)
         with m.If(end):
-            m.d.sync += [facts_left.eq(1), quads_left.eq(1)]
+            m.d.sync += facts_left.eq(1)
+            m.d.sync += quads_left.eq(1)
         return m
 
     def _leave(self, m: Module, pages: _Pages, start: Value, exponent: Value) -> Value:
@@ -168,10 +164,12 @@ class Normaliser(wiring.Component):
             skid.o.ready.eq(self.quads.ready),
         ]
         with m.If(advance):
-            m.d.sync += [valid.eq(Cat(running, valid)), end.eq(Cat(final, end))]
+            m.d.sync += valid.eq(Cat(running, valid))
+            m.d.sync += end.eq(Cat(final, end))
             m.d.sync += [read[place].eq(pages.stored[place] << coarse) for place in range(4)]
         with m.If(advance & running):
-            m.d.sync += [running.eq(~final), pages.quad.eq(Mux(final, 0, pages.quad + 1))]
+            m.d.sync += running.eq(~final)
+            m.d.sync += pages.quad.eq(Mux(final, 0, pages.quad + 1))
         with m.If(start):
             m.d.sync += running.eq(1)
         return self.quads.valid & self.quads.ready & skid.o.p.end
@@ -258,8 +256,12 @@ class _Pages(Elaboratable):
             enable = Signal(name=f"enable{number}")
             m.d.sync += enable.eq(raster.transfer & side_y[number >> 1] & side_x[number & 1])
             m.d.comb += [
-                *(write.en.eq(enable), write.addr.eq(place), write.data.eq(self.code)),
-                *(read.en.eq(self.read), read.addr.eq(Cat(self.quad, ~page)), self.stored[number].eq(read.data)),
+                write.en.eq(enable),
+                write.addr.eq(place),
+                write.data.eq(self.code),
+                read.en.eq(self.read),
+                read.addr.eq(Cat(self.quad, ~page)),
+                self.stored[number].eq(read.data),
             ]
         return m
 

@@ -24,4 +24,5 @@ def add_probe(m: Module, probe: Probe, block: Any) -> None:
     port = getattr(block, name)
     payload = port.payload[member] if member else port.payload
     members = [payload[key] for key in probe.keys] if probe.keys else [payload]
-    m.d.comb += [transfer.eq(port.valid & port.ready), words.eq(Cat(members))]
+    m.d.comb += transfer.eq(port.valid & port.ready)
+    m.d.comb += words.eq(Cat(members))

@@ -82,27 +82,18 @@ class ScaleAdd(wiring.Component):
     Arguments:
         words: of a beat.
         bits: of a word; those of a vector, or fewer where all words and the sum fit them.
-
-    Members:
-        x: of the beat in stage ``X_CHOSEN``.
-        headroom: that of ``x``, beside it.
-        scalar: s of the beat in stage ``ROUNDED``.
-        z: of the beat in stage ``Z``.
-        sum: of the beat in stage ``SUM``.
     """
 
     def __init__(self, design: Design, words: int, bits: int) -> None:
         self._design, self._bits = design, bits
         beat = data.ArrayLayout(signed(bits), words)
-        super().__init__(
-            {
-                "x": In(beat),
-                "headroom": In(beat_headroom(bits, words)),
-                "scalar": In(signed(design.formats.bits("scalar"))),
-                "z": In(beat),
-                "sum": Out(beat),
-            }
-        )
+        super().__init__({
+            "x": In(beat),  # of the beat in stage ``X_CHOSEN``
+            "headroom": In(beat_headroom(bits, words)),  # that of ``x``, beside it
+            "scalar": In(signed(design.formats.bits("scalar"))),  # s of the beat in stage ``ROUNDED``
+            "z": In(beat),  # of the beat in stage ``Z``
+            "sum": Out(beat),  # of the beat in stage ``SUM``
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

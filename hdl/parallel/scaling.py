@@ -71,27 +71,22 @@ class Scaling(wiring.Component):
 
     A frame starts when all its facts are valid; forces follow as they arrive, one word per cycle without gaps; the
     facts are taken a cycle after the entry of the status.  Resources: one multiplier of a word by a scalar.
-
-    Members:
-        taxel: stream in, unscaled forces plane by plane, ``3 * taxels`` a frame.
-        gain, total, chosen, affine, direction, frame, phi: streams in, one transfer a frame.
-        result: stream out, ``last`` with the status.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        shapes = {
-            "taxel": signed(design.widths.force),
-            "gain": payloads.gain(design),
-            "total": payloads.total(design),
-            "chosen": payloads.chosen(design),
-            "affine": payloads.affine(design),
-            "direction": payloads.direction(design),
-            "frame": payloads.frame_facts(design),
-            "phi": unsigned(iterations(design)),
-        }
-        inputs: dict[str, Any] = {name: In(stream.Signature(shape)) for name, shape in shapes.items()}
-        super().__init__(inputs | {"result": Out(stream.Signature(ports.result(design)))})
+        super().__init__({
+            # Unscaled forces plane by plane, 3 m a frame; the others are facts of the frame.
+            "taxel": In(stream.Signature(signed(design.widths.force))),
+            "gain": In(stream.Signature(payloads.gain(design))),
+            "total": In(stream.Signature(payloads.total(design))),
+            "chosen": In(stream.Signature(payloads.chosen(design))),
+            "affine": In(stream.Signature(payloads.affine(design))),
+            "direction": In(stream.Signature(payloads.direction(design))),
+            "frame": In(stream.Signature(payloads.frame_facts(design))),
+            "phi": In(stream.Signature(unsigned(iterations(design)))),
+            "result": Out(stream.Signature(ports.result(design))),  # ``last`` with the status
+        })
 
     @property
     def latency(self) -> int:
@@ -214,11 +209,14 @@ class Scaling(wiring.Component):
             *(fact.ready.eq(taken) for fact in facts),
         ]
         with m.If(advance):
-            m.d.sync += [into.eq(held), into.word.eq(Mux(taxels, self.taxel.p, held.word))]
+            m.d.sync += into.eq(held)
+            m.d.sync += into.word.eq(Mux(taxels, self.taxel.p, held.word))
         with m.If(move):
             following = list(zip(step, [*entries[1:], entries[0]], strict=True))
-            m.d.sync += [step.eq(step.rotate_left(1)), first.eq(closing)]
-            m.d.sync += [taxels.eq(_chosen(following, "taxel")), closing.eq(_chosen(following, "last"))]
+            m.d.sync += step.eq(step.rotate_left(1))
+            m.d.sync += first.eq(closing)
+            m.d.sync += taxels.eq(_chosen(following, "taxel"))
+            m.d.sync += closing.eq(_chosen(following, "last"))
             m.d.sync += [getattr(held, name).eq(_chosen(following, name)) for name in into.shape().members]
         with m.If(move & first):
             m.d.sync += counter.eq(counter + 1)
@@ -229,7 +227,8 @@ class Scaling(wiring.Component):
         number = Signal(counter_shape(self._design.sensor.taxels - 1))
         last = Signal()
         with m.If(self.taxel.valid & self.taxel.ready):
-            m.d.sync += [number.eq(Mux(last, 0, number + 1)), last.eq(number == self._design.sensor.taxels - 2)]
+            m.d.sync += number.eq(Mux(last, 0, number + 1))
+            m.d.sync += last.eq(number == self._design.sensor.taxels - 2)
         return last
 
     def _multiply(self, m: Module, into: data.View) -> tuple[Value, Value, Value]:
@@ -260,7 +259,8 @@ class Scaling(wiring.Component):
         beyond = register(m, ~plain & above.any() & ~above.all(), "beyond")
         rounded, last = register(m, rounded, "found"), register(m, last, "ends")
         top = Cat((~rounded[-1]).replicate(output - 1), rounded[-1]).as_signed()
-        m.d.sync += [result.data.eq(Mux(beyond, top, rounded)), result.last.eq(last)]
+        m.d.sync += result.data.eq(Mux(beyond, top, rounded))
+        m.d.sync += result.last.eq(last)
         with m.If(last):
             m.d.sync += result.data[place].eq(rounded[place] | limited)
         with m.If(valid):

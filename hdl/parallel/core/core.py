@@ -50,13 +50,11 @@ class Core(ABC, wiring.Component):
         self.design = design
         # Coefficients after a reset, lane by lane as matvec.images.lane_images has them; taxels wait for the last one.
         load = {"load": In(stream.Signature(signed(design.coefficient_word)))} if design.images == "load" else {}
-        super().__init__(
-            {
-                **load,
-                "taxel": In(stream.Signature(ports.taxel(design))),  # converter codes, row-major
-                "result": Out(stream.Signature(ports.result(design))),  # words of ``design.layout``
-            }
-        )
+        super().__init__({
+            **load,
+            "taxel": In(stream.Signature(ports.taxel(design))),  # converter codes, row-major
+            "result": Out(stream.Signature(ports.result(design))),  # words of ``design.layout``
+        })
 
     @staticmethod
     @abstractmethod

@@ -26,10 +26,6 @@ class Activation(wiring.Component):
     One block for all layers, since no more than one quad leaves the lanes in a cycle.  Sums in front of a unit are no
     longer than that at a mirror, by the bounds of :mod:`tfra.model.fixed.learned.bounds`.  Nothing waits; no
     multiplier, sixteen adders.
-
-    Members:
-        result: results of all products; those of ``UNITS`` are looked at.
-        units: the same quads as units, with their operator.
     """
 
     def __init__(self, design: LearnedDesign) -> None:
@@ -37,7 +33,10 @@ class Activation(wiring.Component):
         self._unfold, self._fold = (Butterfly(mirror_bits(design)) for _ in range(2))
         result = product(design)
         units = data.StructLayout(result.members | {"words": self._fold.o.p.shape()})
-        super().__init__({"result": In(always_ready_stream(result)), "units": Out(always_ready_stream(units))})
+        super().__init__({
+            "result": In(always_ready_stream(result)),  # of all products; those of ``UNITS`` are looked at
+            "units": Out(always_ready_stream(units)),  # the same quads as units, with their operator
+        })
 
     @property
     def latency(self) -> int:

@@ -28,22 +28,17 @@ class Angle(wiring.Component):
 
     A mark goes through the CORDIC with a force, so that the sign of each rotation adds to the angle.  A frame at a
     time.  Resources: a Cordic, an adder.
-
-    Members:
-        force: the resultant, one transfer a frame.
-        modulus: one transfer a frame, ``latency`` cycles later.
-        angle: one transfer a frame, ``angle_latency`` cycles after ``force``; it stays until the next frame.
     """
 
     def __init__(self, design: LearnedDesign) -> None:
         self._design, self._cordic = design, Cordic(design)
-        super().__init__(
-            {
-                "force": In(always_ready_stream(payloads.total(design))),
-                "modulus": Out(always_ready_stream(cordic_modulus(design))),
-                "angle": Out(always_ready_stream(angle(design))),
-            }
-        )
+        super().__init__({
+            "force": In(always_ready_stream(payloads.total(design))),  # the resultant, one transfer a frame
+            # One transfer a frame, ``latency`` cycles later.
+            "modulus": Out(always_ready_stream(cordic_modulus(design))),
+            # One transfer a frame, ``angle_latency`` cycles after ``force``; it stays until the next frame.
+            "angle": Out(always_ready_stream(angle(design))),
+        })
 
     @property
     def latency(self) -> int:
@@ -64,12 +59,16 @@ class Angle(wiring.Component):
         left = Signal(reset_less=True)
         still = Signal(reset_less=True)
         with m.If(enter):
-            m.d.sync += [left.eq(x[-1]), still.eq(~Cat(x, y).any())]
+            m.d.sync += left.eq(x[-1])
+            m.d.sync += still.eq(~Cat(x, y).any())
         m.d.sync += marks.eq(Cat(enter, marks))
         total = summed_angle(m, self._design, enter, marks, cordic.negative, left)
         m.d.comb += [
-            *(cordic.vector.valid.eq(enter), cordic.vector.p.x.eq(x), cordic.vector.p.y.eq(y)),
-            *(self.modulus.valid.eq(cordic.turned.valid), self.modulus.payload.eq(cordic.turned.payload)),
+            cordic.vector.valid.eq(enter),
+            cordic.vector.p.x.eq(x),
+            cordic.vector.p.y.eq(y),
+            self.modulus.valid.eq(cordic.turned.valid),
+            self.modulus.payload.eq(cordic.turned.payload),
             self.angle.valid.eq(delayed(m, marks[-1], 2, "complete", control=True)),
             self.angle.p.phi.eq(Mux(still, 0, total[ANGLE_GUARD:])),
             self.angle.p.still.eq(still),

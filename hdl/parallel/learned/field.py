@@ -41,24 +41,18 @@ class Field(wiring.Component):
 
     A frame begins when its contact, its vectors and a token are there, and the one before has entered.  Memories have a
     place for each frame in flight.  Resources: two multipliers, four barrel shifters, 12 adders.
-
-    Members:
-        result: results of all products; those of ``inverse``, ``shear_x`` and ``shear_y`` are looked at.
-        contact: fact of the frame; its friction is limited to ``MOST_FRICTION`` here.
-        share_token: tokens, one taken at the beginning of each frame.
-        p: Q quads of mirror taxels a frame, four cycles apart.
     """
 
     def __init__(self, design: LearnedDesign) -> None:
         self._design, self._unfold = design, Butterfly(design.widths.force)
-        super().__init__(
-            {
-                "result": In(always_ready_stream(product(design))),
-                "contact": In(stream.Signature(contact(design))),
-                "share_token": In(stream.Signature(TOKEN)),
-                "p": Out(always_ready_stream(taxel_quad(design))),
-            }
-        )
+        super().__init__({
+            # Results of all products; those of ``inverse``, ``shear_x`` and ``shear_y`` are looked at.
+            "result": In(always_ready_stream(product(design))),
+            # Fact of the frame; its friction is limited to ``MOST_FRICTION`` here.
+            "contact": In(stream.Signature(contact(design))),
+            "share_token": In(stream.Signature(TOKEN)),  # one taken at the beginning of each frame
+            "p": Out(always_ready_stream(taxel_quad(design))),  # q quads of mirror taxels a frame, four cycles apart
+        })
 
     vectors_latency = MEASURE
     """Cycles from the transfer of a frame's last product to the first one in which it may begin."""
@@ -91,7 +85,9 @@ class Field(wiring.Component):
             sums.append(add.sum[0])
         for vectors, stage in zip((*sheared, still), (_X, _X + 1, _STILL), strict=True):
             address = delayed(m, number, stage, "address")
-            m.d.comb += [vectors.parity.eq(address[:2]), vectors.quad.eq(address[2:]), vectors.place.eq(place)]
+            m.d.comb += vectors.parity.eq(address[:2])
+            m.d.comb += vectors.quad.eq(address[2:])
+            m.d.comb += vectors.place.eq(place)
         self._unfold_sums(m, delayed(m, running, _TOTAL, "summed", control=True), sums[-1])
         return m
 
@@ -117,7 +113,8 @@ class Field(wiring.Component):
             self.share_token.ready.eq(begin),
             self.contact.ready.eq(taken),
         ]
-        m.d.sync += [idle.eq((idle & ~begin) | taken), running.eq(begin | (running & ~last))]
+        m.d.sync += idle.eq((idle & ~begin) | taken)
+        m.d.sync += running.eq(begin | (running & ~last))
         return running, number, place
 
     def _limited(self, scalar: Value) -> Value:

@@ -37,22 +37,16 @@ class Forces(wiring.Component):
 
     The memory has a place for each frame in flight.  A word is read when the queue has a place for it, so nothing on
     its path waits.  One taxel a cycle.  Resources: a multiplier of p by a mantissa.
-
-    Members:
-        p: Q quads of mirror taxels a frame.
-        share: three transfers a frame, after its quads, each taken with the last taxel of its plane.
-        taxel: 3 m words a frame: f_x, f_y, f_z.
     """
 
     def __init__(self, design: LearnedDesign) -> None:
         self._design = design
-        super().__init__(
-            {
-                "p": In(always_ready_stream(taxel_quad(design))),
-                "share": In(stream.Signature(share(design))),
-                "taxel": Out(stream.Signature(force(design))),
-            }
-        )
+        super().__init__({
+            "p": In(always_ready_stream(taxel_quad(design))),  # Q quads of mirror taxels a frame
+            # Three transfers a frame, after its quads, each taken with the last taxel of its plane.
+            "share": In(stream.Signature(share(design))),
+            "taxel": Out(stream.Signature(force(design))),  # 3 m words a frame: f_x, f_y, f_z
+        })
 
     @property
     def latency(self) -> int:
@@ -79,7 +73,8 @@ class Forces(wiring.Component):
             queue.i.p.last.eq(delayed(m, ends & last_axis, _RESULT, "last")),
         ]
         word, limited = self._scale(m, self._read(m, raster, place))
-        m.d.comb += [queue.i.p.word.eq(word), queue.i.p.limited.eq(limited)]
+        m.d.comb += queue.i.p.word.eq(word)
+        m.d.comb += queue.i.p.limited.eq(limited)
         return m
 
     def _read(self, m: Module, raster: Raster, place: Value) -> Value:

@@ -31,25 +31,19 @@ class Friction(wiring.Component):
     The first two divisions and the serial product are done before the last division is.  Every frame takes the same
     time; a frame at a time, for which there is a token.  Quotients are below four: the denominators are four times the
     normal force.  Resources: three Dividers, no multiplier.
-
-    Members:
-        force: the resultant, one transfer a frame, for which the token was taken.
-        modulus: one transfer a frame, ``cordic_latency`` cycles later.
-        friction: one transfer a frame; it stays until the next frame.
-        scalars_token: tokens out, one.
     """
 
     def __init__(self, design: LearnedDesign) -> None:
         self._design = design
         self._fraction = design.formats.bits("scalar") - 1
-        super().__init__(
-            {
-                "force": In(always_ready_stream(payloads.total(design))),
-                "modulus": In(always_ready_stream(cordic_modulus(design))),
-                "friction": Out(always_ready_stream(friction(design))),
-                "scalars_token": Out(stream.Signature(TOKEN)),
-            }
-        )
+        super().__init__({
+            # The resultant, one transfer a frame, for which the token was taken.
+            "force": In(always_ready_stream(payloads.total(design))),
+            # One transfer a frame, ``cordic_latency`` cycles later.
+            "modulus": In(always_ready_stream(cordic_modulus(design))),
+            "friction": Out(always_ready_stream(friction(design))),  # one a frame; stays until the next
+            "scalars_token": Out(stream.Signature(TOKEN)),  # one token
+        })
         bits = design.widths.division
         self._dividers = {
             "mu_x": Divider(bits, bits + 2, self._fraction),
@@ -105,7 +99,8 @@ class Friction(wiring.Component):
         denominator = Cat(Const(0, 2), normal)
         vanishing, unbounded = (Signal(name=name, reset_less=True) for name in ("vanishing", "unbounded"))
         with m.If(start):
-            m.d.sync += [vanishing.eq(~size.any()), unbounded.eq((size >= denominator) & size.any())]
+            m.d.sync += vanishing.eq(~size.any())
+            m.d.sync += unbounded.eq((size >= denominator) & size.any())
         m.d.comb += [
             divider.i.valid.eq(start),
             divider.i.p.numerator.eq(size),

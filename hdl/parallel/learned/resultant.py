@@ -45,11 +45,6 @@ class Resultant(wiring.Component):
 
     A frame at a time: ``judged`` stays until the outputs of the next.  The product with the threshold is serial.
     Resources: three barrel shifters, no multiplier.
-
-    Members:
-        total: two quads a frame.
-        force: one transfer a frame; it stays until the next frame.
-        judged: complete ``judged_latency`` cycles after the frame's second quad.
     """
 
     latency = _WORDS
@@ -58,13 +53,11 @@ class Resultant(wiring.Component):
     def __init__(self, design: LearnedDesign) -> None:
         self._design = design
         self._digits = max(1, design.threshold_word.bit_length())
-        super().__init__(
-            {
-                "total": In(always_ready_stream(payloads.vector_quad(design))),
-                "force": Out(always_ready_stream(payloads.total(design))),
-                "judged": Out(judged(design)),
-            }
-        )
+        super().__init__({
+            "total": In(always_ready_stream(payloads.vector_quad(design))),  # two quads a frame
+            "force": Out(always_ready_stream(payloads.total(design))),  # one a frame; stays until the next
+            "judged": Out(judged(design)),  # complete ``judged_latency`` cycles after the frame's second quad
+        })
 
     @property
     def judged_latency(self) -> int:

@@ -31,26 +31,21 @@ class Share(wiring.Component):
                                                   '-> length -> shift -'
 
     One Divider, used for F_x, F_y and F_z in turn; a frame at a time, for which there is a token.  No multiplier.
-
-    Members:
-        p: Q quads of mirror taxels a frame, at least four cycles apart, for which the token was taken.
-        contact: fact of the frame, there before its last quad, taken with its last mantissa.
-        share: three transfers a frame; at most ``FRAMES`` frames' are on their way.
-        share_token: tokens out, one.
     """
 
     def __init__(self, design: LearnedDesign) -> None:
         bits, scalar = design.widths.division, design.formats.bits("scalar")
         self._design, self._sum_bits = design, max(bits, total_bits(design, design.widths))
         self._divider = Divider(bits, bits, scalar - 1)
-        super().__init__(
-            {
-                "p": In(always_ready_stream(taxel_quad(design))),
-                "contact": In(stream.Signature(contact(design))),
-                "share": Out(always_ready_stream(share(design))),
-                "share_token": Out(stream.Signature(TOKEN)),
-            }
-        )
+        super().__init__({
+            # Q quads of mirror taxels a frame, at least four cycles apart, for which the token was taken.
+            "p": In(always_ready_stream(taxel_quad(design))),
+            # Fact of the frame, there before its last quad, taken with its last mantissa.
+            "contact": In(stream.Signature(contact(design))),
+            # Three transfers a frame; at most ``FRAMES`` frames' are on their way.
+            "share": Out(always_ready_stream(share(design))),
+            "share_token": Out(stream.Signature(TOKEN)),  # one token
+        })
 
     @property
     def latency(self) -> int:
@@ -87,7 +82,9 @@ class Share(wiring.Component):
         word = Signal(bits, reset_less=True)
         first = Signal(reset_less=True)
         adding = Signal(4)  # bit k: the quad came k + 1 cycles ago
-        m.d.sync += [adding.eq(adding << 1), words.eq(words >> bits), counts.eq(counts >> 1)]
+        m.d.sync += adding.eq(adding << 1)
+        m.d.sync += words.eq(words >> bits)
+        m.d.sync += counts.eq(counts >> 1)
         with m.If(self.p.valid):
             m.d.sync += [
                 words.eq(_joined(self.p.p, bits)),

@@ -32,11 +32,6 @@ class Total(wiring.Component):
     Parts of several frames interleave.  At most ``FRAMES`` are between their first and their last part, and the sums
     of each have a place in the memory after the first part, and another one after the second.  A part of a frame comes
     a product later than the one before, at least a cycle after its last quad.  No multiplier.
-
-    Members:
-        result: results of all products; those of ``PARTS`` are looked at.
-        frame: fact of the frame, there before its last part, taken a cycle after the last quad.
-        total: two quads a frame.
     """
 
     latency = 2
@@ -44,13 +39,13 @@ class Total(wiring.Component):
 
     def __init__(self, design: LearnedDesign) -> None:
         self._design = design
-        super().__init__(
-            {
-                "result": In(always_ready_stream(product(design))),
-                "frame": In(stream.Signature(frame_facts(design))),
-                "total": Out(always_ready_stream(vector_quad(design))),
-            }
-        )
+        super().__init__({
+            # Results of all products; those of ``PARTS`` are looked at.
+            "result": In(always_ready_stream(product(design))),
+            # Fact of the frame, there before its last part, taken a cycle after the last quad.
+            "frame": In(stream.Signature(frame_facts(design))),
+            "total": Out(always_ready_stream(vector_quad(design))),  # two quads a frame
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -26,30 +26,21 @@ WORD = READ + 1
 
 
 class Vectors(wiring.Component):
-    """A vector of each of ``FRAMES`` frames, and the headroom of its parities, read a word at a time.
-
-    Members:
-        write: quads of the vectors, frame by frame.
-        place, quad, parity: of the word that is read.
-        word: the word, ``WORD`` cycles later.
-        headroom: of its parity, beside it; zero where it is not asked for.
-        complete: pulse: a vector and its headroom may be read two cycles later.
-    """
+    """A vector of each of ``FRAMES`` frames, and the headroom of its parities, read a word at a time."""
 
     def __init__(self, design: LearnedDesign, *, headroom: bool) -> None:
         self._design, self._headroom = design, headroom
         vector = taxel_quad(design)
-        super().__init__(
-            {
-                "write": In(always_ready_stream(vector)),
-                "place": In(counter_shape(FRAMES - 1)),
-                "quad": In(counter_shape(design.quads - 1)),
-                "parity": In(2),
-                "word": Out(vector.elem_shape),
-                "headroom": Out(counter_shape(design.widths.force - 1)),
-                "complete": Out(1),
-            }
-        )
+        super().__init__({
+            "write": In(always_ready_stream(vector)),  # quads of the vectors, frame by frame
+            "place": In(counter_shape(FRAMES - 1)),  # of the word that is read
+            "quad": In(counter_shape(design.quads - 1)),  # of the word that is read
+            "parity": In(2),  # of the word that is read
+            "word": Out(vector.elem_shape),  # the word, ``WORD`` cycles later
+            # Of its parity, beside it; zero where it is not asked for.
+            "headroom": Out(counter_shape(design.widths.force - 1)),
+            "complete": Out(1),  # pulse: a vector and its headroom may be read two cycles later
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -25,13 +25,6 @@ class Words(wiring.Component):
 
     A frame starts when its header is valid; the facts are taken with the status.  Forces follow as they arrive, one
     word a cycle.
-
-    Members:
-        frame: fact of the frame, there before the header.
-        header: fact of the frame.
-        taxel: stream in, if there are forces at the taxels: ``3 * taxels`` a frame.
-        result: stream out, ``last`` with the status.
-        frame_token: tokens out, one for each frame that may be in flight.
     """
 
     latency = SkidBuffer.latency
@@ -40,10 +33,10 @@ class Words(wiring.Component):
     def __init__(self, design: LearnedDesign) -> None:
         self._design = design
         members: dict[str, Any] = {
-            "frame": In(stream.Signature(payloads.frame_facts(design))),
-            "header": In(stream.Signature(header(design))),
-            "result": Out(stream.Signature(ports.result(design))),
-            "frame_token": Out(stream.Signature(TOKEN)),
+            "frame": In(stream.Signature(payloads.frame_facts(design))),  # fact of the frame, there before the header
+            "header": In(stream.Signature(header(design))),  # fact of the frame
+            "result": Out(stream.Signature(ports.result(design))),  # ``last`` with the status
+            "frame_token": Out(stream.Signature(TOKEN)),  # one for each frame that may be in flight
         }
         taxel = {"taxel": In(stream.Signature(force(design)))} if design.taxel_forces else {}
         super().__init__(members | taxel)
@@ -112,8 +105,11 @@ class Words(wiring.Component):
         transfer = self.taxel.valid & self.taxel.ready
         m.d.comb += self.taxel.ready.eq(taxels & skid.i.ready)
         with m.If(taxels):
-            m.d.comb += [skid.i.valid.eq(self.taxel.valid), skid.i.p.data.eq(self.taxel.p.word)]
+            m.d.comb += skid.i.valid.eq(self.taxel.valid)
+            m.d.comb += skid.i.p.data.eq(self.taxel.p.word)
         with m.If(ends_header):
-            m.d.sync += [taxels.eq(1), limited.eq(0)]
+            m.d.sync += taxels.eq(1)
+            m.d.sync += limited.eq(0)
         with m.Elif(transfer):
-            m.d.sync += [taxels.eq(~self.taxel.p.last), limited.eq(limited | self.taxel.p.limited)]
+            m.d.sync += taxels.eq(~self.taxel.p.last)
+            m.d.sync += limited.eq(limited | self.taxel.p.limited)

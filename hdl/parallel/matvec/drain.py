@@ -86,33 +86,22 @@ class Drain(wiring.Component):
                     Placement -> shift ---'---------'           '- marks: flip, kind, slots
 
     Nothing after the sums waits, since products begin only when their results have a place.
-
-    Members:
-        sums: L running sums.
-        completing: high a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
-            register takes to drain.
-        headroom: that of the operand of the pass in the drain register.
-        complete: a cycle after ``completing``: sums are captured.
-        new: in the same cycle as ``completing``, the pass is the first of its product.
-        stack: in the same cycle as ``completing``, that of its product.
-        drained: the last words of a pass leave the drain register.
-        result: stream out.
     """
 
     def __init__(self, design: Design) -> None:
         self._design, self._words = design, design.architecture.vector_words
-        super().__init__(
-            {
-                "sums": In(signed(design.widths.accumulator)).array(design.architecture.mac_lanes),
-                "completing": In(1),
-                "complete": Out(1),
-                "headroom": In(headroom_quad(design)),
-                "new": In(1),
-                "stack": In(stack_number(design)),
-                "drained": Out(1),
-                "result": Out(always_ready_stream(product(design))),
-            }
-        )
+        super().__init__({
+            "sums": In(signed(design.widths.accumulator)).array(design.architecture.mac_lanes),  # L running sums
+            # High a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
+            # register takes to drain.
+            "completing": In(1),
+            "complete": Out(1),  # a cycle after ``completing``: sums are captured
+            "headroom": In(headroom_quad(design)),  # that of the operand of the pass in the drain register
+            "new": In(1),  # in the same cycle as ``completing``, the pass is the first of its product
+            "stack": In(stack_number(design)),  # in the same cycle as ``completing``, that of its product
+            "drained": Out(1),  # the last words of a pass leave the drain register
+            "result": Out(always_ready_stream(product(design))),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -161,7 +150,8 @@ class Drain(wiring.Component):
         """Slot ``s`` becomes parity ``s ^ flip``, group by group."""
         assembled = Signal(self.result.p.shape(), reset_less=True)
         complete = Signal()
-        m.d.sync += [complete.eq(marks.complete), assembled.kind.eq(marks.kind)]
+        m.d.sync += complete.eq(marks.complete)
+        m.d.sync += assembled.kind.eq(marks.kind)
         size = self._words
         for flip in sorted({row.flip for row in table(self._design)}):
             for slot in range(4):
@@ -172,4 +162,5 @@ class Drain(wiring.Component):
             with m.If(complete):
                 m.d.sync += sent.eq(assembled)
             assembled, complete = sent, register(m, complete, "sent_valid", control=True)
-        m.d.comb += [self.result.valid.eq(complete), self.result.payload.eq(assembled)]
+        m.d.comb += self.result.valid.eq(complete)
+        m.d.comb += self.result.payload.eq(assembled)

@@ -39,32 +39,22 @@ class DrainRegister(wiring.Component):
 
     After a reset (``after_reset``) the sums, which may be anything, are captured once, as those of a pass before the
     first.  They are the base of its differences, not results: ``primed`` is high when they have left.
-
-    Members:
-        sums: L running sums.
-        completing: high a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
-            register takes to drain.
-        complete: a cycle after ``completing``: sums are captured.
-        draining: words leave.
-        primed: they are those of a pass.
-        words: the words that leave.
-        drained: the last words of a pass leave.
     """
 
     def __init__(self, design: Design) -> None:
         self._words, self._steps = design.architecture.vector_words, drain_steps(design)
         accumulator = signed(design.widths.accumulator)
-        super().__init__(
-            {
-                "sums": In(accumulator).array(design.architecture.mac_lanes),
-                "completing": In(1),
-                "complete": Out(1),
-                "draining": Out(1),
-                "primed": Out(1),
-                "words": Out(accumulator).array(self._words),
-                "drained": Out(1),
-            }
-        )
+        super().__init__({
+            "sums": In(accumulator).array(design.architecture.mac_lanes),  # L running sums
+            # High a cycle before the sums are those of a pass; passes are at least as many cycles apart as the
+            # register takes to drain.
+            "completing": In(1),
+            "complete": Out(1),  # a cycle after ``completing``: sums are captured
+            "draining": Out(1),  # words leave
+            "primed": Out(1),  # they are those of a pass
+            "words": Out(accumulator).array(self._words),  # the words that leave
+            "drained": Out(1),  # the last words of a pass leave
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -33,35 +33,25 @@ class OperandBuffer(wiring.Component):
     Words may have fewer bits than a vector's: codes have no fraction, units have fewer above the point.  Where they are
     ``flowing``, quads of the bank, which is the only one, come in every cycle from the first to the last: it is read
     while they come, and nothing is measured.
-
-    Members:
-        operand: stream in, a bank's quads one after the other.
-        filling: the bank that transfers go to.
-        head: the bank to be read next.
-        full: the head may be read; rises ``MEASURE + 1`` cycles after the transfer of its last quad, or, where they
-            are ``flowing``, a cycle after that of its first.
-        headroom: that of the head, valid while ``full``.
-        read: quad and, above it, bank to be read.
-        quad: what is read, ``READ`` cycles later.
-        free: for one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
     """
 
     def __init__(self, design: Design, source: Source) -> None:
         self._design, self._banks, self._flowing = design, source.banks, source.flowing(design)
         self._quads, self._fraction = source.quads(design), 0 if source.token else design.formats.vector_fraction
         shape = source.words(design)
-        super().__init__(
-            {
-                "operand": In(stream.Signature(shape)),
-                "filling": Out(1),
-                "head": Out(1),
-                "full": Out(1),
-                "headroom": Out(headroom_quad(design)),
-                "read": In(counter_shape(self._quads - 1).width + 1),
-                "quad": Out(vector_quad(design)),
-                "free": In(1),
-            }
-        )
+        super().__init__({
+            "operand": In(stream.Signature(shape)),  # a bank's quads one after the other
+            "filling": Out(1),  # the bank that transfers go to
+            "head": Out(1),  # the bank to be read next
+            # The head may be read; rises ``MEASURE + 1`` cycles after the transfer of its last quad, or, where they
+            # are ``flowing``, a cycle after that of its first.
+            "full": Out(1),
+            "headroom": Out(headroom_quad(design)),  # that of the head, valid while ``full``
+            "read": In(counter_shape(self._quads - 1).width + 1),  # quad and, above it, bank to be read
+            "quad": Out(vector_quad(design)),  # what is read, ``READ`` cycles later
+            # For one cycle: the head may be written, from the next cycle on; the next bank becomes the head.
+            "free": In(1),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -80,7 +70,8 @@ class OperandBuffer(wiring.Component):
             *(word.eq(short << self._fraction) for word, short in zip(self.quad, found, strict=True)),
         ]
         if self._banks == 2:
-            m.d.sync += [self.filling.eq(self.filling ^ ended), self.head.eq(self.head ^ self.free)]
+            m.d.sync += self.filling.eq(self.filling ^ ended)
+            m.d.sync += self.head.eq(self.head ^ self.free)
         if self._flowing:
             self._track_flowing_bank(m, write.en, last)
         else:
@@ -104,9 +95,11 @@ class OperandBuffer(wiring.Component):
         with m.If(transfer):
             m.d.sync += first.eq(last)
         with m.If(self.free):
-            m.d.sync += [self.full.eq(0), waits.eq(0)]
+            m.d.sync += self.full.eq(0)
+            m.d.sync += waits.eq(0)
         with m.Elif(transfer):
-            m.d.sync += [self.full.eq(self.full | first), waits.eq(last & (self.full | first))]
+            m.d.sync += self.full.eq(self.full | first)
+            m.d.sync += waits.eq(last & (self.full | first))
         m.d.comb += self.operand.ready.eq(~waits)
         for parity in range(4):
             m.d.comb += self.headroom[parity].eq(self._spare_bits)
@@ -169,25 +162,17 @@ class Prepare(wiring.Component):
         raw, shift -> coarse -> aligned -> words
 
     Words of a product with shorter operands end in zeros, so that all have their point in the same place.
-
-    Members:
-        quad: of a buffer.
-        headroom: of the operand.
-        stack: number of its product's in design.stacks, where ``lengths_differ``.
-        group: which slots' words the lanes need, if they are fewer than four.
-        words: operand words, one for each slot.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "quad": In(vector_quad(design)),
-                "headroom": In(headroom_quad(design)),
-                **({"stack": In(stack_number(design))} if lengths_differ(design) else {}),
-                "words": Out(data.ArrayLayout(signed(design.operand_word), 4)),
-            }
-        )
+        super().__init__({
+            "quad": In(vector_quad(design)),  # of a buffer
+            "headroom": In(headroom_quad(design)),  # of the operand
+            # Number of its product's stack in design.stacks.
+            **({"stack": In(stack_number(design))} if lengths_differ(design) else {}),
+            "words": Out(data.ArrayLayout(signed(design.operand_word), 4)),  # operand words, one for each slot
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

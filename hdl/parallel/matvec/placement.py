@@ -52,27 +52,18 @@ def placement(design: Design) -> data.StructLayout:
 
 
 class Placement(wiring.Component):
-    """Steps through :func:`table` quad by quad; a product's first pass jumps to its stack.
-
-    Members:
-        completing: the sums of a pass will be captured in the next cycle.
-        new: in the same cycle as ``completing``, it is the first pass of its product.
-        stack: in the same cycle as ``completing``, that of the product in design.stacks.
-        leave: the last words of a quad leave the drain register.
-        quad: placement of that quad.
-    """
+    """Steps through :func:`table` quad by quad; a product's first pass jumps to its stack."""
 
     def __init__(self, design: Design) -> None:
         self._table = table(design)
-        super().__init__(
-            {
-                "completing": In(1),
-                "new": In(1),
-                "stack": In(stack_number(design)),
-                "leave": In(1),
-                "quad": Out(placement(design)),
-            }
-        )
+        super().__init__({
+            "completing": In(1),  # the sums of a pass will be captured in the next cycle
+            "new": In(1),  # in the same cycle as ``completing``, it is the first pass of its product
+            # In the same cycle as ``completing``, that of the product in design.stacks.
+            "stack": In(stack_number(design)),
+            "leave": In(1),  # the last words of a quad leave the drain register
+            "quad": Out(placement(design)),  # placement of that quad
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -90,9 +81,11 @@ class Placement(wiring.Component):
                         ends_row.eq(quad_number == row.quads - 1),
                     ]
         with m.If(self.leave):
-            m.d.sync += [quad_number.eq(Mux(ends_row, 0, quad_number + 1)), row_number.eq(row_number + ends_row)]
+            m.d.sync += quad_number.eq(Mux(ends_row, 0, quad_number + 1))
+            m.d.sync += row_number.eq(row_number + ends_row)
         starts = [number for number, row in enumerate(self._table) if row.starts_stack]
         start = register(m, Array(starts)[self.stack], "start")
         with m.If(register(m, self.completing & self.new, "starts", control=True)):
-            m.d.sync += [quad_number.eq(0), row_number.eq(start)]
+            m.d.sync += quad_number.eq(0)
+            m.d.sync += row_number.eq(start)
         return m

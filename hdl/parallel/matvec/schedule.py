@@ -30,50 +30,31 @@ class Schedule(wiring.Component):
 
     A product is chosen when the previous one has launched its last pass, among the available operands whose results
     have a place: frames interleave, and the older one goes first.
-
-    Members:
-        wanted: by source, an operand that may be multiplied is available.
-        STACK: the operand of its source is for this one, the second of two.
-        drained: the last words of a pass leave the drain register.
-        launch: a pass begins with the next cycle.
-        new: it is its product's first.
-        stack: its product's in design.stacks.
-        parity: its number, modulo two.
-        source: index of that of its operand.
-        oldest: number of the pass whose words leave the drain register next, modulo two.
-        free: by source, the last pass of its operand has begun.
-        reading: a quad is read in this cycle.
-        last: it is the last of its pass.
-        quad: its number.
-        read_source: where it is.
-        read_parity: number of its pass, modulo two.
-        address: of its coefficients.
     """
 
     def __init__(self, design: Design, plan: Plan) -> None:
         self._design, self._sources = design, plan.sources
         self._quads = [source.quads(design) for source in plan.sources]
         source = counter_shape(len(plan.sources) - 1)
-        super().__init__(
-            {
-                "wanted": In(len(plan.sources)),
-                **{stack: In(1) for source in plan.sources for stack in source.stacks[1:]},
-                "drained": In(1),
-                "launch": Out(1),
-                "new": Out(1),
-                "stack": Out(stack_number(design)),
-                "parity": Out(1),
-                "source": Out(source),
-                "oldest": Out(1),
-                "free": Out(len(plan.sources)),
-                "reading": Out(1),
-                "last": Out(1),
-                "quad": Out(counter_shape(max(self._quads) - 1)),
-                "read_source": Out(source),
-                "read_parity": Out(1),
-                "address": Out(counter_shape(depth(design) - 1)),
-            }
-        )
+        super().__init__({
+            "wanted": In(len(plan.sources)),  # by source, an operand that may be multiplied is available
+            # The operand of its source is for this stack, the second of two.
+            **{stack: In(1) for source in plan.sources for stack in source.stacks[1:]},
+            "drained": In(1),  # the last words of a pass leave the drain register
+            "launch": Out(1),  # a pass begins with the next cycle
+            "new": Out(1),  # it is its product's first
+            "stack": Out(stack_number(design)),  # its product's in design.stacks
+            "parity": Out(1),  # its number, modulo two
+            "source": Out(source),  # index of that of its operand
+            "oldest": Out(1),  # number of the pass whose words leave the drain register next, modulo two
+            "free": Out(len(plan.sources)),  # by source, the last pass of its operand has begun
+            "reading": Out(1),  # a quad is read in this cycle
+            "last": Out(1),  # it is the last of its pass
+            "quad": Out(counter_shape(max(self._quads) - 1)),  # its number
+            "read_source": Out(source),  # where it is
+            "read_parity": Out(1),  # number of its pass, modulo two
+            "address": Out(counter_shape(depth(design) - 1)),  # of its coefficients
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -94,7 +75,8 @@ class Schedule(wiring.Component):
         with m.Elif(self.last):
             m.d.sync += self.reading.eq(0)
         with m.Else():
-            m.d.sync += [self.quad.eq(self.quad + 1), ending.eq(self.quad == quads - 2)]
+            m.d.sync += self.quad.eq(self.quad + 1)
+            m.d.sync += ending.eq(self.quad == quads - 2)
         self._count_addresses(m)
         return m
 
@@ -106,14 +88,17 @@ class Schedule(wiring.Component):
         chosen = Signal()
         turn = Signal(counter_shape(max(self._passes) - 1))
         ends = Signal()
-        m.d.comb += [self.new.eq(turn == 0), ends.eq(turn == Array(p - 1 for p in self._passes)[self.stack])]
+        m.d.comb += self.new.eq(turn == 0)
+        m.d.comb += ends.eq(turn == Array(p - 1 for p in self._passes)[self.stack])
         with m.If(~chosen & ~self.free.any()):
             m.d.sync += chosen.eq(self.wanted.any())
             for number, source in enumerate(self._sources):
                 with self._otherwise(m, number):
-                    m.d.sync += [self.source.eq(number), self.stack.eq(self._stack_of(source))]
+                    m.d.sync += self.source.eq(number)
+                    m.d.sync += self.stack.eq(self._stack_of(source))
         with m.If(self.launch):
-            m.d.sync += [turn.eq(Mux(ends, 0, turn + 1)), chosen.eq(~ends)]
+            m.d.sync += turn.eq(Mux(ends, 0, turn + 1))
+            m.d.sync += chosen.eq(~ends)
         return chosen, ends
 
     @property
@@ -139,12 +124,15 @@ class Schedule(wiring.Component):
         left = Signal(counter_shape(max(waits)), init=min(waits))
         due = Signal()
         with m.If(self.launch):
-            m.d.sync += [left.eq(of_number(waits, self.stack)), due.eq(0)]
+            m.d.sync += left.eq(of_number(waits, self.stack))
+            m.d.sync += due.eq(0)
         with m.Elif(~due):
-            m.d.sync += [left.eq(left - 1), due.eq(left == 1)]
+            m.d.sync += left.eq(left - 1)
+            m.d.sync += due.eq(left == 1)
         m.d.comb += self.launch.eq(due & chosen & ~busy.bit_select(self.parity, 1))
         m.d.sync += busy.eq((busy | (self.launch << self.parity)) & ~(self.drained << self.oldest))
-        m.d.sync += [self.parity.eq(self.parity ^ self.launch), self.oldest.eq(self.oldest ^ self.drained)]
+        m.d.sync += self.parity.eq(self.parity ^ self.launch)
+        m.d.sync += self.oldest.eq(self.oldest ^ self.drained)
 
     def _count_addresses(self, m: Module) -> None:
         """Coefficients are read in their order; only a product's first pass jumps, to its stack."""

@@ -63,28 +63,20 @@ class MatVec(wiring.Component):
 
     Resources: L multipliers (coefficient x operand) with registers on both sides, a read-only memory of L words by
     ``depth`` with output registers, the banks of the sources, 2 W barrel shifters.
-
-    Members:
-        SOURCE: streams in by their names in the plan, quads of parities for each operand.  Those of folded codes come
-            in every cycle once a frame's first was taken, if they are ``flowing``.
-        result: stream out, the result quads of a product's stack, operator by operator.
-        TOKEN: streams by their names in the plan: in, those that are taken at the launch of a product; out, one for
-            each free bank of a source.
-        load: stream in, the coefficients after a reset, if ``design.images`` is "load".
-        loading: high until all have arrived; no frame may come before.
     """
 
     def __init__(self, design: Design, plan: Plan) -> None:
         self._design, self._plan = design, plan
-        super().__init__(
-            {
-                **{source.name: In(self._operand(source)) for source in reversed(plan.sources)},
-                "result": Out(always_ready_stream(product(design))),
-                **{name: In(stream.Signature(TOKEN)) for name in plan.taken},
-                **{name: Out(stream.Signature(TOKEN)) for name in plan.given},
-                **(self._load_ports() if design.images == "load" else {}),
-            }
-        )
+        super().__init__({
+            # Quads of parities for each operand.  Those of folded codes come in every cycle once a frame's first was
+            # taken, if they are ``flowing``.
+            **{source.name: In(self._operand(source)) for source in reversed(plan.sources)},
+            # The result quads of a product's stack, operator by operator.
+            "result": Out(always_ready_stream(product(design))),
+            **{name: In(stream.Signature(TOKEN)) for name in plan.taken},  # taken at the launch of a product
+            **{name: Out(stream.Signature(TOKEN)) for name in plan.given},  # one for each free bank of a source
+            **(self._load_ports() if design.images == "load" else {}),
+        })
 
     def _operand(self, source: Source) -> stream.Signature:
         """The stream of a source's operands."""
@@ -94,7 +86,10 @@ class MatVec(wiring.Component):
 
     def _load_ports(self) -> dict[str, Any]:
         coefficient = signed(self._design.coefficient_word)
-        return {"load": In(stream.Signature(coefficient)), "loading": Out(1)}
+        return {
+            "load": In(stream.Signature(coefficient)),  # the coefficients after a reset
+            "loading": Out(1),  # high until all have arrived; no frame may come before
+        }
 
     def latency(self, stack: str) -> int:
         """Cycles from the transfer of the last operand quad to the first result of an otherwise idle unit."""
@@ -162,7 +157,8 @@ class MatVec(wiring.Component):
         there = rom.address < cut.depth
         m.d.comb += low.address.eq(rom.address)
         if loaded:
-            m.d.comb += [low.write.eq(write & there.replicate(len(write))), low.data.eq(data[: cut.bits])]
+            m.d.comb += low.write.eq(write & there.replicate(len(write)))
+            m.d.comb += low.data.eq(data[: cut.bits])
         found = delayed(m, there, Rom.latency, "tail_there")
         pairs = zip(rom.words, low.words, strict=True)
         return [Cat(Mux(found, short, 0)[: cut.bits], long).as_signed() for long, short in pairs]
@@ -178,7 +174,8 @@ class MatVec(wiring.Component):
                 wiring.connect(m, wiring.flipped(port), buffer.operand)
                 continue
             words = port.payload.words if source.stacks[1:] else port.payload
-            m.d.comb += [buffer.operand.valid.eq(port.valid), buffer.operand.payload.eq(words)]
+            m.d.comb += buffer.operand.valid.eq(port.valid)
+            m.d.comb += buffer.operand.payload.eq(words)
         return buffers
 
     def _wire_tokens(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
@@ -271,31 +268,26 @@ class MatVec(wiring.Component):
 
 
 class _Lane(Elaboratable):
-    """Multiplier and accumulator.
+    """Multiplier and accumulator: of ``coefficient``, ``word`` and ``valid`` the running ``sum``.
 
         coefficient, word -> multiply -> product -> + -> sum
 
     The sum accumulates from pass to pass, modulo its word, which saves a multiplexer a bit and a reset: the drain
     subtracts the sum of the previous pass.
-
-    Members:
-        coefficient: in.
-        word: in, in the same cycle as ``coefficient``.
-        valid: in, two cycles after the factors: their product counts.
-        sum: out, a cycle after ``valid``.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
         self.coefficient = Signal(signed(design.coefficient_word))
-        self.word = Signal(signed(design.operand_word))
-        self.valid = Signal()
-        self.sum = Signal(signed(design.widths.accumulator), reset_less=True)
+        self.word = Signal(signed(design.operand_word))  # in the same cycle as ``coefficient``
+        self.valid = Signal()  # two cycles after the factors: their product counts
+        self.sum = Signal(signed(design.widths.accumulator), reset_less=True)  # a cycle after ``valid``
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         m.submodules.multiplier = multiplier = Multiplier(len(self.coefficient), len(self.word), self._design.target)
-        m.d.comb += [multiplier.a.eq(self.coefficient), multiplier.b.eq(self.word)]
+        m.d.comb += multiplier.a.eq(self.coefficient)
+        m.d.comb += multiplier.b.eq(self.word)
         with m.If(self.valid):
             m.d.sync += self.sum.eq(multiplier.product + self.sum)
         return m

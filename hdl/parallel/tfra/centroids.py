@@ -77,20 +77,14 @@ class Centroids(wiring.Component):
 
     A taxel a cycle, a frame every ``interval`` cycles.  Resources: about 20 registers of a
     moment's length, no multiplier; 10 x 10 taxels of 14 bits take 810 LUT4 and 560 flip-flops of an ECP5.
-
-    Members:
-        taxel: stream in, codes of a frame row by row.
-        direction: stream out, one transfer a frame.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "taxel": In(stream.Signature(signed(design.adc.bits))),
-                "direction": Out(stream.Signature(direction(design))),
-            }
-        )
+        super().__init__({
+            "taxel": In(stream.Signature(signed(design.adc.bits))),  # codes of a frame row by row
+            "direction": Out(stream.Signature(direction(design))),  # one transfer a frame
+        })
 
     @property
     def latency(self) -> int:
@@ -124,7 +118,8 @@ class Centroids(wiring.Component):
             # |code| = (code ^ sign) + sign, so that the adder's carry input does the negation.
             zone = _Zone(self._design, flags)
             m.submodules[name] = zone
-            m.d.comb += [zone.bits.eq(Mux(chosen, seen, 0)), zone.carry.eq(carry)]
+            m.d.comb += zone.bits.eq(Mux(chosen, seen, 0))
+            m.d.comb += zone.carry.eq(carry)
             m.d.comb += getattr(solver, name).eq(zone.sums)
         m.d.comb += [
             solver.claim.eq(register(m, raster.transfer & raster.last, "claim", control=True)),
@@ -165,18 +160,13 @@ class _Zone(Elaboratable):
     """Sum and moments of compression or traction; the taxel is ``bits + carry``.
 
     A stage each: ``row``; ``s`` and ``u`` in stage ``sum``; ``v``.
-
-    Members:
-        bits: of a taxel, without its carry.
-        carry: is added to ``bits``.
-        sums: of the frame until now.
     """
 
     def __init__(self, design: Design, flags: list[data.View[Any]]) -> None:
         self._design, self._flags = design, flags
-        self.bits = Signal(design.adc.bits - 1)
-        self.carry = Signal()
-        self.sums = Signal(_sums(design), reset_less=True)
+        self.bits = Signal(design.adc.bits - 1)  # of a taxel, without its carry
+        self.carry = Signal()  # is added to ``bits``
+        self.sums = Signal(_sums(design), reset_less=True)  # of the frame until now
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -213,31 +203,20 @@ class _Solver(Elaboratable):
     test       sign of the difference; a cycle later ``decide`` writes the rest of ``result``
     ========== ===================================================================================
 
-    Members:
-        compression: sums of the zone.
-        traction: sums of the zone.
-        claim: pulse, with the frame's last taxel.
-        load_u: pulse: s and u are complete.
-        load_v: pulse, a cycle later: v is complete, too.
-        taken: ``result`` is taken, if it is valid.
-        busy: from ``claim`` until ``result`` has been taken.
-        valid: ``result`` stands.
-        result: the direction.
-
     A product is ``plus * factor0 - minus * factor1`` at first; then ``plus`` times the axis' own factor, its pitch.
     It enters ``value`` from above and so ends up times a power of two, which normalisation does not mind.
     """
 
     def __init__(self, design: Design) -> None:
         self._design, self._sizes = design, _sizes(design)
-        self.compression = Signal(_sums(design))
-        self.traction = Signal(_sums(design))
-        self.claim = Signal()
-        self.load_u = Signal()
-        self.load_v = Signal()
-        self.taken = Signal()
-        self.busy = Signal()
-        self.valid = Signal()
+        self.compression = Signal(_sums(design))  # sums of the zone
+        self.traction = Signal(_sums(design))  # sums of the zone
+        self.claim = Signal()  # pulse, with the frame's last taxel
+        self.load_u = Signal()  # pulse: s and u are complete
+        self.load_v = Signal()  # pulse, a cycle later: v is complete, too
+        self.taken = Signal()  # ``result`` is taken, if it is valid
+        self.busy = Signal()  # from ``claim`` until ``result`` has been taken
+        self.valid = Signal()  # ``result`` stands
         self.result = Signal(direction(design), reset_less=True)
 
         sizes = self._sizes
@@ -259,7 +238,9 @@ class _Solver(Elaboratable):
         decide = Signal()
         difference = Signal(signed(len(self._top(0)) + 1), reset_less=True)
         positive = register(m, ~difference[-1] & difference.any(), "positive")
-        m.d.sync += [self._shift.eq(0), pitch.eq(0), decide.eq(0)]
+        m.d.sync += self._shift.eq(0)
+        m.d.sync += pitch.eq(0)
+        m.d.sync += decide.eq(0)
         with m.FSM():
             with m.State("idle"), m.If(self.claim):
                 m.d.sync += self.busy.eq(1)
@@ -268,7 +249,8 @@ class _Solver(Elaboratable):
                 m.d.sync += self._adding.eq(1)
                 m.next = "multiply"
             with m.State("multiply"):
-                m.d.sync += [self._left.eq(self._left - 1), self._step.eq(1)]
+                m.d.sync += self._left.eq(self._left - 1)
+                m.d.sync += self._step.eq(1)
                 with m.If(self._left == 0):
                     m.d.sync += self._adding.eq(0)
                     m.next = "look"
@@ -285,18 +267,21 @@ class _Solver(Elaboratable):
                     m.d.sync += pitch.eq(1)
                     m.next = "pitch"
             with m.State("pitch"):
-                m.d.sync += [self._by_pitch.eq(1), self._adding.eq(1)]
+                m.d.sync += self._by_pitch.eq(1)
+                m.d.sync += self._adding.eq(1)
                 m.next = "multiply"
             with m.State("compare"):
                 m.d.sync += self._compare(difference)
                 m.next = "test"
             with m.State("test"):
-                m.d.sync += [self._by_pitch.eq(0), decide.eq(1)]
+                m.d.sync += self._by_pitch.eq(0)
+                m.d.sync += decide.eq(1)
                 m.next = "idle"
         with m.If(decide):
             self._decide(m, difference, positive)
         with m.If(self.valid & self.taken):
-            m.d.sync += [self.busy.eq(0), self.valid.eq(0)]
+            m.d.sync += self.busy.eq(0)
+            m.d.sync += self.valid.eq(0)
         self._load(m, pitch)
         self._work(m, self.load_v | pitch)
         return m
@@ -305,15 +290,19 @@ class _Solver(Elaboratable):
         """Copy the sums while they are whole, since those of the next frame follow at once; later their pitches."""
         (minus_x, minus_y), (plus_x, plus_y) = self._minus, self._plus
         with m.If(self.load_u):
-            m.d.sync += [plus_x.eq(self.traction.u), minus_x.eq(self.compression.u)]
-            m.d.sync += [self._factor[0].eq(self.compression.s), self._factor[1].eq(self.traction.s)]
+            m.d.sync += plus_x.eq(self.traction.u)
+            m.d.sync += minus_x.eq(self.compression.u)
+            m.d.sync += self._factor[0].eq(self.compression.s)
+            m.d.sync += self._factor[1].eq(self.traction.s)
         with m.If(self.load_v):
-            m.d.sync += [plus_y.eq(self.traction.v), minus_y.eq(self.compression.v)]
+            m.d.sync += plus_y.eq(self.traction.v)
+            m.d.sync += minus_y.eq(self.compression.v)
             m.d.sync += self._left.eq(self._design.widths.magnitude)
         with m.If(pitch):
             for axis, factor in enumerate(pitch_ratio(self._design)):
                 rounded = round_top(self._value[axis], self._design.widths.division)
-                m.d.sync += [self._plus[axis].eq(rounded), self._factor[axis].eq(factor)]
+                m.d.sync += self._plus[axis].eq(rounded)
+                m.d.sync += self._factor[axis].eq(factor)
             m.d.sync += self._left.eq(self._sizes.ratio)
 
     def _work(self, m: Module, clear: Value) -> None:
@@ -326,7 +315,8 @@ class _Solver(Elaboratable):
         plus_on, minus_on = (bit0, Mux(self._by_pitch, bit1, bit0)), bit1 & ~self._by_pitch
         for axis, (term, value) in enumerate(zip(self._term, self._value, strict=True)):
             with m.If(clear):  # the first cycle of a multiplication adds the term that is not yet there
-                m.d.sync += [term.eq(0), value.eq(0)]
+                m.d.sync += term.eq(0)
+                m.d.sync += value.eq(0)
             with m.Elif(self._adding):
                 m.d.sync += [
                     term.eq(Mux(plus_on[axis], self._plus[axis], 0) - Mux(minus_on, self._minus[axis], 0)),
@@ -363,7 +353,8 @@ class _Solver(Elaboratable):
         return [
             difference.eq(add_or_subtract(y, x, x[-1] == y[-1])),
             self.result.vanishing.eq(~(x | y).any()),
-            *(self.result.cos.eq(cos), self.result.sin.eq(sin)),
+            self.result.cos.eq(cos),
+            self.result.sin.eq(sin),
         ]
 
     def _decide(self, m: Module, difference: Signal, positive: Value) -> None:

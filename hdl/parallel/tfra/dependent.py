@@ -110,13 +110,6 @@ class Dependent(wiring.Component):
     ``_DIVIDE``     both divisions begin
     =============== ======================================================================
 
-    Members:
-        sums: four quads a frame: sums_b, then three of sums_n.  Those of the next frame are taken when ``affine`` has
-            left, since the ring that gathers them holds ``affine.sums``.
-        direction: fact of the frame; the calculation waits for it.
-        frame: fact of the frame; the calculation waits for it.
-        affine: the result, one transfer a frame.
-
     Resources: one multiplier of sums by the direction, used six times; two :class:`tfra.hdl.lib.divider.Divider`.
     """
 
@@ -124,14 +117,14 @@ class Dependent(wiring.Component):
         self.design = design
         bits = design.widths.division
         self._dividers = [Divider(bits, bits, scalar_fraction(design), _WHOLE) for _ in range(2)]
-        super().__init__(
-            {
-                "sums": In(stream.Signature(payloads.vector_quad(design))),
-                "direction": In(stream.Signature(payloads.direction(design))),
-                "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "affine": Out(stream.Signature(payloads.affine(design))),
-            }
-        )
+        super().__init__({
+            # Four quads a frame: sums_b, then three of sums_n.  Those of the next frame are taken when ``affine``
+            # has left, since the ring that gathers them holds ``affine.sums``.
+            "sums": In(stream.Signature(payloads.vector_quad(design))),
+            "direction": In(stream.Signature(payloads.direction(design))),  # fact of the frame, waited for
+            "frame": In(stream.Signature(payloads.frame_facts(design))),  # fact of the frame, waited for
+            "affine": Out(stream.Signature(payloads.affine(design))),  # the result, one transfer a frame
+        })
 
     @property
     def latency(self) -> int:
@@ -161,7 +154,8 @@ class Dependent(wiring.Component):
         m.d.comb += self.sums.ready.eq(~full)
         begun: set[tuple[int, int]] = set()
         with m.If(self.sums.valid & ~full):
-            m.d.sync += [step.eq(step + 1), full.eq(step == len(_GATHER) - 1)]
+            m.d.sync += step.eq(step + 1)
+            m.d.sync += full.eq(step == len(_GATHER) - 1)
             with m.Switch(step):
                 for number, parts in enumerate(_GATHER):
                     with m.Case(number):
@@ -216,7 +210,8 @@ class Dependent(wiring.Component):
         subtract = self._subtract(m, cycle)
         word = register(m, rounded, "word")  # TIMING: rounded -> product
         factors = [direction[row.factor] for row in _PRODUCTS[:2]]
-        m.d.sync += [factor.eq(Mux(second, factors[1], factors[0])), product.eq(word * factor)]
+        m.d.sync += factor.eq(Mux(second, factors[1], factors[0]))
+        m.d.sync += product.eq(word * factor)
         swap = self.direction.ready
         # TIMING: product -> num1: one adder for the sums and for the swap, so that nothing follows it
         base = Mux(swap, den, Mux(second, num1, 0)).as_signed()
@@ -224,11 +219,14 @@ class Dependent(wiring.Component):
         with m.If(lookahead(m, cycle, _ADD)):
             m.d.sync += num1.eq(total)
             with m.If(~second):
-                m.d.sync += [den.eq(num0), num0.eq(num1)]
+                m.d.sync += den.eq(num0)
+                m.d.sync += num0.eq(num1)
         with m.If(swap & ~direction.sweep_y):
-            m.d.sync += [den.eq(num1), num1.eq(total)]
+            m.d.sync += den.eq(num1)
+            m.d.sync += num1.eq(total)
         with m.If(lookahead(m, cycle, _ALIGN_U)):
-            m.d.sync += [den.eq(num0), num0.eq(num1)]
+            m.d.sync += den.eq(num0)
+            m.d.sync += num0.eq(num1)
         return exact
 
     @staticmethod
@@ -259,7 +257,8 @@ class Dependent(wiring.Component):
         sign, rounded = register(m, aligned[-1], "sign"), register(m, _round_magnitude(aligned, bits), "magnitude")
         with m.If(lookahead(m, cycle, _LIMIT_U)):
             limited = Mux(rounded[-1] & ~sign, (1 << (bits - 1)) - 1, rounded)
-            m.d.sync += [size[0].eq(limited), negative[0].eq(sign)]
+            m.d.sync += size[0].eq(limited)
+            m.d.sync += negative[0].eq(sign)
             m.d.sync += [size[n + 1].eq(size[n]) for n in range(2)]
             m.d.sync += [negative[n + 1].eq(negative[n]) for n in range(2)]
         return size, negative
@@ -273,7 +272,8 @@ class Dependent(wiring.Component):
         limit = den << _WHOLE
         with m.If(lookahead(m, cycle, once(_COMPARE))):
             m.d.sync += vanishing.eq((num1 >= limit) | (num0 >= limit))
-        m.d.comb += [usable.eq(facts.contact & facts.traction & ~vanishing), affine.vanishing.eq(vanishing)]
+        m.d.comb += usable.eq(facts.contact & facts.traction & ~vanishing)
+        m.d.comb += affine.vanishing.eq(vanishing)
         for name, divider, numerator, sign in (
             ("alpha", self._dividers[1], num0, negative[1]),
             ("beta", self._dividers[0], num1, negative[0]),

@@ -34,22 +34,17 @@ class Forces(wiring.Component):
     read once, from its first place.  The memory holds more than a frame, so that the products of a frame need not wait
     for its words to be sent.  A word is read when the queue has a place for it, so nothing on its path waits.  One
     quad per cycle in, one taxel per cycle out; no multiplier.
-
-    Members:
-        folded: 3 Q quads a frame, for which a token was taken: folded f_x, f_y, f_z.
-        taxel: 3 m words a frame: f_x, f_y, f_z, each row-major.
-        plane_token: tokens out, one for three planes of the memory that are free.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "folded": In(always_ready_stream(vector_quad(design))),
-                "taxel": Out(stream.Signature(signed(design.widths.force))),
-                "plane_token": Out(stream.Signature(TOKEN)),
-            }
-        )
+        super().__init__({
+            # 3 Q quads a frame, for which a token was taken: folded f_x, f_y, f_z.
+            "folded": In(always_ready_stream(vector_quad(design))),
+            # 3 m words a frame: f_x, f_y, f_z, each row-major.
+            "taxel": Out(stream.Signature(signed(design.widths.force))),
+            "plane_token": Out(stream.Signature(TOKEN)),  # one for three planes of the memory that are free
+        })
         self._unfold = Butterfly(design.widths.vector)
 
     @property

@@ -41,27 +41,19 @@ class Friction(wiring.Component):
     ``_CHOOSE``   ``chosen``
     ============= ==================================================================================
 
-    Members:
-        index: the winner, one transfer a frame; the next one is taken when ``chosen`` has left.
-        direction: fact of the frame; the calculation waits for it.
-        affine: fact of the frame; the calculation waits for it.
-        frame: fact of the frame; the calculation waits for it.
-        chosen: the result, one transfer a frame.
-
     Resources: one multiplier, scalar x (two bits less, unsigned); K + 1 words of memory.
     """
 
     def __init__(self, design: Design) -> None:
         self.design = design
-        super().__init__(
-            {
-                "index": In(stream.Signature(payloads.sweep_index(design))),
-                "direction": In(stream.Signature(payloads.direction(design))),
-                "affine": In(stream.Signature(payloads.affine(design))),
-                "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "chosen": Out(stream.Signature(payloads.chosen(design))),
-            }
-        )
+        super().__init__({
+            # The winner, one transfer a frame; the next one is taken when ``chosen`` has left.
+            "index": In(stream.Signature(payloads.sweep_index(design))),
+            "direction": In(stream.Signature(payloads.direction(design))),  # fact of the frame, waited for
+            "affine": In(stream.Signature(payloads.affine(design))),  # fact of the frame, waited for
+            "frame": In(stream.Signature(payloads.frame_facts(design))),  # fact of the frame, waited for
+            "chosen": Out(stream.Signature(payloads.chosen(design))),  # the result, one transfer a frame
+        })
 
     @property
     def latency(self) -> int:
@@ -93,7 +85,8 @@ class Friction(wiring.Component):
         mirrored = Signal.like(index, name="mirrored")
         m.d.comb += [fact.ready.eq(lookahead(m, cycle, once(_CHOOSE))) for fact in facts]
         with m.If(~busy):
-            m.d.sync += [index.eq(self.index.payload), mirrored.eq(self.design.search.steps - self.index.payload)]
+            m.d.sync += index.eq(self.index.payload)
+            m.d.sync += mirrored.eq(self.design.search.steps - self.index.payload)
         return index, mirrored
 
     def _grid(self, m: Module, number: Value) -> Value:

@@ -69,25 +69,18 @@ class Resultant(wiring.Component):
     ``_ROUND``     rounded, into ``total``
     ============== ====================================================================
 
-    Members:
-        affine: fact of the frame; the calculation waits for it.
-        chosen: ``mu_x`` and ``mu_y``; the next one is taken when ``total`` has left.
-        frame: fact of the frame; the calculation waits for it.
-        total: the result, one transfer a frame.
-
     Resources: one multiplier of sums by a scalar, used six times.
     """
 
     def __init__(self, design: Design) -> None:
         self.design = design
-        super().__init__(
-            {
-                "affine": In(stream.Signature(payloads.affine(design))),
-                "chosen": In(stream.Signature(payloads.chosen(design))),
-                "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "total": Out(stream.Signature(payloads.total(design))),
-            }
-        )
+        super().__init__({
+            "affine": In(stream.Signature(payloads.affine(design))),  # fact of the frame, waited for
+            # ``mu_x`` and ``mu_y``; the next one is taken when ``total`` has left.
+            "chosen": In(stream.Signature(payloads.chosen(design))),
+            "frame": In(stream.Signature(payloads.frame_facts(design))),  # fact of the frame, waited for
+            "total": Out(stream.Signature(payloads.total(design))),  # the result, one transfer a frame
+        })
 
     @property
     def latency(self) -> int:
@@ -111,9 +104,11 @@ class Resultant(wiring.Component):
         next_factor = Signal(signed(bits), reset_less=True)
         first, second = (self.chosen.payload[product.factor] for product in _PRODUCTS[:2])
         with m.If(~busy):
-            m.d.sync += [factor.eq(first), next_factor.eq(second)]
+            m.d.sync += factor.eq(first)
+            m.d.sync += next_factor.eq(second)
         with m.Elif(cycle != 0):
-            m.d.sync += [factor.eq(next_factor), next_factor.eq(factor)]
+            m.d.sync += factor.eq(next_factor)
+            m.d.sync += next_factor.eq(factor)
         return cycle, factor
 
     def _products(self, m: Module, factor: Value, cycle: Value) -> list[Signal]:
@@ -131,7 +126,8 @@ class Resultant(wiring.Component):
         with m.If(add):
             m.d.sync += f_z.eq(Mux(second, f_z, start << fraction) + product)
         with m.If((add & ~second) | lookahead(m, cycle, _ALIGN)):
-            m.d.sync += [f_y.eq(f_z), f_x.eq(f_y)]
+            m.d.sync += f_y.eq(f_z)
+            m.d.sync += f_x.eq(f_y)
         return forces
 
     def _operands(self, m: Module, cycle: Value) -> tuple[Signal, Signal]:
@@ -168,4 +164,6 @@ class Resultant(wiring.Component):
             fixed = self.design.formats.bits("sums") - 1 + scalar_fraction(self.design) + bits - width
             m.d.sync += exponent.eq(fixed - self.affine.payload.significant + zeros)
         with m.If(lookahead(m, cycle, _ROUND)):
-            m.d.sync += [words[0].eq(words[1]), words[1].eq(words[2]), words[2].eq(round_top(aligned, bits))]
+            m.d.sync += words[0].eq(words[1])
+            m.d.sync += words[1].eq(words[2])
+            m.d.sync += words[2].eq(round_top(aligned, bits))

@@ -26,11 +26,6 @@ class SumsQueue(wiring.Component):
     Frames follow each other in a memory with a row for each quad, which is read from end to end.  No full flag: at most
     ``FRAMES`` frames hold a token, so a row is read before it is written again.
 
-    Members:
-        b: stream in, a quad a frame.
-        n: stream in, ``ROWS - 1`` quads a frame, never in the same cycle as one of ``b``.
-        o: stream out, ``ROWS`` quads a frame, registered.
-
     Resources: one memory of 16 vector quads, which small memories of common devices just hold.
     """
 
@@ -42,8 +37,11 @@ class SumsQueue(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         shape = vector_quad(design)
-        arriving = In(always_ready_stream(shape))
-        super().__init__({"b": arriving, "n": arriving, "o": Out(stream.Signature(shape))})
+        super().__init__({
+            "b": In(always_ready_stream(shape)),  # a quad a frame
+            "n": In(always_ready_stream(shape)),  # ``ROWS - 1`` quads a frame, never in the same cycle as one of ``b``
+            "o": Out(stream.Signature(shape)),  # ``ROWS`` quads a frame, registered
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -73,7 +71,8 @@ class SumsQueue(wiring.Component):
         b_waiting = occupancy(m, FRAMES, self.b.valid, get & is_b)
         n_waiting = occupancy(m, FRAMES * (ROWS - 1), self.n.valid, get & ~is_b)
         out = driver(m, self.o.payload)
-        m.d.comb += [port.addr.eq(row), port.en.eq(1)]
+        m.d.comb += port.addr.eq(row)
+        m.d.comb += port.en.eq(1)
         m.d.sync += [
             get.eq(~(get | got | self.o.valid) & Mux(is_b, b_waiting[0], n_waiting[0])),
             got.eq(get),

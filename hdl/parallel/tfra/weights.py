@@ -26,22 +26,17 @@ class Weights(wiring.Component):
     Rounding and sign are one subtraction.  A taxel's n is two bits shorter than a vector word, by the bounds of
     :mod:`tfra.model.fixed.widths`.  Fully pipelined, one quad per cycle, and nothing waits; no multiplier, twenty
     adders.
-
-    Members:
-        solution: Q quads a frame, folded C33^-1 b.
-        frame: one transfer a frame, there before its first quad, taken when the last one has left the first butterfly.
-        n: Q quads a frame, folded.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "solution": In(always_ready_stream(vector_quad(design))),
-                "frame": In(stream.Signature(frame_facts(design))),
-                "n": Out(always_ready_stream(vector_quad(design))),
-            }
-        )
+        super().__init__({
+            "solution": In(always_ready_stream(vector_quad(design))),  # Q quads a frame, folded C33^-1 b
+            # One transfer a frame, there before its first quad, taken when the last one has left the first
+            # butterfly.
+            "frame": In(stream.Signature(frame_facts(design))),
+            "n": Out(always_ready_stream(vector_quad(design))),  # Q quads a frame, folded
+        })
         self._unfold = Butterfly(design.widths.vector)
         self._fold = Butterfly(design.widths.vector - 2)
 
@@ -85,4 +80,5 @@ class Weights(wiring.Component):
                 clipped[k].eq(Mux(regular & (negated[k] < 0), 0, negated[k])),
             ]
         valid = delayed(m, self._unfold.o.valid, 2, "valid", control=True)
-        m.d.comb += [self._fold.i.valid.eq(valid), self._fold.i.payload.eq(clipped)]
+        m.d.comb += self._fold.i.valid.eq(valid)
+        m.d.comb += self._fold.i.payload.eq(clipped)

@@ -33,39 +33,26 @@ class Arbiter(wiring.Component):
     ============  ========  =========  ==================================================
 
     An idle arbiter begins a vector in a cycle with a beat of products, too.
-
-    Members:
-        residual_stored: pulse, d0, d1 and d2 of a frame can be read.
-        e1_stored: pulse, e1 of a frame, and so its e0, can be read.
-        product_valid: a beat of products enters.
-        product_place: place of its frame.
-        product_number: its number in its product.
-        direction: one transfer a frame, taken a cycle after the entry of the last beat of e1.
-        affine: one transfer a frame, taken with ``direction``.
-        chosen: one transfer a frame, taken a cycle after the entry of the last beat of d.
-        bank_token: tokens, one taken for each vector.
-        valid: a beat enters.
-        tag: that of the beat; without the scalar, if it is one of products.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
         self._last_number = design.quads * design.cycles_per_quad - 1
-        super().__init__(
-            {
-                "residual_stored": In(1),
-                "e1_stored": In(1),
-                "product_valid": In(1),
-                "product_place": In(place),
-                "product_number": In(beat_number(design)),
-                "direction": In(stream.Signature(direction(design))),
-                "affine": In(stream.Signature(affine(design))),
-                "chosen": In(stream.Signature(chosen(design))),
-                "bank_token": In(stream.Signature(TOKEN)),
-                "valid": Out(1),
-                "tag": Out(tag_layout(design)),
-            }
-        )
+        super().__init__({
+            "residual_stored": In(1),  # pulse, d0, d1 and d2 of a frame can be read
+            "e1_stored": In(1),  # pulse, e1 of a frame, and so its e0, can be read
+            "product_valid": In(1),  # a beat of products enters
+            "product_place": In(place),  # place of its frame
+            "product_number": In(beat_number(design)),  # its number in its product
+            # One transfer a frame, taken a cycle after the entry of the last beat of e1.
+            "direction": In(stream.Signature(direction(design))),
+            "affine": In(stream.Signature(affine(design))),  # one transfer a frame, taken with ``direction``
+            # One transfer a frame, taken a cycle after the entry of the last beat of d.
+            "chosen": In(stream.Signature(chosen(design))),
+            "bank_token": In(stream.Signature(TOKEN)),  # one taken for each vector
+            "valid": Out(1),  # a beat enters
+            "tag": Out(tag_layout(design)),  # that of the beat; without the scalar, if it is one of products
+        })
 
     begin_latency = 2
     """Cycles from the first clock edge that finds the last of a vector's facts to the entry of its first beat."""
@@ -99,7 +86,9 @@ class Arbiter(wiring.Component):
         take_token = register(m, ~busy & self.bank_token.valid & (begin_d | begin_e), "take_token", control=True)
         m.d.comb += self.bank_token.ready.eq(take_token)
         with m.If(~busy & self.bank_token.valid):
-            m.d.sync += [busy.eq(begin_d | begin_e), beat.number.eq(0), final.eq(self._last_number == 0)]
+            m.d.sync += busy.eq(begin_d | begin_e)
+            m.d.sync += beat.number.eq(0)
+            m.d.sync += final.eq(self._last_number == 0)
             self._begin(m, beat, begin_d, begin_e, residuals.oldest, candidates.oldest)
         return m
 

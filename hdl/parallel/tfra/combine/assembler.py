@@ -17,27 +17,17 @@ from tfra.model.fixed.design import Design
 
 
 class Assembler(wiring.Component):
-    """Quads, a cycle after their last beat; beats of a force's quad may come between those of a vector's.
-
-    Members:
-        valid: a beat is there.
-        tag: that of the beat.
-        sum: its words.
-        vector: quads of e0, e1 and d.
-        forces: quads of forces.
-    """
+    """Quads, a cycle after their last beat; beats of a force's quad may come between those of a vector's."""
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "valid": In(1),
-                "tag": In(tag_layout(design)),
-                "sum": In(vector_beat(design)),
-                "vector": Out(always_ready_stream(operand(design, "force"))),
-                "forces": Out(always_ready_stream(vector_quad(design))),
-            }
-        )
+        super().__init__({
+            "valid": In(1),  # a beat is there
+            "tag": In(tag_layout(design)),  # that of the beat
+            "sum": In(vector_beat(design)),  # its words
+            "vector": Out(always_ready_stream(operand(design, "force"))),  # quads of e0, e1 and d
+            "forces": Out(always_ready_stream(vector_quad(design))),  # quads of forces
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

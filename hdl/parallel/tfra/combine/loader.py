@@ -18,16 +18,14 @@ from tfra.model.fixed.design import Design
 
 
 class WeightLoader(wiring.Component):
-    """Writes n into its store, each beat a cycle after its arrival.
-
-    Members:
-        n: Q quads a frame, folded weights.
-        write: beats to be written.
-    """
+    """Writes n into its store, each beat a cycle after its arrival."""
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__({"n": In(always_ready_stream(vector_quad(design))), "write": Out(store_write(design))})
+        super().__init__({
+            "n": In(always_ready_stream(vector_quad(design))),  # Q quads a frame, folded weights
+            "write": Out(store_write(design)),  # beats to be written
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -47,26 +45,18 @@ class ResidualLoader(wiring.Component):
 
     b waits for its g in a memory with one place more than frames with a token, for the frame whose b is still an
     operand.
-
-    Members:
-        b: Q quads a frame, folded stress in converter codes.
-        residual: 3 Q quads a frame, after its b: g, d1, d2.
-        x: beats to be written where x is read: d1 as vector 0, d2 as vector 1.
-        z: beats to be written where z is read: d0, d1, d2 as vectors 0, 1, 2.
-        stored: pulse, all vectors of a frame and their headroom can be read.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "b": In(always_ready_stream(quad(design.adc.bits + 2))),
-                "residual": In(always_ready_stream(vector_quad(design))),
-                "x": Out(store_write(design, 2)),
-                "z": Out(store_write(design, 3)),
-                "stored": Out(1),
-            }
-        )
+        super().__init__({
+            # Q quads a frame, folded stress in converter codes.
+            "b": In(always_ready_stream(quad(design.adc.bits + 2))),
+            "residual": In(always_ready_stream(vector_quad(design))),  # 3 Q quads a frame, after its b: g, d1, d2
+            "x": Out(store_write(design, 2)),  # beats to be written where x is read: d1 as vector 0, d2 as vector 1
+            "z": Out(store_write(design, 3)),  # beats to be written where z is read: d0, d1, d2 as vectors 0, 1, 2
+            "stored": Out(1),  # pulse, all vectors of a frame and their headroom can be read
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -18,33 +18,23 @@ from tfra.model.fixed.scalars import scalar_fraction
 
 
 class ProductBeats(wiring.Component):
-    """Products enter the pipeline in the cycles in which they arrive.
-
-    Members:
-        products: 3 Q quads a frame, after its ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
-        forced: one transfer a frame, taken when the last products of the frame before have entered.
-        valid: a beat enters.
-        words: the beat.
-        place: that of its frame.
-        number: its number in its product.
-        scalar: mu_x, mu_y or -1, that of the beat that entered a cycle ago.
-        frame_done: pulse, a cycle after the entry of a frame's last beat.
-    """
+    """Products enter the pipeline in the cycles in which they arrive."""
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "products": In(always_ready_stream(vector_quad(design))),
-                "forced": In(stream.Signature(chosen(design))),
-                "valid": Out(1),
-                "words": Out(vector_beat(design)),
-                "place": Out(place),
-                "number": Out(beat_number(design)),
-                "scalar": Out(signed(design.formats.bits("scalar"))),
-                "frame_done": Out(1),
-            }
-        )
+        super().__init__({
+            # 3 Q quads a frame, after its ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
+            "products": In(always_ready_stream(vector_quad(design))),
+            # One transfer a frame, taken when the last products of the frame before have entered.
+            "forced": In(stream.Signature(chosen(design))),
+            "valid": Out(1),  # a beat enters
+            "words": Out(vector_beat(design)),  # the beat
+            "place": Out(place),  # that of its frame
+            "number": Out(beat_number(design)),  # its number in its product
+            # Mu_x, mu_y or -1, that of the beat that entered a cycle ago.
+            "scalar": Out(signed(design.formats.bits("scalar"))),
+            "frame_done": Out(1),  # pulse, a cycle after the entry of a frame's last beat
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

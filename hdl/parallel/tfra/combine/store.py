@@ -47,24 +47,17 @@ class Store(wiring.Component):
     Arguments:
         vectors: vectors of a place.
         headroom: whether the headroom of the vectors is determined as they are written, for use as multiplier operands.
-
-    Members:
-        write: a beat to be written.
-        read: address of the beat that is read, in every cycle.
-        beat: the beat that was read, ``READ`` cycles later.
-        headroom: that of the words of ``beat``, beside it; zero where it is not asked for.
     """
 
     def __init__(self, design: Design, vectors: int = 1, *, headroom: bool = False) -> None:
         self._design, self._vectors, self._headroom = design, vectors, headroom
-        super().__init__(
-            {
-                "write": In(store_write(design, vectors)),
-                "read": In(store_address(design, vectors)),
-                "beat": Out(vector_beat(design)),
-                "headroom": Out(beat_headroom(design.widths.vector, design.architecture.vector_words)),
-            }
-        )
+        super().__init__({
+            "write": In(store_write(design, vectors)),  # a beat to be written
+            "read": In(store_address(design, vectors)),  # address of the beat that is read, in every cycle
+            "beat": Out(vector_beat(design)),  # the beat that was read, ``READ`` cycles later
+            # That of the words of ``beat``, beside it; zero where it is not asked for.
+            "headroom": Out(beat_headroom(design.widths.vector, design.architecture.vector_words)),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -41,41 +41,31 @@ class Combine(wiring.Component):
 
     Nothing in the pipeline waits: a vector begins when a ``bank_token`` reserves a bank of its receiver.
     ``FRAMES`` frames have a place each in the stores; the sender of a frame's data holds its token.
-
-    Members:
-        b: Q quads a frame, folded stress in converter codes; of one frame more than those that hold a token.
-        n: Q quads a frame, folded weights.
-        residual: 3 Q quads a frame, after its b: g, d1, d2.
-        direction: one transfer a frame, taken a cycle after the entry of the last beat of e1.
-        affine: one transfer a frame, taken with ``direction``.
-        chosen: one transfer a frame, taken a cycle after the entry of the last beat of d.
-        forced: the same, taken when the forces of the previous frame have entered.
-        products: 3 Q quads a frame, after its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
-        bank_token: tokens, one taken for each vector.
-        frame_token: tokens out, one for each frame that has a place in the stores; its forces return it.
-        vector: 3 Q quads a frame: e0, e1, and later d.
-        forces: 3 Q quads a frame: folded f_x, f_y, f_z.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
         vector = always_ready_stream(vector_quad(design))
-        super().__init__(
-            {
-                "b": In(always_ready_stream(quad(design.adc.bits + 2))),
-                "n": In(vector),
-                "residual": In(vector),
-                "direction": In(stream.Signature(direction(design))),
-                "affine": In(stream.Signature(affine(design))),
-                "chosen": In(stream.Signature(chosen(design))),
-                "forced": In(stream.Signature(chosen(design))),
-                "products": In(vector),
-                "bank_token": In(stream.Signature(TOKEN)),
-                "frame_token": Out(stream.Signature(TOKEN)),
-                "vector": Out(always_ready_stream(operand(design, "force"))),
-                "forces": Out(vector),
-            }
-        )
+        super().__init__({
+            # Q quads a frame, folded stress in converter codes; of one frame more than those that hold a token.
+            "b": In(always_ready_stream(quad(design.adc.bits + 2))),
+            "n": In(vector),  # Q quads a frame, folded weights
+            "residual": In(vector),  # 3 Q quads a frame, after its b: g, d1, d2
+            # One transfer a frame, taken a cycle after the entry of the last beat of e1.
+            "direction": In(stream.Signature(direction(design))),
+            "affine": In(stream.Signature(affine(design))),  # one transfer a frame, taken with ``direction``
+            # One transfer a frame, taken a cycle after the entry of the last beat of d.
+            "chosen": In(stream.Signature(chosen(design))),
+            # The same, taken when the forces of the previous frame have entered.
+            "forced": In(stream.Signature(chosen(design))),
+            # 3 Q quads a frame, after its n and ``forced``: A1-dagger d, A2-dagger d, A3-dagger d.
+            "products": In(vector),
+            "bank_token": In(stream.Signature(TOKEN)),  # one taken for each vector
+            # One for each frame that has a place in the stores; its forces return it.
+            "frame_token": Out(stream.Signature(TOKEN)),
+            "vector": Out(always_ready_stream(operand(design, "force"))),  # 3 Q quads a frame: e0, e1, and later d
+            "forces": Out(vector),  # 3 Q quads a frame: folded f_x, f_y, f_z
+        })
 
     @property
     def latency(self) -> int:
@@ -184,6 +174,8 @@ class Combine(wiring.Component):
 
     def _send(self, m: Module, tag: Any, valid: Any, words: Any) -> None:
         m.submodules.assembler = assembler = Assembler(self._design)
-        m.d.comb += [assembler.valid.eq(valid), assembler.tag.eq(tag), assembler.sum.eq(words)]
+        m.d.comb += assembler.valid.eq(valid)
+        m.d.comb += assembler.tag.eq(tag)
+        m.d.comb += assembler.sum.eq(words)
         wiring.connect(m, assembler.vector, wiring.flipped(self.vector))
         wiring.connect(m, assembler.forces, wiring.flipped(self.forces))

@@ -16,20 +16,20 @@ class FramesWaiting(wiring.Component):
     """A queue of frames without a memory: frames leave in the order of their places, which is that of arrival.
 
     No full flag: at most ``FRAMES`` frames hold a token.
-
-    Members:
-        enter: pulse, a frame comes.
-        leave: pulse, the oldest frame goes.
-        oldest: place of the frame that goes next.
-        some: a frame waits.
     """
 
     def __init__(self) -> None:
-        super().__init__({"enter": In(1), "leave": In(1), "oldest": Out(place), "some": Out(1)})
+        super().__init__({
+            "enter": In(1),  # a frame comes
+            "leave": In(1),  # the oldest frame goes
+            "oldest": Out(place),  # of the frame that goes next
+            "some": Out(1),  # a frame waits
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         taken = occupancy(m, FRAMES, self.enter, self.leave)
         oldest, _ = wrapping_counter(m, self.leave, FRAMES, "oldest")
-        m.d.comb += [self.oldest.eq(oldest), self.some.eq(taken[0])]
+        m.d.comb += self.oldest.eq(oldest)
+        m.d.comb += self.some.eq(taken[0])
         return m

@@ -61,29 +61,21 @@ class Accumulator(wiring.Component):
         entries: number of addresses.
         banks: 1, or 2 for even and odd addresses, which are read together.
 
-    Members:
-        address: of the addition, 0 ... ``entries - 1``.
-        value: the addend.
-        valid: there is an addition in this cycle.
-        drain: a pulse, after the last addition; the next one may come two cycles after the last row's read.
-        draining: rows are read, from ``DRAIN`` cycles after ``drain`` on.
-        rows: the sums of a row, ``READ`` cycles after its read; the lower address first.
-
     Resources: a memory of ``entries`` sums, an adder for each field, four comparators of addresses.
     """
 
     def __init__(self, value: data.StructLayout, total: data.StructLayout, entries: int, banks: int) -> None:
         self._total, self._banks, self._depth = total, banks, -(-entries // banks)
-        super().__init__(
-            {
-                "address": In(counter_shape(entries - 1)),
-                "value": In(value),
-                "valid": In(1),
-                "drain": In(1),
-                "draining": Out(1, init=1),
-                "rows": Out(total).array(banks),
-            }
-        )
+        super().__init__({
+            "address": In(counter_shape(entries - 1)),  # of the addition, 0 ... ``entries - 1``
+            "value": In(value),  # the addend
+            "valid": In(1),  # there is an addition in this cycle
+            # A pulse, after the last addition; the next one may come two cycles after the last row's read.
+            "drain": In(1),
+            "draining": Out(1, init=1),  # rows are read, from ``DRAIN`` cycles after ``drain`` on
+            # The sums of a row, ``READ`` cycles after its read; the lower address first.
+            "rows": Out(total).array(banks),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -105,7 +97,8 @@ class Accumulator(wiring.Component):
         row = Signal(counter_shape(last))
         begin = delayed(m, self.drain, DRAIN - 1, "drain_waits", control=True)
         with m.If(self.draining):
-            m.d.sync += [self.draining.eq(row != last), row.eq(Mux(row == last, 0, row + 1))]
+            m.d.sync += self.draining.eq(row != last)
+            m.d.sync += row.eq(Mux(row == last, 0, row + 1))
         with m.If(begin):
             m.d.sync += self.draining.eq(1)
         return row

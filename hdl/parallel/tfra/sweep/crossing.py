@@ -37,34 +37,23 @@ class Crossing(wiring.Component):
 
     A crossing from 1 to K is ``valid``; the others belong to terms that keep their sign.
 
-    Members:
-        first: the term of candidate 0.
-        rises: its step is positive.
-        i_size: magnitude of its step.
-        i_valid: there is a term in this cycle.
-        before: the candidate before its crossing, ``crossing_latency`` cycles later.
-        size: magnitude of its step, valid with ``before``.
-        excess: magnitude of the term at its crossing, valid with ``before``.
-        valid: there is a crossing.
-
     Resources: per quotient bit an adder of ``step``'s bits, and three more.
     """
 
     def __init__(self, design: Design, first_bits: int) -> None:
         self._design = design
         step = design.widths.vector
-        super().__init__(
-            {
-                "first": In(signed(first_bits)),
-                "rises": In(1),
-                "i_size": In(unsigned(step)),
-                "i_valid": In(1),
-                "before": Out(counter_shape(design.search.steps - 1)),
-                "size": Out(unsigned(step)),
-                "excess": Out(unsigned(step)),
-                "valid": Out(1),
-            }
-        )
+        super().__init__({
+            "first": In(signed(first_bits)),  # the term of candidate 0
+            "rises": In(1),  # its step is positive
+            "i_size": In(unsigned(step)),  # magnitude of its step
+            "i_valid": In(1),  # there is a term in this cycle
+            # The candidate before its crossing, ``crossing_latency`` cycles later.
+            "before": Out(counter_shape(design.search.steps - 1)),
+            "size": Out(unsigned(step)),  # magnitude of its step, valid with ``before``
+            "excess": Out(unsigned(step)),  # magnitude of the term at its crossing, valid with ``before``
+            "valid": Out(1),  # there is a crossing
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

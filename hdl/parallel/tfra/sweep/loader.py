@@ -90,36 +90,24 @@ class Loader(wiring.Component):
     6      ``TAXEL``: p, q and stress of a taxel; ``valid`` is low for a mirror taxel that is the same one as another
     ====== ==============================================================================
 
-    Members:
-        stress: quads of stress.
-        g: quads of g, one for each of e0.
-        normal: quads of e0, then of e1.
-        direction: fact of the frame, taken ``WORDS - 1`` cycles after the last quad of e1.
-        frame: fact of the frame, taken with ``direction``.
-        free: e1 of a frame may begin in the next cycle.
-        begins: the first quad of e1 is taken.
-        ends: the last quad of e1 is taken.
-        taxel: a :func:`folded_taxel`.
-
     Resources: 12 adders of the vector width, a memory of Q vector quads, a beat wide.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
         vector = payloads.vector_quad(design)
-        super().__init__(
-            {
-                "stress": In(stream.Signature(payloads.stress_quad(design))),
-                "g": In(stream.Signature(vector)),
-                "normal": In(stream.Signature(vector)),
-                "direction": In(stream.Signature(payloads.direction(design))),
-                "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "free": In(1),
-                "begins": Out(1),
-                "ends": Out(1),
-                "taxel": Out(folded_taxel(design)),
-            }
-        )
+        super().__init__({
+            "stress": In(stream.Signature(payloads.stress_quad(design))),  # quads of stress
+            "g": In(stream.Signature(vector)),  # quads of g, one for each of e0
+            "normal": In(stream.Signature(vector)),  # quads of e0, then of e1
+            # Fact of the frame, taken ``WORDS - 1`` cycles after the last quad of e1.
+            "direction": In(stream.Signature(payloads.direction(design))),
+            "frame": In(stream.Signature(payloads.frame_facts(design))),  # fact of the frame, taken with ``direction``
+            "free": In(1),  # e1 of a frame may begin in the next cycle
+            "begins": Out(1),  # the first quad of e1 is taken
+            "ends": Out(1),  # the last quad of e1 is taken
+            "taxel": Out(folded_taxel(design)),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -165,7 +153,8 @@ class Loader(wiring.Component):
             m.d.sync += word.eq(word + 1)
         word_0_next = ~took_e1 & ~(took & last) & ((word == 0) | (word == WORDS - 1))
         # TIMING: takes_e1, word -> normal.ready
-        m.d.sync += [open_e0.eq(word_0_next & ~takes_e1), open_e1.eq(word_0_next & takes_e1)]
+        m.d.sync += open_e0.eq(word_0_next & ~takes_e1)
+        m.d.sync += open_e1.eq(word_0_next & takes_e1)
         return word, took_e0, took_e1
 
     def _begun(self, m: Module) -> Signal:
@@ -187,7 +176,9 @@ class Loader(wiring.Component):
         offset = Signal(quad, reset_less=True)
         minus_offset = Signal(reset_less=True)
         with m.If(is_e0 | is_e1):
-            m.d.sync += [vector.as_value().eq(normal), offset.as_value().eq(g), minus_offset.eq(is_e0)]
+            m.d.sync += vector.as_value().eq(normal)
+            m.d.sync += offset.as_value().eq(g)
+            m.d.sync += minus_offset.eq(is_e0)
 
         def word(value: Value, name: str) -> Value:
             return register(m, value[:bits].as_signed(), name)
@@ -228,7 +219,8 @@ class Loader(wiring.Component):
         """Stage ``TAXEL`` of e1: one word after another of p, q and stress, with the facts of the frame."""
         taxel = Signal(self.taxel.shape(), reset_less=True)
         valid = Signal()
-        m.d.comb += [self.taxel.eq(taxel), self.taxel.valid.eq(valid)]
+        m.d.comb += self.taxel.eq(taxel)
+        m.d.comb += self.taxel.valid.eq(valid)
         distinct_words = self._distinct(m, number, e1.at(FOLDED - 1))
         quad = data.View(payloads.stress_quad(self._design), register(m, self.stress.payload.as_value(), "stress_quad"))
         stress = self._pick(quad, delayed(m, word, 1, "stress_word"))

@@ -102,34 +102,23 @@ class Sums(wiring.Component):
     No term comes from ``ended`` until the sums have come: see :func:`sums_wait`.  After a reset entries, slope and
     total are cleared in the same way, without any sum that is ``valid``.
 
-    Members:
-        first: the term of candidate 0.
-        step: its increment from one candidate to the next.
-        size: ``|step|``.
-        i_valid: there is a term in this cycle.
-        ended: pulse, a cycle after a frame's last term.
-        sums: the sums of the next ``at_once`` candidates, those of a frame without a gap.
-        valid: which of them are there; after the last candidate there is none.
-        begins: pulse, a cycle ahead of candidate 0, or two where they come in pairs.
-
     Resources: a :class:`Crossing`, an :class:`Accumulator` of K entries of about 80 bits, five adders; for two
     candidates a cycle seven more.
     """
 
     def __init__(self, design: Design, first_bits: int, sum_bits: int) -> None:
         self._design, self._pairs = design, at_once(design) == 2
-        super().__init__(
-            {
-                "first": In(signed(first_bits)),
-                "step": In(signed(design.widths.vector)),
-                "size": In(unsigned(design.widths.vector)),
-                "i_valid": In(1),
-                "ended": In(1),
-                "sums": Out(unsigned(sum_bits)).array(at_once(design)),
-                "valid": Out(at_once(design)),
-                "begins": Out(1),
-            }
-        )
+        super().__init__({
+            "first": In(signed(first_bits)),  # the term of candidate 0
+            "step": In(signed(design.widths.vector)),  # its increment from one candidate to the next
+            "size": In(unsigned(design.widths.vector)),  # ``|step|``
+            "i_valid": In(1),  # there is a term in this cycle
+            "ended": In(1),  # pulse, a cycle after a frame's last term
+            # The sums of the next ``at_once`` candidates, those of a frame without a gap.
+            "sums": Out(unsigned(sum_bits)).array(at_once(design)),
+            "valid": Out(at_once(design)),  # which of them are there; after the last candidate there is none
+            "begins": Out(1),  # pulse, a cycle ahead of candidate 0, or two where they come in pairs
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -211,7 +200,8 @@ class Sums(wiring.Component):
                 self.valid.eq(register(m, valid, "sums_valid", control=True)),
             ]
         else:
-            m.d.comb += [self.sums[0].eq(total), self.valid.eq(valid)]
+            m.d.comb += self.sums[0].eq(total)
+            m.d.comb += self.valid.eq(valid)
 
     def _clearing(self, m: Module) -> Signal:
         """The entries being read belong to no frame, after a reset."""

@@ -41,31 +41,20 @@ def terms_latency(design: Design) -> int:
 class Terms(wiring.Component):
     """``x = K (p - [negative] q)``, ``y = K b - x`` in units of the sums, and K times the sum of positive stress.
 
-    Members:
-        i: the loader's taxels.
-        ends: the loader takes a frame's last quad of e1.
-        o: a term.
-        valid: there is a term in this cycle.
-        ended: pulse, in the cycle after a frame's last taxel.
-        measured: K times the sum of positive stress, from ``ended`` on.
-        exponent: the frame's, from ``ended`` on.
-
     Resources: two constant products by K, five adders; no multiplier.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
-        super().__init__(
-            {
-                "i": In(folded_taxel(design)),
-                "ends": In(1),
-                "o": Out(term(design)),
-                "valid": Out(1),
-                "ended": Out(1),
-                "measured": Out(unsigned(measured_sum(design))),
-                "exponent": Out(payloads.frame_facts(design)["exponent"].shape),
-            }
-        )
+        super().__init__({
+            "i": In(folded_taxel(design)),  # the loader's taxels
+            "ends": In(1),  # the loader takes a frame's last quad of e1
+            "o": Out(term(design)),  # a term
+            "valid": Out(1),  # there is a term in this cycle
+            "ended": Out(1),  # pulse, in the cycle after a frame's last taxel
+            "measured": Out(unsigned(measured_sum(design))),  # k times the sum of positive stress, from ``ended`` on
+            "exponent": Out(payloads.frame_facts(design)["exponent"].shape),  # the frame's, from ``ended`` on
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -98,4 +87,6 @@ class Terms(wiring.Component):
         exponent = delayed(m, self.i.exponent, 2 + product_latency(self._design.search.steps), "exponent")
         measured, frame_exponent = driver(m, self.measured), driver(m, self.exponent)
         with m.If(complete):
-            m.d.sync += [total.eq(0), measured.eq(total), frame_exponent.eq(exponent)]
+            m.d.sync += total.eq(0)
+            m.d.sync += measured.eq(total)
+            m.d.sync += frame_exponent.eq(exponent)

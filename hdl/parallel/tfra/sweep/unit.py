@@ -66,31 +66,24 @@ class Sweep(wiring.Component):
 
     Resources: no multiplier; two dividers without feedback; memories of 5 Q vector quads, 2 Q stress quads and
     2 K entries of the sums; with a tolerance the sums of all candidates.
-
-    Members:
-        stress: Q taxel-domain quads of the normalised frame, before its normal ones.  There is a place for those of
-            ``FRAMES + 1`` frames that have not been swept, and for three quads more.
-        g: Q parity-domain quads of C33 n, before those of e0, which follow from it.  There is a place for those of
-            ``FRAMES`` frames whose index has not been taken.
-        normal: 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1; places as of g.
-        direction: fact of the frame; ``negative`` is used.
-        frame: fact of the frame; ``exponent`` is used.
-        index: the winner, one transfer a frame.
     """
 
     def __init__(self, design: Design) -> None:
         self._design = design
         vector = payloads.vector_quad(design)
-        super().__init__(
-            {
-                "stress": In(stream.Signature(payloads.stress_quad(design))),
-                "g": In(always_ready_stream(vector)),
-                "normal": In(always_ready_stream(vector)),
-                "direction": In(stream.Signature(payloads.direction(design))),
-                "frame": In(stream.Signature(payloads.frame_facts(design))),
-                "index": Out(stream.Signature(payloads.sweep_index(design))),
-            }
-        )
+        super().__init__({
+            # Q taxel-domain quads of the normalised frame, before its normal ones.  There is a place for those of
+            # ``FRAMES + 1`` frames that have not been swept, and for three quads more.
+            "stress": In(stream.Signature(payloads.stress_quad(design))),
+            # Q parity-domain quads of C33 n, before those of e0, which follow from it.  There is a place for those
+            # of ``FRAMES`` frames whose index has not been taken.
+            "g": In(always_ready_stream(vector)),
+            # 2 Q parity-domain quads of C33 A3-dagger e, those of e0, then those of e1; places as of g.
+            "normal": In(always_ready_stream(vector)),
+            "direction": In(stream.Signature(payloads.direction(design))),  # fact of the frame; ``negative`` is used
+            "frame": In(stream.Signature(payloads.frame_facts(design))),  # fact of the frame; ``exponent`` is used
+            "index": Out(stream.Signature(payloads.sweep_index(design))),  # the winner, one transfer a frame
+        })
 
     @property
     def turn(self) -> int:
@@ -154,9 +147,11 @@ class Sweep(wiring.Component):
             ]
         m.d.comb += winner.valid.eq(z.valid)  # those of xy come in the same cycles
         for row, b_z, b_xy in zip(winner.rows, z.sums, xy.sums, strict=True):
-            m.d.comb += [row.z.eq(b_z), row.xy.eq(b_xy)]
+            m.d.comb += row.z.eq(b_z)
+            m.d.comb += row.xy.eq(b_xy)
         with m.If(z.begins):  # they stay until all candidates have been compared
-            m.d.sync += [winner.measured.eq(terms.measured), winner.exponent.eq(terms.exponent)]
+            m.d.sync += winner.measured.eq(terms.measured)
+            m.d.sync += winner.exponent.eq(terms.exponent)
         self._send(m, winner)
         return m
 
@@ -171,7 +166,8 @@ class Sweep(wiring.Component):
                 wiring.connect(m, wiring.flipped(port), wait.i)
             else:
                 valid = beat_valid(m, port.valid, wait.i.ready)
-                m.d.comb += [wait.i.valid.eq(valid), wait.i.payload.eq(port.payload)]
+                m.d.comb += wait.i.valid.eq(valid)
+                m.d.comb += wait.i.payload.eq(port.payload)
         for name in ("direction", "frame"):
             port = getattr(self, name)
             m.submodules[name] = fact = Buffer(port.payload.shape())

@@ -68,30 +68,22 @@ class Winner(wiring.Component):
     as they leave it, while those of the next frame replace them.  Where candidates come in pairs, the better one of a
     pair is selected first, and represents both.
 
-    Members:
-        rows: the sums of the candidates of a cycle.
-        valid: which of them are there.
-        measured: K times the sum of positive stress, from the first row until the last one is compared.
-        exponent: exponent of the frame, which the tolerance depends on; as long.
-        found: a pulse, ``winner_latency`` cycles after the last row.
-        index: the winner, while ``found``.
-
     Resources: two comparators, two adders; with a tolerance a memory of all candidates, a comparator and an adder more;
     for pairs all of that twice, and two comparators.
     """
 
     def __init__(self, design: Design) -> None:
         self._design, self._ways = design, at_once(design)
-        super().__init__(
-            {
-                "rows": In(row_layout(design)).array(self._ways),
-                "valid": In(self._ways),
-                "measured": In(unsigned(measured_sum(design))),
-                "exponent": In(payloads.frame_facts(design)["exponent"].shape),
-                "found": Out(1),
-                "index": Out(payloads.sweep_index(design)),
-            }
-        )
+        super().__init__({
+            "rows": In(row_layout(design)).array(self._ways),  # the sums of the candidates of a cycle
+            "valid": In(self._ways),  # which of them are there
+            # K times the sum of positive stress, from the first row until the last one is compared.
+            "measured": In(unsigned(measured_sum(design))),
+            # Exponent of the frame, which the tolerance depends on; as long.
+            "exponent": In(payloads.frame_facts(design)["exponent"].shape),
+            "found": Out(1),  # a pulse, ``winner_latency`` cycles after the last row
+            "index": Out(payloads.sweep_index(design)),  # the winner, while ``found``
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -171,7 +163,8 @@ class Winner(wiring.Component):
         best = Signal(len(distance), reset_less=True)
         index = driver(m, self.index)
         with m.If(begins | (on_plateau & less(distance, best))):
-            m.d.sync += [best.eq(distance), index.eq(candidate)]
+            m.d.sync += best.eq(distance)
+            m.d.sync += index.eq(candidate)
 
     def _limit(self, m: Module, lowest: Value, complete: Value) -> Signal:
         """The largest B^z of the plateau."""
@@ -216,9 +209,11 @@ class Winner(wiring.Component):
         read_number = Signal(counter_shape(last))
         reading = Signal()
         with m.If(reading):
-            m.d.sync += [read_number.eq(read_number + 1), reading.eq(read_number != last)]
+            m.d.sync += read_number.eq(read_number + 1)
+            m.d.sync += reading.eq(read_number != last)
         with m.If(complete):
-            m.d.sync += [read_number.eq(0), reading.eq(1)]
+            m.d.sync += read_number.eq(0)
+            m.d.sync += reading.eq(1)
         m.d.comb += [
             write.addr.eq(number),
             write.data.eq(row),
