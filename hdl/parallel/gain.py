@@ -185,7 +185,7 @@ class Gain(wiring.Component):
 
     def _send(self, m: Module, state: _States, tops: _Tops, regular: Value, unbounded: Value) -> None:
         """Write quotients, shifts and flags to ``gain`` as they arrive."""
-        gain = Signal(payloads.gain(self._design), name="found", reset_less=True)
+        gain = Signal(payloads.gain(self._design), name="sent", reset_less=True)
         force_shift, resultant_shift, below = self._shifts(m, tops.growth, regular)
         m.d.comb += self.gain.payload.eq(gain)
         with m.If(state.mu):

@@ -193,23 +193,23 @@ class _Facts(Elaboratable):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        negative, seen = self.code[-1], magnitude_bits(self.code)
+        negative, size = self.code[-1], magnitude_bits(self.code)
         # All bits set beside the sign: both ends of the range, and nothing else.
-        fresh = Cat(seen, negative, ~negative & self.code.any(), seen.all(), seen >= self._threshold)
-        kept = Signal(len(fresh), reset_less=True)
-        compressed, stretched, saturated, reached = kept[len(seen) :]
+        flags = Cat(size, negative, ~negative & self.code.any(), size.all(), size >= self._threshold)
+        frame_flags = Signal(len(flags), reset_less=True)
+        compressed, stretched, saturated, reached = frame_flags[len(size) :]
         magnitude = Signal(self._magnitude, reset_less=True)
         whole = Signal(self._magnitude, reset_less=True)
         with m.If(self.valid):
             # |code| = (code ^ sign) + sign, so that the adder's carry input does the negation.
             m.d.sync += [
-                kept.eq(Mux(self.first, 0, kept) | fresh),
-                magnitude.eq(add_carry(Mux(self.first, 0, magnitude), seen, negative)),
+                frame_flags.eq(Mux(self.first, 0, frame_flags) | flags),
+                magnitude.eq(add_carry(Mux(self.first, 0, magnitude), size, negative)),
             ]
         result = self.result
         with m.If(self.steps[1]):
             m.d.sync += [
-                result.exponent.eq(leading_zeros(kept[: len(seen)])),
+                result.exponent.eq(leading_zeros(frame_flags[: len(size)])),
                 result.contact.eq(compressed & reached if self._threshold else compressed),
                 result.traction.eq(stretched),
                 result.saturated.eq(saturated),

@@ -53,10 +53,10 @@ class Stage(IntEnum):
 
 def staged(m: Module, value: Any, first: Stage, last: Stage, name: str, *, control: bool = False) -> dict[Stage, Any]:
     """``value`` of a beat in stage ``first``, delayed with that beat through every stage up to ``last``."""
-    found = {first: value}
+    by_stage = {first: value}
     for stage in (Stage(number) for number in range(first + 1, last + 1)):
-        value = found[stage] = register(m, value, f"{name}_{stage.name.lower()}", control=control)
-    return found
+        value = by_stage[stage] = register(m, value, f"{name}_{stage.name.lower()}", control=control)
+    return by_stage
 
 
 _FINE = 2

@@ -102,7 +102,7 @@ class Scaling(wiring.Component):
         return self.latency
 
     @property
-    def tail(self) -> int:
+    def status_latency(self) -> int:
         """Cycles from the transfer of a frame's last taxel to that of its status."""
         return self.latency + 1
 
@@ -145,7 +145,7 @@ class Scaling(wiring.Component):
         """
         gain, chosen, contact = self.gain.p, self.chosen.p, self.frame.p.contact
         regular = contact & self.frame.p.traction
-        tangential, normal = (register(m, Mux(kept, gain.mantissa, 0)) for kept in (regular, contact))
+        tangential, normal = (register(m, Mux(flag, gain.mantissa, 0)) for flag in (regular, contact))
         status = register(m, self._status(), "status")
         factors = (tangential, tangential, normal)
         fields = {
@@ -183,44 +183,57 @@ class Scaling(wiring.Component):
     def _enter(self, m: Module, advance: Value, into: data.View) -> Value:
         """Load the next word with its factor and shift; true when there is one.
 
-        The facts of a step are stable, so they are selected while the step before enters, which takes no time later.
+        =========== ========= ========== =========== ===============================================================
+        entry       ``first`` ``taxels`` ``closing`` enters
+        =========== ========= ========== =========== ===============================================================
+        counter     1         0          0           when all facts of its frame are valid
+        header      0         0          0           in every cycle
+        plane       0         1          0           as taxels come; ``move`` to the next entry with the last of them
+        status      0         0          1           in every cycle; the facts are taken a cycle later
+        =========== ========= ========== =========== ===============================================================
+
+        The facts of an entry are stable, so they are selected while the one before enters, which takes no time later.
         """
         counter = Signal(COUNTER_BITS)
         entries = self._entries(m, counter)
         step = Signal(len(entries), init=1)  # one-hot, since it selects many signals
         taxels = Signal()
         closing = Signal()
-        held = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
+        selected = Signal(into.shape(), init={"factor": 1, "plain": 1})  # the first entry, of frame 0
         first = Signal(init=1)
         go = Signal()
         move = Signal()
-        facts = [getattr(self, name) for name in FACTS]
-        # Facts stay valid until they are accepted, so only the first word checks for them.  The gain comes last.  The
-        # others are checked through a register, a cycle late, since the path to their queues is long; it is low for the
-        # next frame while those of this one are accepted.
-        closed = advance & closing
-        taken = register(m, closed, "taken", control=True)
-        known = Cat(fact.valid for fact in facts[1:]).all() & ~closed & ~taken
-        there = ~first | (register(m, known, "known", control=True) & self.gain.valid)
+        facts_valid = self._take_facts(m, advance & closing)
         m.d.comb += [
-            go.eq(Mux(taxels, self.taxel.valid, there)),
+            go.eq(Mux(taxels, self.taxel.valid, ~first | facts_valid)),
             self.taxel.ready.eq(advance & taxels),
             move.eq(advance & go & (~taxels | self._last_taxel(m))),
-            *(fact.ready.eq(taken) for fact in facts),
         ]
         with m.If(advance):
-            m.d.sync += into.eq(held)
-            m.d.sync += into.word.eq(Mux(taxels, self.taxel.p, held.word))
+            m.d.sync += into.eq(selected)
+            m.d.sync += into.word.eq(Mux(taxels, self.taxel.p, selected.word))
         with m.If(move):
             following = list(zip(step, [*entries[1:], entries[0]], strict=True))
             m.d.sync += step.eq(step.rotate_left(1))
             m.d.sync += first.eq(closing)
             m.d.sync += taxels.eq(_chosen(following, "taxel"))
             m.d.sync += closing.eq(_chosen(following, "last"))
-            m.d.sync += [getattr(held, name).eq(_chosen(following, name)) for name in into.shape().members]
+            m.d.sync += [getattr(selected, name).eq(_chosen(following, name)) for name in into.shape().members]
         with m.If(move & first):
             m.d.sync += counter.eq(counter + 1)
         return go
+
+    def _take_facts(self, m: Module, status_enters: Value) -> Value:
+        """Accept the facts a cycle after the status; whether those of the next frame are valid, which they then stay.
+
+        The gain comes last.  The others are checked through a register, a cycle late, since the path to their queues is
+        long; it is low for the next frame while those of this one are accepted.
+        """
+        facts = [getattr(self, name) for name in FACTS]
+        taken = register(m, status_enters, "taken", control=True)
+        known = Cat(fact.valid for fact in facts[1:]).all() & ~status_enters & ~taken
+        m.d.comb += (fact.ready.eq(taken) for fact in facts)
+        return register(m, known, "known", control=True) & self.gain.valid
 
     def _last_taxel(self, m: Module) -> Value:
         """Whether the next taxel is a plane's last one."""
@@ -257,7 +270,7 @@ class Scaling(wiring.Component):
         limited = Signal()
         above = rounded[output - 1 :]
         beyond = register(m, ~plain & above.any() & ~above.all(), "beyond")
-        rounded, last = register(m, rounded, "found"), register(m, last, "ends")
+        rounded, last = register(m, rounded, "rounded"), register(m, last, "ends")
         top = Cat((~rounded[-1]).replicate(output - 1), rounded[-1]).as_signed()
         m.d.sync += result.data.eq(Mux(beyond, top, rounded))
         m.d.sync += result.last.eq(last)

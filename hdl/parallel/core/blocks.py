@@ -23,7 +23,7 @@ def stated_cycles(build: Callable[[], CoreBlocks], names: Iterable[str]) -> dict
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UnusedElaboratable)
         blocks = build()
-        found = {name: attrgetter(name)(blocks) for name in names if hasattr(blocks, name.partition(".")[0])}
+        cycles = {name: attrgetter(name)(blocks) for name in names if hasattr(blocks, name.partition(".")[0])}
         del blocks
         gc.collect()  # a block that was never elaborated warns when it is deleted: delete it here
-    return found
+    return cycles

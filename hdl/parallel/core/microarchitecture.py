@@ -53,8 +53,8 @@ class Parallel(ABC, Generic[D, T]):
 
     def timeline(self, frames: int) -> T:
         """``frames`` frames back to back."""
-        found: T = self.trace(self.design, self.cycles, frames)
-        return found
+        timeline: T = self.trace(self.design, self.cycles, frames)
+        return timeline
 
     @property
     def probes(self) -> tuple[Probe, ...]:

@@ -137,4 +137,4 @@ class Field(wiring.Component):
             unfold.o.ready.eq(1),
             self.p.valid.eq(register(m, unfold.o.valid, "p_valid", control=True)),
         ]
-        m.d.sync += (into.eq(Mux(found[-1], 0, found[: bits - 1])) for into, found in zip(p, unfold.o.p, strict=True))
+        m.d.sync += (into.eq(Mux(word[-1], 0, word[: bits - 1])) for into, word in zip(p, unfold.o.p, strict=True))

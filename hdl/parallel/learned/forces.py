@@ -91,8 +91,8 @@ class Forces(wiring.Component):
             write.data.eq(self.p.payload),
             read.addr.eq(Cat(raster.quad, place)),
         ]
-        found = data.View(shape, register(m, read.data.as_value(), "quad"))
-        word = Array(found[k] for k in range(4))[delayed(m, mirror, READ, "mirror")]
+        quad = data.View(shape, register(m, read.data.as_value(), "quad"))
+        word = Array(quad[k] for k in range(4))[delayed(m, mirror, READ, "mirror")]
         even = delayed(m, self.share.p.even, READ, "even")
         return register(m, Mux(even, even_word(design), word), "p")
 

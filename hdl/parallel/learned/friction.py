@@ -72,7 +72,7 @@ class Friction(wiring.Component):
             "mu_y": (start, sizes[1], sizes[2], signs[1]),
             "mu": (modulus.valid, modulus.payload, self._normal(m, sizes[2]), Const(0, 1)),
         }
-        found = driver(m, self.friction.payload)
+        sent = driver(m, self.friction.payload)
         limited = []
         done = self._dividers["mu"].o.valid
         for name, given in operands.items():
@@ -80,9 +80,9 @@ class Friction(wiring.Component):
             quotient, unbounded = self._divide(m, self._dividers[name], done, *given)
             limited.append(unbounded)
             with m.If(done):
-                m.d.sync += found[name].eq(quotient)
+                m.d.sync += sent[name].eq(quotient)
         with m.If(done):
-            m.d.sync += found.overflow.eq(Cat(limited).any())
+            m.d.sync += sent.overflow.eq(Cat(limited).any())
         m.d.comb += [
             self.friction.valid.eq(register(m, done, "done", control=True)),
             tokens.give.eq(self.friction.valid),

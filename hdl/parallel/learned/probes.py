@@ -25,7 +25,7 @@ def probes(design: LearnedDesign) -> tuple[Probe, ...]:
     operators = [op for name in design.products for op in design.stacks[name].operators]
     units = sum(op.quads for op in operators if op.name in UNITS)
     words = data.ArrayLayout(signed(design.widths.division), 3)
-    found = (
+    always = (
         probe_of(Stage.NORMALISER, "quads", payloads.stress_quad(design), _PLACES, q),
         probe_of(Stage.MATVEC, "result.words", vector, _PLACES, sum(op.quads for op in operators)),
         probe_of(Stage.ACTIVATION, "units.words", quad(mirror_bits(design) + 2), _PLACES, units),
@@ -35,9 +35,9 @@ def probes(design: LearnedDesign) -> tuple[Probe, ...]:
         probe_of(Stage.FRICTION, "friction", friction(design), ("mu", "mu_x", "mu_y"), 1),
     )
     if not design.taxel_forces:
-        return found
+        return always
     return (
-        *found,
+        *always,
         probe_of(Stage.FIELD, "p", taxel_quad(design), _PLACES, q),
         probe_of(Stage.SHARE, "share", share(design), ("mantissa",), 3),
     )

@@ -83,24 +83,25 @@ class Resultant(wiring.Component):
     def _normalise(self, m: Module, valid: Value, f: list[Signal]) -> None:
         """F at division length; the zeros of the OR of its magnitudes are found before the shift."""
         width, bits = len(f[0]), self._design.widths.division
-        seen = register(m, reduce(or_, (magnitude_bits(self.total.p[parity]) for _, parity in _AXES)), "seen")
+        words = [magnitude_bits(self.total.p[parity]) for _, parity in _AXES]
+        magnitudes = register(m, reduce(or_, words), "magnitudes")
         zeros = Signal(counter_shape(width - 1), reset_less=True)
-        found = registered_zeros(m, seen)
+        common = registered_zeros(m, magnitudes)
         with m.If(delayed(m, valid, _ZEROS - 1, "measured", control=True)):
-            m.d.sync += zeros.eq(found)
+            m.d.sync += zeros.eq(common)
         coarse, _ = two_steps(zeros, _FINE)
         _, fine = two_steps(register(m, zeros, "fine"), _FINE)
-        words = driver(m, self.force.payload)
+        force = driver(m, self.force.payload)
         for axis, word in enumerate(f):
             moved = register(m, (word << coarse)[:width].as_signed(), f"moved{axis}")
             aligned = register(m, (moved << fine)[:width].as_signed(), f"aligned{axis}")
-            m.d.sync += words.words[axis].eq(round_top(aligned, bits))
-        m.d.sync += words.exponent.eq(delayed(m, zeros, _WORDS - _ZEROS - 1, "shifts") + (bits - width))
+            m.d.sync += force.words[axis].eq(round_top(aligned, bits))
+        m.d.sync += force.exponent.eq(delayed(m, zeros, _WORDS - _ZEROS - 1, "shifts") + (bits - width))
         m.d.comb += self.force.valid.eq(delayed(m, valid, _WORDS, "valid", control=True))
 
     def _judge(self, m: Module, start: Value, f: list[Signal], u: Signal) -> None:
         """Result words, and the verdict."""
-        found = driver(m, self.judged)
+        verdict = driver(m, self.judged)
         output = self._design.widths.output
         # TIMING: rounding -> limit
         wide = [Signal(signed(len(word) + 1), name="wide", reset_less=True) for word in (*f, u)]
@@ -114,10 +115,10 @@ class Resultant(wiring.Component):
         m.d.sync += [
             *(
                 into.eq(saturate(word, output))
-                for into, word in zip((*found.words, found.uncertainty), wide, strict=True)
+                for into, word in zip((*verdict.words, verdict.uncertainty), wide, strict=True)
             ),
-            found.limited.eq(Cat(beyond).any()),
-            found.implausible.eq(doubtful | ~f_z[-1]),
+            verdict.limited.eq(Cat(beyond).any()),
+            verdict.implausible.eq(doubtful | ~f_z[-1]),
         ]
 
     def _on_result_grid(self, word: Value) -> Value:

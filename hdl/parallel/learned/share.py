@@ -109,24 +109,24 @@ class Share(wiring.Component):
         zeros, top = normalize(m, total, bits)
         settled = fmt.bits("scalar") - 2 + fmt.vector_fraction - fmt.force_fraction - (bits - 1)
         base = register(m, self.contact.p.total.exponent + settled, "base")
-        found = register(m, base + (len(total) - zeros), "shift_found")
+        exact = register(m, base + (len(total) - zeros), "exact_shift")
         vanishing = register(m, zeros == len(total), "vanishing")
-        even = register(m, vanishing | (found < 0), "even")
+        even = register(m, vanishing | (exact < 0), "even")
         denominator = Signal(bits, reset_less=True)
         shift = Signal(self.share.p.shift.shape(), reset_less=True)
         length = alike.bit_length()
         alike_top = alike << (bits - length) if length <= bits else alike >> (length - bits)
         m.d.sync += [
             denominator.eq(Mux(even, alike_top, top)),
-            shift.eq(Mux(even, base + length, register(m, found, "shift_kept"))),
+            shift.eq(Mux(even, base + length, register(m, exact, "exact_shift_later"))),
         ]
-        return denominator, shift, register(m, even, "even_kept")
+        return denominator, shift, register(m, even, "even_later")
 
     def _divide(self, m: Module, start: Value, denominator: Value, shift: Value, even: Value) -> Value:
         """The three divisions; high with the last quotient."""
         m.submodules.divider = divider = self._divider
         top = (1 << (self._design.formats.bits("scalar") - 1)) - 1
-        found = driver(m, self.share.payload)
+        sent = driver(m, self.share.payload)
         done, quotient = divider.o.valid, divider.o.payload
         axis, last = wrapping_counter(m, done, 3, "axis")
         force = Array(self.contact.p.total.words[k] for k in range(3))[axis]
@@ -140,9 +140,9 @@ class Share(wiring.Component):
             self.share.valid.eq(register(m, done, "share_valid", control=True)),
         ]
         m.d.sync += [
-            found.mantissa.eq(Mux(quotient > top, top, Mux(quotient < -top, -top, quotient))),
-            found.shift.eq(shift),
-            found.even.eq(even),
+            sent.mantissa.eq(Mux(quotient > top, top, Mux(quotient < -top, -top, quotient))),
+            sent.shift.eq(shift),
+            sent.even.eq(even),
         ]
         return done & last
 

@@ -57,9 +57,9 @@ class Vectors(wiring.Component):
             read.addr.eq(Cat(self.quad, self.place)),
             self.complete.eq(delayed(m, ends, MEASURE - 1, "ends", control=True)),
         ]
-        found = data.View(shape, register(m, read.data.as_value(), "found"))
+        stored = data.View(shape, register(m, read.data.as_value(), "stored"))
         parity = delayed(m, self.parity, READ, "parity")
-        m.d.comb += self.word.eq(register(m, Array(found[k] for k in range(4))[parity], "word"))
+        m.d.comb += self.word.eq(register(m, Array(stored[k] for k in range(4))[parity], "word"))
         if self._headroom:
             self._measure(m, number == 0, ends, place)
         return m
@@ -79,6 +79,6 @@ class Vectors(wiring.Component):
             write.addr.eq(delayed(m, place, MEASURE, "measured_place")),
             read.addr.eq(self.place),
         ]
-        found = data.View(shape, register(m, read.data.as_value(), "found_headroom"))
+        stored = data.View(shape, register(m, read.data.as_value(), "stored_headroom"))
         parity = delayed(m, self.parity, READ, "headroom_parity")
-        m.d.comb += self.headroom.eq(register(m, Array(found[k] for k in range(4))[parity], "headroom"))
+        m.d.comb += self.headroom.eq(register(m, Array(stored[k] for k in range(4))[parity], "headroom"))

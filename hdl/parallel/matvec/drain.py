@@ -105,15 +105,15 @@ class Drain(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.register = held = DrainRegister(self._design)
+        m.submodules.register = sums = DrainRegister(self._design)
         m.submodules.placement = placement = Placement(self._design)
-        valid = held.draining & held.primed
+        valid = sums.draining & sums.primed
         group, last_group = self._group_counter(m, valid)
         m.d.comb += [
-            *(into.eq(total) for into, total in zip(held.sums, self.sums, strict=True)),
-            held.completing.eq(self.completing),
-            self.complete.eq(held.complete),
-            self.drained.eq(held.drained),
+            *(into.eq(total) for into, total in zip(sums.sums, self.sums, strict=True)),
+            sums.completing.eq(self.completing),
+            self.complete.eq(sums.complete),
+            self.drained.eq(sums.drained),
             placement.completing.eq(self.completing),
             placement.new.eq(self.new),
             placement.stack.eq(self.stack),
@@ -130,7 +130,7 @@ class Drain(wiring.Component):
         ]
         rounded = [
             on_grid(m, self._design, number, word, placement.quad.offset + headroom)
-            for number, word in enumerate(held.words)
+            for number, word in enumerate(sums.words)
             for headroom in [pick_word(self.headroom, group, number, self._words)]
         ]
         shifted_marks = delayed(m, sum_marks.as_value(), 2, "marks", control=True)

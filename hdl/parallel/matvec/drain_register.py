@@ -81,12 +81,12 @@ class DrainRegister(wiring.Component):
 
     def _shift(self, m: Module, capturing: Value) -> list[Value]:
         """The register, and the words that leave it."""
-        held = [Signal.like(total, name=f"held{lane}", reset_less=True) for lane, total in enumerate(self.sums)]
+        captured = [Signal.like(total, name=f"captured{lane}", reset_less=True) for lane, total in enumerate(self.sums)]
         with m.If(capturing):
-            m.d.sync += (word.eq(total) for word, total in zip(held, self.sums, strict=True))
+            m.d.sync += (word.eq(total) for word, total in zip(captured, self.sums, strict=True))
         with m.Else():
-            m.d.sync += (word.eq(behind) for word, behind in zip(held, held[self._words :], strict=False))
-        return held[: self._words]
+            m.d.sync += (word.eq(behind) for word, behind in zip(captured, captured[self._words :], strict=False))
+        return captured[: self._words]
 
     def _before(self, m: Module, leaving: list[Value], next_step: Value) -> Value:
         """The same words of the pass before, from a memory that is read a cycle before it is written."""

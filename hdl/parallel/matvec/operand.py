@@ -58,7 +58,7 @@ class OperandBuffer(wiring.Component):
         depth = 1 << len(self.read) if self._banks == 2 else self._quads
         m.submodules.memory = memory = Memory(shape=self.operand.p.shape(), depth=depth, init=[])
         write, read = memory.write_port(), memory.read_port()
-        found = data.View(self.operand.p.shape(), delayed(m, read.data.as_value(), READ - 1, "found"))
+        stored = data.View(self.operand.p.shape(), delayed(m, read.data.as_value(), READ - 1, "stored"))
         ended = Signal()
         number, last = wrapping_counter(m, write.en, self._quads, "quad_number")
         m.d.comb += [
@@ -67,7 +67,7 @@ class OperandBuffer(wiring.Component):
             write.data.eq(self.operand.p),
             read.addr.eq(self.read),
             ended.eq(write.en & last),
-            *(word.eq(short << self._fraction) for word, short in zip(self.quad, found, strict=True)),
+            *(word.eq(short << self._fraction) for word, short in zip(self.quad, stored, strict=True)),
         ]
         if self._banks == 2:
             m.d.sync += self.filling.eq(self.filling ^ ended)

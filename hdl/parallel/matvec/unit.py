@@ -53,7 +53,7 @@ from tfra.hdl.primitives import Multiplier, Rom
 from tfra.model.fixed.design import Design
 
 _FOLLOWING = 2
-"""Products that may have begun before the one that follows the first of them: an operand of that fills a bank."""
+"""Products of a stack that may have begun while those that follow them wait; each has a bank for its operand."""
 _ADDRESS = PREPARE + 2
 """Stages from a buffer address to the coefficient address of the same quad, so that both words meet in the lane."""
 
@@ -154,14 +154,14 @@ class MatVec(wiring.Component):
             return list(rom.words)
         lowest = low_bits(images[:, : cut.depth], cut.bits)
         m.submodules.tail = low = Rom(lowest, cut.bits, design.target, loaded=loaded)
-        there = rom.address < cut.depth
+        has_tail = rom.address < cut.depth
         m.d.comb += low.address.eq(rom.address)
         if loaded:
-            m.d.comb += low.write.eq(write & there.replicate(len(write)))
+            m.d.comb += low.write.eq(write & has_tail.replicate(len(write)))
             m.d.comb += low.data.eq(data[: cut.bits])
-        found = delayed(m, there, Rom.latency, "tail_there")
+        with_tail = delayed(m, has_tail, Rom.latency, "tail_valid")
         pairs = zip(rom.words, low.words, strict=True)
-        return [Cat(Mux(found, short, 0)[: cut.bits], long).as_signed() for long, short in pairs]
+        return [Cat(Mux(with_tail, short, 0)[: cut.bits], long).as_signed() for long, short in pairs]
 
     def _buffers(self, m: Module) -> dict[str, OperandBuffer]:
         """One buffer for each source, so that no operand waits for another's transfers."""
@@ -200,13 +200,15 @@ class MatVec(wiring.Component):
             name: register(m, start & (schedule.stack == n), f"starts_{name}", control=True)
             for n, name in enumerate(self._design.stacks)
         }
-        m.d.comb += [
-            schedule.wanted.eq(sum(each << place for place, each in enumerate(wanted))),
-            *(tokens[name].ready.eq(starts[stack]) for stack, names in plan.needs.items() for name in names),
-            *(free.give.eq(buffers[name].free) for name, free in reversed(banks.items())),
-            *(begun.give.eq(starts[plan.follows[name]]) for name, begun in following.items()),
-            *(buffers[source.name].free.eq(schedule.free[place]) for place, source in enumerate(plan.sources)),
-        ]
+        m.d.comb += schedule.wanted.eq(sum(each << place for place, each in enumerate(wanted)))
+        for stack, names in plan.needs.items():
+            m.d.comb += (tokens[name].ready.eq(starts[stack]) for name in names)
+        for name, free in reversed(banks.items()):
+            m.d.comb += free.give.eq(buffers[name].free)
+        for name, begun in following.items():
+            m.d.comb += begun.give.eq(starts[plan.follows[name]])
+        for place, source in enumerate(plan.sources):
+            m.d.comb += buffers[source.name].free.eq(schedule.free[place])
 
     def _wanted(
         self, m: Module, source: Source, buffer: OperandBuffer, tokens: dict[str, Any], schedule: Schedule
@@ -232,11 +234,25 @@ class MatVec(wiring.Component):
     def _wire_passes(
         self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule, prepare: Prepare, drain: Drain
     ) -> None:
-        """State of a pass for the operand path and the drain, by the parity of its number, from launch until it has
-        drained."""
+        """Facts of the two passes in flight, for the operand path and the drain.
+
+        A launch stores them by the parity of the pass.  Each user then looks at the pass that it works on:
+
+        ============ ========================== =====================================
+        user         looks at                   parity of its pass
+        ============ ========================== =====================================
+        prepare      ``headroom``, ``stack``    ``read_parity``, ``READ`` cycles later
+        placement    ``new``, ``stack``         ``captured``: passes captured so far
+        drain        ``headroom``               ``oldest``: the pass that drains next
+        ============ ========================== =====================================
+        """
         design = self._design
         facts = data.StructLayout({"headroom": headroom_quad(design), "new": 1, "stack": stack_number(design)})
         passes_in_flight = Signal(data.ArrayLayout(facts, 2), reset_less=True)
+
+        def fact(name: str, parity: Value) -> Value:
+            return Array(Value.cast(one[name]) for one in passes_in_flight)[parity]
+
         sources = list(buffers.values())
         headroom = Array(b.headroom.as_value() for b in sources)[schedule.source]
         for parity, facts_of_pass in enumerate(passes_in_flight):
@@ -249,22 +265,22 @@ class MatVec(wiring.Component):
         bank = Signal()
         with m.If(schedule.launch):
             m.d.sync += bank.eq(Array(b.head for b in sources)[schedule.source])
-        captured = Signal()  # passes, modulo two
+        captured = Signal()
         m.d.sync += captured.eq(captured ^ drain.complete)
-        source = delayed(m, schedule.read_source, READ, "found_source")
-        parity_found = delayed(m, schedule.read_parity, READ, "found_parity")
-        headrooms = [each.headroom.as_value() for each in passes_in_flight]
+        source = delayed(m, schedule.read_source, READ, "source")
+        read_parity = delayed(m, schedule.read_parity, READ, "read_parity")
+        for buffer in sources:
+            m.d.comb += buffer.read.eq(Cat(schedule.quad[: len(buffer.read) - 1], bank))
         m.d.comb += [
-            *(b.read.eq(Cat(schedule.quad[: len(b.read) - 1], bank)) for b in sources),
             schedule.drained.eq(drain.drained),
             prepare.quad.eq(Array(b.quad.as_value() for b in sources)[source]),
-            prepare.headroom.eq(Array(headrooms)[parity_found]),
-            drain.headroom.eq(Array(headrooms)[schedule.oldest]),
-            drain.new.eq(Array(each.new for each in passes_in_flight)[captured]),
-            drain.stack.eq(Array(each.stack for each in passes_in_flight)[captured]),
+            prepare.headroom.eq(fact("headroom", read_parity)),
+            drain.headroom.eq(fact("headroom", schedule.oldest)),
+            drain.new.eq(fact("new", captured)),
+            drain.stack.eq(fact("stack", captured)),
         ]
         if lengths_differ(design):
-            m.d.comb += prepare.stack.eq(Array(each.stack for each in passes_in_flight)[parity_found])
+            m.d.comb += prepare.stack.eq(fact("stack", read_parity))
 
 
 class _Lane(Elaboratable):

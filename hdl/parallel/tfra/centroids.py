@@ -50,10 +50,10 @@ def shift_distances(most: int) -> list[int]:
     two.
     """
     distance: int = 4 ** ((most.bit_length() - 1) // 2)
-    found = [distance] * (most // distance)
+    distances = [distance] * (most // distance)
     while distance := distance // 4:
-        found += [distance] * 3
-    return found
+        distances += [distance] * 3
+    return distances
 
 
 def _sizes(design: Design) -> _Sizes:
@@ -329,12 +329,12 @@ class _Solver(Elaboratable):
 
     def _look(self) -> Value:
         """The distance of the present step if neither value overflows: all bits that it drops equal the sign."""
-        found = []
+        enabled = []
         for distance in self._distances:
             flat = ~Cat(magnitude_bits(value[-1 - distance :]) for value in self._value).any()
             steps = [step for step, at in zip(self._step, self._sizes.shifts, strict=True) if at == distance]
-            found.append(flat & Cat(steps).any())
-        return Cat(found)
+            enabled.append(flat & Cat(steps).any())
+        return Cat(enabled)
 
     def _shifted(self, value: Value) -> Value:
         """``value`` shifted by the one enabled distance."""

@@ -60,19 +60,20 @@ _GATHER = (
 )
 """The A_pq that a parity of each quad of sums is (a part of)."""
 
-# Cycles of the schedule; registers are loaded at the end of theirs.  First the nine words, then the three sums.
-_BACK = ALIGN + 1  # barrel, in steps, and rounding
-_OR_OF_THIRDS, _OR, _HALF_ZEROS, _ZEROS = range(4)
-_RING = range(_ZEROS + 1, _ZEROS + 1 + len(_ORDER) + _BACK)  # all words to the barrel, until the last one is back
-_MULTIPLY = later(range(len(_PRODUCTS)), _RING.start + _BACK + 1)  # a register after the rounding
-_ADD = later(_MULTIPLY, 1)
-_OR_U, _HALF_ZEROS_U, _ZEROS_U = later(range(3), _ADD.stop)
-_SWAP = _HALF_ZEROS_U  # after the OR, which is that of the sums in any order
-_ALIGN_U = later(range(3), _ZEROS_U + 1)
-_ROUND_U = later(_ALIGN_U, ALIGN)
-_LIMIT_U = later(_ROUND_U, 1)
-_COMPARE = _LIMIT_U.stop
-_DIVIDE = _COMPARE + 1
+# Schedule: the cycles of each step; its registers are loaded at their end.  First the nine words A_pq:
+_OR_OF_THIRDS, _OR, _HALF_ZEROS, _ZEROS = range(4)  # zeros that all words have after their signs
+_TO_TAIL = ALIGN + 1  # cycles of a word from the head of the ring to its tail: aligned and rounded
+_RING = later(range(len(_ORDER) + _TO_TAIL), _ZEROS + 1)  # a word a cycle to the barrel, a rounded one a cycle back
+_MULTIPLY = later(range(len(_PRODUCTS)), _RING.start + _TO_TAIL + 1)  # operand times factor, a cycle after rounding
+_ADD = later(_MULTIPLY, 1)  # the product to its sum, or from it
+# Then their three sums:
+_OR_U, _HALF_ZEROS_U, _ZEROS_U = later(range(3), _ADD.stop)  # zeros that all sums have after their signs
+_SWAP = _HALF_ZEROS_U  # of den and num1: after the OR, which is that of the sums in any order
+_ALIGN_U = later(range(3), _ZEROS_U + 1)  # a sum a cycle to the barrel: den, num0, num1
+_ROUND_U = later(_ALIGN_U, ALIGN)  # its magnitude
+_LIMIT_U = later(_ROUND_U, 1)  # ... limited
+_COMPARE = _LIMIT_U.stop  # num0 and num1 with the limit of quotients times den
+_DIVIDE = _COMPARE + 1  # both divisions begin
 
 
 class Dependent(wiring.Component):
@@ -94,21 +95,8 @@ class Dependent(wiring.Component):
     else     u_0    u_1    -u_2
     ======== ====== ====== ======
 
-    ``_PRODUCTS`` is the schedule of the multiplier, from which the order of the ring, the factors and the signs are
-    made.  The sums are den, num0, num1 where the sweep goes along y.  Else the outer two are swapped.  In all:
-
-    =============== ======================================================================
-    ``_ZEROS``      zeros that all words have after their signs
-    ``_RING``       the ring moves: a word a cycle to the barrel, a rounded one a cycle back
-    ``_MULTIPLY``   operand times factor
-    ``_ADD``        ... to its sum, or from it
-    ``_ZEROS_U``    zeros that all sums have after their signs; ``_SWAP`` is beside it
-    ``_ALIGN_U``    a sum a cycle to the barrel: den, num0, num1
-    ``_ROUND_U``    its magnitude
-    ``_LIMIT_U``    ... limited
-    ``_COMPARE``    num0 and num1 with the limit of quotients times den
-    ``_DIVIDE``     both divisions begin
-    =============== ======================================================================
+    ``_PRODUCTS`` is the schedule of the multiplier, from which the order of the ring, the factors and the signs
+    follow.  The sums are den, num0, num1 where the sweep goes along y.  Else the outer two are swapped.
 
     Resources: one multiplier of sums by the direction, used six times; two :class:`tfra.hdl.lib.divider.Divider`.
     """

@@ -41,13 +41,13 @@ _PRODUCTS = (
 )
 """One a cycle: the operand of row n is loaded in cycle ``_LOAD[n]``, its product is added in cycle ``_ADD[n]``."""
 
-# Cycles of the schedule; a register is loaded at the end of its cycle.
-_LOAD = range(len(_PRODUCTS))
-_MULTIPLY = later(_LOAD, 1)
-_ADD = later(_MULTIPLY, 1)
-_OR, _HALF_ZEROS, _ZEROS = later(range(3), _ADD.stop)
-_ALIGN = later(range(3), _ZEROS + 1)
-_ROUND = later(_ALIGN, ALIGN)
+# Schedule: the cycles of each step; its registers are loaded at their end.
+_LOAD = range(len(_PRODUCTS))  # operand and factor; with a force's second ones the ``start`` of its sum
+_MULTIPLY = later(_LOAD, 1)  # operand times factor
+_ADD = later(_MULTIPLY, 1)  # the product to its force
+_OR, _HALF_ZEROS, _ZEROS = later(range(3), _ADD.stop)  # zeros that all forces have after their signs
+_ALIGN = later(range(3), _ZEROS + 1)  # a force a cycle to the barrel: F_x, F_y, F_z
+_ROUND = later(_ALIGN, ALIGN)  # rounded, into ``total``
 _LAST = _ROUND.stop - 1
 
 
@@ -58,16 +58,7 @@ class Resultant(wiring.Component):
 
         affine.sums ─▶ select ─▶ x mu_x, x mu_y ─▶ + ─▶ F_x, F_y, F_z ─▶ align ─▶ round ─▶ total
 
-    ``_PRODUCTS`` is the schedule of the multiplier, from which operands and factors are chosen.  In all:
-
-    ============== ====================================================================
-    ``_LOAD``      operand and factor; with a force's second ones the ``start`` of its sum
-    ``_MULTIPLY``  operand times factor
-    ``_ADD``       ... to its force
-    ``_ZEROS``     zeros that all forces have after their signs
-    ``_ALIGN``     a force a cycle to the barrel: F_x, F_y, F_z
-    ``_ROUND``     rounded, into ``total``
-    ============== ====================================================================
+    ``_PRODUCTS`` is the schedule of the multiplier, from which operands and factors are chosen.
 
     Resources: one multiplier of sums by a scalar, used six times.
     """
@@ -150,8 +141,8 @@ class Resultant(wiring.Component):
     def _sum(self, indices: tuple[int, int]) -> Value:
         """A_pq of the frame."""
         p, q = indices
-        found: Value = self.affine.payload.sums[3 * p + q]
-        return found
+        word: Value = self.affine.payload.sums[3 * p + q]
+        return word
 
     def _normalise(self, m: Module, forces: list[Signal], cycle: Value) -> None:
         """The three forces at division length, one each cycle; first comes F_x."""

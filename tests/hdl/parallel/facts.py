@@ -8,31 +8,23 @@ from typing import Any
 
 import numpy as np
 
+from tests.hdl.parallel.designs import make
 from tfra.model.arrays import Ints
-from tfra.model.choices import FORMATS, Adc, Architecture, Formats, Search
+from tfra.model.choices import Formats
 from tfra.model.fixed.butterfly import butterfly, to_quads
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.normaliser import Normalised, normaliser
 from tfra.model.fixed.tfra.centroids import Direction, centroids
 from tfra.model.fixed.tfra.dependent import Dependent, dependent, gather_sums
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.weights import weights
-from tfra.model.sensor import SensorArray
-
-
-def _design(rows: int, columns: int, formats: Formats, bits: int = 14, steps: int = 100) -> Design:
-    sensor = SensorArray(rows, columns, 4e-3, 2.5e-3, 3e-3)
-    adc = Adc(bits, contact_threshold=0)
-    return TfraDesign(sensor, adc=adc, search=Search(steps), formats=formats, architecture=Architecture(4))
-
 
 DESIGNS = {
-    "standard": _design(4, 4, FORMATS["standard"]),
-    "wide": _design(5, 7, FORMATS["wide"], steps=7),
-    "short": _design(2, 3, Formats("short", 10, 10, 16, 3), bits=8, steps=1),
-    "operand over vector": _design(4, 6, Formats("long", 18, 27, 0, 0), bits=6, steps=33),
-    "ten": _design(10, 10, FORMATS["standard"], bits=12),
+    "standard": make(4, 4, threshold=0),
+    "wide": make(5, 7, "wide", steps=7, threshold=0),
+    "short": make(2, 3, Formats("short", 10, 10, 16, 3), bits=8, steps=1, threshold=0),
+    "operand over vector": make(4, 6, Formats("long", 18, 27, 0, 0), bits=6, steps=33, threshold=0),
+    "ten": make(10, 10, bits=12, threshold=0),
 }
 
 

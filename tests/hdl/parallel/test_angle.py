@@ -11,23 +11,22 @@ from amaranth import Module, unsigned
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tests.hdl.parallel.designs import make
 from tests.marks import STALLS
 from tfra.hdl.lib.streams import PerFrameFifo, always_ready_stream
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.cordic import cordic_modulus, cordic_vector, cordic_word
-from tfra.model.choices import DIVISION_GUARD, FORMATS, Architecture
+from tfra.model.choices import DIVISION_GUARD
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.sensor import SensorArray
 from tfra.sim.harness import flowing, run
 
 NUMBER = 30
 
 
 def design(formats: str) -> Design:
-    return TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), formats=FORMATS[formats], architecture=Architecture(4))
+    return make(3, 4, formats)
 
 
 class Kept(wiring.Component):

@@ -12,22 +12,19 @@ from amaranth import Cat, Module
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tests.hdl.parallel.designs import make
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.cordic import Cordic, cordic_modulus, cordic_vector, cordic_word
-from tfra.model.choices import FORMATS, Architecture, Formats
+from tfra.model.choices import Formats
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, cordic, cordic_gain, iterations
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.sensor import SensorArray
 from tfra.sim.harness import PATTERNS, run
 
-SENSOR = SensorArray(4, 4, 4e-3, 4e-3, 3e-3)
-SINGLE = Architecture(4)
 DESIGNS = {
-    "standard": TfraDesign(SENSOR, architecture=SINGLE),
-    "wide": TfraDesign(SENSOR, formats=FORMATS["wide"], architecture=SINGLE),
-    "long": TfraDesign(SENSOR, formats=Formats("long", 27, 27, 9, 4), architecture=SINGLE),
+    "standard": make(4, 4),
+    "wide": make(4, 4, "wide"),
+    "long": make(4, 4, Formats("long", 27, 27, 9, 4)),
 }
 
 

@@ -11,33 +11,25 @@ from amaranth import Module
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tests.hdl.parallel.designs import make
 from tests.marks import STALLS
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
 from tfra.hdl.parallel.gain import Gain
-from tfra.model.choices import FORMATS, Adc, Architecture, Formats
+from tfra.model.choices import Formats
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant, gain, normal_gain
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra import pipeline
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.sensor import SensorArray
 from tfra.sim.harness import run
 
-
-def design(rows: int, columns: int, formats: Formats, bits: int = 14, thickness: float = 3e-3) -> Design:
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, thickness)
-    adc = Adc(bits, contact_threshold=0)
-    return TfraDesign(sensor, adc=adc, formats=formats, architecture=Architecture(4))
-
-
 DESIGNS = {
-    "4x4": design(4, 4, FORMATS["standard"]),
-    "5x7 wide": design(5, 7, FORMATS["wide"]),
-    "10x10": design(10, 10, FORMATS["standard"]),
-    "2x2 long": design(2, 2, Formats("long", 27, 27, 16, 0), bits=6, thickness=1e-3),
-    "3x2 short": design(3, 2, Formats("short", 10, 10, 0, 16), bits=6, thickness=8e-3),
+    "4x4": make(4, 4, threshold=0),
+    "5x7 wide": make(5, 7, "wide", threshold=0),
+    "10x10": make(10, 10, threshold=0),
+    "2x2 long": make(2, 2, Formats("long", 27, 27, 16, 0), bits=6, thickness=1, threshold=0),
+    "3x2 short": make(3, 2, Formats("short", 10, 10, 0, 16), bits=6, thickness=8, threshold=0),
 }
 
 
@@ -161,7 +153,7 @@ def test_rules_in_literal_numbers():
 
 @pytest.mark.parametrize("size", [(4, 6, "standard"), (3, 5, "wide")])
 def test_frames_of_the_whole_model(size, monkeypatch):
-    d = design(size[0], size[1], FORMATS[size[2]])
+    d = make(*size, threshold=0)
     rng = np.random.default_rng(3)
     codes = rng.integers(-8192, 8192, (6, d.sensor.rows, d.sensor.columns)) >> rng.integers(0, 13, (6, 1, 1))
     codes[1], codes[2] = 0, -np.abs(codes[2])

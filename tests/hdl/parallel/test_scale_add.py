@@ -8,7 +8,8 @@ from math import floor
 
 import pytest
 
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS, name, words
+from tests.hdl.parallel.designs import label
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS, words
 from tfra.hdl.parallel.scale_add import ScaleAdd, Stage
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.sim.harness import play
@@ -41,7 +42,7 @@ def _beat(design, rng):
             return x, headroom, scalar, words(rng, bits - 1, size), added
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_rounds_the_exact_sum_half_up(design):
     rng = random.Random(8)
     rows = [_beat(design, rng) for _ in range(BEATS)]

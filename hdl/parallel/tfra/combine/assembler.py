@@ -48,10 +48,10 @@ class Assembler(wiring.Component):
         latest, is_force = self.sum.as_value(), self.tag.job == Job.FORCE
         if self._design.cycles_per_quad == 1:
             return latest
-        kept = {}
+        earlier = {}
         for name, mine in (("vector", ~is_force), ("force", is_force)):
             beats = Signal((self._design.cycles_per_quad - 1) * len(latest), name=f"{name}_beats", reset_less=True)
             with m.If(self.valid & mine):
                 m.d.sync += beats.eq(Cat(beats, latest)[len(latest) :])
-            kept[name] = beats
-        return Cat(Mux(is_force, kept["force"], kept["vector"]), latest)
+            earlier[name] = beats
+        return Cat(Mux(is_force, earlier["force"], earlier["vector"]), latest)

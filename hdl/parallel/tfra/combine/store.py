@@ -118,7 +118,7 @@ class Store(wiring.Component):
         m.d.comb += [
             write.en.eq(delayed(m, ends, MEASURE, "ends", control=True)),
             write.addr.eq(delayed(m, write_address, MEASURE, "write_address")),
-            *(write.data[k].eq(found) for k, found in enumerate(zeros)),
+            *(write.data[k].eq(word) for k, word in enumerate(zeros)),
             read.addr.eq(read_address),
             self.headroom.eq(register(m, read.data.as_value(), "headroom")),
         ]

@@ -13,7 +13,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
 
-_STAGES = ("port", "read", "found", "stored", "sum")
+_STAGES = ("port", "read", "word", "stored", "sum")
 """Stages of an addition, one a cycle: the register that holds its word."""
 
 DRAIN = len(_STAGES) - 1
@@ -32,9 +32,9 @@ class Accumulator(wiring.Component):
 
     ::
 
-        address ─▶ memory ─▶ found ─▶ stored ─▶ + ─▶ sum ─▶ memory
+        address ─▶ memory ─▶ word ──▶ stored ─▶ + ─▶ sum ─▶ memory
                                ▲         ▲      ▲     │
-                               └─ kept ──┴──────┴─────┘
+                               └─ passed ┴──────┴─────┘
 
     A sum is in the memory for additions five cycles later.  An earlier addition to the same address takes it from a
     register (forwarding), the latest of several sums:
@@ -44,8 +44,8 @@ class Accumulator(wiring.Component):
     ====== ==================== =====================================================
     0      reads the memory
     1      gets an answer       4 cycles before, from ``written``, or 3 cycles before,
-                                from ``sum``: both into ``kept``
-    2      is in ``found``      2 cycles before, from ``sum``: into ``stored``
+                                from ``sum``: both into ``passed``
+    2      is in ``word``       2 cycles before, from ``sum``: into ``stored``
     3      is in ``stored``     1 cycle before, from ``sum``: into the adder
     4      is in ``sum``, and
            writes the memory
@@ -82,8 +82,8 @@ class Accumulator(wiring.Component):
         row = self._drain(m)
         flight = self._flight(m)
         total = Signal(self._total, name="sum", reset_less=True)
-        found = self._memories(m, row, flight, total.as_value())
-        before = data.View(self._total, self._before(m, flight, found, total.as_value()))
+        word = self._memories(m, row, flight, total.as_value())
+        before = data.View(self._total, self._before(m, flight, word, total.as_value()))
         for field, _ in self._total:
             value = delayed(m, self.value[field], _STAGES.index("stored"), f"value_{field}")
             m.d.sync += total[field].eq(before[field] + value)
@@ -114,10 +114,10 @@ class Accumulator(wiring.Component):
         return flight
 
     def _memories(self, m: Module, row: Value, flight: dict[str, _Addition], total: Value) -> Value:
-        """Read and write every bank; what the addition in stage ``found`` has found in its own."""
+        """Read and write every bank; what the addition in stage ``word`` has read in its own."""
         bank_bits = self._banks - 1
         clear, cleared = register(m, self.draining, "clear", control=True), register(m, row, "cleared")
-        written, found = flight["sum"], []
+        written, word = flight["sum"], []
         for bank in range(self._banks):
             shape, depth = unsigned(len(total)), max(2, self._depth)  # ports need an address
             m.submodules[f"bank{bank}"] = memory = Memory(shape=shape, depth=depth, init=[])
@@ -129,20 +129,20 @@ class Accumulator(wiring.Component):
                 write.addr.eq(Mux(clear, cleared, written.address >> bank_bits)),
                 write.data.eq(total),
             ]
-            found.append(register(m, read.data, f"found{bank}"))
-            m.d.comb += self.rows[bank].as_value().eq(found[bank])
-        return Mux(flight["found"].address[0], found[1], found[0]) if bank_bits else found[0]
+            word.append(register(m, read.data, f"word{bank}"))
+            m.d.comb += self.rows[bank].as_value().eq(word[bank])
+        return Mux(flight["word"].address[0], word[1], word[0]) if bank_bits else word[0]
 
-    def _before(self, m: Module, flight: dict[str, _Addition], found: Value, total: Value) -> Value:
+    def _before(self, m: Module, flight: dict[str, _Addition], word: Value, total: Value) -> Value:
         """The sum that the addition in stage ``stored`` adds to: from the memory, or forwarded."""
-        same = {}  # registers, in stage ``read``: the addition that far ahead went to the same address
+        same = {}  # registers, in stage ``read``: the addition that far before went to the same address
         address, valid = flight["port"]
-        for ahead, stage in enumerate(_STAGES[1:], 1):
+        for distance, stage in enumerate(_STAGES[1:], 1):
             other = flight[stage]
-            same[ahead] = register(m, valid & other.valid & (other.address == address), f"same{ahead}")
+            same[distance] = register(m, valid & other.valid & (other.address == address), f"same{distance}")
         written = register(m, total, "written")
-        kept = register(m, Mux(same[3], total, written), "kept")
-        use_kept = register(m, same[3] | same[4], "use_kept")
+        passed = register(m, Mux(same[3], total, written), "passed")
+        use_passed = register(m, same[3] | same[4], "use_passed")
         use_sum = delayed(m, same[2], 1, "use_sum")
-        stored = register(m, Mux(use_sum, total, Mux(use_kept, kept, found)), "stored")
+        stored = register(m, Mux(use_sum, total, Mux(use_passed, passed, word)), "stored")
         return Mux(delayed(m, same[1], 2, "use_latest"), total, stored)

@@ -204,16 +204,16 @@ class Loader(wiring.Component):
             beat = Signal(counter_shape(beats - 1), name="beat")
             m.d.sync += beat.eq(Mux(stored, beat + 1, 0))
         read_word = delayed(m, word, _READ_P - 1, "read_word")
-        read_number = self._held(m, number, e1.at(_READ_P - 1), "read_number")
+        read_number = self._latched(m, number, e1.at(_READ_P - 1), "read_number")
         m.d.comb += [
-            write.addr.eq(Cat(beat, self._held(m, number, e0.at(FOLDED), "stored_number"))),
+            write.addr.eq(Cat(beat, self._latched(m, number, e0.at(FOLDED), "stored_number"))),
             write.data.eq(nth_slice(folded, beat, beats)),
             write.en.eq(stored),
             read.addr.eq(register(m, Cat(read_word[word_bits:], read_number), "read_address")),
             read.en.eq(e1.during(_READ_P, WORDS)),
         ]
-        found = data.View(shape, register(m, read.data.as_value(), "found"))
-        return Array(found)[delayed(m, read_word[:word_bits], 1 + READ, "found_word")] if word_bits else found[0]
+        beat_of_p = data.View(shape, register(m, read.data.as_value(), "beat_of_p"))
+        return Array(beat_of_p)[delayed(m, read_word[:word_bits], 1 + READ, "word_of_p")] if word_bits else beat_of_p[0]
 
     def _taxels(self, m: Module, p: Value, q: list[Value], number: Value, word: Value, e1: _Taken) -> None:
         """Stage ``TAXEL`` of e1: one word after another of p, q and stress, with the facts of the frame."""
@@ -236,20 +236,20 @@ class Loader(wiring.Component):
 
     def _distinct(self, m: Module, number: Value, load: Value) -> Signal:
         """The distinct taxels among the words of a quad, a bit each, from the static shape of the array."""
-        found = Signal(WORDS, name="distinct_words", reset_less=True)
+        words = Signal(WORDS, name="distinct_words", reset_less=True)
         with m.If(load), m.Switch(number):
             for at, row in enumerate(distinct(self._design)):
                 with m.Case(at):
-                    m.d.sync += found.eq(sum(1 << word for word in range(WORDS) if row[word]))
-        return found
+                    m.d.sync += words.eq(sum(1 << word for word in range(WORDS) if row[word]))
+        return words
 
     @staticmethod
-    def _held(m: Module, value: Value, load: Value, name: str) -> Value:
-        """``value`` in the cycle ``load``, and held afterwards."""
-        held = Signal.like(value, name=name, reset_less=True)
+    def _latched(m: Module, value: Value, load: Value, name: str) -> Value:
+        """``value`` in the cycle ``load``, and from then on."""
+        latch = Signal.like(value, name=name, reset_less=True)
         with m.If(load):
-            m.d.sync += held.eq(value)
-        return Mux(load, value, held)
+            m.d.sync += latch.eq(value)
+        return Mux(load, value, latch)
 
     @staticmethod
     def _pick(words: Sequence[Value] | data.View, number: Value) -> Value:

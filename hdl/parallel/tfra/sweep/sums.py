@@ -188,9 +188,11 @@ class Sums(wiring.Component):
     def _send(self, m: Module, when: _Phases, total: Signal, slope: Signal, odd_excess: Value) -> None:
         """Sums of a row; where they come in pairs, the odd candidate's is made from that of the even one before it."""
         clearing = self._clearing(m)
-        alone = rows(self._design) > _reads(self._design)  # the last candidate, after all entries
-        there = Cat(when.sum_adds | when.sum_added if alone else when.sum_adds, when.sum_adds)[: len(self.valid)]
-        valid = there & (~clearing).replicate(len(there))
+        odd = when.sum_adds
+        even = when.sum_adds
+        if rows(self._design) > _reads(self._design):  # the last candidate is even, and comes after all entries
+            even = when.sum_adds | when.sum_added
+        valid = Cat(even, odd)[: len(self.valid)] & (~clearing).replicate(len(self.valid))
         m.d.comb += self.begins.eq(when.slope_adds & ~when.sum_adds & ~clearing)
         if self._pairs:
             odd_gain = register(m, slope + delayed(m, odd_excess, _PAIR, "odd_excess"), "odd_gain")
@@ -215,5 +217,6 @@ class Sums(wiring.Component):
         """The effect of two consecutive entries on slope and sum, without that of the slope before them; ``_PAIR``
         later."""
         both = register(m, odd.size + even.size, "both_sizes")
-        odd_part, even_part = register(m, odd.size + odd.excess, "odd_part"), register(m, even.excess, "even_part")
+        odd_part = register(m, odd.size + odd.excess, "odd_part")
+        even_part = register(m, even.excess, "even_part")
         return register(m, both, "size"), register(m, odd_part + even_part, "excess")

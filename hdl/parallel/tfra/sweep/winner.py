@@ -52,7 +52,7 @@ class _Lowest(NamedTuple):
 class Winner(wiring.Component):
     """The candidate with the smallest B^xy on the plateau of B^z, the first of equals.
 
-    The plateau is all candidates whose B^z is within the tolerance of the smallest one.  Three things are kept:
+    The plateau is all candidates whose B^z is within the tolerance of the smallest one.  Three registers:
 
         ``lowest``   the smallest B^z so far
         ``best``     the smallest B^xy on the plateau so far
@@ -180,12 +180,12 @@ class Winner(wiring.Component):
 
     def _compare_later(self, m: Module, distances: list[Value], number: Value, limit: Value, complete: Value) -> None:
         """With a tolerance: keep the rows until all have come, then compare with the plateau's limit."""
-        kept = data.StructLayout({"xy": len(distances[0]), "z": len(self.rows[0].z), "there": 1})
+        stored = data.StructLayout({"xy": len(distances[0]), "z": len(self.rows[0].z), "there": 1})
         words = []
         for distance, row, there in zip(distances, self.rows, self.valid, strict=True):
-            words.append(Cat(distance, delayed(m, Cat(row.z, there), _DISTANCE, "kept_z")))
-        number, found, turning = self._replay(m, number, Cat(words), complete)
-        row = data.View(data.ArrayLayout(kept, self._ways), found)
+            words.append(Cat(distance, delayed(m, Cat(row.z, there), _DISTANCE, "z_later")))
+        number, words_read, turning = self._replay(m, number, Cat(words), complete)
+        row = data.View(data.ArrayLayout(stored, self._ways), words_read)
         on = [register(m, turning & word.there & (word.z <= limit), "on_plateau", control=True) for word in row]
         replayed: list[Value] = [register(m, word.xy, f"replayed{way}") for way, word in enumerate(row)]
         number = register(m, number, "replayed_number")
@@ -222,7 +222,7 @@ class Winner(wiring.Component):
             read.en.eq(1),
         ]
         return (
-            delayed(m, read_number, wait, "found_number"),
-            delayed(m, read.data, wait - 1, "found_row"),
-            delayed(m, reading, wait, "found_there", control=True),
+            delayed(m, read_number, wait, "read_number_later"),
+            delayed(m, read.data, wait - 1, "row_read"),
+            delayed(m, reading, wait, "row_valid", control=True),
         )

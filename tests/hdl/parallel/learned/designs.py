@@ -1,20 +1,18 @@
-"""Designs of the tests of the learned estimator's core, words for its blocks, and the core in Amaranth's simulator."""
+"""Designs of the tests of the learned estimator's core, and words for its blocks."""
 
 from __future__ import annotations
 
 import random
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from hypothesis import Phase
 
+from tests.hdl.parallel.cores import mixed
 from tests.model.fixed.learned.cases import made
-from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.model.arrays import Ints
-from tfra.model.choices import FORMATS, SCALARS, Adc, Architecture, Formats
+from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.learned.design import SIGNALS, LearnedDesign
-from tfra.sim.harness import run
 
 DESIGNS = {
     "standard": made(4, 5),
@@ -49,17 +47,8 @@ def random_design(seed: int, **choices: Any) -> LearnedDesign:
 
 
 def mixed_design(seed: int) -> LearnedDesign:
-    """A random design whose signals have word lengths of their own: the first draw that fits together."""
-    design, rng = random_design(seed), random.Random(seed)
-    while True:
-        own = tuple((name, rng.randrange(10 if name in SCALARS else 6, 28)) for name in SIGNALS if rng.random() < 0.5)
-        lengths = rng.randrange(6, 28), rng.randrange(design.adc.bits, 28), rng.randrange(17), rng.randrange(17)
-        try:
-            mixed = replace(design, formats=Formats("mixed", *lengths, own))
-            _ = mixed.widths
-        except ValueError:
-            continue
-        return mixed
+    """A random design whose signals have word lengths of their own."""
+    return mixed(random_design(seed), seed, SIGNALS, 0.5)
 
 
 def words_of(rng: np.random.Generator, bits: int, shape: tuple[int, ...]) -> Ints:
@@ -67,13 +56,3 @@ def words_of(rng: np.random.Generator, bits: int, shape: tuple[int, ...]) -> Int
     top = np.int64(1) << rng.integers(0, bits, shape)
     words = np.where(rng.random(shape) < 0.2, rng.choice([-1, 1], shape) * top, rng.integers(-top, top))
     return np.clip(words, -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
-
-
-def stream(design: LearnedDesign, codes: Ints, **stalls: Any) -> tuple[Ints, Ints, Ints, Ints, Ints]:
-    """Result words ``(n, words)``, the model's, last marks, and the cycles of last taxels and of result words."""
-    want = design.model.words(codes)
-    seen = run(LearnedCore(design), {"taxel": codes.ravel().tolist()}, {"result": want.size}, **stalls)
-    words = np.array([word["data"] for word in seen.values["result"]]).reshape(want.shape)
-    last = np.array([word["last"] for word in seen.values["result"]]).reshape(want.shape)
-    taken = np.array(seen.cycles["taxel"]).reshape(len(codes), -1)[:, -1]
-    return words, want, last, taken, np.array(seen.cycles["result"]).reshape(want.shape)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import random
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from amaranth import ResetInserter, Signal
-from amaranth.sim import Simulator
 
-from tests.hdl.parallel.learned.designs import mixed_design, random_design, stream
+from tests.hdl.parallel.cores import check_resets, check_single_frame, check_timing, check_words, sleepy, stream
+from tests.hdl.parallel.learned.designs import mixed_design, random_design
 from tests.marks import long
 from tests.model.fixed.learned.cases import codes_of, made
 from tfra.hdl.parallel.learned.core import LearnedCore
@@ -31,99 +31,46 @@ CASES = [
 
 @pytest.mark.parametrize(("design", "stall_in", "stall_out"), [CASES[0], CASES[2], *long(CASES[1], *CASES[3:])])
 def test_every_word_equals_the_model(design, stall_in, stall_out):
-    codes = codes_of(design, 9, seed=1)
-    words, want, last, *_ = stream(design, codes, stall_in=stall_in, stall_out=stall_out, seed=3)
-    names = [f.name for f in design.layout for _ in range(f.count)]
-    bad = np.argwhere(words != want)
-    assert not len(bad), f"frame {bad[0][0]}, {names[bad[0][1]]}, word {bad[0][1]}"
-    assert last[:, -1].all()
-    assert last.sum() == len(want)
-
-
-def sleepy(rng):
-    """Asleep for longer than frames take, then awake for a while, so that every place in the core fills up."""
-    while True:
-        yield from [True] * rng.randrange(2000)
-        yield from [False] * rng.randrange(1, 400)
+    check_words(design, codes_of(design, 9, seed=1), stall_in=stall_in, stall_out=stall_out, seed=3)
 
 
 @pytest.mark.parametrize(("seed", "forces"), [(21, False), *long((20, True), (22, True), (23, True), (24, False))])
 def test_everything_has_its_place_while_the_output_sleeps(seed, forces):
     """Nothing behind the products asks for a place: tokens alone see to it that there is one."""
     design = random_design(seed, taxel_forces=forces)
-    words, want, *_ = stream(design, codes_of(design, 9, seed), stall_out=sleepy, seed=seed)
-    assert (words == want).all()
+    check_words(design, codes_of(design, 9, seed), stall_out=sleepy, seed=seed)
 
 
 @pytest.mark.parametrize("seed", [3, *long(4, 11, *range(30, 42))])
 def test_timing_is_what_the_gateware_does(seed):
-    """Every taxel and every word of frames back to back comes in the cycle that the timeline says."""
-    check_timing(random_design(seed), seed)
+    design = random_design(seed)
+    check_timing(design, codes_of(design, 8, seed))
 
 
 @pytest.mark.parametrize("seed", [110, *long(104, *range(111, 119))])
 def test_signals_with_word_lengths_of_their_own(seed):
-    check_timing(mixed_design(seed), seed)
-
-
-def check_timing(design, seed):
-    words, want, _, taken, cycles = stream(design, codes_of(design, 8, seed))
-    assert (words == want).all()
-    timeline = LearnedParallel(design).timeline(8)
-    assert (taken - taken[0]).tolist() == [frame.taxel for frame in timeline.frames]
-    assert (cycles - taken[0]).tolist() == [frame.words for frame in timeline.frames]
+    design = mixed_design(seed)
+    check_timing(design, codes_of(design, 8, seed))
 
 
 @pytest.mark.parametrize("seed", [1, *long(2, 12)])
 def test_a_single_frame_takes_the_stated_latency(seed):
     design = random_design(seed)
-    words, want, _, taken, cycles = stream(design, codes_of(design, 2, seed)[1:])
-    timing = LearnedParallel(design)
-    assert (words == want).all()
-    assert cycles[0, 0] - taken[0] == timing.latency
-    assert cycles[0, -1] - taken[0] == timing.frame_latency
+    check_single_frame(design, codes_of(design, 2, seed)[1:])
 
 
 @pytest.mark.parametrize("forces", [False, *long(True)])
 def test_a_reset_of_one_cycle_in_the_middle_of_anything(forces):
-    """After each reset the frames of the model come, counted from zero."""
-    design = made(3, 2, (3, 2), 7, taxel_forces=forces)
-    codes = codes_of(design, 4, 9)
-    want = design.model.words(codes).ravel().tolist()
-    core, reset, found = LearnedCore(design), Signal(), []
+    design, rng = made(3, 2, (3, 2), 7, taxel_forces=forces), random.Random(5)
     length = LearnedParallel(design).frame_latency
-    rng = np.random.default_rng(5)
-    interrupted = [1, *rng.integers(6, 2 * length, 5).tolist()]
-
-    async def bench(ctx):
-        ctx.set(core.result.ready, 1)
-        for cycles in [*interrupted, 6 * length]:
-            found.clear()
-            taxels = codes.ravel().tolist()
-            for _ in range(cycles):
-                ctx.set(core.taxel.valid, bool(taxels))
-                ctx.set(core.taxel.payload, taxels[0] if taxels else 0)
-                port = core.taxel.ready, core.result.valid, core.result.payload
-                _, _, taken, valid, word = await ctx.tick().sample(*port)
-                if taken and taxels:
-                    taxels.pop(0)
-                if valid:
-                    found.append(word["data"])
-            ctx.set(reset, 1)
-            await ctx.tick()
-            ctx.set(reset, 0)
-
-    simulator = Simulator(ResetInserter(reset)(core))
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(bench)
-    simulator.run()
-    assert found == want, f"after resets at {interrupted}"
+    interrupted = [1, *(rng.randrange(6, 2 * length) for _ in range(4))]
+    check_resets(design, codes_of(design, 3, 9), interrupted, 1, rng)
 
 
 def test_coefficients_may_be_loaded():
-    design = made(3, 3, (3, 2), 8, images="load", lanes=8)
-    codes = codes_of(design, 2, 3)
-    want = design.model.words(codes)
+    design = made(2, 3, (2, 1), 8, images="load", lanes=8)
+    codes = codes_of(design, 1, 3)
+    want = design.model(codes).words
     load = LearnedParallel(design).loaded.tolist()
     seen = run(LearnedCore(design), {"load": load, "taxel": codes.ravel().tolist()}, {"result": want.size})
     assert [word["data"] for word in seen.values["result"]] == want.ravel().tolist()
@@ -132,7 +79,7 @@ def test_coefficients_may_be_loaded():
 @pytest.mark.parametrize("forces", [False, *long(True)])
 def test_every_probe_shows_the_models_stage(forces, tmp_path: Path):
     """Of frames that are alone in the core."""
-    design = made(3, 4, (3, 2), 9, taxel_forces=forces)
+    design = made(2, 3, (2, 1), 9, taxel_forces=forces)
     for codes in codes_of(design, 6, 11)[2:5, None]:
         model = design.model(codes)
         found = simulate(design, codes, "icarus", build_dir=tmp_path, probes=True)
@@ -153,7 +100,7 @@ def test_choices_are_the_cores_with_other_lanes():
 
 def test_a_wrong_bit_is_noticed():
     design = made(2, 2, (3, 2), 1)
-    codes = codes_of(design, 6, seed=1)[3:]
+    codes = codes_of(design, 4, seed=1)[3:]
     other = replace(design, weights=replace(design.weights, read2=-design.weights.read2))
     words, *_ = stream(design, codes)
     assert (words != other.model.words(codes)).any()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from amaranth.sim import Simulator
 
+from tests.hdl.parallel.designs import simulate
 from tests.hdl.parallel.learned.designs import random_design
 from tests.model.fixed.learned.cases import codes_of, made
 from tfra.hdl.parallel.learned import timeline
@@ -40,13 +40,10 @@ def test_frames_that_a_core_takes_while_its_output_sleeps(forces):
 
     async def bench(ctx):
         ctx.set(core.taxel.valid, 1)
-        for _ in range(1500):
+        for _ in range(900):
             ctx.set(core.taxel.payload, codes[len(taken)])
             *_, ready = await ctx.tick().sample(core.taxel.ready)
             taken.extend([ready] * ready)
 
-    simulator = Simulator(core)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulate(core, bench)
     assert len(taken) // design.sensor.taxels == core.fact_depth + 1 == FRAMES + 3

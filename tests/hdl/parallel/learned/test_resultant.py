@@ -84,7 +84,7 @@ def check(design, outputs, gap=0):
     assert [b - a for a, b in zip(first, seen.cycles["force"], strict=True)] == [Resultant.latency] * len(outputs)
 
 
-@settings(max_examples=8, deadline=None, phases=NO_SHRINKING)
+@settings(max_examples=5, deadline=None, phases=NO_SHRINKING)
 @given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.integers(0, 5))
 def test_equals_the_model(seed, name, gap):
     design = DESIGNS[name]

@@ -50,7 +50,7 @@ def send_share(design, total, p, stall=flowing, seed=0):
     )
 
 
-@settings(max_examples=8, deadline=None, phases=NO_SHRINKING)
+@settings(max_examples=5, deadline=None, phases=NO_SHRINKING)
 @given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.sampled_from(PATTERNS))
 def test_share_equals_the_model(seed, name, stall):
     design = DESIGNS[name]

@@ -52,7 +52,7 @@ def draw(design, seed):
     return parts, rng.random(NUMBER) < 0.7
 
 
-@settings(max_examples=10, deadline=None, phases=NO_SHRINKING)
+@settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
 @given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.sampled_from(PATTERNS))
 def test_equals_the_sum(seed, name, stall):
     design = DESIGNS[name]

@@ -6,11 +6,11 @@ import random
 
 import pytest
 
-from tests.hdl.parallel.matvec.designs import label, make
+from tests.hdl.parallel.designs import label, make
 from tfra.hdl.parallel.matvec.drain_register import DrainRegister, drain_steps
 from tfra.sim.harness import play
 
-DESIGNS = [make(2, 2, 4), make(4, 4, 12), make(4, 4, 12, words=1), make(4, 6, 8, words=2)]
+DESIGNS = [make(2, 2), make(4, 4, lanes=12), make(4, 4, lanes=12, words=1), make(4, 6, lanes=8, words=2)]
 PASSES = 12
 
 

@@ -7,34 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.hdl.parallel.designs import make
 from tfra.hdl.parallel.matvec.images import Tail, bases, lane_images, low_bits, order, passes, tail
-from tfra.model.choices import FORMATS, Architecture
+from tfra.model.choices import FORMATS
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import OPERATORS, STACKS
-from tfra.model.sensor import SensorArray
-
-
-def make(rows: int, columns: int, lanes: int, name: str = "standard") -> Design:
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return TfraDesign(sensor, formats=FORMATS[name], architecture=Architecture(mac_lanes=lanes))
 
 
 def mixed(rows: int, columns: int, lanes: int, **bits: int) -> Design:
     """Coefficients as long as their stack says, 18 bits elsewhere."""
     own = tuple((f"coefficient.{op}", bits[stack]) for stack in bits for op in OPERATORS[stack])
-    return replace(make(rows, columns, lanes), formats=replace(FORMATS["standard"], signals=own))
+    return replace(make(rows, columns, lanes=lanes), formats=replace(FORMATS["standard"], signals=own))
 
 
 @pytest.mark.parametrize(
     "design",
     [
-        make(2, 2, 4),
-        make(4, 6, 8),
+        make(2, 2),
+        make(4, 6, lanes=8),
         mixed(4, 6, 8, contact=9, force=6, normal=18),
-        make(5, 7, 4),
-        make(5, 7, 20, "wide"),
-        make(10, 10, 100),
+        make(5, 7),
+        make(5, 7, "wide", lanes=20),
+        make(10, 10, lanes=100),
     ],
     ids=str,
 )
@@ -57,7 +51,7 @@ def test_every_coefficient_is_in_its_place_and_all_else_is_zero(design):
 
 
 def test_images_of_a_small_design_are_what_they_were_when_checked_by_hand():
-    design = make(2, 2, 4)
+    design = make(2, 2)
     contact, sums = design.stacks["contact"].operators
     image = lane_images(design)
     assert image.shape == (4, 2 + 6 + 1 + 3)
@@ -69,7 +63,7 @@ def test_images_of_a_small_design_are_what_they_were_when_checked_by_hand():
 
 
 def test_uniform_words_have_no_tail():
-    design = make(4, 6, 8)
+    design = make(4, 6, lanes=8)
     assert tail(design).bits == 0
     assert order(design) == list(STACKS)
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import pytest
-from amaranth.sim import Simulator
 
+from tests.hdl.parallel.designs import make, simulate
 from tfra.hdl.parallel.matvec.images import depth
 from tfra.hdl.parallel.matvec.loader import Loader
-from tfra.model.choices import Architecture
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.sensor import SensorArray
 
-DESIGN = TfraDesign(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4), images="load")
+DESIGN = replace(make(2, 2), images="load")
 
 
 def load(share: float, seed: int) -> tuple[list[tuple[int, int, int]], list[tuple[bool, bool, int]]]:
@@ -34,10 +32,7 @@ def load(share: float, seed: int) -> tuple[list[tuple[int, int, int]], list[tupl
             states.append((bool(loading), bool(writing), taken))
             taken += bool(valid and ready)
 
-    simulator = Simulator(loader)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulate(loader, bench)
     return writes, states
 
 

@@ -6,13 +6,15 @@ import random
 
 import pytest
 
-from tests.hdl.parallel.matvec.designs import LONG, label, make
+from tests.hdl.parallel.designs import label, make
 from tfra.hdl.parallel.matvec.images import passes
 from tfra.hdl.parallel.matvec.placement import Placement
+from tfra.model.choices import Formats
 from tfra.model.fixed.tfra.operators import STACKS
 from tfra.sim.harness import play
 
-DESIGNS = [make(4, 6, 24), make(4, 4, 12, LONG, 10), make(5, 7, 48)]
+LONG = Formats("long", coefficient=10, operand=10, vector_fraction=16, force_fraction=0)
+DESIGNS = [make(4, 6, lanes=24), make(4, 4, LONG, bits=10, lanes=12), make(5, 7, lanes=48)]
 
 
 SIGNIFICANT = 5

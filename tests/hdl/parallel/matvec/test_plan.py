@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 import pytest
 
+from tests.hdl.parallel.designs import label
 from tfra.hdl.parallel.matvec.images import bases, depth, lane_images
 from tfra.hdl.parallel.matvec.passes import FULL, full
 from tfra.hdl.parallel.matvec.plan import Plan, Source
@@ -111,8 +112,11 @@ def send(design: Mixed, drawn: dict[str, np.ndarray], **stalls) -> Recording:
     )
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.architecture.mac_lanes}-{d.architecture.vector_words}")
-@pytest.mark.parametrize("stall", [flowing, random_stalls, bursts])
+@pytest.mark.parametrize(
+    ("design", "stall"),
+    [(DESIGNS[0], flowing), (DESIGNS[0], random_stalls), (DESIGNS[1], bursts), (DESIGNS[2], random_stalls)]
+    + [(DESIGNS[3], bursts), (DESIGNS[3], flowing)],
+)
 def test_every_product_of_every_length_is_the_models(design, stall):
     drawn = draw(design, 2, 7)
     seen = send(design, drawn, stall_in=stall, stall_out=stall, seed=3)
@@ -137,7 +141,7 @@ def test_a_product_follows_another():
     kinds = [value["kind"].bit_length() - 1 for value in offer(1).values["result"]]
     assert kinds == [list(SIZES).index("short")] * 3 + [list(SIZES).index("other")] * design.stacks["other"].quads
     with pytest.raises(AssertionError, match="no end"):
-        offer(0, limit=1000)
+        offer(0, limit=300)
 
 
 def test_a_wrong_bit_is_noticed():
@@ -149,7 +153,7 @@ def test_a_wrong_bit_is_noticed():
     assert found != matvec(design, "mid", drawn["mid"]).reshape(-1, 4).tolist()
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.architecture.mac_lanes}-{d.architecture.vector_words}")
+@pytest.mark.parametrize("design", [DESIGNS[0], DESIGNS[3]], ids=label)
 @pytest.mark.parametrize("name", ["codes", "short", "long", "mid"])
 def test_latency_duration_and_passes_are_as_told(design, name):
     """Of one product alone."""

@@ -5,32 +5,35 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.hdl.parallel.matvec.designs import LONG, SHORT, label, make
+from tests.hdl.parallel.designs import label, make
 from tests.marks import long
 from tfra.hdl.parallel.matvec.images import depth, passes
 from tfra.hdl.parallel.matvec.passes import Passes
 from tfra.hdl.parallel.matvec.schedule import spacing
 from tfra.hdl.parallel.matvec.unit import MatVec
 from tfra.hdl.parallel.tfra.plan import PLAN
-from tfra.model.choices import FORMATS
+from tfra.model.choices import Formats
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.tfra.operators import PRODUCTS, STACKS
 from tfra.sim.harness import Recording, bursts, random_stalls, run
 
+SHORT = Formats("short", coefficient=12, operand=27, vector_fraction=0, force_fraction=0)
+LONG = Formats("long", coefficient=10, operand=10, vector_fraction=16, force_fraction=0)
+
 SMALL = [
-    make(2, 2, 4),
-    make(2, 3, 8, SHORT, 6),
-    make(4, 4, 4, FORMATS["wide"]),
-    make(4, 4, 16),
-    make(4, 4, 12, LONG, 10),
-    make(4, 6, 8, FORMATS["wide"]),
-    make(4, 6, 24),
-    make(2, 2, 4, words=1),
-    make(2, 3, 8, words=1),
-    make(4, 4, 12, LONG, 10, words=2),
+    make(2, 2),
+    make(2, 3, SHORT, lanes=8, bits=6),
+    make(4, 4, "wide"),
+    make(4, 4, lanes=16),
+    make(4, 4, LONG, lanes=12, bits=10),
+    make(4, 6, "wide", lanes=8),
+    make(4, 6, lanes=24),
+    make(2, 2, words=1),
+    make(2, 3, lanes=8, words=1),
+    make(4, 4, LONG, lanes=12, bits=10, words=2),
 ]
-LARGE = [make(5, 7, 4), make(5, 7, 20, FORMATS["wide"]), make(5, 7, 48), make(4, 4, 4)]
+LARGE = [make(3, 5), make(5, 3, "wide", lanes=20), make(5, 5, lanes=36)]
 
 
 def draw(design: Design, frames: int, seed: int) -> np.ndarray:
@@ -137,7 +140,7 @@ def test_random_operands_of_larger_designs(design):
 
 @pytest.mark.parametrize("lanes", long(64, 100))
 def test_ten_by_ten(lanes):
-    check(make(10, 10, lanes), draw(make(10, 10, lanes), 1, 8), seed=8, stall_in=bursts)
+    check(make(10, 10, lanes=lanes), draw(make(10, 10, lanes=lanes), 1, 8), seed=8, stall_in=bursts)
 
 
 PORTS = {"contact": "b", "residual": "n", "normal": "vector", "force": "vector"}
@@ -159,7 +162,7 @@ def test_latency_and_duration_are_as_told(design, name):
     assert seen.cycles["result"][-1] - start == unit.duration(name)
 
 
-@pytest.mark.parametrize("design", [SMALL[3], SMALL[5], make(5, 7, 48)], ids=label)
+@pytest.mark.parametrize("design", [SMALL[3], SMALL[5], make(3, 5, lanes=24)], ids=label)
 def test_lanes_are_never_idle_while_operands_are_there(design):
     q = design.quads
     vectors = operands(design, draw(design, 4, 10))["vector"]
@@ -173,7 +176,7 @@ def test_lanes_are_never_idle_while_operands_are_there(design):
 
 @pytest.mark.parametrize("bits", [16, 17])
 def test_a_contact_begins_with_its_first_quad_where_codes_fit_an_operand(bits):
-    design = make(4, 4, 16, bits=bits)
+    design = make(4, 4, lanes=16, bits=bits)
     assert PLAN.source("contact").flowing(design) == (bits == 16)
     frames = corners(design)[:2]
     seen = send(design, frames)
@@ -183,31 +186,31 @@ def test_a_contact_begins_with_its_first_quad_where_codes_fit_an_operand(bits):
 
 def test_a_contact_waits_for_its_frame_and_for_room_for_its_weights():
     """Without a third n taken, no more than two contacts are multiplied; without a token, none."""
-    design = make(4, 4, 16)
+    design = make(2, 2)
     everything = operands(design, draw(design, 4, 12))
     both = 2 * design.stacks["contact"].quads
     seen = run(MatVec(design, PLAN), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both})
     assert len(seen.values["result"]) == both
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design, PLAN), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both + 1}, limit=2000)
+        run(MatVec(design, PLAN), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both + 1}, limit=400)
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design, PLAN), {"b": everything["b"]}, {"result": 1}, limit=2000)
+        run(MatVec(design, PLAN), {"b": everything["b"]}, {"result": 1}, limit=400)
     d = everything["vector"][2 * design.quads : 3 * design.quads]
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design, PLAN), {"vector": d}, {"result": 1}, limit=2000)
+        run(MatVec(design, PLAN), {"vector": d}, {"result": 1}, limit=400)
 
 
 def test_there_are_banks_for_two_vectors_and_again_when_one_is_multiplied():
-    design = make(4, 4, 16)
+    design = make(2, 4)
     quads = operands(design, draw(design, 1, 13))["vector"]
     seen = run(MatVec(design, PLAN), {"vector": quads[: design.quads]}, {"bank_token": 3})
     assert seen.cycles["bank_token"][1] < seen.cycles["vector"][-1] < seen.cycles["bank_token"][2]
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design, PLAN), {"vector": quads[: design.quads]}, {"bank_token": 4}, limit=2000)
+        run(MatVec(design, PLAN), {"vector": quads[: design.quads]}, {"bank_token": 4}, limit=400)
 
 
 def test_closed_forms_of_a_ten_by_ten_array():
-    design = make(10, 10, 16)
+    design = make(10, 10, lanes=16)
     unit = MatVec(design, PLAN)
     unit._MustUse__silence = True  # figures alone are wanted
     assert [passes(design, name) for name in PRODUCTS] == [7, 20, 7, 7, 19]
@@ -217,7 +220,7 @@ def test_closed_forms_of_a_ten_by_ten_array():
 
 
 def test_a_wrong_bit_is_noticed():
-    design = make(2, 2, 4)
+    design = make(2, 2)
     frames = draw(design, 1, 11)
     wrong = expected(design, frames)
     wrong["c33"][0][2] ^= 1

@@ -5,23 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.hdl.parallel.designs import make
 from tests.marks import STALLS
 from tfra.hdl.parallel.tfra.centroids import Centroids, shift_distances
-from tfra.model.choices import FORMATS, Adc, Architecture, Formats
+from tfra.model.choices import Formats
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.centroids import centroids, pitch_ratio
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.sensor import SensorArray
 from tfra.sim.harness import flowing, run
 
 SIZES = ((2, 2), (2, 3), (3, 2), (4, 4), (5, 7), (4, 6), (10, 10))
 PITCHES = ((2.0, 2.0), (4.0, 2.0), (2.0, 4.0), (1.27, 2.54), (3.7, 2.3), (1.0, np.pi), (np.e, 1.3))
-
-
-def make(rows, columns, pitches=(4.0, 2.0), bits=14, formats=FORMATS["standard"]):
-    x, y = pitches
-    sensor = SensorArray(rows, columns, x * 1e-3, y * 1e-3, 3e-3)
-    return TfraDesign(sensor, adc=Adc(bits=bits), formats=formats, architecture=Architecture(4))
 
 
 def corners(design: Design) -> list[np.ndarray]:
@@ -76,19 +69,19 @@ def test_random_frames_of_any_size(size):
 
 @pytest.mark.parametrize("pitches", PITCHES)
 def test_pitches(pitches):
-    design = make(3, 4, pitches)
+    design = make(3, 4, pitches=pitches)
     compare(design, corners(design) + random_frames(design, 8, 1), seed=1)
 
 
 def test_every_kind_of_pitch_ratio_is_there():
-    assert [pitch_ratio(make(3, 4, p)) for p in PITCHES[:5]] == [(1, 1), (2, 1), (1, 2), (1, 2), (37, 23)]
-    assert max(pitch_ratio(make(3, 4, PITCHES[5]))) > 1 << 12
+    assert [pitch_ratio(make(3, 4, pitches=p)) for p in PITCHES[:5]] == [(1, 1), (2, 1), (1, 2), (1, 2), (37, 23)]
+    assert max(pitch_ratio(make(3, 4, pitches=PITCHES[5]))) > 1 << 12
 
 
 @pytest.mark.parametrize("pitches", [(1.0, np.pi), (1.0, np.sqrt(2)), (np.e, 1.3)])
 def test_pitch_ratios_are_the_nearest_of_their_length(pitches):
     """Of all pairs whose larger number has 2^(operand - 2) at most."""
-    design = make(3, 4, pitches)
+    design = make(3, 4, pitches=pitches)
     larger = np.arange(1, (1 << (design.formats.operand - 2)) + 1)
     ratio = min(pitches) / max(pitches)
     error = np.abs(np.rint(ratio * larger) / larger - ratio)
@@ -99,22 +92,22 @@ def test_pitch_ratios_are_the_nearest_of_their_length(pitches):
 @pytest.mark.parametrize(
     ("bits", "formats"),
     [
-        (6, FORMATS["wide"]),
-        (8, FORMATS["standard"]),
-        (14, FORMATS["wide"]),
-        (16, FORMATS["standard"]),
+        (6, "wide"),
+        (8, "standard"),
+        (14, "wide"),
+        (16, "standard"),
         (10, Formats("short", coefficient=12, operand=10, vector_fraction=4, force_fraction=2)),
         (20, Formats("long", coefficient=14, operand=24, vector_fraction=4, force_fraction=2)),
     ],
 )
 def test_corner_frames_of_any_converter(bits, formats):
-    design = make(4, 3, (1.0, np.pi), bits, formats)
+    design = make(4, 3, formats, bits=bits, pitches=(1.0, np.pi))
     compare(design, corners(design) + random_frames(design, 6, bits), seed=bits)
 
 
 def test_ties_and_frames_without_direction():
     """A square array and codes of -1, 0, 1 meet every tie of the comparisons."""
-    design = make(2, 2, (2.0, 2.0), 8)
+    design = make(2, 2, bits=8, pitches=(2.0, 2.0))
     codes = np.stack(np.meshgrid(*[[-1, 0, 1]] * 4), axis=-1).reshape(-1, 4)
     model = centroids(design, codes)
     assert model.vanishing.any()
@@ -146,7 +139,7 @@ def test_a_direction_is_kept_until_it_is_taken():
     ("size", "pitches"), [((2, 2), (2.0, 2.0)), ((3, 5), (1.0, np.pi)), ((4, 4), (3.7, 2.3)), ((10, 10), (4.0, 2.0))]
 )
 def test_cycles_are_the_promised_ones(size, pitches):
-    design = make(*size, pitches)
+    design = make(*size, pitches=pitches)
     block, m = Centroids(design), design.sensor.taxels
     frames = [np.zeros(m, dtype=np.int64), *random_frames(design, 3, 2)]
     cycles = compare(design, frames, block=block).cycles
@@ -175,7 +168,7 @@ def test_any_shift_is_made_and_no_distance_is_idle(most):
 def test_the_shortest_products_fill_their_word(operand, largest):
     """A product of -1 moves through its whole register: 31 places are 16 and three times 4 and 1, 32 are one more."""
     formats = Formats("odd", coefficient=18, operand=operand, vector_fraction=9, force_fraction=4)
-    design = make(2, 2, (2.0, 2.0), 8, formats)
+    design = make(2, 2, formats, bits=8, pitches=(2.0, 2.0))
     codes = np.stack(np.meshgrid(*[[-1, 0, 1]] * 4), axis=-1).reshape(-1, 4)
     compare(design, list(codes[::3]))
     sums, products, shifts, rounding, decision = 4, 11 + 2, 2 * 2 * (largest + 3 + 3), 1, 4

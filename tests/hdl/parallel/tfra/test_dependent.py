@@ -75,14 +75,14 @@ def anything(design, seed, frames):
 @pytest.mark.parametrize("name", ["standard", "short", "operand over vector", *long("wide", "ten")])
 def test_real_frames(name):
     design = DESIGNS[name]
-    model = check(design, *real_sums(design, random_codes(design, 1, 24)), seed=1)
+    model = check(design, *real_sums(design, random_codes(design, 1, 16)), seed=1)
     assert model.alpha.any()
     assert model.beta.any()
 
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_any_words(name):
-    model = check(DESIGNS[name], *anything(DESIGNS[name], 2, 60), seed=2)
+    model = check(DESIGNS[name], *anything(DESIGNS[name], 2, 36), seed=2)
     assert model.vanishing.any()
     assert not model.vanishing.all()
 
@@ -146,9 +146,9 @@ def test_waits_for_its_facts():
 
     def long_waits(rng):
         while True:
-            yield from [True] * rng.randrange(150) + [False]
+            yield from [True] * rng.randrange(100) + [False]
 
-    check(DESIGNS["short"], *anything(DESIGNS["short"], 6, 12), stall_in=long_waits, seed=6)
+    check(DESIGNS["short"], *anything(DESIGNS["short"], 6, 8), stall_in=long_waits, seed=6)
 
 
 @pytest.mark.parametrize("name", DESIGNS)

@@ -5,41 +5,29 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.hdl.parallel.designs import label, make
 from tests.marks import STALLS
 from tfra.hdl.parallel.tfra.forces import Forces
-from tfra.model.choices import FORMATS, Architecture, Formats
+from tfra.model.choices import Formats
 from tfra.model.fixed.butterfly import butterfly, to_taxels
 from tfra.model.fixed.numbers import round_shift
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.widths import force_drop
-from tfra.model.sensor import SensorArray
 from tfra.sim.harness import apart, bursts, flowing, random_stalls, run
 
-
-def _design(rows, columns, formats=FORMATS["standard"], words=4):
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return TfraDesign(sensor, formats=formats, architecture=Architecture(4, words))
-
-
 DESIGNS = [
-    _design(4, 4),
-    _design(5, 7, FORMATS["wide"]),
-    _design(4, 6, Formats("no drop", 16, 18, 4, 6)),
-    _design(7, 4),
-    _design(2, 2),
-    _design(3, 2),
-    _design(2, 3, FORMATS["wide"]),
-    _design(2, 2, words=1),
-    _design(5, 4, words=1),
-    _design(4, 3, words=2),
+    make(4, 4),
+    make(5, 7, "wide"),
+    make(4, 6, Formats("no drop", 16, 18, 4, 6)),
+    make(7, 4),
+    make(2, 2),
+    make(3, 2),
+    make(2, 3, "wide"),
+    make(2, 2, words=1),
+    make(5, 4, words=1),
+    make(4, 3, words=2),
 ]
 WALKS = [(rows, columns) for rows in (2, 3, 6, 16) for columns in (2, 3, 5, 16)]
 FRAMES = 3
-
-
-def _name(design):
-    words = design.architecture.vector_words
-    return f"{design.sensor.rows}x{design.sensor.columns}-{words}-{design.formats.name}"
 
 
 def _folded(design, seed, frames=FRAMES):
@@ -68,7 +56,7 @@ def _run(dut, design, folded, number, stall_in=flowing, stall_out=flowing):
     return run(dut, {"folded": folded.reshape(-1, 4).tolist()}, outputs, **how)
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_equals_the_model(design, stall_in, stall_out):
     folded = _folded(design, seed=1)
@@ -79,14 +67,14 @@ def test_equals_the_model(design, stall_in, stall_out):
 
 @pytest.mark.parametrize("size", WALKS, ids=str)
 def test_walks_over_any_array(size):
-    design = _design(*size)
+    design = make(*size)
     folded = _folded(design, seed=2, frames=1)
     expected = _expected(design, folded)
     seen = _run(Forces(design), design, folded, len(expected), stall_in=bursts)
     assert seen.values["taxel"] == expected.tolist(), "seed 2"
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=_name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_latency_and_throughput(design):
     """Quads come as fast as the updates give them."""
     dut, folded, plane = Forces(design), _folded(design, seed=3), design.sensor.taxels

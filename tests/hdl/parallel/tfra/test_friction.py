@@ -56,14 +56,14 @@ def anything(design, seed, frames):
 @pytest.mark.parametrize("name", DESIGNS)
 def test_real_frames(name):
     design = DESIGNS[name]
-    facts = real_affine(design, random_codes(design, 1, 40))
-    index = np.random.default_rng(1).integers(0, design.candidates, 40)
+    facts = real_affine(design, random_codes(design, 1, 24))
+    index = np.random.default_rng(1).integers(0, design.candidates, 24)
     check(design, *facts, index, seed=1)
 
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_any_words(name):
-    model = check(DESIGNS[name], *anything(DESIGNS[name], 2, 120), seed=2)
+    model = check(DESIGNS[name], *anything(DESIGNS[name], 2, 80), seed=2)
     assert model.out_of_range.any()
     assert not model.out_of_range.all()
 

@@ -55,8 +55,8 @@ def anything(design, seed, frames):
 @pytest.mark.parametrize("name", DESIGNS)
 def test_real_frames(name):
     design = DESIGNS[name]
-    frame, direction, affine = real_affine(design, random_codes(design, 1, 40))
-    index = np.random.default_rng(1).integers(0, design.candidates, 40)
+    frame, direction, affine = real_affine(design, random_codes(design, 1, 24))
+    index = np.random.default_rng(1).integers(0, design.candidates, 24)
     chosen = friction(design, index, direction, affine, frame.regular)
     model = check(design, frame, affine, chosen, seed=1)
     assert (model.words[~frame.regular, :2] == 0).all()
@@ -65,7 +65,7 @@ def test_real_frames(name):
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_any_words(name):
-    check(DESIGNS[name], *anything(DESIGNS[name], 2, 120), seed=2)
+    check(DESIGNS[name], *anything(DESIGNS[name], 2, 80), seed=2)
 
 
 @pytest.mark.parametrize("name", ["standard", "short"])

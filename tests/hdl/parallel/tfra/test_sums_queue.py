@@ -11,17 +11,15 @@ from amaranth import Module
 from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
 
+from tests.hdl.parallel.designs import make
 from tests.marks import STALLS
 from tfra.hdl.lib.streams import Router, always_ready_stream
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sums_queue import ROWS, SumsQueue
-from tfra.model.choices import Architecture
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.sensor import SensorArray
 from tfra.sim.harness import run
 
-DESIGN = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
+DESIGN = make(2, 3)
 
 
 class Routed(wiring.Component):

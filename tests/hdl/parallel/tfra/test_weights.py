@@ -7,22 +7,14 @@ import pytest
 from amaranth import Module
 from amaranth.lib import wiring
 
+from tests.hdl.parallel.designs import label, make
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.parallel.tfra.weights import Weights
-from tfra.model.choices import FORMATS, Architecture
 from tfra.model.fixed.butterfly import butterfly
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.weights import weights
-from tfra.model.sensor import SensorArray
 from tfra.sim.harness import PATTERNS, apart, flowing, run
 
-
-def _design(rows, columns, formats="standard", words=4):
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return TfraDesign(sensor, formats=FORMATS[formats], architecture=Architecture(4, words))
-
-
-DESIGNS = [_design(4, 4), _design(5, 7, "wide"), _design(2, 2), _design(10, 10), _design(3, 2, words=1)]
+DESIGNS = [make(4, 4), make(5, 7, "wide"), make(2, 2), make(10, 10), make(3, 2, words=1)]
 FACTS = [(1, 1), (1, 0), (0, 1), (0, 0), (1, 1)]
 
 
@@ -55,7 +47,7 @@ def _run(dut, design, solutions, stall_in=flowing):
     return run(dut, _inputs(solutions), {"n": len(FACTS) * design.quads}, stall_in=stall_in, steady=("frame",))
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.sensor.rows}x{d.sensor.columns}")
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 @pytest.mark.parametrize("stall_in", PATTERNS)
 def test_equals_the_model(design, stall_in):
     solutions = _solutions(design, seed=3)
@@ -86,7 +78,7 @@ def test_payloads_stand_for_as_many_cycles_as_a_quad_has_parts(stall_in):
     assert _run(Late(), design, solutions, stall_in).values["n"] == _expected(solutions).tolist()
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=lambda d: f"{d.sensor.rows}x{d.sensor.columns}")
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_latency_and_throughput(design):
     dut, solutions = Weights(design), _solutions(design, seed=4)
     seen = _run(dut, design, solutions)

@@ -2,19 +2,12 @@
 
 from __future__ import annotations
 
-from tfra.model.choices import FORMATS, Adc, Architecture, Formats
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.sensor import SensorArray
-
-
-def make(rows, columns, formats=FORMATS["standard"], bits=14, words=4):
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return TfraDesign(sensor, adc=Adc(bits), formats=formats, architecture=Architecture(4, words))
-
+from tests.hdl.parallel.designs import make
+from tfra.model.choices import Formats
 
 DESIGNS = [
     make(4, 4),
-    make(5, 7, FORMATS["wide"]),
+    make(5, 7, "wide"),
     make(2, 2),
     make(4, 6, Formats("long vectors", 12, 10, 16, 4), bits=10),
     make(3, 2, Formats("short vectors", 12, 27, 0, 0), bits=6),
@@ -22,11 +15,6 @@ DESIGNS = [
     make(2, 2, words=1),
     make(5, 4, words=1),
 ]
-
-
-def name(design):
-    words = design.architecture.vector_words
-    return f"{design.sensor.rows}x{design.sensor.columns}-{words}-{design.formats.name.replace(' ', '-')}"
 
 
 def beats(design, quads):

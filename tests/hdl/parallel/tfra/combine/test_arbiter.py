@@ -7,7 +7,8 @@ from collections import deque
 
 import pytest
 
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS, make, name
+from tests.hdl.parallel.designs import label, make
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS
 from tfra.hdl.parallel.tfra.combine.arbiter import Arbiter
 from tfra.hdl.parallel.tfra.combine.stages import Job
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
@@ -108,7 +109,7 @@ class Frames:
     scope="module",
     name="frames",
     params=[(design, seed) for design in DESIGNS[:3] for seed in (0, 1)],
-    ids=lambda param: f"{name(param[0])}-{param[1]}",
+    ids=lambda param: f"{label(param[0])}-{param[1]}",
 )
 def _frames(request):
     design, seed = request.param
@@ -158,7 +159,7 @@ def test_vectors_begin_when_their_operands_and_a_token_are_there(frames):
         assert job == Job.D or not d_waits, "d goes first"
 
 
-@pytest.mark.parametrize("design", [make(4, 4), make(2, 2, words=1)], ids=name)
+@pytest.mark.parametrize("design", [make(4, 4), make(2, 2, words=1)], ids=label)
 def test_begin_latency_and_pause(design):
     """With tokens and no products, from the last fact to the first beat, and from vector to vector."""
     beats = design.quads * design.cycles_per_quad

@@ -6,7 +6,8 @@ import random
 
 import pytest
 
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, name, words
+from tests.hdl.parallel.designs import label
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, words
 from tfra.hdl.parallel.tfra.combine.assembler import Assembler
 from tfra.hdl.parallel.tfra.combine.stages import Job
 from tfra.sim.harness import play
@@ -14,7 +15,7 @@ from tfra.sim.harness import play
 WATCHED = ["vector.valid", "vector.payload.words", "vector.payload.force", "forces.valid", "forces.payload"]
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_quads_leave_a_cycle_behind_their_last_beat(design):
     rng = random.Random(9)
     jobs = {"forces": [Job.FORCE] * 3, "vector": [Job.E0, Job.E1, Job.D]}

@@ -6,7 +6,8 @@ import random
 
 import pytest
 
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, name, transfers, words
+from tests.hdl.parallel.designs import label
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, transfers, words
 from tfra.hdl.parallel.tfra.combine.loader import ResidualLoader, WeightLoader
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE
 from tfra.sim.harness import play
@@ -32,7 +33,7 @@ def _ports(*names):
     return [f"{port}.{member}" for port in names for member in ("valid", "place", "vector", "number", "words")]
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_weights(design):
     rng = random.Random(1)
     frames = [_quads(rng, design.widths.vector, design.quads) for _ in range(NUMBER)]
@@ -65,7 +66,7 @@ def _residual_cycles(design, rng, frames):
     return cycles + [{}] * MEASURE
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_residuals(design):
     rng = random.Random(2)
     frames = _residuals(design, rng)

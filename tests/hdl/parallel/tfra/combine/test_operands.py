@@ -6,7 +6,8 @@ import random
 
 import pytest
 
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS, name, words
+from tests.hdl.parallel.designs import label
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS, words
 from tfra.hdl.lib.pipeline import READ
 from tfra.hdl.parallel.scale_add import Stage
 from tfra.hdl.parallel.tfra.combine.operands import Addend, Multiplicand
@@ -44,7 +45,7 @@ def _tags(design, rng):
     ]
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_multiplicand(design):
     rng, headroom, cycles, stored = random.Random(6), {}, [], {}
     for port, vectors in (("n", 1), ("residual", 2), ("e1", 1)):
@@ -66,7 +67,7 @@ def test_multiplicand(design):
         assert set(found["headroom"]) == {headroom[port, tag["place"], vector]}
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_addend(design):
     rng, cycles, stored = random.Random(7), [], {}
     for port, vectors in (("residual", 3), ("e0", 1)):

@@ -6,7 +6,8 @@ import random
 
 import pytest
 
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, name, transfers, words
+from tests.hdl.parallel.designs import label
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, transfers, words
 from tfra.hdl.parallel.tfra.combine.products import ProductBeats
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.model.fixed.scalars import scalar_fraction
@@ -41,7 +42,7 @@ def _run(design, rng, mu, products):
     return play(ProductBeats(design), cycles(), WATCHED, seen)
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_beats_places_and_scalars(design):
     rng, limit = random.Random(4), 1 << (design.formats.operand - 1)
     mu = [(rng.randrange(-limit, limit), rng.randrange(-limit, limit)) for _ in range(NUMBER)]

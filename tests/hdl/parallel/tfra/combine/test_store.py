@@ -6,7 +6,8 @@ import random
 
 import pytest
 
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, name, words
+from tests.hdl.parallel.designs import label
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS, beats, words
 from tfra.hdl.lib.pipeline import READ
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, MEASURE, Store
 from tfra.sim.harness import play
@@ -42,7 +43,7 @@ def _read(key, beat):
     return {"read.place": key[0], "read.vector": key[1], "read.number": beat}
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_finds_what_was_written(design, count):
     rng = random.Random(count)
@@ -61,7 +62,7 @@ def test_finds_what_was_written(design, count):
     assert len(seen[0]["beat"]) == size
 
 
-@pytest.mark.parametrize("design", DESIGNS, ids=name)
+@pytest.mark.parametrize("design", DESIGNS, ids=label)
 def test_beats_and_headroom_can_be_read_as_soon_as_told(design):
     rng, key = random.Random(5), (2, 0)
     vector = next(iter(_vectors(design, rng, 1).values()))

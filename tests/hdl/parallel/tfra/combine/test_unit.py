@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS, make, name
+from tests.hdl.parallel.designs import label, make
+from tests.hdl.parallel.tfra.combine.designs import DESIGNS
 from tests.marks import long
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
@@ -154,14 +155,14 @@ def words(design, seen, number):
     return {"vector": np.concatenate([e, d], axis=1).reshape(-1, 4).tolist(), "forces": seen.values["forces"]}
 
 
-@pytest.mark.parametrize(("design", "stall_in"), RUNS, ids=lambda part: None if part in PATTERNS else name(part))
+@pytest.mark.parametrize(("design", "stall_in"), RUNS, ids=lambda part: None if part in PATTERNS else label(part))
 def test_equals_the_model(design, stall_in):
     _, same = _check(design, _random(design, seed=7), stall_in)
     assert same, "seed 7"
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("design", DESIGNS[:2], ids=name)
+@pytest.mark.parametrize("design", DESIGNS[:2], ids=label)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equals_the_model_for_more_seeds(design, seed):
     _, same = _check(design, _random(design, seed, number=8))
@@ -205,7 +206,7 @@ def _late(design, port, number=1):
     return unit, seen.cycles
 
 
-@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=name)
+@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=label)
 @pytest.mark.parametrize("port", ["residual", "affine", "direction"])
 def test_latency(design, port):
     dut, cycles = _late(design, port)
@@ -213,7 +214,7 @@ def test_latency(design, port):
     assert cycles["vector"][0] - start == dut.latency - 3 * (port != "residual")
 
 
-@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=name)
+@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=label)
 def test_update_latency(design):
     dut, cycles = _late(design, "chosen")
     assert cycles["vector"][2 * design.quads] - LATE == dut.update_latency
@@ -221,7 +222,7 @@ def test_update_latency(design):
     assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == dut.update_latency + 2
 
 
-@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=name)
+@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=label)
 def test_force_latency_and_jobs(design):
     dut, cycles = _late(design, "products")
     q = design.quads

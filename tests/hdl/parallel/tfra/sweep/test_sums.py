@@ -8,21 +8,17 @@ from math import floor
 import numpy as np
 import pytest
 from amaranth import ResetInserter, Signal
-from amaranth.sim import Simulator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.hdl.parallel.designs import make, simulate
 from tfra.hdl.parallel.tfra.sweep.crossing import Crossing, crossing_latency
 from tfra.hdl.parallel.tfra.sweep.sums import Sums, first_row, slope_bits, sums_wait
-from tfra.model.choices import Architecture, Search
 from tfra.model.fixed.numbers import signed_bits
-from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.sensor import SensorArray
 
 
-def make(steps, words=1):
-    architecture = Architecture(4, vector_words=words)
-    return TfraDesign(SensorArray(4, 5, 4e-3, 2e-3, 3e-3), search=Search(steps), architecture=architecture)
+def design_of(steps, words=1):
+    return make(4, 5, steps=steps, words=words)
 
 
 def crossing(first, step, steps):
@@ -32,13 +28,6 @@ def crossing(first, step, steps):
     root = Fraction(-first, step)
     place = floor(root) + 1 if step < 0 else -floor(-root)
     return (place, abs(step), abs(first + place * step)) if place <= steps else None
-
-
-def simulate(dut, drive):
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(drive)
-    simulator.run()
 
 
 def found_crossings(design, bits, terms):
@@ -70,15 +59,15 @@ def test_crossings_at_every_place(steps):
             for off in (-1, 0, 1):
                 terms += [(-size * place + off, size), (size * place + off, -size)]
     terms += [(5, 0), (-5, 0), (0, 0)]
-    found = found_crossings(make(steps), 24, terms)
+    found = found_crossings(design_of(steps), 24, terms)
     assert found == [crossing(first, step, steps) for first, step in terms]
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(st.data())
 def test_any_crossing(data):
     steps, bits = data.draw(st.integers(1, 200)), data.draw(st.integers(4, 60))
-    design, top = make(steps), (1 << (bits - 1)) - 1
+    design, top = design_of(steps), (1 << (bits - 1)) - 1
     largest = (1 << (design.widths.vector - 1)) - 1
     term = st.tuples(st.integers(-top - 1, top), st.integers(-largest, largest) | st.integers(-9, 9))
     terms = data.draw(st.lists(term, min_size=1, max_size=40))
@@ -121,7 +110,7 @@ def sums(design, terms):
 @pytest.mark.parametrize("steps", [1, 2, 3, 7, 100])
 def test_sums_of_frames_back_to_back(steps, words):
     """Places met again 1, 2, 3, 4 and more terms later, in every order; nothing is left of the frame before."""
-    design, rng = make(steps, words), np.random.default_rng(steps)
+    design, rng = design_of(steps, words), np.random.default_rng(steps)
     frames = [[(-3 * k, 3) for k in places] for places in ([1] * 6, [1, 2] * 4, [1, 2, 3] * 3, [1, 2, 3, 4] * 3)]
     frames += [[(int(a), int(b)) for a, b in rng.integers(-9, 10, (20, 2))] for _ in range(8)]
     found, waits = found_sums(design, 20, frames)
@@ -133,7 +122,7 @@ def test_sums_of_frames_back_to_back(steps, words):
 @pytest.mark.parametrize("steps", [1, 3, 5, 7, 12])
 def test_a_reset_of_one_cycle_stops_crossings(steps, words):
     """None that was on its way comes behind the reset, when the memory is, or has been, cleared."""
-    design, reset = make(steps, words), Signal()
+    design, reset = design_of(steps, words), Signal()
     dut, found = Sums(design, 20, 32), []
     terms = [(-3 * (k % steps + 1) + 1, 3) for k in range(12)]
 
@@ -158,7 +147,7 @@ def test_a_reset_of_one_cycle_stops_crossings(steps, words):
 @pytest.mark.parametrize("words", [1, 4])
 def test_the_longest_steps_of_all_taxels(words):
     """They fill slope and entries to the last bit: words that were shorter by one would lose it."""
-    design = make(3, words)
+    design = design_of(3, words)
     m, largest = design.sensor.taxels, (1 << (design.widths.vector - 1)) - 1
     assert (m * largest).bit_length() == slope_bits(design)
     frames = [
@@ -171,10 +160,10 @@ def test_the_longest_steps_of_all_taxels(words):
     assert found_sums(design, bits, frames)[0] == [sums(design, terms) for terms in frames]
 
 
-@settings(max_examples=15)
+@settings(max_examples=10)
 @given(st.data())
 def test_any_sums(data):
-    design = make(data.draw(st.integers(1, 40)), data.draw(st.sampled_from([1, 4])))
+    design = design_of(data.draw(st.integers(1, 40)), data.draw(st.sampled_from([1, 4])))
     scale = data.draw(st.sampled_from([1, 3, 1000, 1 << 20]))
     number = st.integers(-4, 4).map(lambda n: n * scale) | st.integers(-8 * scale, 8 * scale)
     frames = data.draw(st.lists(st.lists(st.tuples(number, number), min_size=1, max_size=20), min_size=1, max_size=4))

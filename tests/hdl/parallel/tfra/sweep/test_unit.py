@@ -7,36 +7,27 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from amaranth.sim import Simulator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.hdl.parallel import designs
 from tests.marks import STALLS, long
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import product_latency
 from tfra.hdl.lib.streams import Buffer, Fifo
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
-from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.normaliser import normaliser
 from tfra.model.fixed.tfra.centroids import centroids
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import PRODUCTS
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.sweep import sweep
-from tfra.model.sensor import SensorArray
 from tfra.sim.harness import apart, bursts, flowing, run
 
 
-def make(rows, columns, steps, tolerance=0.0, formats="standard", bits=14, words=4):
-    return TfraDesign(
-        SensorArray(rows, columns, 4e-3, 2e-3, 3e-3),
-        adc=Adc(bits, contact_threshold=0),
-        search=Search(steps=steps, tolerance=tolerance),
-        formats=FORMATS[formats],
-        architecture=Architecture(mac_lanes=4, vector_words=words),
-    )
+def make(rows, columns, steps, tolerance=0.0, formats="standard", **choices):
+    return designs.make(rows, columns, formats, steps=steps, tolerance=tolerance, threshold=0, **choices)
 
 
 @dataclass
@@ -275,10 +266,7 @@ def test_stress_of_all_frames_has_its_place(design):
             taken.append(ctx.get(dut.stress.ready))
             await ctx.tick()
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(drive)
-    simulator.run()
+    designs.simulate(dut, drive)
     held = Butterfly(design.widths.stress).latency + 1
     assert sum(taken) == (FRAMES + 1) * design.quads + held
 

@@ -6,29 +6,22 @@ import random
 from dataclasses import dataclass
 
 import pytest
-from amaranth.sim import Simulator
 
+from tests.hdl.parallel.designs import make, simulate
 from tfra.hdl.parallel.tfra.sweep.sums import at_once
 from tfra.hdl.parallel.tfra.sweep.terms import measured_sum, unit_shift
 from tfra.hdl.parallel.tfra.sweep.winner import Winner, winner_latency
-from tfra.model.choices import Architecture, Search
-from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.sweep import tolerance
-from tfra.model.sensor import SensorArray
 
 GAP = 8
 """Cycles between frames; the sums take longer."""
 
 
-def make(steps, words, slack=0.0):
-    return TfraDesign(
-        SensorArray(2, 3, 4e-3, 2e-3, 3e-3),
-        search=Search(steps, tolerance=slack),
-        architecture=Architecture(4, vector_words=words),
-    )
+def of(steps, words, slack=0.0):
+    return make(2, 3, steps=steps, words=words, tolerance=slack)
 
 
-DESIGNS = [make(steps, words, slack) for steps in (1, 2, 6, 7) for words in (1, 4) for slack in (0.0, 0.5)]
+DESIGNS = [of(steps, words, slack) for steps in (1, 2, 6, 7) for words in (1, 4) for slack in (0.0, 0.5)]
 
 
 @dataclass
@@ -79,10 +72,7 @@ def run(design, frames):
         for _ in range(winner_latency(design)):
             await tick(ctx)
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(drive)
-    simulator.run()
+    simulate(dut, drive)
     assert [when for when, _ in found] == [last + winner_latency(design) for last in last_rows]
     return [index for _, index in found]
 
@@ -126,7 +116,7 @@ def test_each_candidate_alone(design):
 @pytest.mark.parametrize("words", [1, 4])
 def test_the_limit_of_the_plateau(words):
     """A candidate at the tolerance is on the plateau, a unit further it is not; a longer exponent doubles that."""
-    design = make(6, words, slack=0.5)
+    design = of(6, words, slack=0.5)
     slack = [int(limit) for limit in tolerance(design)]
     assert 0 < slack[0] < slack[1]
     frames = [
@@ -138,7 +128,7 @@ def test_the_limit_of_the_plateau(words):
 
 
 def test_a_wrong_bit_is_noticed():
-    design = make(7, 4)
+    design = of(7, 4)
     frames = anything(design, 2)
     wanted = [expected(design, frame) for frame in frames]
     worst = next(n for n, frame in enumerate(frames) if frame.z[wanted[n]] < (1 << design.widths.b_z - 1))
