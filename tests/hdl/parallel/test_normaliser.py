@@ -110,8 +110,7 @@ def test_stalls_on_every_port(stall_in, stall_out, size):
     design = make(*size, bits=8)
     rng = np.random.default_rng(7)
     frames = [f for pair in zip(every_exponent(design, rng), corners(design), strict=False) for f in pair]
-    for seed in range(1):
-        compare(design, frames[:8], stall_in=stall_in, stall_out=stall_out, seed=seed)
+    compare(design, frames[:8], stall_in=stall_in, stall_out=stall_out, seed=7)
 
 
 @pytest.mark.parametrize("slow", ["quads", "frame"])
