@@ -12,52 +12,11 @@ from tfra.hdl.lib.arithmetic import add_carry, counter_shape, leading_zeros, mag
 from tfra.hdl.lib.pipeline import register
 from tfra.hdl.lib.streams import SkidBuffer
 from tfra.hdl.parallel.payloads import frame_facts, stress_quad
+from tfra.hdl.parallel.raster import Raster
 from tfra.model.fixed.design import Design
 
 _FINE = 2
 """Bits of the exponent by which the second step of a shift moves."""
-
-
-class Raster(Elaboratable):
-    """Place of the next taxel of a row-major frame; ``transfer`` steps on, and frames follow each other.
-
-    All outputs are registers.  ``row``, ``column``: where; ``row_start``, ``row_end``: the ends of a row;
-    ``last``: the end of the frame; ``quad``: number of the quad that the taxel is in.
-    """
-
-    def __init__(self, design: Design) -> None:
-        self._stride = design.quad_columns
-        self._rows, self._columns = design.sensor.rows, design.sensor.columns
-        self.transfer = Signal()
-        self.row = Signal(counter_shape(self._rows - 1))
-        self.column = Signal(counter_shape(self._columns - 1))
-        self.row_start = Signal(init=1)
-        self.row_end = Signal()
-        self.last = Signal()
-        self.quad = Signal(counter_shape(design.quads - 1))
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        # With two columns or more, the taxel before the end of a row is in the same row.
-        before_end = self.column == self._columns - 2
-        with m.If(self.transfer):
-            m.d.sync += [
-                self.column.eq(Mux(self.row_end, 0, self.column + 1)),
-                self.row_start.eq(self.row_end),
-                self.row_end.eq(before_end),
-                self.last.eq(before_end & (self.row == self._rows - 1)),
-            ]
-            with m.If(self.row_end):
-                m.d.sync += self.row.eq(Mux(self.last, 0, self.row + 1))
-            with m.If(~self.last):  # the last taxel and the first one share their quad
-                m.d.sync += self.quad.eq(self.quad + self._step())
-        return m
-
-    def _step(self) -> Value:
-        """From a taxel's quad to the next one's: to the middle of a row and back, to the middle row and back."""
-        across = _towards_middle(self.column, self._columns, 1)
-        down = _towards_middle(self.row, self._rows, self._stride)
-        return Mux(self.row_end, down, across)
 
 
 class Normaliser(wiring.Component):
@@ -264,8 +223,3 @@ class _Pages(Elaboratable):
                 self.stored[number].eq(read.data),
             ]
         return m
-
-
-def _towards_middle(position: Value, length: int, stride: int) -> Value:
-    """``stride`` before the middle of ``length``, its negative after; zero across the middle of an even length."""
-    return Mux(position < (length + 1) // 2 - 1, stride, Mux(position >= length // 2, -stride, 0))

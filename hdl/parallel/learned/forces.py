@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Array, Cat, Const, Module, Mux, Signal, Value
-from amaranth.lib import data, memory, stream, wiring
+from amaranth import Array, Cat, Const, Module, Mux, Value
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import round_off, saturate, shift_right, two_steps
 from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
-from tfra.hdl.lib.streams import Fifo, Tokens, always_ready_stream
+from tfra.hdl.lib.ram import Ram
+from tfra.hdl.lib.streams import Fifo, always_ready_stream
 from tfra.hdl.parallel.learned.payloads import force, share, taxel_quad
 from tfra.hdl.parallel.learned.plan import FRAMES
-from tfra.hdl.parallel.normaliser import Raster
+from tfra.hdl.parallel.raster import Raster, read_taxels
 from tfra.hdl.primitives import Multiplier
 from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.learned.share import even_word
@@ -55,44 +56,28 @@ class Forces(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        issue = Signal()
-        m.submodules.raster = raster = Raster(self._design)
-        m.submodules.places = places = Tokens(self.latency + 1)
-        m.submodules.queue = queue = Fifo(self.taxel.payload.shape(), self.latency + 2)
-        wiring.connect(m, queue.o, wiring.flipped(self.taxel))
-        ends = issue & raster.last
+        read, raster, fifo = read_taxels(m, self._design, self.share.valid, _RESULT, self.taxel)
+        ends = read & raster.last
         _, last_axis = wrapping_counter(m, ends, 3, "axis")
         place, _ = wrapping_counter(m, ends & last_axis, FRAMES, "read_place")
-        m.d.comb += [
-            issue.eq(places.o.valid & self.share.valid),
-            places.o.ready.eq(self.share.valid),
-            places.give.eq(self.taxel.valid & self.taxel.ready),
-            raster.transfer.eq(issue),
-            self.share.ready.eq(ends),
-            queue.i.valid.eq(delayed(m, issue, _RESULT, "issued", control=True)),
-            queue.i.p.last.eq(delayed(m, ends & last_axis, _RESULT, "last")),
-        ]
         word, limited = self._scale(m, self._read(m, raster, place))
-        m.d.comb += queue.i.p.word.eq(word)
-        m.d.comb += queue.i.p.limited.eq(limited)
+        m.d.comb += [
+            self.share.ready.eq(ends),
+            fifo.i.p.last.eq(delayed(m, ends & last_axis, _RESULT, "last")),
+            fifo.i.p.word.eq(word),
+            fifo.i.p.limited.eq(limited),
+        ]
         return m
 
     def _read(self, m: Module, raster: Raster, place: Value) -> Value:
         """p of the taxel that the raster is at, ``_WORD`` cycles later."""
         design, shape = self._design, self.p.payload.shape()
-        m.submodules.quads = quads = memory.Memory(shape=shape, depth=FRAMES << len(raster.quad), init=[])
-        write, read = quads.write_port(), quads.read_port()
+        quads = Ram(m, "quads", shape, FRAMES << len(raster.quad))
         number, last = wrapping_counter(m, self.p.valid, design.quads, "number")
         write_place, _ = wrapping_counter(m, self.p.valid & last, FRAMES, "write_place")
-        mirror = Cat(raster.column >= design.quad_columns, raster.row >= design.quad_rows)
-        m.d.comb += [
-            write.en.eq(self.p.valid),
-            write.addr.eq(Cat(number, write_place)),
-            write.data.eq(self.p.payload),
-            read.addr.eq(Cat(raster.quad, place)),
-        ]
-        quad = data.View(shape, register(m, read.data.as_value(), "quad"))
-        word = Array(quad[k] for k in range(4))[delayed(m, mirror, READ, "mirror")]
+        quads.write(self.p.valid, Cat(number, write_place), self.p.payload)
+        quad = data.View(shape, register(m, quads.read(Cat(raster.quad, place)).as_value(), "quad"))
+        word = Array(quad[k] for k in range(4))[delayed(m, raster.mirror, READ, "mirror")]
         even = delayed(m, self.share.p.even, READ, "even")
         return register(m, Mux(even, even_word(design), word), "p")
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal
-from amaranth.lib import memory, stream, wiring
+from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.pipeline import delayed, register, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.learned.plan import FRAMES
 from tfra.hdl.parallel.payloads import frame_facts, product, vector_quad
@@ -50,8 +51,7 @@ class Total(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         quad = self.total.payload.shape()
-        m.submodules.sums = sums = memory.Memory(shape=quad, depth=2 * FRAMES * QUADS, init=[])
-        write, read = sums.write_port(), sums.read_port(domain="comb")
+        sums = Ram(m, "sums", quad, 2 * FRAMES * QUADS)
         here = [self.result.valid & self.result.p.kind[self._design.kinds.index(name)] for name in PARTS]
         first, second, third = (
             wrapping_counter(m, part, FRAMES * QUADS, f"{name}_quad")[0]
@@ -59,15 +59,15 @@ class Total(wiring.Component):
         )
         lost = register(m, here[2] & ~self.frame.p.contact, "lost")
         total = Signal(quad, name="sum", reset_less=True)
-        for word, part, before in zip(total, self.result.p.words, read.data, strict=True):
+        so_far = sums.look_up(Mux(here[2], Cat(third, 1), Cat(second, 0)))
+        for word, part, before in zip(total, self.result.p.words, so_far, strict=True):
             # TIMING: memory -> sum
             part, before = register(m, part, "part"), register(m, Mux(here[0], 0, before), "before")
             m.d.sync += word.eq(Mux(lost, 0, part + before))
+        again = delayed(m, here[0] | here[1], self.latency, "again", control=True)
+        place = delayed(m, Mux(here[1], Cat(second, 1), Cat(first, 0)), self.latency, "write_place")
+        sums.write(again, place, total)
         m.d.comb += [
-            read.addr.eq(Mux(here[2], Cat(third, 1), Cat(second, 0))),
-            write.en.eq(delayed(m, here[0] | here[1], self.latency, "again", control=True)),
-            write.addr.eq(delayed(m, Mux(here[1], Cat(second, 1), Cat(first, 0)), self.latency, "write_place")),
-            write.data.eq(total),
             self.frame.ready.eq(register(m, here[2] & third[0], "taken", control=True)),
             self.total.valid.eq(delayed(m, here[2], self.latency, "last_part", control=True)),
             self.total.payload.eq(total),

@@ -8,11 +8,12 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Array, Cat, Module, Mux, Signal, Value
-from amaranth.lib import data, memory, wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
 from tfra.hdl.lib.pipeline import READ, delayed, register, registered_zeros, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.learned.payloads import taxel_quad
 from tfra.hdl.parallel.learned.plan import FRAMES
@@ -45,19 +46,13 @@ class Vectors(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         quads, shape = self._design.quads, self.write.payload.shape()
-        m.submodules.words = words = memory.Memory(shape=shape, depth=FRAMES << len(self.quad), init=[])
-        write, read = words.write_port(), words.read_port()
+        words = Ram(m, "words", shape, FRAMES << len(self.quad))
         number, last = wrapping_counter(m, self.write.valid, quads, "number")
         ends = self.write.valid & last
         place, _ = wrapping_counter(m, ends, FRAMES, "write_place")
-        m.d.comb += [
-            write.en.eq(self.write.valid),
-            write.addr.eq(Cat(number, place)),
-            write.data.eq(self.write.payload),
-            read.addr.eq(Cat(self.quad, self.place)),
-            self.complete.eq(delayed(m, ends, MEASURE - 1, "ends", control=True)),
-        ]
-        stored = data.View(shape, register(m, read.data.as_value(), "stored"))
+        words.write(self.write.valid, Cat(number, place), self.write.payload)
+        stored = data.View(shape, register(m, words.read(Cat(self.quad, self.place)).as_value(), "stored"))
+        m.d.comb += self.complete.eq(delayed(m, ends, MEASURE - 1, "ends", control=True))
         parity = delayed(m, self.parity, READ, "parity")
         m.d.comb += self.word.eq(register(m, Array(stored[k] for k in range(4))[parity], "word"))
         if self._headroom:
@@ -67,18 +62,15 @@ class Vectors(wiring.Component):
     def _measure(self, m: Module, first: Value, ends: Value, place: Value) -> None:
         """OR of the magnitudes of each parity while a vector is written; its zeros when it is complete."""
         shape = data.ArrayLayout(self.headroom.shape(), 4)
-        m.submodules.headrooms = headrooms = memory.Memory(shape=shape, depth=FRAMES, init=[])
-        write, read = headrooms.write_port(), headrooms.read_port()
+        headrooms = Ram(m, "headrooms", shape, FRAMES)
+        zeros = []
         for parity, word in enumerate(self.write.p):
             mask = Signal(len(word) - 1, name=f"mask{parity}", reset_less=True)
             with m.If(self.write.valid):
                 m.d.sync += mask.eq(Mux(first, 0, mask) | magnitude_bits(word))
-            m.d.comb += write.data[parity].eq(register(m, registered_zeros(m, mask), f"zeros{parity}"))
-        m.d.comb += [
-            write.en.eq(delayed(m, ends, MEASURE, "measured", control=True)),
-            write.addr.eq(delayed(m, place, MEASURE, "measured_place")),
-            read.addr.eq(self.place),
-        ]
-        stored = data.View(shape, register(m, read.data.as_value(), "stored_headroom"))
+            zeros.append(register(m, registered_zeros(m, mask), f"zeros{parity}"))
+        measured = delayed(m, ends, MEASURE, "measured", control=True)
+        headrooms.write(measured, delayed(m, place, MEASURE, "measured_place"), Cat(zeros))
+        stored = data.View(shape, register(m, headrooms.read(self.place).as_value(), "stored_headroom"))
         parity = delayed(m, self.parity, READ, "headroom_parity")
         m.d.comb += self.headroom.eq(register(m, Array(stored[k] for k in range(4))[parity], "headroom"))

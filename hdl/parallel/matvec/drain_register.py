@@ -6,11 +6,11 @@ from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import register
+from tfra.hdl.lib.ram import Ram
 from tfra.model.fixed.design import Design
 
 
@@ -91,12 +91,6 @@ class DrainRegister(wiring.Component):
     def _before(self, m: Module, leaving: list[Value], next_step: Value) -> Value:
         """The same words of the pass before, from a memory that is read a cycle before it is written."""
         bits = len(leaving[0]) * len(leaving)
-        m.submodules.before = memory = Memory(shape=unsigned(bits), depth=1 << len(next_step), init=[])
-        write, read = memory.write_port(), memory.read_port(domain="comb")
-        m.d.comb += [
-            write.en.eq(self.draining),
-            write.addr.eq(register(m, next_step, "step")),
-            write.data.eq(Cat(leaving)),
-            read.addr.eq(next_step),
-        ]
-        return register(m, read.data, "before")
+        before = Ram(m, "before", unsigned(bits), 1 << len(next_step))
+        before.write(self.draining, register(m, next_step, "step"), Cat(leaving))
+        return register(m, before.look_up(next_step), "before")

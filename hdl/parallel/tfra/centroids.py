@@ -14,8 +14,8 @@ from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import add_carry, add_or_subtract, counter_shape, magnitude_bits, round_top
 from tfra.hdl.lib.pipeline import register
-from tfra.hdl.parallel.normaliser import Raster
 from tfra.hdl.parallel.payloads import direction
+from tfra.hdl.parallel.raster import Raster
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.centroids import pitch_ratio
 

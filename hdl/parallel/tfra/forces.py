@@ -13,8 +13,8 @@ from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.lib.pipeline import READ, delayed, occupancy, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN, Fifo, Tokens, always_ready_stream
 from tfra.hdl.parallel.beats import beat_in_quad, beat_number, beat_valid, select_beat
-from tfra.hdl.parallel.normaliser import Raster
 from tfra.hdl.parallel.payloads import vector_quad
+from tfra.hdl.parallel.raster import Raster, read_taxels
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.widths import force_drop
 
@@ -108,34 +108,22 @@ class Forces(wiring.Component):
         return ends
 
     def _read(self, m: Module, port: Any, full: Value) -> Value:
-        """Read a ``full`` plane and queue its taxels; high with the last read.
-
-        The queue has as many places as the number of cycles until one is free again without stalls.
-        """
+        """Read the taxels of a ``full`` plane; high with the last read."""
         plane = Signal(range(PLANES), name="read_plane")
-        issue = Signal()
         ends = Signal()
-        m.submodules.raster = raster = Raster(self._design)
-        m.submodules.places = places = Tokens(self.read_latency + 1)
-        m.submodules.queue = queue = Fifo(self.taxel.payload.shape(), self.read_latency + 2)
-        wiring.connect(m, queue.o, wiring.flipped(self.taxel))
+        read, raster, fifo = read_taxels(m, self._design, full, READ + 1, self.taxel)
         number, word = self._locate(raster)
         m.d.comb += [
-            issue.eq(places.o.valid & full),
-            places.o.ready.eq(full),
-            places.give.eq(self.taxel.valid & self.taxel.ready),
-            ends.eq(issue & raster.last),
-            raster.transfer.eq(issue),
+            ends.eq(read & raster.last),
             port.addr.eq(Cat(number, plane)),
-            queue.i.valid.eq(delayed(m, issue, READ + 1, "issued", control=True)),
-            queue.i.payload.eq(register(m, self._select_word(m, port, word), "word")),
+            fifo.i.payload.eq(register(m, self._select_word(m, port, word), "word")),
         ]
         m.d.sync += plane.eq(plane + ends)
         return ends
 
     def _locate(self, raster: Raster) -> tuple[Value, Value]:
         """Address of the raster's taxel in its plane: the number of a beat, and the word in that beat."""
-        mirror = Cat(raster.column >= self._design.quad_columns, raster.row >= self._design.quad_rows)
+        mirror = raster.mirror
         word_bits = (self._design.architecture.vector_words - 1).bit_length()
         number = Cat(mirror[word_bits:], raster.quad)[: beat_number(self._design).width]
         return number, mirror[:word_bits]
@@ -145,4 +133,4 @@ class Forces(wiring.Component):
         beat = data.View(port.data.shape(), register(m, port.data.as_value(), "beat"))
         if not len(word):
             return beat[0]
-        return Array(beat[k] for k in range(len(beat)))[delayed(m, word, READ, "found_word")]
+        return Array(beat[k] for k in range(len(beat)))[delayed(m, word, READ, "word_in_beat")]

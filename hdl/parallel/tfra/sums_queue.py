@@ -6,10 +6,10 @@ from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal
 from amaranth.lib import stream, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.pipeline import driver, occupancy, register, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
@@ -45,24 +45,21 @@ class SumsQueue(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.rows = rows = Memory(shape=self.o.payload.shape(), depth=FRAMES * ROWS, init=[])
-        write, read = rows.write_port(), rows.read_port()
+        rows = Ram(m, "rows", self.o.payload.shape(), FRAMES * ROWS)
         b_frame, _ = wrapping_counter(m, self.b.valid, FRAMES, "b_frame")
         n_row, n_last = wrapping_counter(m, self.n.valid, ROWS - 1, "n_row")
         n_frame, _ = wrapping_counter(m, self.n.valid & n_last, FRAMES, "n_frame")
         b_address = Cat(Const(0, _ROW_BITS), b_frame)
         n_address = Cat((n_row + 1)[:_ROW_BITS], n_frame)
         arrived = Mux(self.b.valid, self.b.payload.as_value(), self.n.payload.as_value())
-        m.d.comb += [
-            # TIMING: matvec's result router -> memory
-            write.en.eq(register(m, self.b.valid | self.n.valid, "write_enable", control=True)),
-            write.addr.eq(register(m, Mux(self.b.valid, b_address, n_address), "write_address")),
-            write.data.eq(register(m, arrived, "write_data")),
-        ]
-        self._read(m, read)
+        # TIMING: matvec's result router -> memory
+        enable = register(m, self.b.valid | self.n.valid, "write_enable", control=True)
+        address = register(m, Mux(self.b.valid, b_address, n_address), "write_address")
+        rows.write(enable, address, register(m, arrived, "write_data"))
+        self._read(m, rows)
         return m
 
-    def _read(self, m: Module, port: Any) -> None:
+    def _read(self, m: Module, rows: Ram) -> None:
         """Row by row: ``get`` in the cycle of the address, ``got`` in that of the memory's word."""
         get = Signal(name="get")
         got = Signal(name="got")
@@ -70,13 +67,12 @@ class SumsQueue(wiring.Component):
         is_b = row[:_ROW_BITS] == 0
         b_waiting = occupancy(m, FRAMES, self.b.valid, get & is_b)
         n_waiting = occupancy(m, FRAMES * (ROWS - 1), self.n.valid, get & ~is_b)
+        word = rows.read(row)
         out = driver(m, self.o.payload)
-        m.d.comb += port.addr.eq(row)
-        m.d.comb += port.en.eq(1)
         m.d.sync += [
             get.eq(~(get | got | self.o.valid) & Mux(is_b, b_waiting[0], n_waiting[0])),
             got.eq(get),
             self.o.valid.eq(got | (self.o.valid & ~self.o.ready)),
         ]
         with m.If(got):
-            m.d.sync += out.eq(port.data)
+            m.d.sync += out.eq(word)

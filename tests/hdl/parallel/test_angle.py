@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 import random
-from typing import Any
 
 import numpy as np
 import pytest
-from amaranth import Module, unsigned
-from amaranth.lib import stream, wiring
-from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tests.hdl.parallel.designs import make
+from tests.hdl.parallel.designs import Joined, make
 from tests.marks import STALLS
-from tfra.hdl.lib.streams import PerFrameFifo, always_ready_stream
-from tfra.hdl.parallel import payloads
+from tfra.hdl.lib.streams import PerFrameFifo
 from tfra.hdl.parallel.angle import Angle
-from tfra.hdl.parallel.cordic import cordic_modulus, cordic_vector, cordic_word
+from tfra.hdl.parallel.cordic import cordic_modulus, cordic_word
 from tfra.model.choices import DIVISION_GUARD
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.design import Design
@@ -29,30 +24,11 @@ def design(formats: str) -> Design:
     return make(3, 4, formats)
 
 
-class Kept(wiring.Component):
+def stored(d: Design) -> Joined:
     """Angle with a place for every modulus, which it does not wait for."""
-
-    def __init__(self, d: Design) -> None:
-        self.angle, self._modulus = Angle(d), cordic_modulus(d)
-        super().__init__(
-            {
-                "vector": In(always_ready_stream(cordic_vector(d))),
-                "turned": Out(stream.Signature(self._modulus)),
-                "direction": In(stream.Signature(payloads.direction(d))),
-                "phi": Out(stream.Signature(unsigned(d.formats.operand))),
-            }
-        )
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.angle = angle = self.angle
-        m.submodules.kept = kept = PerFrameFifo(self._modulus, (), NUMBER)
-        connect(m, flipped(self.vector), angle.vector)
-        m.d.comb += [kept.i.valid.eq(angle.turned.valid), kept.i.payload.eq(angle.turned.payload)]
-        connect(m, flipped(self.direction), angle.direction)
-        connect(m, kept.o, flipped(self.turned))
-        connect(m, angle.phi, flipped(self.phi))
-        return m
+    blocks = {"angle": Angle(d), "moduli": PerFrameFifo(cordic_modulus(d), (), NUMBER)}
+    ports = {"vector": "angle.vector", "turned": "moduli.o", "direction": "angle.direction", "phi": "angle.phi"}
+    return Joined(blocks, ports, [("angle.turned", "moduli.i")])
 
 
 def inputs(d: Design, seed: int) -> dict[str, list[dict[str, int]]]:
@@ -77,17 +53,17 @@ def test_both_users_get_their_own(formats, stall_in, stall_out):
     sent = inputs(d, 1)
     want = expected(d, sent)
     ports = {name: NUMBER for name in want}
-    seen = run(Kept(d), sent, ports, stall_in=stall_in, stall_out=stall_out, seed=1)
+    seen = run(stored(d), sent, ports, stall_in=stall_in, stall_out=stall_out, seed=1)
     assert {name: seen.values[name] for name in want} == want
 
 
 def test_directions_never_hold_up_a_vector():
     d = design("standard")
-    sent, dut = inputs(d, 2), Kept(d)
+    sent, dut = inputs(d, 2), stored(d)
     seen = run(dut, sent, {"turned": NUMBER, "phi": NUMBER}, stall_in=flowing).cycles
     assert set(np.diff(seen["vector"])) == {1}
     waits = {out - into for into, out in zip(seen["vector"], seen["turned"], strict=True)}
-    assert waits == {dut.angle.latency + PerFrameFifo.latency}
+    assert waits == {dut.blocks["angle"].latency + PerFrameFifo.latency}
 
 
 def test_a_wrong_bit_is_noticed():
@@ -95,4 +71,4 @@ def test_a_wrong_bit_is_noticed():
     sent = inputs(d, 3)
     wrong = expected(d, sent)
     wrong["phi"][7] ^= 1
-    assert run(Kept(d), sent, {"phi": NUMBER}).values["phi"] != wrong["phi"]
+    assert run(stored(d), sent, {"phi": NUMBER}).values["phi"] != wrong["phi"]

@@ -7,11 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from amaranth import Module
-from amaranth.lib import stream, wiring
-from amaranth.lib.wiring import In, Out, connect, flipped
 
-from tests.hdl.parallel.designs import make
+from tests.hdl.parallel.designs import Joined, make
 from tests.marks import STALLS
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
@@ -33,29 +30,11 @@ DESIGNS = {
 }
 
 
-class WithCordic(wiring.Component):
+def with_cordic(d: Design) -> Joined:
     """Gain and the CORDIC that it asks."""
-
-    def __init__(self, d: Design) -> None:
-        self.gain_unit, self.angle = Gain(d), Angle(d)
-        self.latency = self.gain_unit.latency
-        super().__init__(
-            {
-                "total": In(stream.Signature(payloads.total(d))),
-                "frame": In(stream.Signature(payloads.frame_facts(d))),
-                "gain": Out(stream.Signature(payloads.gain(d))),
-            }
-        )
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.gain, m.submodules.angle = gain, angle = self.gain_unit, self.angle
-        connect(m, flipped(self.total), gain.total)
-        connect(m, flipped(self.frame), gain.frame)
-        connect(m, gain.vector, angle.vector)
-        connect(m, angle.turned, gain.turned)
-        connect(m, gain.gain, flipped(self.gain))
-        return m
+    ports = {"total": "gain.total", "frame": "gain.frame", "gain": "gain.gain"}
+    wires = [("gain.vector", "angle.vector"), ("angle.turned", "gain.turned")]
+    return Joined({"gain": Gain(d), "angle": Angle(d)}, ports, wires)
 
 
 Case = tuple[Resultant, Normalised]
@@ -116,7 +95,7 @@ def expected(d: Design, case: Case) -> list[dict[str, int]]:
 
 def check(d: Design, case: Case, note: str, **stalls: Any) -> None:
     wanted = expected(d, case)
-    assert run(WithCordic(d), streams(d, case), {"gain": len(wanted)}, **stalls).values["gain"] == wanted, note
+    assert run(with_cordic(d), streams(d, case), {"gain": len(wanted)}, **stalls).values["gain"] == wanted, note
 
 
 @pytest.mark.parametrize("name", DESIGNS)
@@ -144,7 +123,7 @@ def test_rules_in_literal_numbers():
     frame = facts(d, np.full(5, True), regular, np.full(5, 1 << 16))
     case = Resultant(words, np.zeros(5, dtype=np.int64)), frame
     check(d, case, "literal")
-    seen = run(WithCordic(d), streams(d, case), {"gain": 5}).values["gain"]
+    seen = run(with_cordic(d), streams(d, case), {"gain": 5}).values["gain"]
     limit = (1 << d.formats.operand) - 1
     assert [g["mu"] for g in seen] == [limit >> 1, limit >> 1, 0, 0, pytest.approx(1 << d.formats.operand - 4, abs=2)]
     assert [g["overflow"] for g in seen] == [1, 1, 0, 0, 0]
@@ -171,10 +150,11 @@ def test_frames_of_the_whole_model(size, monkeypatch):
 @pytest.mark.parametrize("name", DESIGNS)
 def test_latency(name):
     d = DESIGNS[name]
-    dut = WithCordic(d)
+    dut = with_cordic(d)
+    latency = dut.blocks["gain"].latency
     seen = run(dut, streams(d, random_case(d, 4, 4)), {"gain": 4}).cycles
-    assert seen["gain"][0] == 1 + dut.latency  # inputs are valid in the first cycle, number 1
-    assert set(np.diff(seen["gain"])) == {dut.latency + 2}
+    assert seen["gain"][0] == 1 + latency  # inputs are valid in the first cycle, number 1
+    assert set(np.diff(seen["gain"])) == {latency + 2}
     assert seen["total"] == seen["frame"] == seen["gain"]
 
 
@@ -183,4 +163,4 @@ def test_a_wrong_bit_is_noticed():
     case = random_case(d, 3, 5)
     wrong = expected(d, case)
     wrong[2]["mantissa"] ^= 1
-    assert run(WithCordic(d), streams(d, case), {"gain": 3}).values["gain"] != wrong
+    assert run(with_cordic(d), streams(d, case), {"gain": 3}).values["gain"] != wrong

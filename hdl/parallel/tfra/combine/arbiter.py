@@ -8,14 +8,26 @@ from amaranth import Module, Mux, Signal, Value
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.pipeline import register
+from tfra.hdl.lib.pipeline import occupancy, register, wrapping_counter
 from tfra.hdl.lib.streams import TOKEN
 from tfra.hdl.parallel.beats import beat_number
 from tfra.hdl.parallel.payloads import affine, chosen, direction
 from tfra.hdl.parallel.tfra.combine.stages import Job, tag_layout
-from tfra.hdl.parallel.tfra.combine.store import place
-from tfra.hdl.parallel.tfra.combine.waiting import FramesWaiting
+from tfra.hdl.parallel.tfra.combine.store import FRAMES, place
 from tfra.model.fixed.design import Design
+
+
+class _Waiting:
+    """Frames that wait: from a pulse of ``enter`` until one of ``leave``, in the order of their places.
+
+    ``some``: there is one; ``oldest``: place of the next to leave.  At most ``FRAMES`` frames hold a token, so they are
+    never too many.
+    """
+
+    def __init__(self, m: Module, enter: Value, name: str) -> None:
+        self.leave = Signal(name=f"{name}_leaves")
+        self.some = occupancy(m, FRAMES, enter, self.leave)[0]
+        self.oldest, _ = wrapping_counter(m, self.leave, FRAMES, f"oldest_{name}")
 
 
 class Arbiter(wiring.Component):
@@ -62,15 +74,13 @@ class Arbiter(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.residuals = residuals = FramesWaiting()
-        m.submodules.candidates = candidates = FramesWaiting()
+        residuals = _Waiting(m, self.residual_stored, "residual")
+        candidates = _Waiting(m, self.e1_stored, "candidate")
         busy = Signal()
         final = Signal()
         beat = Signal(tag_layout(self._design), reset_less=True)  # the next one of the current vector
         step = Signal()
         m.d.comb += [
-            residuals.enter.eq(self.residual_stored),
-            candidates.enter.eq(self.e1_stored),
             step.eq(busy & ~self.product_valid),
             self.valid.eq(self.product_valid | busy),
         ]
@@ -103,7 +113,7 @@ class Arbiter(wiring.Component):
             m.d.comb += self.tag.eq(beat)
 
     def _may_begin(
-        self, m: Module, residuals: FramesWaiting, candidates: FramesWaiting, job: Value, enters_last: Value
+        self, m: Module, residuals: _Waiting, candidates: _Waiting, job: Value, enters_last: Value
     ) -> tuple[Value, Value]:
         """Whether the oldest frame's d may be begun, and whether a frame's e0 or e1; facts go with the last beat."""
         ends = Signal()

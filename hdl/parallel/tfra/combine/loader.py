@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value
-from amaranth.lib import data, memory, wiring
+from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, quad
 from tfra.hdl.lib.pipeline import delayed, register, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel.beats import beat_in_quad, beat_number, select_beat, vector_beats
 from tfra.hdl.parallel.payloads import vector_beat, vector_quad
@@ -89,21 +90,15 @@ class ResidualLoader(wiring.Component):
         """Quad of b for beat ``number`` of g, two cycles after it; ``ends`` is high with g's last beat."""
         design, quads = self._design, self._design.quads
         depth = (FRAMES + 1) << counter_shape(quads - 1).width
-        m.submodules.b = codes = memory.Memory(shape=self.b.payload.shape(), depth=depth, init=[])
-        write, read = codes.write_port(), codes.read_port()
+        codes = Ram(m, "b", self.b.payload.shape(), depth)
         b_number, b_last = wrapping_counter(m, self.b.valid, quads, "b_number")
         write_place, _ = wrapping_counter(m, self.b.valid & b_last, FRAMES + 1, "b_write_place")
         # In time for the next frame's g, which comes after d1 and d2.
         ended = register(m, ends, "g_ended", control=True)
         read_place, _ = wrapping_counter(m, ended, FRAMES + 1, "b_read_place")
         g_number = (number >> len(beat_in_quad(design, number)))[: len(b_number)]
-        m.d.comb += [
-            write.en.eq(self.b.valid),
-            write.addr.eq(Cat(b_number, write_place)),
-            write.data.eq(self.b.payload),
-            read.addr.eq(Cat(g_number, read_place)),
-        ]
-        return register(m, read.data, "b_found")
+        codes.write(self.b.valid, Cat(b_number, write_place), self.b.payload)
+        return register(m, codes.read(Cat(g_number, read_place)), "b_of_g")
 
     def _write_z(self, m: Module, arrived_valid: Value, arrived: Any, b: Any) -> None:
         """g meets its b a cycle after its arrival; the sum is a register."""

@@ -5,15 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Array, Module, Mux, Signal, Value
-from amaranth.lib import memory, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.pipeline import register
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.parallel.payloads import vector_beat
 from tfra.hdl.parallel.scale_add import Stage, beat_headroom
 from tfra.hdl.parallel.tfra.combine.stages import Job, tag_layout
 from tfra.hdl.parallel.tfra.combine.store import Store, store_write
 from tfra.model.fixed.design import Design
+
+_RING = 16
+"""Places of the ring buffer of products, a power of two."""
 
 
 class Multiplicand(wiring.Component):
@@ -87,16 +91,10 @@ class Addend(wiring.Component):
 
     def _product(self, m: Module) -> Value:
         """The product of the beat in stage ``Z_CHOSEN``, from a ring buffer with one place a cycle."""
-        m.submodules.products = ring = memory.Memory(shape=vector_beat(self._design), depth=16, init=[])
-        write, read = ring.write_port(), ring.read_port()
         cycles = Stage.Z_CELL - Stage.ENTRY
-        assert cycles < ring.depth
-        cycle = Signal(range(ring.depth))
+        assert cycles < _RING
+        ring = Ram(m, "products", vector_beat(self._design), _RING)
+        cycle = Signal(range(_RING))
         m.d.sync += cycle.eq(cycle + 1)
-        m.d.comb += [
-            write.en.eq(1),
-            write.addr.eq(cycle),
-            write.data.eq(self.product),
-            read.addr.eq(cycle - cycles),
-        ]
-        return register(m, read.data.as_value(), "product_found")
+        ring.write(1, cycle, self.product)
+        return register(m, ring.read(cycle - cycles).as_value(), "product")

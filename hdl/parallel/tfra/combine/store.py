@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value
-from amaranth.lib import memory, wiring
+from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, magnitude_bits
 from tfra.hdl.lib.pipeline import delayed, register, registered_zeros
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.parallel.beats import beat_in_quad, beat_number
 from tfra.hdl.parallel.payloads import vector_beat
 from tfra.hdl.parallel.scale_add import beat_headroom
@@ -62,15 +63,10 @@ class Store(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         depth = FRAMES * self._vectors << len(self.write.number)
-        m.submodules.words = words = memory.Memory(shape=self.write.words.shape(), depth=depth, init=[])
-        write, read = words.write_port(), words.read_port()
-        m.d.comb += [
-            write.en.eq(self.write.valid),
-            write.addr.eq(Cat(self.write.number, self._vector_address(self.write))),
-            write.data.eq(self.write.words),
-            read.addr.eq(Cat(self.read.number, self._vector_address(self.read))),
-            self.beat.eq(register(m, read.data.as_value(), "beat")),
-        ]
+        words = Ram(m, "words", self.write.words.shape(), depth)
+        words.write(self.write.valid, Cat(self.write.number, self._vector_address(self.write)), self.write.words)
+        beat = words.read(Cat(self.read.number, self._vector_address(self.read)))
+        m.d.comb += self.beat.eq(register(m, beat.as_value(), "beat"))
         if self._headroom:
             self._store_headroom(m, self._zeros(m, self._masks(m)))
         return m
@@ -108,17 +104,12 @@ class Store(wiring.Component):
         design = self._design
         depth = FRAMES * self._vectors * design.cycles_per_quad
         shape = beat_headroom(design.widths.vector, design.architecture.vector_words)
-        m.submodules.headrooms = headrooms = memory.Memory(shape=shape, depth=depth, init=[])
-        write = headrooms.write_port()
-        read = headrooms.read_port(transparent_for=[write])  # a vector is used as soon as it is complete
+        headrooms = Ram(m, "headrooms", shape, depth)
         write_address, read_address = (
             Cat(beat_in_quad(design, port.number), self._vector_address(port)) for port in (self.write, self.read)
         )
         ends = self.write.valid & (self.write.number >= (design.quads - 1) * design.cycles_per_quad)
-        m.d.comb += [
-            write.en.eq(delayed(m, ends, MEASURE, "ends", control=True)),
-            write.addr.eq(delayed(m, write_address, MEASURE, "write_address")),
-            *(write.data[k].eq(word) for k, word in enumerate(zeros)),
-            read.addr.eq(read_address),
-            self.headroom.eq(register(m, read.data.as_value(), "headroom")),
-        ]
+        measured = delayed(m, ends, MEASURE, "ends", control=True)
+        headrooms.write(measured, delayed(m, write_address, MEASURE, "write_address"), Cat(zeros))
+        headroom = headrooms.read(read_address, transparent=True)  # a vector is used as soon as it is complete
+        m.d.comb += self.headroom.eq(register(m, headroom.as_value(), "headroom"))

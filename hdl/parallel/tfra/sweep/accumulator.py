@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 
 from amaranth import Module, Mux, Signal, Value, unsigned
 from amaranth.lib import data, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
+from tfra.hdl.lib.ram import Ram
 
 _STAGES = ("port", "read", "word", "stored", "sum")
 """Stages of an addition, one a cycle: the register that holds its word."""
@@ -116,22 +116,18 @@ class Accumulator(wiring.Component):
     def _memories(self, m: Module, row: Value, flight: dict[str, _Addition], total: Value) -> Value:
         """Read and write every bank; what the addition in stage ``word`` has read in its own."""
         bank_bits = self._banks - 1
-        clear, cleared = register(m, self.draining, "clear", control=True), register(m, row, "cleared")
-        written, word = flight["sum"], []
+        clear = register(m, self.draining, "clear", control=True)
+        cleared = register(m, row, "cleared")
+        written, words = flight["sum"], []
+        address = Mux(clear, cleared, written.address >> bank_bits)
         for bank in range(self._banks):
-            shape, depth = unsigned(len(total)), max(2, self._depth)  # ports need an address
-            m.submodules[f"bank{bank}"] = memory = Memory(shape=shape, depth=depth, init=[])
-            write, read = memory.write_port(), memory.read_port()
-            mine = written.valid & (written.address[0] == bank) if bank_bits else written.valid
-            m.d.comb += [
-                read.addr.eq(Mux(self.draining, row, self.address >> bank_bits)),
-                write.en.eq(clear | mine),
-                write.addr.eq(Mux(clear, cleared, written.address >> bank_bits)),
-                write.data.eq(total),
-            ]
-            word.append(register(m, read.data, f"word{bank}"))
-            m.d.comb += self.rows[bank].as_value().eq(word[bank])
-        return Mux(flight["word"].address[0], word[1], word[0]) if bank_bits else word[0]
+            memory = Ram(m, f"bank{bank}", unsigned(len(total)), max(2, self._depth))  # ports need an address
+            in_bank = written.valid & (written.address[0] == bank) if bank_bits else written.valid
+            memory.write(clear | in_bank, address, total)
+            read = memory.read(Mux(self.draining, row, self.address >> bank_bits))
+            words.append(register(m, read, f"word{bank}"))
+            m.d.comb += self.rows[bank].as_value().eq(words[bank])
+        return Mux(flight["word"].address[0], words[1], words[0]) if bank_bits else words[0]
 
     def _before(self, m: Module, flight: dict[str, _Addition], word: Value, total: Value) -> Value:
         """The sum that the addition in stage ``stored`` adds to: from the memory, or forwarded."""

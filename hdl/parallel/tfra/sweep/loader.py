@@ -7,11 +7,11 @@ from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
 from tfra.hdl.lib.pipeline import READ, delayed, register, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.butterfly import distinct
 from tfra.model.fixed.design import Design
@@ -196,8 +196,7 @@ class Loader(wiring.Component):
         """
         design, word_bits = self._design, (self._design.architecture.vector_words - 1).bit_length()
         beats, shape = design.cycles_per_quad, payloads.vector_beat(design)
-        m.submodules.memory = memory = Memory(shape=shape, depth=beats << len(number), init=[])
-        write, read = memory.write_port(), memory.read_port()
+        memory = Ram(m, "memory", shape, beats << len(number))
         stored = e0.during(FOLDED, beats)
         beat: Value = Const(0, 0)  # of the quad that is stored; one beat has no number
         if beats > 1:
@@ -205,14 +204,11 @@ class Loader(wiring.Component):
             m.d.sync += beat.eq(Mux(stored, beat + 1, 0))
         read_word = delayed(m, word, _READ_P - 1, "read_word")
         read_number = self._latched(m, number, e1.at(_READ_P - 1), "read_number")
-        m.d.comb += [
-            write.addr.eq(Cat(beat, self._latched(m, number, e0.at(FOLDED), "stored_number"))),
-            write.data.eq(nth_slice(folded, beat, beats)),
-            write.en.eq(stored),
-            read.addr.eq(register(m, Cat(read_word[word_bits:], read_number), "read_address")),
-            read.en.eq(e1.during(_READ_P, WORDS)),
-        ]
-        beat_of_p = data.View(shape, register(m, read.data.as_value(), "beat_of_p"))
+        stored_number = self._latched(m, number, e0.at(FOLDED), "stored_number")
+        memory.write(stored, Cat(beat, stored_number), nth_slice(folded, beat, beats))
+        read_address = register(m, Cat(read_word[word_bits:], read_number), "read_address")
+        p = memory.read(read_address, e1.during(_READ_P, WORDS))
+        beat_of_p = data.View(shape, register(m, p.as_value(), "beat_of_p"))
         return Array(beat_of_p)[delayed(m, read_word[:word_bits], 1 + READ, "word_of_p")] if word_bits else beat_of_p[0]
 
     def _taxels(self, m: Module, p: Value, q: list[Value], number: Value, word: Value, e1: _Taken) -> None:

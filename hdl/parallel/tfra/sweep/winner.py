@@ -6,11 +6,11 @@ from typing import Any, NamedTuple
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed, unsigned
 from amaranth.lib import data, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, less
 from tfra.hdl.lib.pipeline import delayed, driver, register, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.tfra.sweep.sums import at_once, rows
 from tfra.hdl.parallel.tfra.sweep.terms import measured_sum, unit_shift
@@ -204,8 +204,7 @@ class Winner(wiring.Component):
         The first is read in the cycle after ``complete`` and comes ``_REPLAY - 1`` later.
         """
         last, wait = rows(self._design) - 1, _REPLAY - 1
-        m.submodules.rows = memory = Memory(shape=unsigned(len(row)), depth=max(2, last + 1), init=[])
-        write, read = memory.write_port(), memory.read_port()
+        stored = Ram(m, "rows", unsigned(len(row)), max(2, last + 1))
         read_number = Signal(counter_shape(last))
         reading = Signal()
         with m.If(reading):
@@ -214,15 +213,9 @@ class Winner(wiring.Component):
         with m.If(complete):
             m.d.sync += read_number.eq(0)
             m.d.sync += reading.eq(1)
-        m.d.comb += [
-            write.addr.eq(number),
-            write.data.eq(row),
-            write.en.eq(delayed(m, self.valid[0], _DISTANCE, "store", control=True)),
-            read.addr.eq(read_number),
-            read.en.eq(1),
-        ]
+        stored.write(delayed(m, self.valid[0], _DISTANCE, "store", control=True), number, row)
         return (
             delayed(m, read_number, wait, "read_number_later"),
-            delayed(m, read.data, wait - 1, "row_read"),
+            delayed(m, stored.read(read_number), wait - 1, "row_read"),
             delayed(m, reading, wait, "row_valid", control=True),
         )

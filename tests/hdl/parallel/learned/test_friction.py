@@ -2,53 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
-from amaranth import Module
-from amaranth.lib import stream, wiring
-from amaranth.lib.wiring import In, Out, connect, flipped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.hdl.parallel.designs import Joined
 from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
 from tests.model.fixed.learned.cases import made
-from tfra.hdl.lib.streams import TOKEN, always_ready_stream
-from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.learned.angle import Angle
 from tfra.hdl.parallel.learned.friction import Friction
-from tfra.hdl.parallel.learned.payloads import angle as angle_shape
-from tfra.hdl.parallel.learned.payloads import friction as friction_shape
 from tfra.model.fixed.gain import Resultant
+from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.learned.friction import angle, friction
 from tfra.sim.harness import run
 
 
-class Both(wiring.Component):
+def joined(design: LearnedDesign) -> Joined:
     """A resultant to both blocks, and the modulus from one to the other."""
-
-    def __init__(self, design: Any) -> None:
-        self.angle, self.friction = Angle(design), Friction(design)
-        super().__init__(
-            {
-                "force": In(always_ready_stream(payloads.total(design))),
-                "turned": Out(always_ready_stream(angle_shape(design))),
-                "found": Out(always_ready_stream(friction_shape(design))),
-                "token": Out(stream.Signature(TOKEN)),
-            }
-        )
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.angle, m.submodules.friction = turn, divide = self.angle, self.friction
-        for block in (turn, divide):
-            m.d.comb += [block.force.valid.eq(self.force.valid), block.force.payload.eq(self.force.payload)]
-        connect(m, turn.modulus, divide.modulus)
-        connect(m, turn.angle, flipped(self.turned))
-        connect(m, divide.friction, flipped(self.found))
-        connect(m, divide.scalars_token, flipped(self.token))
-        return m
+    ports = {
+        "force": ("angle.force", "friction.force"),
+        "turned": "angle.angle",
+        "found": "friction.friction",
+        "token": "friction.scalars_token",
+    }
+    blocks = {"angle": Angle(design), "friction": Friction(design)}
+    return Joined(blocks, ports, [("angle.modulus", "friction.modulus")])
 
 
 def send(design, words):
@@ -56,7 +35,7 @@ def send(design, words):
     forces = [{"words": row, "exponent": 0} for row in words.tolist()]
     free = {"force": lambda number, record, cycle: len(record.cycles["token"]) > number}
     count = len(words)
-    return run(Both(design), {"force": forces}, {"turned": count, "found": count, "token": count}, leave=free)
+    return run(joined(design), {"force": forces}, {"turned": count, "found": count, "token": count}, leave=free)
 
 
 def check(design, words):
@@ -95,11 +74,11 @@ def test_corners(design):
 
 def test_latency_is_as_stated():
     design = made(2, 2)
-    blocks, words = Both(design), np.array([[3000, -900, -70000], [5, 5, 5]])
+    blocks, words = joined(design).blocks, np.array([[3000, -900, -70000], [5, 5, 5]])
     seen = check(design, words)
     start = np.array(seen.cycles["force"])
-    assert (np.array(seen.cycles["found"]) - start).tolist() == [blocks.friction.latency] * 2
-    assert (np.array(seen.cycles["turned"]) - start).tolist() == [blocks.angle.angle_latency] * 2
+    assert (np.array(seen.cycles["found"]) - start).tolist() == [blocks["friction"].latency] * 2
+    assert (np.array(seen.cycles["turned"]) - start).tolist() == [blocks["angle"].angle_latency] * 2
 
 
 def test_a_wrong_bit_is_noticed():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from amaranth import Shape
 
 from tests.hdl.parallel.learned.designs import CASES, label
 from tests.model.fixed.learned.cases import made
@@ -12,21 +11,6 @@ from tfra.hdl.parallel.learned import payloads
 from tfra.model.fixed.gain import Resultant
 from tfra.model.fixed.learned.bounds import total_bits
 from tfra.model.fixed.learned.share import share
-
-
-@pytest.mark.parametrize(
-    ("shape", "flags"),
-    [
-        (payloads.judged, ("limited", "implausible")),
-        (payloads.angle, ("still",)),
-        (payloads.friction, ("overflow",)),
-        (payloads.share, ("even",)),
-        (payloads.force, ("limited", "last")),
-    ],
-)
-def test_flags_are_bits(shape, flags):
-    layout = shape(CASES[0])
-    assert [Shape.cast(layout[flag].shape).width for flag in flags] == [1] * len(flags)
 
 
 @pytest.mark.parametrize("design", [*CASES, made(2, 2, lanes=4)], ids=label)

@@ -7,13 +7,11 @@ import random
 
 import numpy as np
 import pytest
-from amaranth import Module
-from amaranth.lib import data, stream, wiring
-from amaranth.lib.wiring import In, Out, connect, flipped
+from amaranth.lib import data
 
-from tests.hdl.parallel.designs import make
+from tests.hdl.parallel.designs import Joined, make
 from tests.marks import STALLS
-from tfra.hdl.lib.streams import Router, always_ready_stream
+from tfra.hdl.lib.streams import Router
 from tfra.hdl.parallel.payloads import vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sums_queue import ROWS, SumsQueue
@@ -22,22 +20,14 @@ from tfra.sim.harness import run
 DESIGN = make(2, 3)
 
 
-class Routed(wiring.Component):
+def routed():
     """Both products come one quad at a time, as from the router of the core."""
-
-    def __init__(self):
-        shape = data.StructLayout({"words": vector_quad(DESIGN), "kind": 2})
-        super().__init__({"i": In(always_ready_stream(shape)), "o": Out(stream.Signature(vector_quad(DESIGN)))})
-
-    def elaborate(self, platform):
-        m = Module()
-        m.submodules.router = router = Router(self.i.payload.shape(), [[0], [1]], 2)
-        m.submodules.sums = sums = SumsQueue(DESIGN)
-        connect(m, flipped(self.i), router.i)
-        connect(m, router.o[0], sums.b)
-        connect(m, router.o[1], sums.n)
-        connect(m, sums.o, flipped(self.o))
-        return m
+    shape = data.StructLayout({"words": vector_quad(DESIGN), "kind": 2})
+    return Joined(
+        {"router": Router(shape, [[0], [1]], 2), "sums": SumsQueue(DESIGN)},
+        {"i": "router.i", "o": "sums.o"},
+        [("router.o.0", "sums.b"), ("router.o.1", "sums.n")],
+    )
 
 
 def order(frames, seed):
@@ -70,13 +60,13 @@ def test_quads_leave_in_the_order_of_their_frames(stall_in, stall_out, seed):
     b, n = ([quad["words"] for quad in quads if quad["kind"] == 1 << kind] for kind in (0, 1))
     want = [quad for k in range(frames) for quad in (b[k], *n[(ROWS - 1) * k : (ROWS - 1) * (k + 1)])]
     how = {"stall_in": stall_in, "stall_out": stall_out, "seed": seed, "leave": {"i": in_flight(kinds)}}
-    seen = run(Routed(), {"i": quads}, {"o": len(want)}, **how)
+    seen = run(routed(), {"i": quads}, {"o": len(want)}, **how)
     assert seen.values["o"] == want
 
 
 def test_latency():
     quads = [{"words": [k] * 4, "kind": 1 << kind} for k, kind in enumerate([0, 1, 1, 1] * FRAMES)]
-    latency, at_once = Router.latency + SumsQueue.latency, run(Routed(), {"i": quads}, {"o": len(quads)}).cycles
+    latency, at_once = Router.latency + SumsQueue.latency, run(routed(), {"i": quads}, {"o": len(quads)}).cycles
     assert at_once["o"][0] - at_once["i"][0] == latency
     assert set(np.diff(at_once["o"])) == {SumsQueue.interval}
 
@@ -84,7 +74,7 @@ def test_latency():
         while True:
             yield from [False, *[True] * SumsQueue.interval]
 
-    cycles = run(Routed(), {"i": quads}, {"o": len(quads)}, stall_in=apart).cycles
+    cycles = run(routed(), {"i": quads}, {"o": len(quads)}, stall_in=apart).cycles
     assert {out - into for into, out in zip(cycles["i"], cycles["o"], strict=True)} == {latency}
 
 
@@ -97,6 +87,6 @@ def test_there_is_room_for_the_frames_in_flight():
 
     kinds = [0, 1, 1, 1] * FRAMES
     quads = [{"words": [k] * 4, "kind": 1 << kind} for k, kind in enumerate(kinds)]
-    seen = run(Routed(), {"i": quads}, {"o": len(quads)}, stall_out=late)
+    seen = run(routed(), {"i": quads}, {"o": len(quads)}, stall_out=late)
     assert seen.cycles["i"][-1] < 100 < seen.cycles["o"][0]
     assert seen.values["o"] == [quad["words"] for quad in quads]

@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from tests.hdl.parallel import designs
 from tests.marks import STALLS, long
 from tfra.hdl.lib.butterfly import Butterfly
-from tfra.hdl.lib.pipeline import product_latency
 from tfra.hdl.lib.streams import Buffer, Fifo
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.sweep.unit import Sweep
@@ -269,18 +268,6 @@ def test_stress_of_all_frames_has_its_place(design):
     designs.simulate(dut, drive)
     held = Butterfly(design.widths.stress).latency + 1
     assert sum(taken) == (FRAMES + 1) * design.quads + held
-
-
-@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])])
-def test_cycles_are_what_the_docstrings_say(design):
-    q, steps, unit = design.quads, design.search.steps, Sweep(design)
-    levels, bits = product_latency(steps), (steps - 1).bit_length()
-    pairs = design.cycles_per_quad == 1
-    assert unit.frame_interval == (17 + bits + (steps + 1) // 2 if pairs else 15 + bits + steps)
-    e0, turn = design.cycles_per_quad, max(4, design.cycles_per_quad)
-    assert unit.interval == max(4 * (q - 1) + unit.frame_interval, 4 * q + e0 * (q - 1) + turn)
-    once, again = (steps // 2 + 5, steps // 2 + 5) if pairs else (steps, steps + 3)
-    assert unit.latency == 28 + levels + bits + once + (again if design.search.tolerance else 0)
 
 
 @pytest.mark.parametrize("port", ["stress", "g", "normal", "negative"])
