@@ -12,18 +12,18 @@ import typer
 from tfra.cli.synth import find_target
 from tfra.codegen.config.core import check_core
 from tfra.model.choices import SERIAL, Adc, Architecture
+from tfra.model.sensor import sensor_keys
 from tfra.runtime.errors import InputError, Notice
 
 if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
     from tfra.synth.targets import Target
 
+KEYS = {key.field: key for key in sensor_keys()}
+"""Keys of [sensor] by the option that sets them."""
+
 OPTIONS = {
-    "sensor.rows": "--rows",
-    "sensor.columns": "--columns",
-    "sensor.pitch_x_mm": "--pitch-x",
-    "sensor.pitch_y_mm": "--pitch-y",
-    "sensor.thickness_mm": "--thickness",
+    **{f"sensor.{key.config}": f"--{field.replace('_', '-')}" for field, key in KEYS.items()},
     "adc.bits": "--adc-bits",
     "adc.full_scale_pa": "--full-scale",
 }
@@ -38,11 +38,19 @@ LENGTHS_MM = 0.05, 100.0
 FULL_SCALES_PA = 1e3, 1e7
 """Usual full scales: a resting finger presses with some 10 kPa."""
 
-Rows = Annotated[int, typer.Option(metavar="N", help="Taxels along y.")]
-Columns = Annotated[int, typer.Option(metavar="N", help="Taxels along x.")]
-PitchX = Annotated[float, typer.Option(metavar="MM", help="Distance of taxels along x, in mm.")]
-PitchY = Annotated[float, typer.Option(metavar="MM", help="Distance of taxels along y, in mm.")]
-Thickness = Annotated[float, typer.Option(metavar="MM", help="Thickness of the elastic cover, in mm.")]
+
+def _option(field: str) -> Any:
+    """The option of a key of [sensor]."""
+    key = KEYS[field]
+    unit = ", in mm" if key.is_length else ""
+    return typer.Option(metavar="MM" if key.is_length else "N", help=f"{key.meaning.capitalize()}{unit}.")
+
+
+Rows = Annotated[int, _option("rows")]
+Columns = Annotated[int, _option("columns")]
+PitchX = Annotated[float, _option("pitch_x")]
+PitchY = Annotated[float, _option("pitch_y")]
+Thickness = Annotated[float, _option("thickness")]
 Bits = Annotated[int, typer.Option(metavar="N", help="Bits of the converter's signed codes.")]
 FullScale = Annotated[float, typer.Option(metavar="PA", help="Stress at the end of the converter's range, in Pa.")]
 TargetOption = Annotated[
@@ -68,9 +76,9 @@ def init(
     from tfra.runtime.outputs import check_file, write_text
 
     part = target and find_target(target)
-    sensor: dict[str, Any] = {"rows": rows, "columns": columns}
-    sensor |= {"pitch_x_mm": pitch_x, "pitch_y_mm": pitch_y, "thickness_mm": thickness}
-    content = {"sensor": sensor, "adc": {"bits": adc_bits, "full_scale_pa": full_scale}}
+    values = {"rows": rows, "columns": columns, "pitch_x": pitch_x, "pitch_y": pitch_y, "thickness": thickness}
+    sensor = {KEYS[field].config: value for field, value in values.items()}
+    content: dict[str, Any] = {"sensor": sensor, "adc": {"bits": adc_bits, "full_scale_pa": full_scale}}
     if out:
         check_file(out, ".toml", "init")
     project = _project(content | (_core(part) if part else {}), out)
@@ -116,11 +124,11 @@ def _units(project: Project) -> Iterator[InputError]:
     """Warnings about possible values that were probably given in another unit."""
     sensor, full_scale = project.design.sensor, project.design.adc.full_scale
     low, high = LENGTHS_MM
-    for name in ("pitch_x", "pitch_y", "thickness"):
-        length = 1e3 * getattr(sensor, name)
+    for key in (key for key in sensor_keys() if key.is_length):
+        length = 1e3 * getattr(sensor, key.field)
         if not low <= length <= high:
             hint = f": was it given in m ({1e3 * length:g} mm)?" if length < low else ": was it given in µm?"
-            yield InputError("tfra init", OPTIONS[f"sensor.{name}_mm"], f"{length:g} mm is unusual{hint}")
+            yield InputError("tfra init", OPTIONS[f"sensor.{key.config}"], f"{length:g} mm is unusual{hint}")
     low, high = FULL_SCALES_PA
     if not low <= full_scale <= high:
         hint = f": was it given in kPa ({1e3 * full_scale:g} Pa)?" if full_scale < low else ": is it in Pa?"

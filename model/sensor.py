@@ -3,11 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
 from tfra.model.arrays import Floats
+
+
+def _count(meaning: str) -> Mapping[str, str]:
+    return {"unit": "", "meaning": meaning}
+
+
+def _length(meaning: str) -> Mapping[str, str]:
+    return {"unit": "m", "meaning": meaning}
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,11 +31,11 @@ class SensorArray:
     tell the direction of a tangential force) and for lengths that are not positive and finite.
     """
 
-    rows: int
-    columns: int
-    pitch_x: float
-    pitch_y: float
-    thickness: float
+    rows: int = field(metadata=_count("taxels along y"))
+    columns: int = field(metadata=_count("taxels along x"))
+    pitch_x: float = field(metadata=_length("distance of taxels along x"))
+    pitch_y: float = field(metadata=_length("distance of taxels along y"))
+    thickness: float = field(metadata=_length("thickness of the elastic cover"))
 
     def __post_init__(self) -> None:
         for name in ("rows", "columns"):
@@ -61,3 +70,27 @@ class SensorArray:
         """Row-major x and y of every taxel, each of shape ``(taxels,)``, in metres."""
         i, j = np.divmod(np.arange(self.taxels), self.columns)
         return j * self.pitch_x, i * self.pitch_y
+
+
+@dataclass(frozen=True, slots=True)
+class SensorKey:
+    """A field of :class:`SensorArray` as a key of files: a count, or a length in mm (CONFIG) or in m (sidecar)."""
+
+    field: str
+    meaning: str
+    is_length: bool
+
+    @property
+    def config(self) -> str:
+        """The key in CONFIG's ``[sensor]``."""
+        return f"{self.field}_mm" if self.is_length else self.field
+
+    @property
+    def si(self) -> str:
+        """The key in the sidecar."""
+        return f"{self.field}_m" if self.is_length else self.field
+
+
+def sensor_keys() -> tuple[SensorKey, ...]:
+    """All keys in the order of the fields: a new field of :class:`SensorArray` is in all files at once."""
+    return tuple(SensorKey(f.name, f.metadata["meaning"], f.metadata["unit"] == "m") for f in fields(SensorArray))

@@ -36,7 +36,7 @@ from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
-from tfra.model.sensor import SensorArray
+from tfra.model.sensor import SensorArray, SensorKey, sensor_keys
 from tfra.recordings.input import PLAIN, Input, overridden
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.tomlfile import read_toml
@@ -148,11 +148,12 @@ def _require_one_of(key: str, value: str, known: Iterable[str]) -> None:
 
 
 def _sensor(file: Path, section: SensorSection) -> SensorArray:
-    lengths = (section.pitch_x_mm, section.pitch_y_mm, section.thickness_mm)
+    values: dict[SensorKey, Any] = {key: getattr(section, key.config) for key in sensor_keys()}
     with _blame(file, "sensor"):
-        if (taxels := section.rows * section.columns) > MOST_TAXELS:
+        if (taxels := math.prod(value for key, value in values.items() if not key.is_length)) > MOST_TAXELS:
             raise ValueError(f"rows: at most {MOST_TAXELS} taxels (rows x columns) are supported, got {taxels}")
-        return SensorArray(section.rows, section.columns, *(_metres(exact(x)) for x in lengths))
+        given: dict[str, Any] = {key.field: _metres(exact(x)) if key.is_length else x for key, x in values.items()}
+        return SensorArray(**given)
 
 
 def _design(file: Path, document: Document, sensor: SensorArray) -> Design:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
 
 from tfra.model.choices import Adc, Architecture, Bus, Images, Search
 from tfra.model.cover.layer import Sampling
 from tfra.model.estimators import DEFAULT, ESTIMATORS
+from tfra.model.sensor import sensor_keys
 from tfra.recordings.input import Coding, Order, Sign, Unit
 
 MOST_DIRECTIONS = 100_000
@@ -40,14 +41,11 @@ class Section(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
-class SensorSection(Section):
-    """``[sensor]``: the array; the cover block reaches half a pitch beyond the outer taxels."""
+_SENSOR: dict[str, Any] = {key.config: Length if key.is_length else int for key in sensor_keys()}
 
-    rows: int
-    columns: int
-    pitch_x_mm: Length
-    pitch_y_mm: Length
-    thickness_mm: Length
+
+class SensorSection(create_model("_", __base__=Section, **_SENSOR)):  # type: ignore[misc]
+    """``[sensor]``: the array; the cover block reaches half a pitch beyond the outer taxels."""
 
 
 class AdcSection(Section):

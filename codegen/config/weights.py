@@ -22,7 +22,7 @@ from pydantic import Field, JsonValue, ValidationError
 
 from tfra.codegen.config.complaints import complaint
 from tfra.codegen.config.schema import Section, SensorSection
-from tfra.codegen.config.write import millimetres
+from tfra.codegen.config.write import sensor_section
 from tfra.model.arrays import Floats
 from tfra.model.learned.weights import NAMES, Weights
 from tfra.model.sensor import SensorArray
@@ -71,7 +71,7 @@ class About(Section):
 
 def sensor_sha256(sensor: SensorArray) -> str:
     """Return the hash of the geometry: equal for equal sensors alone."""
-    return hashlib.sha256(json.dumps(_described(sensor), sort_keys=True).encode()).hexdigest()
+    return hashlib.sha256(json.dumps(sensor_section(sensor), sort_keys=True).encode()).hexdigest()
 
 
 def write_weights(path: str | Path, trained: Trained) -> None:
@@ -82,7 +82,7 @@ def write_weights(path: str | Path, trained: Trained) -> None:
     about = About(
         format=FORMAT,
         generator=f"tfra {version('tfra')}",
-        sensor=SensorSection.model_validate(_described(trained.sensor)),
+        sensor=SensorSection.model_validate(sensor_section(trained.sensor)),
         sensor_sha256=sensor_sha256(trained.sensor),
         threshold=trained.threshold,
         prior=dict(trained.prior),
@@ -139,15 +139,9 @@ def _about(found: Archive) -> About:
 def _require_sensor(file: Path, about: About, sensor: SensorArray) -> None:
     """Raise ``InputError`` that names the first difference of the sensors."""
     own = about.sensor.model_dump()
-    for key, needed in _described(sensor).items():
+    for key, needed in sensor_section(sensor).items():
         if own[key] != needed:
             raise InputError(file, f"sensor.{key}", f"is trained for {own[key]:g}, CONFIG has {needed:g}: {_AGAIN}")
     if about.sensor_sha256 != sensor_sha256(sensor):
         raise InputError(file, "about.sensor_sha256", f"is not that of the sensor: {_AGAIN}")
-
-
-def _described(sensor: SensorArray) -> dict[str, float]:
-    """The keys of CONFIG's [sensor]."""
-    lengths = {f"{key}_mm": millimetres(getattr(sensor, key)) for key in ("pitch_x", "pitch_y", "thickness")}
-    return {"rows": sensor.rows, "columns": sensor.columns, **lengths}
 

@@ -11,6 +11,7 @@ from tfra.codegen.config.cover import LayerSpec
 from tfra.model.choices import FORMATS, Formats
 from tfra.model.estimators import DEFAULT
 from tfra.model.fixed.design import Design
+from tfra.model.sensor import SensorArray, sensor_keys
 
 Value = str | int | float | Mapping[str, int]
 
@@ -32,13 +33,12 @@ def config_text(design: Design, layer: LayerSpec, comment: str, weights: str | N
 
 def sections(design: Design, layer: LayerSpec) -> Sections:
     """What CONFIG says of ``design`` and the cover."""
-    sensor, adc, architecture = design.sensor, design.adc, design.architecture
+    adc, architecture = design.adc, design.architecture
     threshold = {} if adc.contact_threshold is None else {"contact_threshold_codes": adc.contact_threshold}
     lanes = {"mac_lanes": architecture.mac_lanes, "vector_words": architecture.vector_words}
-    lengths = {f"{name}_mm": millimetres(getattr(sensor, name)) for name in ("pitch_x", "pitch_y", "thickness")}
     return {
         "": {"name": design.name},
-        "sensor": {"rows": sensor.rows, "columns": sensor.columns, **lengths},
+        "sensor": sensor_section(design.sensor),
         "adc": {"bits": adc.bits, "full_scale_pa": adc.full_scale, **threshold},
         "search": {"steps": design.search.steps, "plateau_tolerance": design.search.tolerance},
         "formats": _formats(design.formats),
@@ -77,6 +77,12 @@ def _formats(formats: Formats) -> Mapping[str, Value]:
         f"{key}_bits": getattr(formats, key)
         for key in ("coefficient", "operand", "vector_fraction", "force_fraction")
     }
+
+
+def sensor_section(sensor: SensorArray) -> dict[str, int | float]:
+    """Keys and values of ``[sensor]``."""
+    values = {key: getattr(sensor, key.field) for key in sensor_keys()}
+    return {key.config: millimetres(value) if key.is_length else value for key, value in values.items()}
 
 
 def millimetres(metres: float) -> float:

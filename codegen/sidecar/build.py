@@ -19,6 +19,7 @@ from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
 from tfra.model.rounding import Rounding
+from tfra.model.sensor import sensor_keys
 from tfra.recordings.facts import MEANINGS
 
 LOADED = "coefficients/load.hex"
@@ -104,17 +105,11 @@ def sidecar_text(facts: Mapping[str, Any]) -> str:
 
 def _choices(design: Design) -> dict[str, Any]:
     """What was chosen, by the sidecar's names."""
-    sensor, adc, formats = design.sensor, design.adc, design.formats
+    adc, formats = design.adc, design.formats
     search = form.Search(steps=design.search.steps, plateau_tolerance_codes=design.search.tolerance)
     return {
         "name": design.name,
-        "sensor": form.Sensor(
-            rows=sensor.rows,
-            columns=sensor.columns,
-            pitch_x_m=sensor.pitch_x,
-            pitch_y_m=sensor.pitch_y,
-            thickness_m=sensor.thickness,
-        ),
+        "sensor": form.Sensor(**{key.si: getattr(design.sensor, key.field) for key in sensor_keys()}),
         "adc": form.Converter(
             bits=adc.bits, full_scale_pa=adc.full_scale, lsb_pa=adc.lsb, contact_threshold_codes=adc.threshold
         ),

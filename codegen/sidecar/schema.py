@@ -9,11 +9,12 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from tfra.model.choices import Images
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.rounding import Rounding
+from tfra.model.sensor import sensor_keys
 
 FORM: Literal["tfra-core-2"] = "tfra-core-2"
 """Changes when a key gets another name or meaning."""
@@ -29,12 +30,13 @@ Count = Annotated[int, Field(ge=0)]
 Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 
-class Sensor(Part):
-    rows: Annotated[int, Field(ge=1, description="taxels along y")]
-    columns: Annotated[int, Field(ge=1, description="taxels along x")]
-    pitch_x_m: float
-    pitch_y_m: float
-    thickness_m: Annotated[float, Field(description="thickness of the elastic cover")]
+_SENSOR: dict[str, Any] = {
+    key.si: (float if key.is_length else int, Field(gt=0, description=key.meaning)) for key in sensor_keys()
+}
+
+
+class Sensor(create_model("_", __base__=Part, **_SENSOR)):  # type: ignore[misc]
+    pass
 
 
 class Converter(Part):
