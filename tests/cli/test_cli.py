@@ -265,7 +265,6 @@ def test_verify_writes_waves(
     Path("w.vcd").write_text(written + "#1\n")
     said = "w.vcd: is not replaced: tfra did not write it: move it away, or choose another place"
     assert refusal(capfd, "verify", "skin.toml", "--waves", "w.vcd") == said
-    assert refusal(capfd, "verify", "skin.toml", "--waves", "w.fst") == "w.fst: the name of the output must end in .vcd"
 
 
 @pytest.mark.parametrize("passed", [True, False])
@@ -277,11 +276,6 @@ def test_verify_writes_a_page(
         assert main(["verify", "skin.toml", "--page", "p.html"]) == (not passed)
         assert "report: p.html\n" in capfd.readouterr().out
     assert f"{9 + passed} of 10 words of 1 frames" in Path("p.html").read_text()
-    said = "p.htm: the name of the output must end in .html"
-    assert refusal(capfd, "verify", "skin.toml", "--page", "p.htm") == said
-    Path("p.html").write_text("mine")
-    said = "p.html: is not replaced: tfra did not write it: move it away, or choose another place"
-    assert refusal(capfd, "verify", "skin.toml", "--page", "p.html") == said
 
 
 def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -321,29 +315,11 @@ USAGE = [
         "tfra verify: Invalid value for '--seed': "
         "Input should be a valid integer, unable to parse string as an integer",
     ),
-    (
-        ["verify", "skin.toml", "--compression", "positive"],
-        "tfra verify: --compression: is for recordings only: --frames is needed",
-    ),
     (["synth", "skin.toml", "--out", "d"], "tfra synth: Missing option '--target'."),
     (["size", "skin.toml", "--target", "xc7"], "tfra size: Missing option '--frames-per-second'."),
     (["paper"], "tfra paper: Missing option '--out'."),
-    (["study", "s.toml", "--out", "d"], "s.toml: cannot be read: No such file or directory"),
     (["frames", "none.toml", "--out", "f.npz"], "none.toml: cannot be read: No such file or directory"),
     (["frames", "skin.toml", "--out", "no/f.npz"], "no/f.npz: cannot be written: No such file or directory"),
-    (["frames", "skin.toml", "--out", "f.csv"], "f.csv: the name of the output must end in .npz"),
-    (
-        ["estimate", "skin.toml", "none.npz", "--out", "r.npz"],
-        "none.npz: cannot be read: No such file or directory",
-    ),
-    (
-        ["estimate", "skin.toml", "frames.npz", "--out", "no/r.npz"],
-        "no/r.npz: cannot be written: No such file or directory",
-    ),
-    (
-        ["verify", "skin.toml", "--frames", "none.csv"],
-        "none.csv: cannot be read: No such file or directory",
-    ),
 ]
 
 
@@ -362,38 +338,16 @@ COMMANDS = [
 ]
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=[c[0] for c in COMMANDS])
-@pytest.mark.parametrize(
-    ("replaced", "by", "line"),
-    [
-        ("rows = 5", "rows = = 5", "bad.toml: line 3, column 8: Invalid value"),
-        ("rows = 5", "", "bad.toml: sensor.rows: is missing"),
-        ("rows = 5", "rowz = 5", 'bad.toml: sensor.rowz: unknown key, the nearest valid key is "rows"'),
-        ("rows = 5", "rows = 5.5", "bad.toml: sensor.rows: a whole number is needed, got 5.5"),
-        ("rows = 5", "rows = 1", "bad.toml: sensor.rows: at least 2 taxels are needed, got 1"),
-        (
-            "thickness_mm = 3",
-            "thickness_mm = 0",
-            "bad.toml: sensor.thickness_mm: 0.001 or more is needed, got 0",
-        ),
-    ],
-)
-def test_wrong_config(
-    folder: Path, capfd: pytest.CaptureFixture[str], command: tuple[str, ...], replaced: str, by: str, line: str
-) -> None:
-    Path("bad.toml").write_text(CONFIG.replace(replaced, by))
-    assert refusal(capfd, *command) == line
+def test_wrong_config(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    Path("bad.toml").write_text(CONFIG.replace("rows = 5", ""))
+    for command in COMMANDS:
+        assert refusal(capfd, *command) == "bad.toml: sensor.rows: is missing"
 
 
 def test_no_contacts(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     Path("bare.toml").write_text(CONFIG.partition("[[contact]]")[0])
     line = "bare.toml: contact: at least one [[contact]] is needed to simulate frames"
     assert refusal(capfd, "frames", "bare.toml", "--out", "f.npz") == line
-
-
-def test_frames_of_another_sensor(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    line = "frames.npz: frames: shape (n, 10, 10) or (n, 100) is needed, got (3, 5, 6)"
-    assert refusal(capfd, "estimate", HERTZ, "frames.npz", "--out", "r.npz") == line
 
 
 def test_frames_over_full_scale(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -81,38 +81,22 @@ def test_an_edited_file_is_yours(capfd: pytest.CaptureFixture[str]) -> None:
     assert load("sensor.toml").design.adc.bits == 12
 
 
-@pytest.mark.parametrize(
-    ("options", "told"),
-    [
-        (["--thickness", "0"], "tfra init: --thickness: 0.001 or more is needed, got 0.0"),
-        (["--thickness", "nan"], "tfra init: --thickness: a finite number is needed, got nan"),
-        (["--adc-bits", "24"], "tfra init: --adc-bits: 6 to 20 is supported, got 24"),
-        (["--rows", "1"], "tfra init: --rows: at least 2 taxels are needed, got 1"),
-        (["--full-scale", "-5"], "tfra init: --full-scale: 0.001 or more is needed, got -5.0"),
-        (["--out", "sensor.txt"], "sensor.txt: the name of the output must end in .toml"),
-        (["--out", "always.toml"], "always.toml: a core cannot have this name, which Verilog or a port uses"),
-        (["--target", "ecp5-99"], "--target: one of ecp5-25-6, "),
-    ],
-)
-def test_what_is_wrong(options: list[str], told: str, capfd: pytest.CaptureFixture[str]) -> None:
-    assert refusal(capfd, *INIT, *options).startswith(told)
-    assert list(Path().iterdir()) == []
+def test_a_file_called_like_a_keyword(capfd: pytest.CaptureFixture[str]) -> None:
+    reason = "always.toml: a core cannot have this name, which Verilog or a port uses"
+    assert refusal(capfd, *INIT, "--out", "always.toml").startswith(reason)
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "warning"),
     [
-        (["--pitch-x", "0.003"], "--pitch-x: 0.003 mm is unusual: was it given in m (3 mm)?"),
         (["--thickness", "500"], "--thickness: 500 mm is unusual: was it given in µm?"),
-        (["--full-scale", "150"], "--full-scale: 150 Pa is unusual: was it given in kPa (150000 Pa)?"),
         (["--full-scale", "2e8"], "--full-scale: 2e+08 Pa is unusual: is it in Pa?"),
-        (["--pitch-x", "0.4", "--pitch-y", "0.4"], "only the float engine supports this sensor: formats: "),
     ],
 )
-def test_what_is_doubtful(options: list[str], told: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_what_is_doubtful(options: list[str], warning: str, capfd: pytest.CaptureFixture[str]) -> None:
     assert main([*INIT, *options, "--out", "sensor.toml"]) == 0
     err = capfd.readouterr().err
-    assert err.startswith(f"warning: tfra init: {told}")
+    assert err.startswith(f"warning: tfra init: {warning}")
     assert err.count("\n") == 1
     load("sensor.toml")
 
@@ -136,7 +120,6 @@ def test_examples(capfd: pytest.CaptureFixture[str]) -> None:
     assert {path.name for path in Path("small").glob("[!t]*")} == {"small.toml"}
     Path("all/skin_8x12.toml").write_text("mine")
     assert "skin_8x12.toml in it has changed since tfra wrote it" in refusal(capfd, "examples", "--out", "all")
-    assert refusal(capfd, "examples", "skin") == "tfra examples: NAME: no example 'skin', the nearest is skin_8x12"
 
 
 def test_weights_are_beside_the_example_of_their_sensor() -> None:

@@ -212,11 +212,6 @@ def test_options_override(chosen: Input, given: dict[str, Any], found: Input) ->
     assert overridden(chosen, given) == found
 
 
-def test_options_that_contradict(capfd: pytest.CaptureFixture[str]) -> None:
-    run = ["estimate", "skin.toml", "frames.npz", "--out", "new.npz"]
-    both = "tfra estimate: --tare: give the tare as a file or as first frames, not as both"
-    assert refusal(capfd, *run, "--tare", "a", "--tare-frames", "2") == both
-    wrong = "tfra estimate: --coding: only codes have a coding: the unit must be codes, not Pa"
-    assert refusal(capfd, *run, "--coding", "offset") == wrong
+def test_only_codes_have_a_coding() -> None:
     with pytest.raises(ValueError, match=r"^coding: only codes"):
         overridden(Input(unit="codes"), {"coding": "offset", "unit": "Pa"})

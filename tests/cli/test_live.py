@@ -167,11 +167,7 @@ def test_this_machine_alone_is_answered(folder: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
-        (["none.csv"], "none.csv: cannot be read: No such file or directory"),
-        (["tcp://here"], "tcp://here: tcp://HOST:PORT or serial:/dev/NAME?baud=N is needed"),
-        (["serial:/dev/none"], "serial:/dev/none: no serial port: No such file or directory"),
         (["frames.npz", "--rate", "0"], "tfra live: --rate: more than 0 frames a second are needed, up to 1e6, got 0"),
-        (["-", "--rate", "9"], "tfra live: --rate: is for recordings only: a stream has its own rate"),
         (["-", "--coding", "offset"], "tfra live: --coding: only codes have a coding: the unit must be codes, not Pa"),
         (["-", "--tare", "none.csv"], "none.csv: cannot be read: No such file or directory"),
         (["frames.npz", "--unit", "kPa", "--engine", "fixed"], "frames.npz: frames: frame 0, row 0, column "),

@@ -187,18 +187,6 @@ def test_what_a_serial_core_cannot_do(folder: Path, capfd: pytest.CaptureFixture
     assert said == "serial.toml: architecture.kind: the serial core holds 2048 words, more are needed"
 
 
-def test_wrong_targets_and_folders(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    said = refusal(capfd, "synth", "skin.toml", "--target", "ecp5", "--out", "fpga")
-    assert said.startswith("--target: one of ecp5-25-6, ")
-    assert said.endswith("is needed, got 'ecp5'")
-    Path("taken").mkdir()
-    Path("taken/mine").write_text("")
-    reason = f"is not replaced: it holds mine, and no {MANIFEST} that says tfra wrote it: move it away, "
-    assert refusal(capfd, *SYNTH[:-1], "taken") == f"taken: {reason}or choose another place"
-    assert "Invalid value for '--seeds'" in refusal(capfd, *SYNTH, "--seeds", "0")
-    assert refusal(capfd, "synth", "none.toml", *SYNTH[2:]) == "none.toml: cannot be read: No such file or directory"
-
-
 SMALL = ("--frames-per-second", "100", "--latency-us", "1e5")
 FAST = ("--frames-per-second", "1e5", "--latency-us", "50")
 
@@ -266,12 +254,6 @@ def test_size_in_json(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert others == [("parallel", 4, 1), ("parallel", 4, 2), ("parallel", 4, 4)]
     assert all(each["estimated"]["LUT"] > found["estimated"]["LUT"] for each in found["others"])
     assert all(each["why"].startswith("larger: ") for each in found["others"])
-
-
-def test_size_out_of_reach(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    said = refusal(capfd, *SIZE, "--frames-per-second", "1e9", "--latency-us", "1e5", "--clock-mhz", "80")
-    assert said.startswith("skin.toml: frames_per_second: 1e+09 are wanted, ")
-    assert said.endswith(" is the best, at 80 MHz (parallel, 4 lanes, 4 words)")
 
 
 def test_size_of_words_that_overflow(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -174,19 +174,19 @@ def parquet(path: Path, table: dict[str, Any]) -> Path:
 
 def test_parquet(tmp_path: Path) -> None:
     path = tmp_path / "f.parquet"
+    whole = np.arange(24).reshape(4, 6).astype(np.int16)
+    found = read(parquet(path, {f"taxel_{k}": whole[:, k] for k in range(6)}))
+    assert found.frames[3].tolist() == [[18, 19, 20], [21, 22, 23]]
     columns: dict[str, Any] = {f"taxel_{k}": LINES[:, k] for k in range(6)}
-    np.testing.assert_array_equal(read(parquet(path, columns)).frames, FRAMES)
     found = read(parquet(path, {"t": TIMES, "note": list("abcd"), **columns}), Input(skip_columns=2))
     np.testing.assert_array_equal(found.frames, FRAMES)
     np.testing.assert_array_equal(found.time, TIMES)
-    for values in (pl.Series(LINES.tolist()), pl.Series(FRAMES.tolist()), pl.Series(LINES), pl.Series(FRAMES)):
+    for values in (pl.Series(LINES.tolist()), pl.Series(FRAMES)):
         found = read(parquet(path, {"n": ["a", "b", "c", "d"], "stress": values}), Input(skip_columns=1))
         np.testing.assert_array_equal(found.frames, FRAMES)
         assert found.time is None
     small = pl.Series(LINES.astype(np.float32).tolist(), dtype=pl.List(pl.Float32))
     np.testing.assert_array_equal(read(parquet(path, {"stress": small})).frames, FRAMES)
-    whole = {name: np.arange(4, dtype=np.int16) for name in columns}
-    assert read(parquet(path, whole)).frames[3].tolist() == [[3, 3, 3], [3, 3, 3]]
 
 
 def test_wrong_parquet(tmp_path: Path) -> None:
@@ -196,15 +196,10 @@ def test_wrong_parquet(tmp_path: Path) -> None:
         "frames: shape (n, 2, 3) or (n, 6) is needed, got (1, 7): is the first column a time stamp? (--skip-columns 1)"
     )
     assert refusal(parquet(path, columns | {"t2": list("abcd")})) == "column 't2': real numbers are needed, got String"
-    assert refusal(parquet(path, columns | {"t2": [1.0, 2.0, None, 3.0]})) == "column 't2': lacks a value, first at 2"
     assert refusal(parquet(path, {"a": [[1.0], [1.0, 2.0]]})).startswith("column 'a': all lists must have the same len")
     assert refusal(parquet(path, {"a": [[1.0] * 6, [1.0] * 5 + [None]]})) == "column 'a': lacks a value, first at 11"
-    assert refusal(parquet(path, {"a": [["x"] * 6]})).endswith("lists of real numbers are needed, got List(String)")
-    assert refusal(path, Input(skip_columns=1)) == "frames: 1 of 1 columns are skipped (--skip-columns)"
-    assert refusal(parquet(path, {name: [] for name in columns} | {})).endswith("are needed, got Null")
     empty = {name: np.empty(0) for name in columns}
     assert refusal(parquet(path, empty)) == "frames: at least one frame is needed, got none"
-    assert refusal(parquet(path, {"a": pl.Series([], dtype=pl.List(pl.Float64))})).startswith("frames: ")
     good = parquet(path, columns).read_bytes()
     path.write_bytes(good[:-20])
     assert refusal(path) == "is not a Parquet file, or ends early"
@@ -217,7 +212,7 @@ def test_damaged_parquet(tmp_path: Path) -> None:
     """The process lives on, whatever polars makes of a damaged file: numbers, or a line."""
     path = parquet(tmp_path / "f.parquet", {"skin": LINES.tolist()})
     good, draw = path.read_bytes(), random.Random(3)
-    for _ in range(8):
+    for _ in range(4):
         damaged = bytearray(good)
         for _ in range(3):
             damaged[draw.randrange(4, len(good) - 4)] = draw.randrange(256)

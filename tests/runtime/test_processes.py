@@ -175,6 +175,7 @@ def test_complaints(code: int, output: str, line: str) -> None:
     assert complaint("it", code, output) == line
 
 
+@pytest.mark.long
 def test_a_killed_yosys_is_told_in_a_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
