@@ -17,7 +17,7 @@ from tfra.runtime.errors import InputError, Notice
 
 if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
-    from tfra.synth.targets import Target
+    from tfra.families import Target
 
 KEYS = {key.field: key for key in sensor_keys()}
 """Keys of [sensor] by the option that sets them."""
@@ -94,10 +94,8 @@ def init(
 
 def _core(part: Target) -> dict[str, Any]:
     """The kind of core that ``part`` has enough multipliers for, and the family of its cells."""
-    from tfra.model.choices import TARGETS
-
     enough = part.available.get("DSP", Architecture().mac_lanes) >= Architecture().mac_lanes
-    family = part.family.name if part.family.name in TARGETS else "portable"
+    family = part.family.name if part.family.gateware else "portable"
     return {"target": {"name": family}, "architecture": {"kind": Architecture().kind if enough else SERIAL.kind}}
 
 

@@ -8,18 +8,18 @@ import typer
 
 from tfra.cli.common import Config, Json, OutDirectory, forecasts, print_json
 from tfra.codegen.config.core import check_core
+from tfra.families import Target, find, part_names
 from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
     from tfra.synth.run import Run
-    from tfra.synth.targets import Target
 
 TargetName = Annotated[
     str,
     typer.Option(
         "--target",
         metavar="NAME",
-        help="ecp5-25, ecp5-45, ecp5-85 (suffix -6, -7 or -8: speed grade), ice40up5k, gw2a-18, xc7.",
+        help=f"{part_names()}.",
     ),
 ]
 Seeds = Annotated[int, typer.Option(min=1, max=99, help="Number of place and route runs; the result is their median.")]
@@ -29,8 +29,6 @@ Clock = Annotated[float | None, typer.Option(metavar="F", min=1, max=1000, help=
 
 def find_target(name: str) -> Target:
     """The target called ``name``; raises ``InputError`` for an unknown one."""
-    from tfra.synth.targets import find
-
     try:
         return find(name)
     except ValueError as error:

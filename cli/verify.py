@@ -14,6 +14,7 @@ from tfra.cli.frames import simulated
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
 from tfra.codegen.config.core import check_core
 from tfra.engines import codes
+from tfra.families import FAMILIES
 from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,12 +31,11 @@ class Simulator(StrEnum):
     AMARANTH = "amaranth"
 
 
-class Family(StrEnum):
-    """Device families whose netlist can be simulated."""
-
-    ECP5 = "ecp5"
-    ICE40 = "ice40"
-
+if TYPE_CHECKING:
+    Family = str
+else:
+    Family = StrEnum("Family", [name for name, family in FAMILIES.items() if family.gates])
+"""Device families whose netlist can be simulated."""
 
 FramesOption = Annotated[
     Path | None, typer.Option(metavar="FRAMES", help="A recording. Default: frames of CONFIG's contacts.")
@@ -122,7 +122,7 @@ def _gates(project: Project, family: Family) -> Netlist:
     from tfra.synth.gates import synthesised
 
     with simulation_failures("verify"), progress("synthesising the core"):
-        return synthesised(project.design, family.value, cache_directory())
+        return synthesised(project.design, family, cache_directory())
 
 
 def _for_frames(project: Project, path: Path | None, given: Given) -> Project:

@@ -9,6 +9,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+from tfra.families import FAMILIES
 from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
 from tfra.model.sparse import Filter
@@ -161,8 +162,8 @@ FORMATS = {
 KINDS = ("parallel", "serial")
 """Microarchitectures: blocks that stream to each other, or one instruction of a program a cycle (docs/serial.md)."""
 
-TARGETS = ("portable", "ecp5", "ice40")
-"""Device families; ``"portable"`` is Verilog without instances, for any of them."""
+TARGETS = ("portable", *(name for name, family in FAMILIES.items() if family.gateware))
+"""Device families whose cells a core may be made of; ``"portable"`` is Verilog without instances, for any of them."""
 
 
 VECTOR_WORDS = (1, 2, 4)

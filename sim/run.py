@@ -140,9 +140,9 @@ def simulate(
 
 def generated(design: Design, cache: Path) -> Netlist:
     """Return the generated core of ``design``, from ``cache`` if the same sources have made it before."""
-    from tfra import codegen, hdl, model, runtime
+    from tfra import codegen, families, hdl, model, runtime
 
-    key = digest(repr(design), tools.versions(), *texts(sources(codegen, hdl, model, runtime)))
+    key = digest(repr(design), tools.versions(), *texts(sources(codegen, families, hdl, model, runtime)))
     files = cached(cache / f"core-{design.name}-{key}", lambda: _generate(design))
     images = {name: content.decode() for name, content in files.items()}  # and what else was made
     verilog, sidecar = images.pop(f"{design.name}.v"), json.loads(images.pop(f"{design.name}.json"))

@@ -13,6 +13,7 @@ from typing import Any
 import polars as pl
 
 from tfra.codegen.config.write import config_text
+from tfra.families import DEFAULT
 from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import Store, put, work_folder
@@ -35,7 +36,6 @@ from tfra.study.task import Task, parquet
 from tfra.study.tasks import Errors, Signals
 from tfra.study.times import Timing, times_page
 from tfra.study.workers import Workers, fingerprint
-from tfra.synth.targets import ECP5
 
 PARTIAL = "partial.html"
 """The results so far, in the working folder."""
@@ -138,7 +138,7 @@ class Run:
     def _variations(self) -> Iterator[tuple[str, tuple[Variation, ...]]]:
         """The designs that are compared with that of CONFIG, by the name of their table."""
         document, design = self.study.document, self.study.design
-        family = self.study.target.family if self.study.target else ECP5
+        family = self.study.target.family if self.study.target else DEFAULT
         if document.uniform:
             yield "uniform", uniform(design, document.uniform.bits, family)
         if document.converter:
@@ -157,8 +157,9 @@ class Run:
         lengths = document.uniform.bits if document.uniform else UNIFORM
         plain = Uniform(tuple(lengths), replace(evaluation, limit=math.inf))
         self._run_task(plain)
-        bits = plain.fewest(self.tables[plain.name])
-        space = self.study.space or Space.around(base, bits or base.formats.operand, min(target.family.multiplier))
+        bits, cell = plain.fewest(self.tables[plain.name]), target.family.multiplier
+        start = bits or base.formats.operand
+        space = self.study.space or Space.around(base, start, min(cell.widths) if cell else start)
         search = Search(space, (CHANGE, *costs), section.generations, section.size, section.seed)
         trials = self._run_search("trials", search, evaluation)
         if section.baseline:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from tfra.codegen.config.schema import Section
+from tfra.families import DEFAULT_PART
 from tfra.study.errors.converter import BITS, NOISE
 from tfra.study.errors.sensitivity import SHORTER, UNIFORM
 from tfra.study.errors.variants import STEPS, TOLERANCES
@@ -59,7 +60,7 @@ Names = Annotated[list[str], Field(min_length=1, max_length=16)]
 class SearchSection(Section):
     """``[search]``: sufficient word lengths, for a part."""
 
-    target: str = "ecp5-45"
+    target: str = DEFAULT_PART
     costs: Names = Field(default_factory=lambda: ["coefficient_kbit", "DSP"])
     errors: Names = Field(default_factory=lambda: list(QUANTITIES))
     give_up_percent: Annotated[float, Field(ge=0, le=1e6)] = 25.0

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 
 from tfra.codegen.config.complaints import complaint
 from tfra.codegen.config.read import Project, load
+from tfra.families import Target, find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.runtime.errors import InputError, quoted
@@ -22,7 +23,6 @@ from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import COSTS, LEAST
 from tfra.study.search.space import Space
 from tfra.study.signals.instrument import can_be_studied
-from tfra.synth.targets import Target, find
 
 MOST_OPTIONS = 4096
 """Of one name of a space."""

@@ -18,7 +18,7 @@ from functools import cache
 from importlib.metadata import version
 from typing import Protocol, TypeVar
 
-from tfra import codegen, hdl, model, recordings, runtime, study, synth
+from tfra import codegen, families, hdl, model, recordings, runtime, study, synth
 from tfra.sim.run import digest, sources, texts
 
 Job = TypeVar("Job")
@@ -149,4 +149,4 @@ def _require_alike(found: Mapping[str, tuple[str, str | None]], address: str) ->
 @cache
 def fingerprint() -> str:
     """Version and sources of everything that determines the results."""
-    return digest(version("tfra"), *texts(sources(codegen, hdl, model, recordings, runtime, study, synth)))
+    return digest(version("tfra"), *texts(sources(codegen, families, hdl, model, recordings, runtime, study, synth)))

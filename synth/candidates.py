@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tfra.families import Target
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
-from tfra.synth.targets import Target
 
 
 @dataclass(frozen=True, slots=True)

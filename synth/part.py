@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from tfra.codegen.package.part import Part
+from tfra.families import DEFAULT, FAMILIES, targets_of
 from tfra.model.fixed.design import Design
 from tfra.synth.estimate import basis, estimate, misfits
-from tfra.synth.targets import TARGETS, Target
 
 
 def part_of(design: Design) -> Part:
-    """A part, its default clock, and the core's estimated resources; ECP5s for designs of no family.
+    """A target of the slowest grade, and the core's estimated resources; ``DEFAULT``'s for designs of no family.
 
     A core that fits none gets the largest.
     """
-    family = "ice40" if design.target == "ice40" else "ecp5"
-    targets = {target.available["LUT"]: target for target in reversed(TARGETS.values()) if target.family.name == family}
-    total = estimate(design, next(iter(targets.values())).family).total
-    kind = design.architecture.kind
-    ordered = [targets[size] for size in sorted(targets)]
-    target: Target = next((one for one in ordered if not misfits(total, one, kind)), ordered[-1])
+    family, kind = FAMILIES.get(design.target, DEFAULT), design.architecture.kind
+    total = estimate(design, family).total
+    slowest = list({target.part: target for target in reversed(targets_of(family))}.values())[::-1]
+    target = next((one for one in slowest if not misfits(total, one, kind)), slowest[-1])
     resources = {name: (total[name], have) for name, have in target.available.items()}
-    return Part(target.name, target.clock_mhz, resources, basis(kind, target.family, design.estimator))
+    return Part(target, resources, basis(kind, target.family, design.estimator))

@@ -12,12 +12,12 @@ from typing import Any
 from rich.console import Console
 from rich.table import Column, Table
 
+from tfra.families import Target
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.fixed.design import Design
 from tfra.synth.estimate import Estimate
 from tfra.synth.flow import Route, Synthesis, options
-from tfra.synth.targets import Target
 from tfra.synth.tools import versions
 
 WIDTH = 100  # columns of the text

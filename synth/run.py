@@ -8,8 +8,9 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tfra import synth
+from tfra import families, synth
 from tfra.codegen.verilog.emit import Top, to_rtlil, with_free_collisions
+from tfra.families import Target
 from tfra.model.fixed.design import Design
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import cached_step
@@ -20,7 +21,6 @@ from tfra.synth.forecast import BITSTREAM, YOSYS, Forecast, seed_name
 from tfra.synth.page import page
 from tfra.synth.pins import Pins
 from tfra.synth.report import median_route, render, report
-from tfra.synth.targets import Target
 from tfra.synth.tools import programs, require, versions
 
 SIDECAR = "report.json"
@@ -69,7 +69,7 @@ class Run:
     @property
     def wanted(self) -> int:
         """Seeds to be placed and routed: none where only yosys runs."""
-        return self.seeds if self.target.family.program else 0
+        return self.seeds if self.target.family.place_and_route else 0
 
     def _implement(self, fresh: Path) -> None:
         """Run the tools in the directory ``fresh``."""
@@ -97,7 +97,8 @@ class Run:
     def _synthesise(self, fresh: Path) -> str:
         """Run yosys; returns the key of its netlist."""
         text, family = netlist(self.design, self.target), self.target.family
-        key = digest(text, repr(self.target), *map(repr, (versions(family), options(family))), *texts(sources(synth)))
+        programs = map(repr, (versions(family), options(family)))
+        key = digest(text, repr(self.target), *programs, *texts(sources(families, synth)))
 
         def step() -> dict[str, Any]:
             return asdict(synthesise(text, self.design.name, self.target, fresh))
@@ -122,5 +123,5 @@ class Run:
 
 def netlist(design: Design, target: Target) -> str:
     """RTLIL of the core for synthesis; if it is placed, with shift registers at its ports, to exclude paths to pins."""
-    top = Pins(Top(design)) if target.family.program else Top(design)
+    top = Pins(Top(design)) if target.family.place_and_route else Top(design)
     return with_free_collisions(to_rtlil(top, design.name))

@@ -6,13 +6,13 @@ import sys
 from collections.abc import Iterator
 from heapq import heappop, heappush
 
+from tfra.families import Family, Target
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.choices import SERIAL, VECTOR_WORDS, Architecture, Images
 from tfra.model.fixed.design import Design
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
 from tfra.synth.estimate import estimate, misfits
-from tfra.synth.targets import Family, Target
 
 
 def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
@@ -79,7 +79,7 @@ def cells(design: Design, family: Family) -> str:
 
     Large memories that exist only as cells must be instantiated by name.
     """
-    if "SPRAM" in family.cells:
+    if "store" in family.gateware:
         return family.name
     return design.target if design.target == family.name else "portable"
 

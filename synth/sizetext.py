@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any
 
+from tfra.families import Target
 from tfra.synth.candidates import Candidate, Sizing
 from tfra.synth.estimate import basis, prices
-from tfra.synth.targets import Target
 
 
 def lines(sizing: Sizing) -> Iterator[str]:

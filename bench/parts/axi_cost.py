@@ -19,11 +19,11 @@ from bench.publish import ROOT, publish
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.emit import to_rtlil
 from tfra.codegen.verilog.wrapper import wrapper
+from tfra.families import find
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.front_end.unit import FrontEnd
 from tfra.model.fixed.design import Design
 from tfra.synth.flow import synthesise
-from tfra.synth.targets import find
 
 PRESETS = ("fast", "balanced", "small", "learned_fast", "learned_resultant", "learned_small")
 TARGET = "ecp5-25-6"

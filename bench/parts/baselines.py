@@ -16,6 +16,7 @@ from typing import Any
 from bench.parts.flat import Flat
 from bench.publish import ROOT
 from tfra.codegen.verilog.emit import to_rtlil
+from tfra.families import find
 from tfra.hdl.parallel.cordic import Cordic
 from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
@@ -25,7 +26,6 @@ from tfra.synth.baseline import entry, key
 from tfra.synth.flow import route, synthesise
 from tfra.synth.report import clock_facts, median_route, resource_facts
 from tfra.synth.run import netlist
-from tfra.synth.targets import find
 from tfra.synth.tools import versions
 
 FOLDER = ROOT / "bench" / "baselines"

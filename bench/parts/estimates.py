@@ -17,6 +17,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from bench.publish import ROOT
+from tfra.families import Family, find
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -25,7 +26,6 @@ from tfra.synth.census import Census, census
 from tfra.synth.estimate import KINDS, Prices, features, price
 from tfra.synth.flow import synthesise
 from tfra.synth.run import netlist
-from tfra.synth.targets import Family, find
 from tfra.synth.tools import versions
 
 DATA = ROOT / "synth" / "estimate_parallel.json"

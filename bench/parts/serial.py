@@ -14,13 +14,13 @@ from typing import Any
 
 from bench.parts.estimates import asked, conclude, measured
 from bench.publish import ROOT
+from tfra.families import find
 from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.flow import NETLIST, synthesise
 from tfra.synth.run import netlist
-from tfra.synth.targets import find
 from tfra.synth.tools import run
 
 DATA = ROOT / "synth" / "estimate_serial.json"
@@ -55,8 +55,10 @@ def measure(subject: Design) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         found = dict(synthesise(netlist(subject, TARGET), subject.name, TARGET, folder).resources)
-        run(TARGET.family.program, [*TARGET.arguments, "--json", NETLIST, "--pack-only"], folder, "pack.log")
-        (cells,) = re.findall(rf"{TARGET.family.bels['LUT']}: +(\d+)/", (folder / "pack.log").read_text())
+        tool = TARGET.family.place_and_route
+        assert tool
+        run(tool.program, [*TARGET.device, "--json", NETLIST, "--pack-only"], folder, "pack.log")
+        (cells,) = re.findall(rf"{tool.bels['LUT']}: +(\d+)/", (folder / "pack.log").read_text())
     return {"name": subject.name, "features": asked(subject, TARGET.family), "measured": found | {"LUT": int(cells)}}
 
 

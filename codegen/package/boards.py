@@ -6,19 +6,10 @@ import json
 
 import numpy as np
 
-from tfra.codegen.package.boardtop import BAUD, Board, board_verilog
+from tfra.codegen.package.boardtop import BAUD, board_verilog
 from tfra.codegen.package.contents import Contents, filled
 from tfra.hdl.uart.bridge import CODE_BYTES, WORD_BYTES, coefficient_bytes
 from tfra.model.cover.scenes import contact_codes
-
-BOARDS = {
-    "ecp5": Board("ulx3s", 25_000_000, inverted=False),
-    "ice40": Board("icebreaker", 12_000_000, inverted=True),
-    "portable": Board("ulx3s", 25_000_000, inverted=False),
-}
-"""By the target of a design."""
-
-_FILES = {"ulx3s": ("ulx3s.lpf", "build.sh"), "icebreaker": ("icebreaker.pcf", "build.sh")}
 
 _CHECKED, _SEED = 4, 2
 """Simulated contacts that the host's program compares, and their seed."""
@@ -26,21 +17,18 @@ _CHECKED, _SEED = 4, 2
 
 def boards(contents: Contents) -> dict[str, str]:
     """``boards/BOARD``: top module, constraints, a script that builds it; ``boards/talk.py`` talks to it."""
-    board = BOARDS[contents.design.target]
+    board = contents.part.target.family.board
+    if board is None:
+        return {}
     folder = f"boards/{board.name}"
-    values = {"name": contents.name, "size": _size(contents.part.name), "images": " ".join(contents.images)}
-    made = {f"{folder}/{file}": filled(f"{board.name}_{file}", values) for file in _FILES[board.name]}
+    size = contents.part.target.part.rpartition("-")[2]
+    values = {"name": contents.name, "size": size, "images": " ".join(contents.images)}
     return {
-        **made,
+        **{f"{folder}/{file}": filled(f"{board.name}_{file}", values) for file in board.files},
         f"{folder}/top.v": board_verilog(contents.design, board),
         "boards/talk.py": filled("talk.py.txt", {"name": contents.name, "baud": BAUD}),
         "boards/line.json": json.dumps(_line(contents)) + "\n",
     }
-
-
-def _size(part: str) -> str:
-    """The size of an ECP5, in thousands of lookup tables; that of the smallest board for others."""
-    return part.split("-")[1] if part.startswith("ecp5-") else "25"
 
 
 def _line(contents: Contents) -> dict[str, object]:

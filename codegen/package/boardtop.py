@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from amaranth import ClockDomain, ClockSignal, DomainRenamer, Instance, Module, ResetSignal, Signal
@@ -12,6 +11,7 @@ from amaranth.lib.wiring import In, Out, connect
 from tfra.codegen.sidecar.build import ports
 from tfra.codegen.sidecar.schema import Port
 from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
+from tfra.families.family import Board
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.uart.bridge import Bridge
@@ -28,20 +28,6 @@ _START_BITS = 10
 """Of the counter that holds the reset after power-up, until block memories can be read."""
 
 
-@dataclass(frozen=True)
-class Board:
-    """A board with a serial line: its clock, and whether its button and its lamps are on when their pins are low."""
-
-    name: str
-    clock_hz: int
-    inverted: bool
-
-    @property
-    def divisor(self) -> int:
-        """Clock cycles of a bit on the line; a divisor of every clock here."""
-        return self.clock_hz // BAUD
-
-
 class BoardTop(wiring.Component):
     """The core of ``design``, an instance of its Verilog module, behind a serial line.
 
@@ -51,7 +37,7 @@ class BoardTop(wiring.Component):
     """
 
     def __init__(self, design: Design, board: Board) -> None:
-        self._design, self._board, self._divisor = design, board, board.divisor
+        self._design, self._board, self._divisor = design, board, board.clock_hz // BAUD
         inputs = {"clock": In(1), "button": In(1), "rx": In(1)}
         super().__init__({**inputs, "tx": Out(1), "alive": Out(1), "dropped": Out(1), "waits": Out(1)})
 

@@ -67,13 +67,13 @@ class Contents:
     @property
     def cells(self) -> dict[str, str]:
         """Models of the device's cells for simulators, by their names in the package."""
-        found = {*self.core.cell_models, *cell_models(self.design.target)}
+        found = {*self.core.cell_models, *cell_models(self.design.target, "multiplier", "rom")}
         return {f"testbench/{file.name}": file.read_text() for file in sorted(found)}
 
     @property
     def rules(self) -> dict[str, str]:
         """What Verilator's lint shall not say of these models."""
-        found = [file.with_name("cells.vlt") for file in cell_models(self.design.target)[:1]]
+        found = [file.with_name("cells.vlt") for file in cell_models(self.design.target, "multiplier")]
         return {f"testbench/{file.name}": file.read_text() for file in found}
 
 

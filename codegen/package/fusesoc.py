@@ -7,27 +7,15 @@ from collections.abc import Iterable
 
 from tfra.codegen.package.contents import Contents, filled
 from tfra.codegen.registers.files import VENDOR
-
-_SYNTHESIS: dict[str, tuple[str, dict[str, str | list[str]]]] = {
-    "ecp5": ("trellis", {"yosys_synth_options": ["-no-rw-check"]}),
-    "ice40": (
-        "icestorm",
-        {
-            "nextpnr_options": ["--up5k", "--package", "sg48"],
-            "yosys_synth_options": ["-dsp", "-spram", "-device", "u", "-no-rw-check"],
-        },
-    ),
-    "portable": ("vivado", {"part": "xc7a35tcsg324-1"}),
-}
-"""The tool of a design's target, and its options."""
+from tfra.families import FAMILIES, xilinx
 
 
 def fusesoc(contents: Contents) -> dict[str, str]:
     """Targets ``default``, ``sim`` (Icarus), ``lint`` (Verilator) and ``synth``."""
-    tool, options = _SYNTHESIS[contents.design.target]
-    if tool == "trellis":
-        size = contents.part.name.split("-")[1]
-        options = {**options, "nextpnr_options": [f"--{size}k", "--package", "CABGA381"]}
+    family = FAMILIES.get(contents.design.target)
+    tool, options = (family or xilinx.FAMILY).project
+    if family:
+        options = {**options, "nextpnr_options": [*contents.part.target.device]}
     rules = [f"{name}: {{file_type: vlt}}" for name in contents.rules]
     copied = [f"{name}: {{file_type: user, copyto: {name}}}" for name in contents.images]
     values = {

@@ -5,18 +5,29 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tfra.families import Target
+
 
 @dataclass(frozen=True)
 class Part:
-    """A part at a clock, and what the core takes of it.
+    """A target, and what the core takes of it.
 
     ``resources``: by name, how many the core takes, and how many the part has; ``basis``: what these numbers are.
     """
 
-    name: str
-    clock_mhz: float
+    target: Target
     resources: Mapping[str, tuple[int, int]]
     basis: str
+
+    @property
+    def name(self) -> str:
+        """Name of the target."""
+        return self.target.name
+
+    @property
+    def clock_mhz(self) -> float:
+        """The target's default clock."""
+        return self.target.clock_mhz
 
     def microseconds(self, cycles: int) -> float:
         """Time of ``cycles`` at the part's clock."""

@@ -124,7 +124,7 @@ def wrapper_verilog(design: Design) -> str:
     """
     name, top = module_name(design), Top(design)
     order = [port.name for port in top.ports]
-    cells = (file.read_text() for file in cell_models(design.target))
+    cells = (file.read_text() for file in cell_models(design.target, "multiplier"))
     return header(design, top.ports) + plain_verilog(to_rtlil(top, name), name, order, cells)
 
 

@@ -1,4 +1,4 @@
-"""Primitives that depend on the FPGA family, each with one interface: multiplier and coefficient memory.
+"""Primitives that depend on the FPGA family, each with one interface: multiplier, coefficient memory, store.
 
 The design's target chooses the variant.  ``"portable"`` is plain Amaranth; the variants of other targets instantiate
 the family's cells, whose simulation models are in ``models``.
@@ -6,22 +6,18 @@ the family's cells, whose simulation models are in ``models``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 
+from tfra.families import FAMILIES
 from tfra.hdl.primitives.multiplier import Multiplier
 from tfra.hdl.primitives.rom import Rom
+from tfra.hdl.primitives.store import Store
 
-__all__ = ["Multiplier", "Rom", "cell_models", "models"]
-
-_CELLS = {"portable": (), "ecp5": ("DP16KD", "MULT18X18D"), "ice40": ()}
-
-
-def cell_models(target: str) -> tuple[Path, ...]:
-    """Verilog files with models of the cells that these primitives instantiate for ``target``."""
-    return models(_CELLS[target])
+__all__ = ["Multiplier", "Rom", "Store", "cell_models"]
 
 
-def models(cells: Iterable[str]) -> tuple[Path, ...]:
-    """Verilog files with models of ``cells``."""
-    return tuple(Path(__file__).parent / "models" / f"{cell}.v" for cell in cells)
+def cell_models(target: str, *primitives: str) -> tuple[Path, ...]:
+    """Verilog files with models of the cells that ``primitives`` are made of for ``target``, in the cells' order."""
+    cells = FAMILIES[target].gateware if target in FAMILIES else {}
+    names = sorted(cells[primitive] for primitive in primitives if primitive in cells)
+    return tuple(Path(__file__).parent / "models" / f"{name}.v" for name in names)

@@ -2,19 +2,147 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import Any
 
-from amaranth import Cat, ClockSignal, Const, Elaboratable, Instance, Module, Signal, Value, signed
+import numpy as np
+from amaranth import Array, Cat, ClockSignal, Const, Elaboratable, Instance, Module, Signal, Value, signed
 
-FACTOR_BITS = 18
+from tfra.model.arrays import Ints
+
+_FACTOR_BITS = 18
 """Longest signed factor of a MULT18X18D."""
 
-MEMORY_WORDS = {18: 1024, 9: 2048}
+_DIGIT = _FACTOR_BITS - 1
+"""Bits of the low digit of a longer factor."""
+
+_MEMORY_WORDS = {18: 1024, 9: 2048}
 """Words of a DP16KD by their length."""
 
 _ROW = 16
 """Words of 18 bits in an INITVAL parameter, each in a field of 20 bits."""
+
+
+def multiplier(m: Module, a: Value, b: Value, enable: Value) -> Value:
+    """``a * b`` two enabled cycles later, for signed factors of up to 35 bits.
+
+    It is the sum of the digits' products; the lowest and the highest of four lie side by side.
+    """
+    products = {}
+    for i, first in enumerate(_digits(a)):
+        for j, second in enumerate(_digits(b)):
+            m.submodules[f"digits{i}{j}"] = part = Product(first, second, enable)
+            products[i, j] = part.product
+    if (1, 1) in products:
+        products[0, 0] = Cat(products[0, 0][: 2 * _DIGIT], products.pop((1, 1))).as_signed()
+    return reduce(add, (word << (_DIGIT * (i + j)) for (i, j), word in products.items()))
+
+
+def _digits(word: Value) -> list[Value]:
+    """A signed word as an unsigned low digit and the signed rest, or as it is if it fits a cell."""
+    if len(word) <= _FACTOR_BITS:
+        return [word]
+    return [Cat(word[:_DIGIT], Const(0, 1)).as_signed(), word[_DIGIT:].as_signed()]
+
+
+def rom(
+    m: Module, images: Ints, bits: int, address: Value, enable: Value, write: Value | None, data: Value | None
+) -> list[Value]:
+    """The word of ``bits`` at ``address`` in each of ``images``, two enabled cycles later.
+
+    ``data`` is written there to image ``n`` while ``write[n]`` is high.  Two images share a memory wherever each needs
+    half of it or less.
+    """
+    return _Rom(m, bits, address, enable, write, data).words(images)
+
+
+@dataclass
+class _Rom:
+    """Block memories of a ROM in module ``m``; the names are those of :func:`rom`."""
+
+    m: Module
+    bits: int
+    address: Value
+    enable: Value
+    write: Value | None
+    data: Value | None
+
+    def words(self, images: Ints) -> list[Value]:
+        """The word of every image, from pairs of images, the last one perhaps alone."""
+        found: list[Value] = []
+        for first in range(0, len(images), 2):
+            pair = images[first : first + 2]
+            slices = [self._slice(first, pair, low, bits) for low, bits in _slices(self.bits, images.shape[1])]
+            found += [Cat(*words) for words in zip(*slices, strict=True)]
+        return found
+
+    def _slice(self, first: int, images: Ints, low: int, bits: int) -> list[Value]:
+        """``bits`` from ``low`` of every image's word, from as many memories as the depth needs."""
+        name, size = f"memory{first}_{low}", _MEMORY_WORDS[bits]
+        found: list[list[Value]] = [[] for _ in images]
+        for start in range(0, images.shape[1], size):
+            part = images[:, start : start + size]
+            for group in _groups(part, size):
+                writes = self._writes([first + number for number in group], start // size, size)
+                data = None if self.data is None else Cat(self.data, Const(0, bits))[low : low + bits]
+                memory = self._block(part[group] >> low, bits, writes, data)
+                self.m.submodules[f"{name}_{start}_{group[0]}"] = memory
+                for number, word in zip(group, memory.words, strict=True):
+                    found[number].append(word)
+        if len(found[0]) == 1:
+            return [words[0] for words in found]
+        block = self._delayed(self.address[(size - 1).bit_length() :])
+        return [Array(words)[block] for words in found]
+
+    def _writes(self, numbers: list[int], block: int, size: int) -> list[Value]:
+        """Enables of images ``numbers``, in the memory of words from ``block * size`` on."""
+        if self.write is None:
+            return []
+        above = self.address[(size - 1).bit_length() :]
+        return [self.write[number] & (above == block if len(above) else 1) for number in numbers]
+
+    def _block(self, images: Ints, bits: int, writes: list[Value], data: Value | None) -> Words:
+        """One memory of up to two images: the second, read by the second port, starts in the middle."""
+        size = _MEMORY_WORDS[bits]
+        starts = range(0, size, size // len(images))
+        content = np.zeros(size, dtype=np.int64)
+        for start, image in zip(starts, images, strict=True):
+            content[start : start + len(image)] = image
+        place = self.address[: (size // len(images) - 1).bit_length()]
+        return Words(content.tolist(), bits, [(place | start) for start in starts], self.enable, writes, data)
+
+    def _delayed(self, block: Value) -> Value:
+        """``block`` at the time of its words."""
+        for _ in range(2):
+            later = Signal(block.shape(), name="block", reset_less=True)
+            with self.m.If(self.enable):
+                self.m.d.sync += later.eq(block)
+            block = later
+        return block
+
+
+def _slices(bits: int, depth: int) -> Iterator[tuple[int, int]]:
+    """Lowest bit and length of the memories' words that make up one of ``bits``.
+
+    Deep memories of short words save a multiplexer for each bit, so they are used where they are not more.
+    """
+    long, short = max(_MEMORY_WORDS), min(_MEMORY_WORDS)
+    deep = long // short * -(-depth // _MEMORY_WORDS[short]) <= -(-depth // _MEMORY_WORDS[long])
+    lengths = [short] if deep else [long, short]
+    low = 0
+    while low < bits:
+        length = min((length for length in lengths if length >= bits - low), default=max(lengths))
+        yield low, length
+        low += length
+
+
+def _groups(images: Ints, size: int) -> list[list[int]]:
+    """Images that share a memory of ``size`` words."""
+    numbers = list(range(len(images)))
+    return [numbers] if 2 * images.shape[1] <= size else [[number] for number in numbers]
 
 
 class Product(Elaboratable):
@@ -26,14 +154,14 @@ class Product(Elaboratable):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        product = Signal(signed(2 * FACTOR_BITS))
+        product = Signal(signed(2 * _FACTOR_BITS))
         registers = ("INPUTA", "INPUTB", "OUTPUT")
         m.submodules.cell = Instance(
             "MULT18X18D",
             **{f"p_REG_{name}_CLK": "CLK0" for name in registers},
             **_bits("i_A", _extended(self._a)),
             **_bits("i_B", _extended(self._b)),
-            **_bits("i_C", Const(0, FACTOR_BITS)),
+            **_bits("i_C", Const(0, _FACTOR_BITS)),
             **_bits("o_P", product),
             i_SIGNEDA=Const(1),
             i_SIGNEDB=Const(1),
@@ -97,7 +225,7 @@ class Words(Elaboratable):
 def _initial(image: Sequence[int], bits: int) -> dict[str, Const]:
     """INITVAL parameters; two words of 9 bits lie where one of 18 does."""
     halves = 18 // bits
-    fields = [0] * (MEMORY_WORDS[bits] // halves)
+    fields = [0] * (_MEMORY_WORDS[bits] // halves)
     for place, word in enumerate(image):
         fields[place // halves] |= (int(word) & ((1 << bits) - 1)) << (place % halves * bits)
     rows = [fields[start : start + _ROW] for start in range(0, len(fields), _ROW)]
@@ -106,7 +234,7 @@ def _initial(image: Sequence[int], bits: int) -> dict[str, Const]:
 
 
 def _extended(factor: Value) -> Value:
-    return Cat(factor, factor[-1].replicate(FACTOR_BITS - len(factor)))
+    return Cat(factor, factor[-1].replicate(_FACTOR_BITS - len(factor)))
 
 
 def _bits(name: str, word: Value) -> dict[str, Value]:

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import add
 from typing import Any
 
-from amaranth import Cat, Const, Module, Signal, Value, signed
+from amaranth import Module, Signal, signed
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.primitives.ecp5 import FACTOR_BITS, Product
-
-_DIGIT = FACTOR_BITS - 1
+from tfra.hdl.primitives.gateware import GATEWARE
 
 
 class Multiplier(wiring.Component):
@@ -37,7 +33,7 @@ class Multiplier(wiring.Component):
     latency = 2
 
     def __init__(self, a_bits: int, b_bits: int, target: str) -> None:
-        self._target = target
+        self._cells = GATEWARE[target].multiplier
         super().__init__(
             {
                 "a": In(signed(a_bits)),
@@ -49,8 +45,8 @@ class Multiplier(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        if self._target == "ecp5":
-            m.d.comb += self.product.eq(self._cells(m))
+        if self._cells:
+            m.d.comb += self.product.eq(self._cells(m, self.a, self.b, self.enable))
         else:
             self._registers(m)
         return m
@@ -62,21 +58,3 @@ class Multiplier(wiring.Component):
         m.d.comb += self.product.eq(product)
         with m.If(self.enable):
             m.d.sync += [a.eq(self.a), b.eq(self.b), product.eq(a * b)]
-
-    def _cells(self, m: Module) -> Value:
-        """Sum of the digits' products; the lowest and the highest of four lie side by side."""
-        products = {}
-        for i, a in enumerate(_digits(self.a)):
-            for j, b in enumerate(_digits(self.b)):
-                m.submodules[f"digits{i}{j}"] = part = Product(a, b, self.enable)
-                products[i, j] = part.product
-        if (1, 1) in products:
-            products[0, 0] = Cat(products[0, 0][: 2 * _DIGIT], products.pop((1, 1))).as_signed()
-        return reduce(add, (word << (_DIGIT * (i + j)) for (i, j), word in products.items()))
-
-
-def _digits(word: Value) -> list[Value]:
-    """A signed word as an unsigned low digit and the signed rest, or as it is if it fits a cell."""
-    if len(word) <= FACTOR_BITS:
-        return [word]
-    return [Cat(word[:_DIGIT], Const(0, 1)).as_signed(), word[_DIGIT:].as_signed()]

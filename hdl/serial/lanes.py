@@ -12,11 +12,11 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape
+from tfra.hdl.primitives import Store
 from tfra.hdl.serial import product
 from tfra.hdl.serial.isa import MAC_DELAY
 from tfra.hdl.serial.product import Product
 from tfra.hdl.serial.sizes import Sizes
-from tfra.hdl.serial.store import Store
 
 _ARRIVAL = 2 + product.DELAY
 """Cycles from an address to its product: memory, a register after it, and the product."""

@@ -8,12 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from tfra.hdl.interface.microarchitecture import Probe
-from tfra.hdl.primitives import models
+from tfra.hdl.primitives import cell_models
 from tfra.hdl.serial.core import SerialCore
 from tfra.hdl.serial.program.memory import lengths, store_image
 from tfra.hdl.serial.program.program import Program
 from tfra.hdl.serial.sizes import lane_count
-from tfra.hdl.serial.store import cells
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 
@@ -83,7 +82,7 @@ class Serial:
     @property
     def cell_models(self) -> tuple[Path, ...]:
         """Verilog files with models of the cells that the core has instances of."""
-        return models(cells(self.design.target))
+        return cell_models(self.design.target, "store")
 
     @cached_property
     def coefficients(self) -> Ints:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from tfra.families import DEFAULT, Family
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.study.errors.variation import Facts, Variation
 from tfra.study.search.costs import coefficient_kbit, dsp
 from tfra.study.search.space import Space
-from tfra.synth.targets import ECP5, Family
 
 UNIFORM = tuple(range(8, 21))
 """Bits of coefficients and operands that are compared."""
@@ -21,7 +21,7 @@ FRACTIONS = ("vector_fraction", "force_fraction")
 """Formats that are not word lengths but numbers of bits below one code."""
 
 
-def uniform(base: TfraDesign, lengths: Sequence[int], family: Family = ECP5) -> tuple[Variation, ...]:
+def uniform(base: TfraDesign, lengths: Sequence[int], family: Family = DEFAULT) -> tuple[Variation, ...]:
     """Designs whose coefficients and operands all have n bits, for each n of ``lengths``.
 
     Vectors keep the bits below one code that they have in ``base``, and one more for each bit that operands are longer
@@ -38,7 +38,7 @@ def _uniform(base: TfraDesign, bits: int, family: Family) -> Variation:
     return _priced(Variation.of(facts, lambda: Space.design(base, point)), family)
 
 
-def sensitivity(base: TfraDesign, family: Family = ECP5, shorter: Sequence[int] = SHORTER) -> tuple[Variation, ...]:
+def sensitivity(base: TfraDesign, family: Family = DEFAULT, shorter: Sequence[int] = SHORTER) -> tuple[Variation, ...]:
     """``base`` with one signal at a time ``shorter`` by a number of bits: every signal, and vector and force fraction.
 
     Facts are ``signal``, ``bits`` that it is left, ``shorter``, and the costs as for :func:`uniform`.  Choices that do

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from tfra.families import FAMILIES, Family
 from tfra.hdl.parallel.scaling import CHUNK, word_bits
 from tfra.hdl.serial.product import low_bits
 from tfra.hdl.serial.program.tfra.memory import sizes
 from tfra.model.fixed.design import Design
 from tfra.synth.estimate import multipliers
-from tfra.synth.targets import Family
 
 
 def coefficient_kbit(design: Design) -> float:
@@ -25,12 +25,13 @@ def products(design: Design) -> list[tuple[int, int]]:
 def dsp(design: Design, family: Family) -> int:
     """Multiplier cells that the core takes of ``family``, as :func:`tfra.synth.estimate.estimate` counts them.
 
-    Those of an ECP5's lanes, which come first, are asked for by name, however short the products are.
+    Those of the lanes, which come first, are instances for some targets, however short the products are.
     """
-    named = design.architecture.mac_lanes if design.target == "ecp5" else 0
-    whole = replace(family, shortest=(0, 0), sign_bits=1)
+    cell, cells = family.multiplier, FAMILIES[design.target].gateware if design.target in FAMILIES else {}
+    named = design.architecture.mac_lanes if "multiplier" in cells else 0
+    whole = cell and replace(cell, shortest=(0, 0), sign_bits=1)
     widths = products(design)
-    return sum(multipliers(each, whole if place < named else family) for place, each in enumerate(widths))
+    return sum(multipliers(each, whole if place < named else cell) for place, each in enumerate(widths))
 
 
 def _parallel(design: Design) -> list[tuple[int, int]]:

@@ -13,6 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from tfra.families import Target
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.converter import convert
@@ -28,7 +29,6 @@ from tfra.study.search.search import Measured
 from tfra.study.search.space import Point, Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
 from tfra.synth.estimate import estimate
-from tfra.synth.targets import Target
 
 CYCLES = ("latency_cycles", "interval_cycles")
 ELABORATED = ("LUT", "FF", "BRAM")

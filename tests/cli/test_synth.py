@@ -17,6 +17,7 @@ from tests.cli.test_cli import refusal
 from tests.marks import long
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
+from tfra.families import TARGETS, Target, find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
 from tfra.runtime.ownership import MANIFEST
@@ -24,7 +25,6 @@ from tfra.runtime.processes import Stopped
 from tfra.synth import run as flow
 from tfra.synth.estimate import estimate
 from tfra.synth.flow import CriticalPath, Route, Synthesis
-from tfra.synth.targets import TARGETS, Target, find
 from tfra.synth.tools import ToolError
 
 CONFIG = """
@@ -75,7 +75,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
     def route(target: Target, directory: Path, seed: int, clock_mhz: float) -> Route:
         (directory / f"seed{seed}.layout").write_text("")
-        used = dict.fromkeys(target.family.bels, 4)
+        used = dict.fromkeys(target.family.place_and_route.bels, 4)
         return Route(seed, clock_mhz, clock_mhz - seed, used, CriticalPath("gain", "phi", "a", "b", 1.0, 2.0))
 
     def pack(target: Target, directory: Path, seed: int, name: str) -> str:
@@ -157,7 +157,8 @@ def test_what_is_done_is_shown_and_kept(
 
 def test_a_missing_tool(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     part = find("ecp5-85")
-    absent = replace(part, family=replace(part.family, program="yowasp-nextpnr-mars"))
+    tool = replace(part.family.place_and_route, program="yowasp-nextpnr-mars")
+    absent = replace(part, family=replace(part.family, place_and_route=tool))
     monkeypatch.setitem(TARGETS, part.name, absent)
     assert refusal(capfd, *SYNTH) == "yowasp-nextpnr-mars: is not installed: pip install 'tfra[synth]'"
 

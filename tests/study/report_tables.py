@@ -9,6 +9,7 @@ from typing import Any
 import polars as pl
 
 from tests.study.definitions import tables_of
+from tfra.families import find
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.study.errors.converter import converters
 from tfra.study.errors.sensitivity import sensitivity, uniform
@@ -24,7 +25,6 @@ from tfra.study.search.space import Space
 from tfra.study.search.trials import Trials, sqlite
 from tfra.study.tasks import Errors, Signals
 from tfra.study.workers import one_after_another
-from tfra.synth.targets import find
 
 FORCE = "force_difference_percent_of_true_force"
 COSTS = ("coefficient_kbit", "latency_cycles")

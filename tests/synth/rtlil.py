@@ -6,7 +6,8 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 
-from tfra.synth.census import Census, Memory, block_of
+from tfra.families.hierarchy import block_of
+from tfra.synth.census import Census, Memory
 
 _ADD = ("$add", "$sub", "$neg", "$lt", "$le", "$gt", "$ge")
 _SHIFT = ("$shl", "$shr", "$sshl", "$sshr", "$shift", "$shiftx")

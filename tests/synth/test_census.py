@@ -13,11 +13,12 @@ from amaranth.lib.memory import Memory as AmaranthMemory
 from tests.marks import long
 from tests.synth.rtlil import count as count_text
 from tfra.codegen.verilog.emit import Top, to_rtlil
+from tfra.families.hierarchy import block_of
 from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.synth.census import Census, Memory, block_of, census, count
+from tfra.synth.census import Census, Memory, census, count
 
 
 class Part(Elaboratable):

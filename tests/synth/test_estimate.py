@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from tfra.families import FAMILIES, Family, find
 from tfra.model.choices import SERIAL, Architecture, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.census import Census, Memory
 from tfra.synth.estimate import KINDS, Prices, estimate, features, misfits, multipliers, place, price, prices
-from tfra.synth.targets import ECP5, GOWIN, ICE40, XILINX, find
 
+ECP5, ICE40, GOWIN, XILINX = (FAMILIES[name] for name in ("ecp5", "ice40", "gowin", "xilinx"))
 GUIDE = Path(__file__).parents[2] / "docs" / "synth.md"
 DATA = {
     kind: json.loads(files("tfra.synth").joinpath(name).read_text())
@@ -79,8 +80,8 @@ def test_memories_of_other_families() -> None:
         ((20, 20), XILINX, 2),
     ],
 )
-def test_multipliers(widths: tuple[int, int], family: object, cells: int) -> None:
-    assert multipliers(widths, family) == cells
+def test_multipliers(widths: tuple[int, int], family: Family, cells: int) -> None:
+    assert multipliers(widths, family.multiplier) == cells
 
 
 def test_instances_count_as_what_they_are() -> None:

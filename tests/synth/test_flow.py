@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from tfra.codegen.verilog.emit import run_yosys
+from tfra.families import DEFAULT, find
 from tfra.runtime.errors import InputError
 from tfra.synth.estimate import tally
 from tfra.synth.flow import Stall, options, read_route, route, synthesise
-from tfra.synth.targets import ECP5, TARGETS, find
 from tfra.synth.tools import StoppedError, ToolError, require, run, versions
 
 SAMPLE = json.loads((Path(__file__).parent / "data" / "nextpnr_5x5.json").read_text())
@@ -22,7 +22,7 @@ SAMPLE = json.loads((Path(__file__).parent / "data" / "nextpnr_5x5.json").read_t
 
 def test_cells_of_ecp5() -> None:
     cells = {"LUT4": 13733, "CCU2C": 2409, "TRELLIS_DPR16X4": 413, "TRELLIS_FF": 12931, "DP16KD": 16, "MULT18X18D": 13}
-    found = tally({**cells, "PFUMX": 1690, "$scopeinfo": 78}, ECP5)
+    found = tally({**cells, "PFUMX": 1690, "$scopeinfo": 78}, DEFAULT)
     # nextpnr's own sum of the same netlist: "Total LUT4s: 21029".
     assert found == {"LUT": 21029, "FF": 12931, "DSP": 13, "BRAM": 16}
 
@@ -55,19 +55,6 @@ def test_another_report_is_refused(damage: str) -> None:
         del sample["utilization"]["DP16KD"]
     with pytest.raises((ValueError, KeyError)):
         read_route(sample, find("ecp5-45"), 1, 60.0)
-
-
-def test_targets() -> None:
-    assert find("ecp5-45") is find("ecp5-45-6")
-    assert find("ecp5-45-8").arguments[:3] == ("--45k", "--speed", "8")
-    assert find("ecp5-85").available["DSP"] == 156
-    for name in ("ecp5", "ecp5-12", "ecp5-45-9", ""):
-        with pytest.raises(ValueError, match=r"one of ecp5-25-6, .*ice40up5k.* is needed"):
-            find(name)
-    for target in TARGETS.values():
-        assert target.available.keys() <= target.family.cells.keys()
-        assert target.family.bels.keys() <= target.family.cells.keys()
-        assert bool(target.family.program) == bool(target.family.bels)
 
 
 def test_a_missing_tool() -> None:
@@ -108,13 +95,15 @@ def test_a_native_tool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_options_that_a_native_tool_alone_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     family, native = find("ecp5-25").family, tmp_path / "nextpnr-ecp5"
-    for knows, more in (("--parallel-refine  use threads", family.threaded), ("--parallel-refined", ())):
+    tool = family.place_and_route
+    assert tool
+    for knows, more in (("--parallel-refine  use threads", tool.threaded), ("--parallel-refined", ())):
         native.write_text(f'#!/bin/sh\necho "--seed arg"\necho "{knows}"\n')
         native.chmod(0o755)
         monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
-        assert options(family) == [*family.routing, *more]
+        assert options(family) == [*tool.routing, *more]
     monkeypatch.delenv("TFRA_NEXTPNR_ECP5")
-    assert options(family) == list(family.routing)
+    assert options(family) == list(tool.routing)
 
 
 def _rounds(overused: int, failing: int, number: int) -> list[str]:

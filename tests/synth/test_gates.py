@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 
 from tests.marks import long
+from tfra.families import FAMILIES
+from tfra.families.family import Gates
+from tfra.families.hierarchy import block_of, lane_of
 from tfra.model.choices import Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -19,8 +22,9 @@ from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError
 from tfra.sim.run import Netlist, Run, SimulationError, generated, simulate
 from tfra.synth import gates as netlist
-from tfra.synth.census import block_of, lane_of
-from tfra.synth.gates import FAMILIES, cells, synthesised
+from tfra.synth.gates import cells, synthesised
+
+GATES = [name for name, family in FAMILIES.items() if family.gates]
 
 DESIGN = TfraDesign(
     SensorArray(2, 2, 4e-3, 4e-3, 3e-3),
@@ -40,7 +44,7 @@ FIRST_ROW = re.compile(r"(\.INITVAL_00\(320'h)([0-9a-f]+)")
 SIGNS = sum(1 << (20 * place + DESIGN.formats.coefficient - 1) for place in range(16))
 
 
-@pytest.fixture(params=FAMILIES, name="gates", scope="module")
+@pytest.fixture(params=GATES, name="gates", scope="module")
 def _gates(request: pytest.FixtureRequest, cache: Path) -> Netlist:
     return synthesised(replace(DESIGN, target=request.param), request.param, cache)
 
@@ -97,12 +101,12 @@ def test_a_fault_is_found(gates: Netlist, cache: Path) -> None:
 
 
 def test_cells_of_yosys_leave_room_for_models() -> None:
-    text = cells("ecp5")
+    text = cells(FAMILIES["ecp5"])
     assert "module TRELLIS_FF(" in text
     assert "module DP16KD" not in text
     assert "module MULT18X18D" not in text
     assert "`include" not in text
-    assert "module SB_MAC16" in cells("ice40")
+    assert "module SB_MAC16" in cells(FAMILIES["ice40"])
 
 
 CHANGED = (
@@ -110,16 +114,16 @@ CHANGED = (
     "hdl/parallel/matvec/unit.py",
     "hdl/primitives/models/DP16KD.v",
     "model/fixed/widths.py",
-    "synth/census.py",
-    "synth/ecp5/copies.py",
-    "synth/ecp5/registers.py",
+    "families/hierarchy.py",
+    "families/ecp5/copies.py",
+    "families/ecp5/registers.py",
     "synth/gates.py",
 )
 
 
 def test_gates_of_other_sources_are_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     named = list[str]()
-    monkeypatch.setattr(netlist, "kept", lambda place, make: named.append(place.name) or {"gates.v": b""})
+    monkeypatch.setattr(netlist, "cached", lambda place, make: named.append(place.name) or {"gates.v": b""})
 
     def key(sources: list[Path]) -> str:
         monkeypatch.setattr(netlist, "gate_sources", lambda: sources)
@@ -142,7 +146,7 @@ def test_another_target_is_refused(tmp_path: Path) -> None:
 
 
 def test_failing_synthesis_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(FAMILIES, "ecp5", "synth_nothing")
+    monkeypatch.setitem(FAMILIES, "ecp5", replace(FAMILIES["ecp5"], gates=Gates("synth_nothing -top {top}")))
     with pytest.raises(SimulationError, match=r"synthesis for ecp5: yosys failed: .*No such command: synth_nothing"):
         synthesised(DESIGN, "ecp5", tmp_path)
     assert not list(tmp_path.iterdir())
@@ -157,7 +161,7 @@ def test_amaranth_cannot_run_gates_or_cells() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("target", FAMILIES)
+@pytest.mark.parametrize("target", GATES)
 def test_the_core_of_a_target_equals_the_model(target: str, cache: Path) -> None:
     """Before synthesis: Verilog with instances, and the models of their cells."""
     run = play(None, cache, replace(DESIGN, target=target))

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import pytest
 
+from tfra.families import DEFAULT, TARGETS
 from tfra.model.choices import SERIAL, Architecture, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.estimate import estimate
 from tfra.synth.part import part_of
-from tfra.synth.targets import ECP5, TARGETS
 
 SENSOR = SensorArray(3, 4, 4e-3, 2e-3, 3e-3)
 SMALL = TfraDesign(SENSOR, search=Search(20), architecture=Architecture(4, 1), target="ecp5")
@@ -21,7 +21,7 @@ def test_the_smallest_part_that_it_fits() -> None:
     part = part_of(SMALL)
     assert part.name == "ecp5-25-6"
     assert part.clock_mhz == TARGETS["ecp5-25-6"].clock_mhz
-    total = estimate(SMALL, ECP5).total
+    total = estimate(SMALL, DEFAULT).total
     assert part.resources == {name: (total[name], have) for name, have in TARGETS[part.name].available.items()}
     assert "ECP5" in part.basis
 

@@ -10,6 +10,7 @@ import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
+from tfra.families import find
 from tfra.hdl.cores import as_serial
 from tfra.hdl.parallel.tfra.parallel import TfraParallel
 from tfra.model.choices import SERIAL, Architecture
@@ -19,7 +20,6 @@ from tfra.synth.estimate import Estimate
 from tfra.synth.flow import CriticalPath, Route, Synthesis
 from tfra.synth.page import page
 from tfra.synth.report import WIDTH, fmax, median_route, render, report
-from tfra.synth.targets import find
 
 DESIGN = TfraDesign(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), name="skin", architecture=Architecture(4))
 PATH = CriticalPath("sweep", "matvec", "core.sweep.a", "core.matvec.b", 3.25, 6.75)

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.marks import long
+from tfra.families import TARGETS, find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import FORMATS, SERIAL, VECTOR_WORDS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
@@ -22,7 +23,6 @@ from tfra.synth import size as module
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
 from tfra.synth.estimate import Estimate, estimate, misfits
 from tfra.synth.size import cells, size
-from tfra.synth.targets import TARGETS, find
 
 
 def design(rows: int, columns: int, **others: Any) -> Design:

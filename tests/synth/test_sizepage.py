@@ -8,12 +8,12 @@ import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
+from tfra.families import find
 from tfra.model.choices import SERIAL, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
 from tfra.synth.sizepage import page
-from tfra.synth.targets import find
 
 DESIGN = TfraDesign(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), name="skin", architecture=Architecture(4))
 SMALL, LARGE = {"LUT": 10_000, "FF": 9, "DSP": 7, "BRAM": 14}, {"LUT": 25_000, "FF": 9, "DSP": 7, "BRAM": 14}

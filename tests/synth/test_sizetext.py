@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import pytest
 
+from tfra.families import FAMILIES, find
 from tfra.model.choices import SERIAL, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
 from tfra.synth.estimate import basis, prices
 from tfra.synth.sizetext import config, facts, lines
-from tfra.synth.targets import FAMILIES, find
 
 DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), target="ice40")
 BOUNDS = Bounds(100.0, 1e5, 20.0)

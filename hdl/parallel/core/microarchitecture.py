@@ -117,7 +117,7 @@ class Parallel(ABC, Generic[D, T]):
     @property
     def cell_models(self) -> tuple[Path, ...]:
         """Verilog files with models of the cells that the core instantiates."""
-        return cell_models(self.design.target)
+        return cell_models(self.design.target, "multiplier", "rom")
 
     @cached_property
     def coefficients(self) -> Ints:

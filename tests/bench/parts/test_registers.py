@@ -11,9 +11,9 @@ from tfra.codegen.config.read import load
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.verilog.emit import to_rtlil
+from tfra.families import find
 from tfra.hdl.bus.registers import Registers
 from tfra.synth.flow import synthesise
-from tfra.synth.targets import find
 
 
 @pytest.mark.long

@@ -7,13 +7,14 @@ from pathlib import Path
 
 from tfra.codegen.generate import generate
 from tfra.codegen.package.part import Part
+from tfra.families import find
 from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
-PART = Part("ecp5-25-6", 98.0, {"LUT": (9000, 24288), "DSP": (9, 28)}, "a LUT is a LUT4 of ECP5")
-ICE40 = Part("ice40up5k", 30.0, {"LUT": (4500, 5280)}, "a LUT is a logic cell of iCE40")
+PART = Part(find("ecp5-25"), {"LUT": (9000, 24288), "DSP": (9, 28)}, "a LUT is a LUT4 of ECP5")
+ICE40 = Part(find("ice40up5k"), {"LUT": (4500, 5280)}, "a LUT is a logic cell of iCE40")
 
 SENSOR = SensorArray(2, 2, 4e-3, 4e-3, 3e-3)
 SERIAL_CORE = TfraDesign(SENSOR, "tiny", search=Search(3), architecture=SERIAL)

@@ -18,8 +18,9 @@ from tests.codegen import lint
 from tests.codegen.package.made import made
 from tests.hdl.uart.line import framed, frames, little_endian
 from tests.marks import long
-from tfra.codegen.package.boards import BOARDS
 from tfra.codegen.package.boardtop import BAUD
+from tfra.families import DEFAULT, FAMILIES
+from tfra.families.family import Board
 from tfra.sim.tools import choose
 
 _BENCH = """
@@ -63,12 +64,18 @@ def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFac
     return made(request.param, tmp_path_factory.mktemp(request.param))
 
 
+def board_of(design: Any) -> Board:
+    board = FAMILIES.get(design.target, DEFAULT).board
+    assert board
+    return board
+
+
 def answers(design: Any, package: Path, folder: Path, line: bytes, due: int) -> tuple[list[bytes], bool]:
     """Frames that the board sends for a ``line`` of bytes, and whether its lamp says that some were dropped."""
     choose("icarus")
-    board = BOARDS[design.target]
-    values = {"last": len(line) - 1, "divisor": board.divisor, "rest": int(board.inverted)}
-    bench = _BENCH.format(**values, patience=2000 + due * 11 * board.divisor)
+    board = board_of(design)
+    values = {"last": len(line) - 1, "divisor": board.clock_hz // BAUD, "rest": int(board.inverted)}
+    bench = _BENCH.format(**values, patience=2000 + due * 11 * board.clock_hz // BAUD)
     (folder / "bench.v").write_text(bench)
     (folder / "line.hex").write_text("".join(f"{byte:02x}\n" for byte in line))
     cells = [str(file) for file in package.glob("testbench/SB_*.v")]
@@ -101,7 +108,7 @@ def test_the_board_answers_with_the_models_words(package: tuple[Any, Path], tmp_
 
 def test_the_top_module_is_clean(package: tuple[Any, Path], tmp_path: Path) -> None:
     design, folder = package
-    file = folder / "boards" / BOARDS[design.target].name / "top.v"
+    file = folder / "boards" / board_of(design).name / "top.v"
     stub = (folder / f"{design.name}.v").read_text()
     (tmp_path / "core.v").write_text(stub)
     cells = list(folder.glob("testbench/SB_*.v"))
@@ -110,7 +117,7 @@ def test_the_top_module_is_clean(package: tuple[Any, Path], tmp_path: Path) -> N
 
 def test_every_port_has_a_pin(package: tuple[Any, Path]) -> None:
     design, folder = package
-    board = BOARDS[design.target]
+    board = board_of(design)
     (pins,) = [file for file in (folder / "boards" / board.name).iterdir() if file.suffix in (".lpf", ".pcf")]
     placed = re.findall(r'^(?:LOCATE COMP "(\w+)" SITE|set_io (\w+))', pins.read_text(), re.M)
     top = (folder / "boards" / board.name / "top.v").read_text()
@@ -120,7 +127,7 @@ def test_every_port_has_a_pin(package: tuple[Any, Path]) -> None:
 
 
 def test_every_board_has_the_line_s_speed_exactly() -> None:
-    assert all(board.clock_hz % BAUD == 0 for board in BOARDS.values())
+    assert all(board.clock_hz % BAUD == 0 for family in FAMILIES.values() if (board := family.board))
 
 
 class Port:
@@ -176,13 +183,13 @@ def test_the_host_compares_every_word(package: tuple[Any, Path], shift: int, mon
 def test_a_bitstream_is_built(name: str, tmp_path: Path) -> None:
     """With the tools of PyPI, which are found beside Python."""
     design, folder = made(name, tmp_path)
-    script = folder / "boards" / BOARDS[design.target].name / "build.sh"
+    script = folder / "boards" / board_of(design).name / "build.sh"
     assert os.access(script, os.X_OK)
     variables = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     subprocess.run(["sh", str(script)], env=variables, check=True, cwd=tmp_path)
     (report,) = folder.glob("boards/*/build/report.json")
     fastest = max(json.loads(report.read_text())["fmax"].values(), key=lambda clock: clock["constraint"])
-    assert fastest["achieved"] > BOARDS[design.target].clock_hz / 1e6
+    assert fastest["achieved"] > board_of(design).clock_hz / 1e6
     (image,) = [file for file in report.parent.iterdir() if file.suffix in (".bit", ".bin")]
     assert image.stat().st_size > 10_000
 
@@ -190,7 +197,7 @@ def test_a_bitstream_is_built(name: str, tmp_path: Path) -> None:
 def test_a_missing_tool_is_named(package: tuple[Any, Path], tmp_path: Path) -> None:
     design, folder = package
     shutil.copytree(folder, tmp_path / "package")
-    script = tmp_path / "package" / "boards" / BOARDS[design.target].name / "build.sh"
+    script = tmp_path / "package" / "boards" / board_of(design).name / "build.sh"
     (tmp_path / "bin").mkdir()
     for tool in ("sh", "dirname"):
         (tmp_path / "bin" / tool).symlink_to(str(shutil.which(tool)))

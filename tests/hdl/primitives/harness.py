@@ -56,7 +56,7 @@ def in_amaranth(dut: Any, inputs: Inputs, outputs: Mapping[str, int]) -> list[li
 
 def in_icarus(dut: Any, inputs: Inputs, outputs: Mapping[str, int], target: str, place: Path) -> list[list[str]]:
     """The same from the Verilog of ``dut`` with the models of the target's cells; ``x`` where a bit is unknown."""
-    models = [file.read_text() for file in cell_models(target)]
+    models = [file.read_text() for file in cell_models(target, "multiplier", "rom")]
     (place / "dut.v").write_text(plain_verilog(str(rtlil.convert(dut, name="dut", emit_src=False)), "dut", (), models))
     bits = {name: len(_port(dut, name)) for name in inputs}
     declared = [*(("reg", name, bits[name]) for name in inputs), *(("wire", name, n) for name, n in outputs.items())]
@@ -78,7 +78,7 @@ def in_icarus(dut: Any, inputs: Inputs, outputs: Mapping[str, int], target: str,
             word = word << bits[name] | values[cycle] & ((1 << bits[name]) - 1)
         lines.append(f"{word:x}\n")
     (place / "inputs.hex").write_text("".join(lines))
-    return icarus("tb.v", "dut.v", *map(str, cell_models(target)), place=place)
+    return icarus("tb.v", "dut.v", *map(str, cell_models(target, "multiplier", "rom")), place=place)
 
 
 def icarus(*files: str, place: Path) -> list[list[str]]:

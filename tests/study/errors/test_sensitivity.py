@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tests.model.cases import make_design
+from tfra.families import DEFAULT, find
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
@@ -17,7 +18,6 @@ from tfra.study.errors.sensitivity import FRACTIONS, SHORTER, sensitivity, unifo
 from tfra.study.errors.variants import STEPS, TOLERANCES, variants
 from tfra.study.search.costs import coefficient_kbit, dsp, products
 from tfra.synth.estimate import estimate
-from tfra.synth.targets import ECP5, find
 
 BASE = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
 
@@ -101,7 +101,7 @@ def test_costs_by_hand() -> None:
     design = replace(BASE, architecture=Architecture(8))
     word = max(design.widths.force, design.widths.division)
     assert products(design)[:12] == [(18, 18)] * 12
-    assert dsp(design, ECP5) == 8 + 4 + 3 + -(-(word - 1) // 17)
+    assert dsp(design, DEFAULT) == 8 + 4 + 3 + -(-(word - 1) // 17)
     assert coefficient_kbit(design) == design.coefficient_bits / 1000
 
 

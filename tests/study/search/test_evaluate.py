@@ -12,6 +12,7 @@ import pytest
 
 from tests.model.cases import make_design
 from tfra.codegen.config.cover import LayerSpec
+from tfra.families import find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.converter import convert
 from tfra.model.cover.scenes import SENSORS
@@ -26,7 +27,6 @@ from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE, COSTS, CYCLES, Evaluation, TooFewError, percentile
 from tfra.study.search.space import Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
-from tfra.synth.targets import find
 
 BASE = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
 FORCE, FIELD = "force_difference_percent_of_true_force", "taxel_forces_percent_of_true_taxel_forces"

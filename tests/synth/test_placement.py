@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tfra.synth.ecp5.placement import expected_mhz, place
+from tfra.synth.placement import expected_mhz, place
 from tfra.synth.tools import ToolError
 
 NATIVE = """#!/bin/sh

@@ -14,7 +14,7 @@ from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.verilog.emit import run_yosys, with_free_collisions
-from tfra.synth.ecp5.registers import absorb
+from tfra.families.ecp5.registers import absorb
 
 
 class Store(wiring.Component):

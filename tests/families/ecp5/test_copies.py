@@ -14,8 +14,8 @@ from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.codegen.verilog.emit import run_yosys
-from tfra.synth.census import lane_of
-from tfra.synth.ecp5.copies import LANES, spread
+from tfra.families.ecp5.copies import LANES, spread
+from tfra.families.hierarchy import lane_of
 from tfra.synth.gates import rename_wires
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from tfra.synth.ecp5.copies import spread
-from tfra.synth.ecp5.floorplan import Floor, pin
-from tfra.synth.ecp5.registers import absorb
+from tfra.families.ecp5.copies import spread
+from tfra.families.ecp5.floorplan import Floor, pin
+from tfra.families.ecp5.registers import absorb
 
 
 def prepare(netlist: dict[str, Any], top: str, floor: Floor | None = None) -> Counter[str]:

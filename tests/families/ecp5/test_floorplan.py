@@ -15,10 +15,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tfra.codegen.verilog.emit import to_rtlil
+from tfra.families import TARGETS, find
+from tfra.families.ecp5.floorplan import Floor, plan
 from tfra.hdl.primitives.multiplier import Multiplier
-from tfra.synth.ecp5.floorplan import Floor, plan
 from tfra.synth.flow import route, synthesise
-from tfra.synth.targets import TARGETS, find
 from tfra.synth.tools import ToolError
 
 FLOORS = sorted({name.rpartition("-")[0] for name, target in TARGETS.items() if target.floor})

@@ -10,7 +10,7 @@ import copy
 from collections import defaultdict
 from typing import Any
 
-from tfra.synth.census import lane_of
+from tfra.families.hierarchy import lane_of
 
 LANES = 4
 """Neighbours that share a copy."""

@@ -11,10 +11,10 @@ from amaranth import Module
 from amaranth.back import rtlil
 from amaranth.lib import wiring
 
-from tests.synth.ecp5.test_copies import _Lanes
-from tests.synth.ecp5.test_registers import Times
+from tests.families.ecp5.test_copies import _Lanes
+from tests.families.ecp5.test_registers import Times
 from tfra.codegen.verilog.emit import run_yosys
-from tfra.synth.ecp5.prepare import prepare
+from tfra.families.ecp5.prepare import prepare
 
 
 class Both(wiring.Component):

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import ClockSignal, Const, Instance, Module, Signal, unsigned
+from amaranth import Module, unsigned
 from amaranth.lib import wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-_CELL, _WIDTH, _DEPTH = "SB_SPRAM256KA", 16, 1 << 14
-
-
-def cells(target: str) -> tuple[str, ...]:
-    """Types of the cells that a store for ``target`` is made of."""
-    return (_CELL,) if target == "ice40" else ()
+from tfra.hdl.primitives.gateware import GATEWARE
 
 
 class Store(wiring.Component):
@@ -24,7 +19,7 @@ class Store(wiring.Component):
     """
 
     def __init__(self, bits: int, depth: int, target: str) -> None:
-        self._bits, self._depth, self._target = bits, depth, target
+        self._bits, self._depth, self._cells = bits, depth, GATEWARE[target].store
         super().__init__(
             {
                 "address": In(range(depth)),
@@ -36,8 +31,8 @@ class Store(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        if cells(self._target):
-            self._wire_cells(m)
+        if self._cells:
+            m.d.comb += self.data.eq(self._cells(m, self._bits, self.address, self.write, self.write_data))
         else:
             self._wire_memory(m)
         return m
@@ -53,25 +48,3 @@ class Store(wiring.Component):
             write.data.eq(self.write_data),
             write.en.eq(self.write),
         ]
-
-    def _wire_cells(self, m: Module) -> None:
-        count = -(-self._bits // _WIDTH)
-        padded = Signal(count * _WIDTH)
-        found = Signal(count * _WIDTH)
-        address = Signal(range(_DEPTH))
-        m.d.comb += [padded.eq(self.write_data), self.data.eq(found), address.eq(self.address)]
-        for number in range(count):
-            part = slice(number * _WIDTH, (number + 1) * _WIDTH)
-            m.submodules[f"block{number}"] = Instance(
-                _CELL,
-                i_ADDRESS=address,
-                i_DATAIN=padded[part],
-                i_MASKWREN=Const(0b1111, 4),
-                i_WREN=self.write,
-                i_CHIPSELECT=Const(1),
-                i_CLOCK=ClockSignal(),
-                i_STANDBY=Const(0),
-                i_SLEEP=Const(0),
-                i_POWEROFF=Const(1),
-                o_DATAOUT=found[part],
-            )

@@ -1,0 +1,41 @@
+"""Cologne Chip GateMate: yosys and nextpnr; multipliers are made of its logic, in rows of two bits a cell."""
+
+from __future__ import annotations
+
+from tfra.families.family import BlockMemory, Family, PlaceAndRoute, Target
+
+
+def _product(a: int, b: int) -> float:
+    """Half CPEs of a signed multiplier, within 2 % of what nextpnr's packer takes from 8 x 8 to 35 x 35 bits."""
+    narrow, wide = sorted(bits + bits % 2 + 2 for bits in (a, b))
+    return wide * (narrow / 2 + 1) + 4.6 * narrow
+
+
+FAMILY = Family(
+    name="gatemate",
+    title="GateMate",
+    lut="half CPE",
+    # nextpnr has no cell for CC_MX8, and places trees of lookup tables.
+    synthesis="synth_gatemate -luttree -nomx8 -top {top}",
+    cells={
+        "LUT": {"CC_L(UT[1-4]|2T4)|CC_MX2|CC_ADDF": 1, "CC_L2T5|CC_MX4": 2, "CC_MULT": 312},  # of 18 x 18 bits
+        "FF": {"CC_DFF": 1},
+        "BRAM": {"CC_BRAM_20K": 1, "CC_BRAM_40K": 2},
+    },
+    memory=BlockMemory(16384, (40, 20, 10, 5, 2, 1), parity=(4, 5)),
+    distributed=False,
+    product_luts=_product,
+    place_and_route=PlaceAndRoute(
+        program="yowasp-nextpnr-himbaechel-gatemate",
+        packer="yowasp-gmpack",
+        bitstream=".bit",
+        bels={"LUT": "CPE_LT", "FF": "CPE_FF", "BRAM": "RAM_HALF"},
+        layout=("--vopt", "out={file}"),
+        routing=("--vopt", "allow-unconstrained"),
+        stages=False,  # read again, a placed netlist has lost the clocks of its memories
+    ),
+)
+
+TARGETS = (
+    Target("gatemate-a1", FAMILY, ("--device", "CCGM1A1"), {"LUT": 40960, "FF": 40960, "BRAM": 64}, clock_mhz=25.0),
+)
