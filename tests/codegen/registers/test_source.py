@@ -10,7 +10,6 @@ import pytest
 
 from tests.model.fixed.learned.cases import made
 from tfra.codegen.registers.source import SOURCE, as_map, compiled, register_map
-from tfra.codegen.registers.table import table
 from tfra.codegen.registers.values import parameters
 from tfra.hdl.bus.map import Field, Kind
 from tfra.hdl.cores import microarchitecture
@@ -117,8 +116,3 @@ def test_the_hash_tells_designs_apart() -> None:
     hashes = [(seen["HASH_HIGH"], seen["HASH_LOW"]) for seen in map(parameters, designs)]
     assert hashes[0] == hashes[1]
     assert len(set(hashes)) == 3
-
-
-def test_the_page_has_the_current_map() -> None:
-    page = (ROOT / "docs" / "registers.md").read_text()
-    assert f"<!-- map -->\n{table(register_map({}))}\n<!-- end map -->" in page
