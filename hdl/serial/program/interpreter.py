@@ -103,10 +103,12 @@ class Interpreter:
     coming_products: list[tuple[int, int]] = field(default_factory=list)
     coming_sums: list[tuple[int, list[int]]] = field(default_factory=list)
 
-    # For hazards: when words and pointers were written, the instruction before, when the lanes are free
+    # For hazards: when words and pointers were written, the place of the instruction before, the pairs of places that
+    # may follow each other, when the lanes are free
     word_written: dict[int, int] = field(default_factory=dict)
     pointer_written: dict[int, int] = field(default_factory=dict)
-    before: Instruction = field(default_factory=Instruction)
+    before: int | None = None
+    allowed: set[tuple[int | None, int]] = field(default_factory=set)
     lanes_free: int = 0
 
     def run(self, taxels: Iterator[int]) -> Iterator[tuple[int, bool]]:
@@ -190,9 +192,12 @@ class Interpreter:
             self.product = self.coming_products.pop(0)[1]
         while self.coming_sums and self.coming_sums[0][0] <= self.cycle:
             self.sums = self.coming_sums.pop(0)[1]
-        if i.waits_for(self.before, 1):
-            raise Hazard(f"instruction {self.pc}: comes too early")
-        self.before = i
+        pair = self.before, self.pc
+        if pair not in self.allowed:
+            if self.before is not None and i.waits_for(self.program[self.before], 1):
+                raise Hazard(f"instruction {self.pc}: comes too early")
+            self.allowed.add(pair)
+        self.before = self.pc
         address = self._address(i)
         source = self._source(i, address, taxels)
         if not self._acts(i):

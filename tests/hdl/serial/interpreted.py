@@ -4,11 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
+from tests.model.fixed.learned.cases import codes_of
 from tfra.hdl.cores import program
 from tfra.hdl.serial.program.interpreter import Interpreter
 from tfra.hdl.serial.program.memory import store_image
 from tfra.model.arrays import Ints
+from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.design import Design
+
+
+def scenes(design: Design, seed: int) -> Ints:
+    """Contacts, corners of the input, noise, and frames of all sizes, many of which pull."""
+    parts = contact_codes(design, 2, seed), directed_codes(design), wild_codes(design, 2, seed)
+    return np.concatenate([*parts, codes_of(design, 5, seed)])
 
 
 def interpret(design: Design, codes: Ints, store: Ints | None = None) -> tuple[Ints, Ints]:
