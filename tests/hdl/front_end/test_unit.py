@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 
@@ -174,8 +176,7 @@ def test_words_are_codes_after_a_reset(bits):
     assert session.play().codes == signed([frame])
 
 
-@pytest.mark.parametrize("size", [(2, 2), (2, 3), (5, 5)])
-@pytest.mark.parametrize("repairs", [0, 1, 2])
+@pytest.mark.parametrize(("size", "repairs"), [((2, 2), 1), ((2, 3), 0), ((2, 3), 2), *long(((5, 5), 0), ((5, 5), 2))])
 def test_cycles_are_the_promised_ones(size, repairs):
     """Of frames with a pause between them, and without; a taxel a cycle."""
     design = make(*size)
@@ -188,7 +189,7 @@ def test_cycles_are_the_promised_ones(size, repairs):
     for frame in numbered(3, m):
         session.frames(frame)
         session.check("busy", 0)
-    session.frames(*numbered(12, m))
+    session.frames(*numbered(9, m))
     seen = session.play()
     last, first = np.array(seen.taken[m - 1 :: m]), np.array(seen.given[::m])
     late = Repair.cycles(len(terms), repairs)
@@ -362,15 +363,17 @@ def test_other_converters_are_refused(bits):
         FrontEnd(make(bits=bits))
 
 
-@pytest.mark.parametrize("what", ["codes", "facts", "events", "faulty taxels"])
-def test_a_corrupted_value_is_noticed(what):
-    seen, expected = play(make(), 3, count=4)
-    compare(seen, expected)
-    {
-        "codes": lambda: seen.codes[-1].__setitem__(2, seen.codes[-1][2] ^ 1),
-        "facts": lambda: seen.facts[0]["flags"].__setitem__("stuck", 1 - seen.facts[0]["flags"]["stuck"]),
-        "events": lambda: seen.events.update(["saturation"]),
-        "faulty taxels": lambda: seen.faulty[-1].__setitem__("index", 63),
-    }[what]()
-    with pytest.raises(AssertionError, match=f"{what} differ"):
-        compare(seen, expected)
+def test_a_corrupted_value_is_noticed():
+    original, expected = play(make(), 3, count=4)
+    compare(original, expected)
+    corruptions = {
+        "codes": lambda seen: seen.codes[-1].__setitem__(2, seen.codes[-1][2] ^ 1),
+        "facts": lambda seen: seen.facts[0]["flags"].__setitem__("stuck", 1 - seen.facts[0]["flags"]["stuck"]),
+        "events": lambda seen: seen.events.update(["saturation"]),
+        "faulty taxels": lambda seen: seen.faulty[-1].__setitem__("index", 63),
+    }
+    for name, corrupt in corruptions.items():
+        seen = deepcopy(original)
+        corrupt(seen)
+        with pytest.raises(AssertionError, match=f"{name} differ"):
+            compare(seen, expected)

@@ -15,7 +15,7 @@ from tfra.hdl.ip.crc import Crc
 from tfra.hdl.ip.output_stage import OutputStage
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(words=st.lists(st.integers(0, (1 << 32) - 1), max_size=6), rest=st.integers(0, 3))
 def test_crc(words: list[int], rest: int) -> None:
     crc, pulses = Crc(), []

@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
 from amaranth.sim import Simulator
 
-from tests.codegen.test_generate import DESIGNS
 from tfra.hdl.cores import microarchitecture
+from tfra.model.choices import SERIAL, Architecture, Search
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.sensor import SensorArray
 
-LOADED = {"serial": DESIGNS["serial"], "parallel": replace(DESIGNS["loaded"], name="core")}
 
-
-@pytest.mark.parametrize("kind", LOADED)
-def test_ready_until_the_last_word(kind: str) -> None:
-    made = microarchitecture(LOADED[kind])
-    core, words = made.build(), made.loaded
+@pytest.mark.parametrize("architecture", [SERIAL, Architecture(4)], ids=["serial", "parallel"])
+def test_ready_until_the_last_word(architecture: Architecture) -> None:
+    sensor = SensorArray(2, 2, 4e-3, 4e-3, 3e-3)
+    images = "inline" if architecture is SERIAL else "load"
+    design = TfraDesign(sensor, search=Search(3), architecture=architecture, images=images)
+    timing = microarchitecture(design)
+    core, words = timing.build(), timing.loaded
     assert words is not None
     ready = []
 

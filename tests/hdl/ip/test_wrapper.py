@@ -40,7 +40,7 @@ def test_frames_of_all_lengths(per_beat: int) -> None:
 
     async def host(ctx: Any) -> None:
         await bench.write(ctx, "CONTROL", run=1)
-        for sequence in range(30):
+        for sequence in range(20):
             first, length = rng.randint(-8000, 8000), rng.choice([whole, whole, 1, rng.randint(1, 3 * whole)])
             beats = (packed([first, *FRAME[1:]], per_beat) * 3)[:length]
             await bench.send(ctx, beats, sequence + 1000, stalls=rng)
@@ -48,7 +48,7 @@ def test_frames_of_all_lengths(per_beat: int) -> None:
                 expected.append((0, bench.answer(first, sequence, sequence + 1000)))
             else:
                 dropped["short" if length < whole else "long"] += 1
-        await bench.settle(ctx)
+        await bench.settle(ctx, 200)
         assert (await bench.read(ctx, "FRAMES_IN"))["count"] == len(expected)
         assert (await bench.read(ctx, "FRAMES_OUT"))["count"] == len(expected)
         assert (await bench.read(ctx, "FRAMES_DROPPED"))["count"] == sum(dropped.values())
@@ -191,23 +191,23 @@ def test_stale_simulated_and_interrupts() -> None:
 
     async def host(ctx: Any) -> None:
         await bench.write(ctx, "INTERRUPT_ENABLE", error=1)
-        await bench.write(ctx, "FRAME_TIMEOUT", cycles=200)
-        await bench.settle(ctx, 500)
+        await bench.write(ctx, "FRAME_TIMEOUT", cycles=120)
+        await bench.settle(ctx, 200)
         assert not (await bench.read(ctx, "ERRORS"))["stale"], "it does not run"
         await bench.write(ctx, "CONTROL", run=1)
-        await bench.settle(ctx, 150)
+        await bench.settle(ctx, 90)
         await bench.send(ctx, packed(FRAME, 1))
-        await bench.settle(ctx, 150)
+        await bench.settle(ctx, 90)
         assert not (await bench.read(ctx, "ERRORS"))["stale"]
         assert not ctx.get(bench.dut.interrupt)
         await bench.settle(ctx, 100)
         assert (await bench.read(ctx, "ERRORS"))["stale"]
         assert ctx.get(bench.dut.interrupt)
         await bench.write(ctx, "FRAME_TIMEOUT", cycles=0)
-        await bench.settle(ctx, 300)
+        await bench.settle(ctx)
         await bench.write(ctx, "ERRORS", **dict.fromkeys(await bench.read(ctx, "ERRORS"), 1))
         await bench.write(ctx, "INTERRUPT_STATUS", error=1, frame=1)
-        await bench.settle(ctx, 300)
+        await bench.settle(ctx, 200)
         assert not ctx.get(bench.dut.interrupt)
         await bench.write(ctx, "CONTROL", run=1, simulate_error=1)
         await bench.settle(ctx, 4)
@@ -215,7 +215,7 @@ def test_stale_simulated_and_interrupts() -> None:
         assert (await bench.read(ctx, "ERRORS"))["simulated"]
         await bench.send(ctx, packed(FRAME, 1))
         await bench.send(ctx, packed(FRAME, 1))
-        await bench.settle(ctx, 300)
+        await bench.settle(ctx, 200)
         assert (await bench.read(ctx, "INTERRUPT_STATUS"))["frame"]
 
     bench.run(host)
@@ -240,7 +240,7 @@ def test_calibration() -> None:
         await bench.send(ctx, packed(FRAME, 1))
         await bench.settle(ctx)
 
-    bench.run(host)
+    bench.run(host, check=True)
     assert bench.back == [(0, bench.answer(7 - 5, 0))]
 
 
