@@ -200,12 +200,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the demonstration and return its exit code."""
     try:
         with stoppable():
-            return _show(arguments)
+            return _demonstrate(arguments)
     except Stopped as stopped:
         return stopped.exit_code
 
 
-def _show(arguments: Sequence[str] | None) -> int:
+def _demonstrate(arguments: Sequence[str] | None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tfra.cli.demo", description=__doc__)
     parser.add_argument("--simulator", help="verilator, icarus or amaranth; default: the fastest installed")
     parser.add_argument("--examples", type=Path, default=EXAMPLES, help="directory of the example CONFIG files")

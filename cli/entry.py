@@ -17,7 +17,7 @@ import sys
 import warnings
 from contextlib import suppress
 
-from tfra.cli.complaint import say
+from tfra.cli.messages import print_error
 
 TYPE_CHECKING = False  # importing typing takes milliseconds
 if TYPE_CHECKING:
@@ -70,14 +70,14 @@ def _run(output: _Output, complaints: _Output) -> int:
         return run()
     except OSError as error:
         if output.error is None and complaints.error is None:
-            say(f"tfra: {f'{error.filename}: ' if error.filename else ''}{error.strerror or error}")
+            print_error(f"tfra: {f'{error.filename}: ' if error.filename else ''}{error.strerror or error}")
         return 1
     except SystemExit:  # how rich and typer answer a broken pipe
         return 1
     except Exception:
         import traceback
 
-        say(f"{traceback.format_exc()}tfra: this is a bug in tfra; please report it with the lines above")
+        print_error(f"{traceback.format_exc()}tfra: this is a bug in tfra; please report it with the lines above")
         return BUG
 
 
@@ -89,7 +89,7 @@ def _finished(code: int, output: _Output) -> int:
         return code
     if output.error.errno == errno.EPIPE:
         return 128 + signal.SIGPIPE
-    say(f"standard output: cannot be written: {output.error.strerror}")
+    print_error(f"standard output: cannot be written: {output.error.strerror}")
     return code or 1
 
 

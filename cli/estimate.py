@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.table import Table
 
 from tfra.cli.common import Config, Json, print_json, progress, simulation_failures
 from tfra.cli.inputs import Given, for_recording, frames_at, reads_recording
@@ -16,7 +15,6 @@ from tfra.engines import DOUBLE, Engine, run
 from tfra.runtime.errors import InputError
 
 if TYPE_CHECKING:
-    from tfra.codegen.config.read import Project
     from tfra.model.tfra import Result
 
 SHOWN = 12  # rows of the table on a terminal
@@ -67,52 +65,54 @@ def estimate(
     inputs = [config, frames, *([tare] if tare else [])]
     check_result(out, "estimate", inputs)
     with simulation_failures("estimate"), progress(f"estimating forces ({engine.value})", len(stresses)) as advance:
-        found = run(engine, project, stresses, frames, advance, codes)
+        result = run(engine, project, stresses, frames, advance, codes)
     text = config_text(project.design, project.layer, "", project.weights)
-    write_result(out, Estimate(recording, found, engine.value, text), "estimate", inputs)
-    summary = facts(stresses, found)
-    doubts = warnings(project.design, stresses, found, project.input)
+    write_result(out, Estimate(recording, result, engine.value, text), "estimate", inputs)
+    summary = facts(stresses, result)
+    doubts = warnings(project.design, stresses, result, project.input)
     for doubt in doubts:
         typer.echo(f"warning: {InputError(frames, '', doubt)}", err=True)  # one line, whatever the file name contains
-    friction = sentence() if found.uncertainty is None else None  # the learned estimator finds it in another way
+    friction = sentence() if result.uncertainty is None else None  # the learned estimator finds it in another way
     converted = codes or engine not in DOUBLE
     if json:
         source = {"engine": engine.value, "stress": "codes" if converted else "exact", "out": str(out)}
-        print_json({**source, **_results(found), "summary": as_dict(summary), "friction": friction, "warnings": doubts})
+        about = {"summary": as_dict(summary), "friction": friction, "warnings": doubts}
+        print_json({**source, **_results(result), **about})
     else:
-        _show(found)
+        _show(result)
         for line in (*lines(summary), *([friction] if friction else [])):
             typer.echo(textwrap.fill(line, WIDTH, subsequent_indent="  "))
-        typer.echo(f"{out}: {len(stresses)} frames by the {engine.value} engine, from {_seen(project, converted)}")
+        adc = project.design.adc
+        of_codes = f"codes of the {adc.bits}-bit converter, {adc.lsb:.6g} Pa each"
+        stress = of_codes if converted else "the file's exact stress"
+        typer.echo(f"{out}: {len(stresses)} frames by the {engine.value} engine, from {stress}")
 
 
-def _results(found: Result) -> dict[str, Any]:
+def _results(result: Result) -> dict[str, Any]:
     from tfra.model.tfra import Status
 
     return {
-        "frames": len(found.phi_deg),
-        "phi_deg": found.phi_deg.tolist(),
-        "mu": found.mu.tolist(),
-        "resultant_n": found.resultant.tolist(),
-        "status": {flag.name: int((found.status & flag != 0).sum()) for flag in Status},
+        "frames": len(result.phi_deg),
+        "phi_deg": result.phi_deg.tolist(),
+        "mu": result.mu.tolist(),
+        "resultant_n": result.resultant.tolist(),
+        "status": {flag.name: int((result.status & flag != 0).sum()) for flag in Status},
     }
 
 
-def _seen(project: Project, converted: bool) -> str:
-    adc = project.design.adc
-    return f"codes of the {adc.bits}-bit converter, {adc.lsb:.6g} Pa each" if converted else "the file's exact stress"
-
-
-def _show(found: Result) -> None:
+def _show(result: Result) -> None:
     """Print the first frames as a table, on a terminal."""
     from tfra.model.tfra import Status
+    from tfra.report.table import Table
 
     console = Console()
     if not console.is_terminal:
         return
-    table = Table("frame", "phi/°", "mu", "F_x/N", "F_y/N", "F_z/N", "status")
-    columns = (found.phi_deg, found.mu, found.resultant, found.status)
-    for index, (phi, mu, force, status) in enumerate(zip(*(column[:SHOWN] for column in columns), strict=True)):
-        numbers = f"{phi:.1f}", f"{mu:.3f}", *(f"{f:.3f}" for f in force)
-        table.add_row(str(index), *numbers, Status(int(status)).name or "")
-    console.print(table)
+    first = slice(SHOWN)
+    columns = (result.phi_deg[first], result.mu[first], result.resultant[first], result.status[first])
+    rows = [
+        (frame, f"{phi:.1f}", f"{mu:.3f}", *(f"{f:.3f}" for f in force), Status(int(status)).name or "")
+        for frame, (phi, mu, force, status) in enumerate(zip(*columns, strict=True))
+    ]
+    header = ("frame", "phi/°", "mu", "F_x/N", "F_y/N", "F_z/N", "status")
+    console.print(Table("", header, rows, words=(6,)).rich())

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tfra.cli.common import Config, progress
-from tfra.cli.complaint import say
 from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_recording
+from tfra.cli.messages import print_error
 from tfra.codegen.config.core import check_core
 from tfra.engines import DOUBLE, Engine, codes, double, run
 from tfra.runtime.errors import InputError
@@ -70,13 +70,13 @@ def live(
         return model(stress) if model else run(engine, project, stress, name)
 
     def warn(fault: str) -> None:
-        say(f"warning: {InputError(name, '', fault)}")
+        print_error(f"warning: {InputError(name, '', fault)}")
 
     feed = Feed(name, engine.value, project.design, estimate, project.design.sweeps)
     try:
         with serving(render_live(feed), feed, port) as address:
             with progress(f"getting the {engine.value} engine ready"):
-                estimate(_nothing(project))  # the first frame takes longest
+                estimate(_zero_frame(project))  # the first frame takes longest
             typer.echo(f"{address} shows {name} by the {engine.value} engine; Ctrl-C ends it")
             threading.Thread(target=feed.read, args=(frames, warn), daemon=True).start()
             feed.run()
@@ -86,7 +86,7 @@ def live(
         typer.echo(f"tfra live: {feed.totals()}")
 
 
-def _nothing(project: Project) -> Floats:
+def _zero_frame(project: Project) -> Floats:
     import numpy as np
 
     return np.zeros((1, project.design.sensor.rows, project.design.sensor.columns))

@@ -10,13 +10,13 @@ from typing import Annotated
 
 import typer
 
-from tfra.cli.complaint import say
 from tfra.cli.estimate import estimate
 from tfra.cli.examples import examples
 from tfra.cli.frames import frames
 from tfra.cli.generate import generate
 from tfra.cli.init import init
 from tfra.cli.live import live
+from tfra.cli.messages import print_error
 from tfra.cli.paper import paper
 from tfra.cli.size import size
 from tfra.cli.study import study
@@ -117,7 +117,7 @@ def top(
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line (``sys.argv`` by default) and return its exit code."""
-    warnings.showwarning = lambda message, *_: say(f"warning: {message}")
+    warnings.showwarning = lambda message, *_: print_error(f"warning: {message}")
     warnings.simplefilter("always", Notice)
     try:
         with stoppable():
@@ -131,7 +131,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except MemoryError as error:  # NumPy states how much was needed
         line = " ".join(["tfra", *(sys.argv[1:] if arguments is None else arguments)])
         message = str(InputError(shortened(line, 200), "not enough memory", str(error)))
-    say(message)
+    print_error(message)
     return 2
 
 

@@ -34,7 +34,7 @@ def view(results: Results, out: Out, every: Every = 1, frames: Frames = ":", jso
     check_file(out, ".html", "view", results)
     recorded, known = read_all(results)
     require_few(recorded, known)
-    chosen = Chosen.of(recorded, _wanted(frames, every, len(recorded[0].stress)))
+    chosen = Chosen.of(recorded, _selected(frames, every, len(recorded[0].stress)))
     write_text(out, render(recorded, known, chosen), "view")
     size = out.stat().st_size
     if json:
@@ -46,7 +46,7 @@ def view(results: Results, out: Out, every: Every = 1, frames: Frames = ":", jso
         typer.echo(f"{out}: {size / 1e6:.1f} MB. {chosen}")
 
 
-def _wanted(text: str, every: int, count: int) -> range:
+def _selected(text: str, every: int, count: int) -> range:
     """The frames that ``A:B`` and ``every`` choose of ``count``; raises ``InputError`` for none of them."""
     first, colon, end = text.partition(":")
     if not colon or not all(part == "" or (part.isascii() and part.isdigit()) for part in (first, end)):

@@ -201,7 +201,7 @@ class Sensor:
         project = replace(self.project, input=recording.given)
         with _keywords():
             found = run(Engine(engine), project, recording.frames, "Sensor.estimate", converted=codes)
-        notices = [_spelt(doubt) for doubt in doubts(project.design, recording.frames, found, recording.given)]
+        notices = [_as_arguments(doubt) for doubt in doubts(project.design, recording.frames, found, recording.given)]
         for notice in notices:
             warnings.warn(notice, Notice, stacklevel=2)
         return Result(self.project, recording, engine, found, tuple(notices))
@@ -230,10 +230,10 @@ def _keywords() -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError(_spelt(str(error)), "", "") from None
+        raise InputError(_as_arguments(str(error)), "", "") from None
 
 
-def _spelt(message: str) -> str:
+def _as_arguments(message: str) -> str:
     """``message`` with ``--tare-frames N`` as ``tare_frames=N``."""
     message = re.sub(r"(--[a-z-]+ [a-z]+) (?=--)", r"\1, ", message)
 

@@ -36,7 +36,7 @@ _PERIOD = 0.01
 
 
 @dataclass(frozen=True)
-class Came:
+class Arrival:
     """A frame ``(rows, columns)`` in Pa, its number, and its time of arrival in s since 1970."""
 
     number: int
@@ -45,7 +45,7 @@ class Came:
 
 
 @dataclass(frozen=True)
-class Piece:
+class Batch:
     """Frames that were estimated together, as JSON."""
 
     first: int
@@ -76,8 +76,8 @@ class Feed:
         self.source, self.engine, self.design, self.swept = source, engine, design, swept
         self._estimate = estimate
         self._changed = Condition()
-        self._waiting: deque[Came] = deque(maxlen=_WAITING)
-        self._pieces: deque[Piece] = deque()
+        self._waiting: deque[Arrival] = deque(maxlen=_WAITING)
+        self._pieces: deque[Batch] = deque()
         self._busy = False
         self._begun = 0.0
         self._state = "waiting"
@@ -115,7 +115,7 @@ class Feed:
         now = time.time()
         if not self.counts["came"]:
             self._begun, self._state = now, "running"
-        self._waiting.append(Came(self.counts["came"], now, frame))
+        self._waiting.append(Arrival(self.counts["came"], now, frame))
         self.counts["came"] += 1
 
     def run(self) -> None:
@@ -127,18 +127,18 @@ class Feed:
                 frames = list(self._waiting)
                 self._waiting.clear()
                 self._busy = True
-            piece = self._piece(frames, self._estimate(np.stack([frame.stress for frame in frames])))
+            batch = self._batch(frames, self._estimate(np.stack([frame.stress for frame in frames])))
             with self._changed:
-                self._keep(piece)
+                self._keep(batch)
                 self._busy = False
-                self.counts["estimated"] += piece.count
+                self.counts["estimated"] += batch.count
                 self._changed.notify_all()
             time.sleep(max(0.0, began + _PERIOD - time.monotonic()))
 
-    def _piece(self, frames: list[Came], found: Result) -> Piece:
+    def _batch(self, frames: list[Arrival], estimated: Result) -> Batch:
         count, when = len(frames), np.array([frame.when for frame in frames])
         stress = np.stack([frame.stress for frame in frames])
-        recorded = Recorded(self.source, self.engine, self.design, found, stress, None, self.swept)
+        recorded = Recorded(self.source, self.engine, self.design, estimated, stress, None, self.swept)
         content = {
             "numbers": packed(np.array([frame.number for frame in frames]), "float64"),
             "time": packed(when - self._begun, "float64"),
@@ -146,13 +146,13 @@ class Feed:
             "came": when[-1],
         }
         text = json.dumps(content, separators=(",", ":"))
-        return Piece(frames[0].number, frames[-1].number, when[-1], count, text)
+        return Batch(frames[0].number, frames[-1].number, when[-1], count, text)
 
-    def _keep(self, piece: Piece) -> None:
-        self._pieces.append(piece)
-        kept = sum(piece.count for piece in self._pieces)
-        while kept > self.most or self._pieces[0].when < piece.when - SECONDS:
-            kept -= self._pieces.popleft().count
+    def _keep(self, batch: Batch) -> None:
+        self._pieces.append(batch)
+        stored = sum(batch.count for batch in self._pieces)
+        while stored > self.most or self._pieces[0].when < batch.when - SECONDS:
+            stored -= self._pieces.popleft().count
 
     def since(self, after: int, patience: float) -> Answer:
         """What a page gets: the state, the counts, and the pieces behind frame ``after``.
@@ -161,14 +161,14 @@ class Feed:
         """
         with self._changed:
             self._changed.wait_for(lambda: self._pieces and self._pieces[-1].last > after, patience)
-            pieces = [piece for piece in self._pieces if piece.last > after]
+            pieces = [batch for batch in self._pieces if batch.last > after]
             over = self._state in ("ended", "broken") and not (pieces or self._waiting or self._busy)
             state = {"state": self._state, "message": self._message(), "fault": self._first_fault, "over": over}
             state |= self.counts
-        texts = ",".join(piece.text for piece in pieces)
+        texts = ",".join(batch.text for batch in pieces)
         return Answer(f'{json.dumps(state)[:-1]},"pieces":[{texts}]}}', pieces[-1].last if pieces else after, over)
 
-    def drew(self, count: int) -> None:
+    def count_drawn(self, count: int) -> None:
         """Count frames that a page has drawn."""
         with self._changed:
             self.counts["drawn"] += count

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Floats
-from tfra.model.tfra import Result, Sweep, Tfra
+from tfra.model.tfra import Tfra
 from tfra.view.chosen import Chosen
 from tfra.view.resultfile import Recorded, References
 
@@ -90,15 +90,10 @@ def _sweep(recorded: Recorded, stress: Floats) -> dict[str, Any]:
     """B^z and B^xy of every candidate, as double precision has them of the ``stress``; ``start`` is the first mu."""
     model = Tfra.of(recorded.design)
     blocks = [model(stress[at : at + _BLOCK], keep_sweep=True) for at in range(0, len(stress), _BLOCK)]
-    sweeps = [_kept(block) for block in blocks]
+    sweeps = [block.sweep for block in blocks if block.sweep]
     return {
         "start": packed(np.concatenate([sweep.mu[:, 0] for sweep in sweeps]), "float32"),
         "b_z": packed(np.concatenate([sweep.b_z for sweep in sweeps]), "float32"),
         "b_xy": packed(np.concatenate([sweep.b_xy for sweep in sweeps]), "float32"),
         "plateau": packed(np.packbits(np.concatenate([sweep.plateau for sweep in sweeps]), axis=1), "uint8"),
     }
-
-
-def _kept(found: Result) -> Sweep:
-    assert found.sweep is not None
-    return found.sweep

@@ -88,7 +88,7 @@ class _Handler(BaseHTTPRequestHandler):
             (self._send_frames if number == "after" else self._count)(value)
 
     def _count(self, drawn: int) -> None:
-        self.server.feed.drew(max(0, drawn))
+        self.server.feed.count_drawn(max(0, drawn))
         self._answer(HTTPStatus.OK, "text/plain", b"")
 
     def _send_frames(self, after: int) -> None:

@@ -31,7 +31,7 @@ from tfra.model.metrics import errors
 from tfra.model.tfra import Tfra
 from tfra.recordings.results import KEYS
 from tfra.runtime.errors import InputError
-from tfra.sensor import _spelt
+from tfra.sensor import _as_arguments
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SKIN = EXAMPLES / "skin_8x12.toml"
@@ -327,7 +327,7 @@ def test_the_wrong_sign_is_told(sensor: tfra.Sensor, simulated: tuple[Any, tfra.
     ],
 )
 def test_options_are_arguments_here(option: str, argument: str) -> None:
-    assert _spelt(option) == argument
+    assert _as_arguments(option) == argument
 
 
 @settings(max_examples=20, deadline=None)

@@ -68,7 +68,7 @@ def test_frames_that_nobody_has_time_for_are_left_out() -> None:
     np.testing.assert_array_equal(unpacked(found["pieces"][0]["numbers"]), np.arange(136, 200))
     assert [found[key] for key in ("came", "estimated")] == [200, 64]
     assert answer(made, after=150)["pieces"] == found["pieces"]
-    made.drew(5)
+    made.count_drawn(5)
     assert made.totals() == "200 frames came, 64 were estimated, 5 drawn"
 
 
