@@ -19,9 +19,7 @@ from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import Store, put, work_folder
 from tfra.sim.run import digest
 from tfra.study.designs import Described, Named, Placed, Uniform, Verified, cheapest
-from tfra.study.errors.converter import converters
-from tfra.study.errors.sensitivity import UNIFORM, sensitivity, uniform
-from tfra.study.errors.variants import variants
+from tfra.study.errors.comparisons import UNIFORM, converters, sensitivity, uniform, variants
 from tfra.study.errors.variation import Comparison, Variation
 from tfra.study.frames.frameset import FrameSet
 from tfra.study.report.page import render

@@ -11,9 +11,7 @@ from pydantic import Field
 
 from tfra.codegen.config.schema import Section
 from tfra.families import DEFAULT_PART
-from tfra.study.errors.converter import BITS, NOISE
-from tfra.study.errors.sensitivity import SHORTER, UNIFORM
-from tfra.study.errors.variants import STEPS, TOLERANCES
+from tfra.study.errors.comparisons import CONVERTER_BITS, CONVERTER_NOISE, SHORTER, STEPS, TOLERANCES, UNIFORM
 from tfra.study.frames.schema import FramesSection
 from tfra.study.search.evaluate import QUANTITIES
 
@@ -31,9 +29,9 @@ class UniformSection(Section):
 class ConverterSection(Section):
     """``[converter]``: every converter after every noise."""
 
-    bits: Lengths = Field(default_factory=lambda: list(BITS))
+    bits: Lengths = Field(default_factory=lambda: list(CONVERTER_BITS))
     noise_share_of_peak: Annotated[list[Share], Field(min_length=1, max_length=64)] = Field(
-        default_factory=lambda: list(NOISE)
+        default_factory=lambda: list(CONVERTER_NOISE)
     )
 
 

@@ -10,8 +10,8 @@ import polars as pl
 from tfra.model.arrays import Ints
 from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.study.errors.cascade import Cascade
 from tfra.study.errors.statistics import errors, flagged, flips
+from tfra.study.errors.variation import cascade_of
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import FrameSet
 from tfra.study.signals.instrument import instrument
@@ -37,7 +37,7 @@ class Errors:
 
     def __call__(self, job: tuple[Part, int]) -> bytes:
         """Scores of a block."""
-        return parquet(Cascade(self.design)(self.frames.block(*job)))
+        return parquet(cascade_of(self.frames, *job)(self.design))
 
     def tables(self, piece: Pieces) -> Tables:
         """Tables of both parts, the part in their first column."""

@@ -16,22 +16,25 @@ of signed quantities add up to the total.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import StrEnum
-from typing import Protocol
+from functools import lru_cache
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import polars as pl
 
 from tfra.model.arrays import Bools, Floats, Ints
+from tfra.model.choices import Adc
 from tfra.model.converter import convert, saturated
-from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.centroids import centroids
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import Contact, rotation_deg
+from tfra.model.sensor import SensorArray
 from tfra.model.tfra import TIE, Result, Status, Tfra
-from tfra.study.frames.block import Block
+from tfra.study.frames.block import Block, with_noise
 
 
 class Step(StrEnum):
@@ -75,60 +78,88 @@ class Estimate(Contact, Protocol):
         """``(n, 3, rows, columns)`` N."""
 
 
+class _Search(NamedTuple):
+    """All settings that float TFRA takes from a design of the same sensor; stress in Pa."""
+
+    steps: int
+    tolerance: float
+    threshold: float
+
+
 class Cascade:
-    """All steps of one design."""
+    """The steps of any designs for ``sensor`` on one ``block``; float results that designs share are computed once.
 
-    def __init__(self, design: Design) -> None:
-        self.design = design
-        self._tfra = Tfra.of(design)
+    ``normal`` returns the noise of the block at unit deviation, for designs with other noise than the frames' own.
+    """
 
-    def __call__(self, block: Block) -> pl.DataFrame:
-        """Return a row each frame: errors by :func:`error_column`, decisions by :func:`decision_column`, ``frame``.
+    def __init__(self, sensor: SensorArray, block: Block, normal: Callable[[], Floats] | None = None) -> None:
+        self._sensor, self._exact, self._normal = sensor, block, normal
+        # Few of each are stored: designs that follow each other share most.
+        self._block = lru_cache(maxsize=1)(self._with_noise)
+        self._method = lru_cache(maxsize=4)(self._make_method)
+        self._noise = lru_cache(maxsize=4)(self._make_noise)
+        self._converted: dict[tuple[_Search, float | None, Adc], Result] = {}  # the last one alone
 
-        A table does not depend on other blocks, so the tables of blocks, concatenated in order, are that of a part, bit
-        for bit, if BLAS has the same number of threads in all processes. Errors are in single precision; a frame takes
-        some 290 bytes.
+    def __call__(
+        self, design: TfraDesign, compared: Sequence[Step] = tuple(Step), noise: float | None = None
+    ) -> pl.DataFrame:
+        """A row each frame: errors by :func:`error_column`, decisions by :func:`decision_column`, ``frame``.
+
+        Errors are those of the steps ``compared``, in single precision; a frame with all takes some 290 bytes.
+        ``noise`` is a deviation as a share of the frame's peak instead of the frame's own.  A table does not depend on
+        other blocks or designs, so those of all blocks, concatenated in order, are that of a part, bit for bit, if BLAS
+        has the same number of threads in all processes.
         """
-        codes = convert(self.design, block.noisy)
-        return scores(self.design, block, codes, self.results(block, codes))
+        block = self._block(noise)
+        codes = convert(design, block.noisy)
+        columns: dict[str, Floats | Ints | Bools] = {"frame": block.start + np.arange(len(block))}
+        before: Estimate = block
+        for step, result in self._results(design, noise, codes).items():
+            decisions = _decisions(result)
+            if step is Step.ARITHMETIC:
+                exact = centroids(design, codes.reshape(len(codes), -1))
+                decisions = _decisions_of_words(exact.cos, exact.sin, exact.sweep_y)
+            decisions |= {"status": result.status, "sweep_index": result.sweep_index}
+            columns |= {decision_column(key, step): values for key, values in decisions.items()}
+            for view, reference in ((View.TOTAL, block), (View.OWN, before)) if step in compared else ():
+                errors = differences(block, reference, result)
+                columns |= {error_column(key, step, view): values for key, values in errors.items()}
+            before = result
+        types = {key: kind for key, kind in _TYPES.items() if key in columns}
+        return pl.DataFrame(columns).with_columns(pl.col(key).cast(kind) for key, kind in types.items())
 
-    def results(self, block: Block, codes: Ints) -> dict[Step, Result]:
-        """Estimates of each step for ``block``, whose converter codes are ``codes``."""
+    def _results(self, design: TfraDesign, noise: float | None, codes: Ints) -> dict[Step, Result]:
+        lsb = design.adc.lsb
+        search = _Search(design.search.steps, design.search.tolerance * lsb, design.adc.threshold * lsb)
+        key = search, noise, design.adc
+        if key not in self._converted:
+            result = self._tfra(search)(codes * lsb)
+            clipped = np.where(saturated(design, codes), Status.INPUT_SATURATED, 0)  # which float can't detect itself
+            self._converted = {key: replace(result, status=result.status | clipped)}
         return {
-            Step.METHOD: self._tfra(block.stress),
-            Step.NOISE: self._tfra(block.noisy),
-            Step.CONVERTER: from_codes(self.design, self._tfra, codes),
-            Step.ARITHMETIC: decode(self.design, self.design.model(codes).words),
+            Step.METHOD: self._method(search),
+            Step.NOISE: self._noise(search, noise),
+            Step.CONVERTER: self._converted[key],
+            Step.ARITHMETIC: decode(design, design.model.words(codes)),
         }
 
+    def _with_noise(self, noise: float | None) -> Block:
+        exact = self._exact
+        if noise is None:
+            return exact
+        assert self._normal is not None
+        drawn = "offset_share_of_peak" in exact.truth.columns
+        offset = exact.truth["offset_share_of_peak"].to_numpy() if drawn else 0.0
+        return replace(exact, noisy=with_noise(exact.stress, noise, offset, self._normal()))
 
-def from_codes(design: Design, tfra: Tfra, codes: Ints) -> Result:
-    """Estimate of float arithmetic from ``codes``, flagged where the converter clipped, which it cannot detect
-    itself."""
-    found = tfra(codes * design.adc.lsb)
-    clipped = np.where(saturated(design, codes), Status.INPUT_SATURATED, 0)
-    return replace(found, status=found.status | clipped)
+    def _tfra(self, search: _Search) -> Tfra:
+        return Tfra(self._sensor, search.steps, search.tolerance, contact_threshold=search.threshold)
 
+    def _make_method(self, search: _Search) -> Result:
+        return self._tfra(search)(self._exact.stress)
 
-def scores(
-    design: Design, block: Block, codes: Ints, results: Mapping[Step, Result], compared: Sequence[Step] = tuple(Step)
-) -> pl.DataFrame:
-    """One row a frame, as a cascade returns it, with the errors of the steps ``compared`` only.
-
-    ``codes`` are the input of the fixed-point result of ``results``.
-    """
-    columns: dict[str, Floats | Ints | Bools] = {"frame": block.start + np.arange(len(block))}
-    before: Estimate = block
-    for step, found in results.items():
-        exact = centroids(design, codes.reshape(len(codes), -1)) if step is Step.ARITHMETIC else None
-        decided = _decided(found) if exact is None else _decided_in_words(exact.cos, exact.sin, exact.sweep_y)
-        decided |= {"status": found.status, "sweep_index": found.sweep_index}
-        columns |= {decision_column(key, step): values for key, values in decided.items()}
-        for view, reference in ((View.TOTAL, block), (View.OWN, before)) if step in compared else ():
-            errors = differences(block, reference, found)
-            columns |= {error_column(key, step, view): values for key, values in errors.items()}
-        before = found
-    return pl.DataFrame(columns).with_columns(pl.col(key).cast(kind) for key, kind in _TYPES.items() if key in columns)
+    def _make_noise(self, search: _Search, noise: float | None) -> Result:
+        return self._tfra(search)(self._block(noise).noisy)
 
 
 def differences(truth: Estimate, start: Estimate, end: Estimate) -> dict[str, Floats]:
@@ -185,7 +216,7 @@ def _percent(part: Floats, whole: Floats) -> Floats:
     return 100.0 * np.divide(part, whole, out=np.full_like(part, np.nan), where=whole > 0)
 
 
-def _decided(found: Result) -> dict[str, Ints | Bools]:
+def _decisions(found: Result) -> dict[str, Ints | Bools]:
     """Decisions after a direction in degrees, which float arithmetic keeps well within ``TIE``."""
     cos, sin = np.cos(np.radians(found.phi_deg)), np.sin(np.radians(found.phi_deg))
     sweep_y = np.abs(sin) > np.abs(cos) * (1 + TIE)
@@ -193,7 +224,7 @@ def _decided(found: Result) -> dict[str, Ints | Bools]:
     return {"quadrant": quadrant, "sweep_y": sweep_y, "negative": np.where(sweep_y, sin, cos) < 0}
 
 
-def _decided_in_words(cos: Ints, sin: Ints, sweep_y: Bools) -> dict[str, Ints | Bools]:
+def _decisions_of_words(cos: Ints, sin: Ints, sweep_y: Bools) -> dict[str, Ints | Bools]:
     """The same after the words of a direction; phi as a result word would be rounded."""
     quadrant = np.select([(cos > 0) & (sin >= 0), (cos <= 0) & (sin > 0), (cos < 0) & (sin <= 0)], [0, 1, 2], 3)
     return {"quadrant": quadrant, "sweep_y": sweep_y, "negative": np.where(sweep_y, sin, cos) < 0}

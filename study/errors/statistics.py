@@ -51,20 +51,20 @@ _FLIPS = {
 }
 
 
-def kept(scores: pl.DataFrame) -> pl.Series:
+def unflagged(scores: pl.DataFrame) -> pl.Series:
     """Return which rows no step flags, except for saturation."""
     clean = (pl.col(decision_column("status", step)) & ~int(_SATURATION) == 0 for step in Step)
-    return scores.select(kept=pl.all_horizontal(*clean)).to_series()
+    return scores.select(unflagged=pl.all_horizontal(*clean)).to_series()
 
 
 def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.DataFrame:
-    """Return a row each quantity, step ``compared`` and view of the frames that are kept, in the quantity's unit.
+    """Return a row each quantity, step ``compared`` and view of unflagged frames, in the quantity's unit.
 
     Median, 95th and 99.9th percentile and worst are of magnitudes; ``worst_frame`` is the number of the first frame
     that has it.  ``bias`` is the mean with its sign, null where there is none.  ``count`` leaves out frames whose error
     is unknown or undefined, such as that of phi without friction.
     """
-    used = scores.filter(kept(scores))
+    used = scores.filter(unflagged(scores))
     frames = used["frame"].to_numpy()
     rows = [
         {"quantity": key, "step": step, "view": view}
@@ -100,7 +100,7 @@ def flagged(scores: pl.DataFrame) -> pl.DataFrame:
             {"step": step, "status": str(status.name).lower(), "frames": int(np.count_nonzero(bits & status.value))}
             for status in OF_CORES
         ]
-    rows.append({"step": "any", "status": "left_out", "frames": int((~kept(scores)).sum())})
+    rows.append({"step": "any", "status": "left_out", "frames": int((~unflagged(scores)).sum())})
     return pl.DataFrame([row | {"of": len(scores)} for row in rows], schema=_FLAGS)
 
 
@@ -108,10 +108,10 @@ def flips(scores: pl.DataFrame) -> pl.DataFrame:
     """Return how often a step's decision differs from that of the step before, with Wilson intervals of 95 %
     confidence.
 
-    ``status`` without saturation is compared in all frames; the others in those kept.  Indices are compared where the
+    ``status`` without saturation is compared in all frames; the others in unflagged ones.  Indices are compared where the
     same variable is swept the same way: ``of`` says how many frames these are.  A rate of no frames is null.
     """
-    used = scores.filter(kept(scores))
+    used = scores.filter(unflagged(scores))
     rows = [
         {"step": step, "decision": decision, "frames": count, "of": total} | _rate(count, total)
         for before, step in pairwise(Step)
@@ -122,7 +122,7 @@ def flips(scores: pl.DataFrame) -> pl.DataFrame:
 
 def index_equal_rate(scores: pl.DataFrame) -> float | None:
     """Return the rate of ``sweep_index_equal`` of the arithmetic alone, null of no frames."""
-    changes = _changes(scores, scores.filter(kept(scores)), Step.CONVERTER, Step.ARITHMETIC)
+    changes = _changes(scores, scores.filter(unflagged(scores)), Step.CONVERTER, Step.ARITHMETIC)
     count, total = next((count, total) for decision, count, total in changes if decision == "sweep_index_equal")
     return count / total if total else None
 

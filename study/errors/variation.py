@@ -1,29 +1,22 @@
 """Designs that differ in one choice, compared on identical frames.
 
-A variation changes a choice; the errors of its steps are those of a cascade on the same frames.  Common parts of
-variations are computed once for a block: the ground truth, and the float estimates on exact stress, noisy stress and
-codes.  A score does not depend on the other variations of its job, so jobs may have any size and run anywhere.
+A variation changes a choice; the errors of its steps are those of a cascade on the same frames.  A score does not
+depend on the other variations of its job, so jobs may have any size and run anywhere.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass
 from itertools import product
 from typing import Any, NamedTuple
 
 import polars as pl
 
-from tfra.model.arrays import Ints
-from tfra.model.choices import Adc
-from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.words import decode
-from tfra.model.tfra import Result, Tfra
-from tfra.study.errors.cascade import SIGNED, Step, View, from_codes, scores
-from tfra.study.errors.statistics import ERRORS, errors, index_equal_rate, kept
-from tfra.study.frames.block import Block, Part, with_noise
+from tfra.study.errors.cascade import SIGNED, Cascade, Step, View
+from tfra.study.errors.statistics import ERRORS, errors, index_equal_rate, unflagged
+from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import FrameSet
 from tfra.study.task import Pieces, Tables, from_parquet, parquet
 
@@ -54,6 +47,12 @@ class Variation:
         except ValueError as error:
             return cls(facts, None, str(error), **others)
         return cls(facts, design, **others)
+
+
+def cascade_of(frames: FrameSet, part: Part, number: int) -> Cascade:
+    """The cascade on a block of ``frames``."""
+    definition = frames.definition
+    return Cascade(definition.sensor, frames.block(part, number), lambda: definition.noise(part, number))
 
 
 class Job(NamedTuple):
@@ -90,12 +89,12 @@ class Comparison:
 
     def __call__(self, job: Job) -> bytes:
         """Scores of a job's variations, some 100 bytes a frame for one step; empty if none of them fits."""
-        shared = Shared(self.frames, self.part, job.block)
-        scores = [
-            shared.scores(self.variations[number]).with_columns(variation=pl.lit(number))
-            for number in range(job.first, job.stop)
-            if self.variations[number].design
-        ]
+        cascade, scores = cascade_of(self.frames, self.part, job.block), []
+        for number in range(job.first, job.stop):
+            each = self.variations[number]
+            if each.design:
+                table = cascade(each.design, each.compared, each.noise)
+                scores.append(table.with_columns(variation=pl.lit(number)))
         return parquet(pl.concat(scores, how="diagonal")) if scores else b""
 
     def tables(self, piece: Pieces) -> Tables:
@@ -129,69 +128,9 @@ def rows(variation: Variation, scores: pl.DataFrame | None) -> Iterator[dict[str
         return
     common = {
         "frames": len(scores),
-        "left_out": int((~kept(scores)).sum()),
+        "left_out": int((~unflagged(scores)).sum()),
         "sweep_index_equal": index_equal_rate(scores),
         "reason": None,
     }
     for row in errors(scores, variation.compared).rows(named=True):
         yield {**variation.facts, **row, **common}
-
-
-class _Search(NamedTuple):
-    """All settings that float TFRA takes from a design of the same sensor; stress in Pa."""
-
-    steps: int
-    tolerance: float
-    threshold: float
-
-
-class Shared:
-    """A block, and the common parts of variations on it."""
-
-    def __init__(self, frames: FrameSet, part: Part, number: int) -> None:
-        self._set, self._part, self._number = frames.definition, part, number
-        self._exact = frames.block(part, number)
-        # Few of each are kept: variations that follow each other share most.
-        self._block = lru_cache(maxsize=1)(self._make_block)
-        self._method = lru_cache(maxsize=4)(self._make_method)
-        self._noise = lru_cache(maxsize=4)(self._make_noise)
-        self._converted: dict[tuple[_Search, float | None, Adc], Result] = {}  # the last one alone
-
-    def scores(self, variation: Variation) -> pl.DataFrame:
-        """Scores of a variation that fits."""
-        design, noise = variation.design, variation.noise
-        assert design is not None
-        lsb = design.adc.lsb
-        search = _Search(design.search.steps, design.search.tolerance * lsb, design.adc.threshold * lsb)
-        codes = convert(design, self._block(noise).noisy)
-        results = {
-            Step.METHOD: self._method(search),
-            Step.NOISE: self._noise(search, noise),
-            Step.CONVERTER: self._converter(search, noise, design, codes),
-            Step.ARITHMETIC: decode(design, design.model.words(codes)),
-        }
-        return scores(design, self._block(noise), codes, results, variation.compared)
-
-    def _make_block(self, noise: float | None) -> Block:
-        exact = self._exact
-        if noise is None:
-            return exact
-        drawn = "offset_share_of_peak" in exact.truth.columns
-        offset = exact.truth["offset_share_of_peak"].to_numpy() if drawn else 0.0
-        normal = self._set.noise(self._part, self._number)
-        return replace(exact, noisy=with_noise(exact.stress, noise, offset, normal))
-
-    def _tfra(self, search: _Search) -> Tfra:
-        return Tfra(self._set.sensor, search.steps, search.tolerance, contact_threshold=search.threshold)
-
-    def _make_method(self, search: _Search) -> Result:
-        return self._tfra(search)(self._exact.stress)
-
-    def _make_noise(self, search: _Search, noise: float | None) -> Result:
-        return self._tfra(search)(self._block(noise).noisy)
-
-    def _converter(self, search: _Search, noise: float | None, design: TfraDesign, codes: Ints) -> Result:
-        key = search, noise, design.adc
-        if key not in self._converted:
-            self._converted = {key: from_codes(design, self._tfra(search), codes)}
-        return self._converted[key]

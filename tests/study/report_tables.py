@@ -11,9 +11,7 @@ import polars as pl
 from tests.study.definitions import tables_of
 from tfra.families import find
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.study.errors.converter import converters
-from tfra.study.errors.sensitivity import sensitivity, uniform
-from tfra.study.errors.variants import variants
+from tfra.study.errors.comparisons import converters, sensitivity, uniform, variants
 from tfra.study.errors.variation import Comparison, Variation
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import Definition, FrameSet

@@ -30,7 +30,7 @@ def block() -> Block:
 
 @pytest.fixture(scope="module")
 def scores(block: Block) -> pl.DataFrame:
-    return Cascade(design())(block)
+    return Cascade(SENSOR, block)(design())
 
 
 def column(scores: pl.DataFrame, quantity: str, step: Step, view: View = View.TOTAL) -> np.ndarray:
@@ -102,14 +102,14 @@ def test_own_shares_of_signed_quantities_add_up(scores):
 
 
 def test_without_noise_and_offset_the_noise_is_no_step():
-    scores = Cascade(design())(definition(QUIET).make(Part.TRAIN, 0))
+    scores = Cascade(SENSOR, definition(QUIET).make(Part.TRAIN, 0))(design())
     for quantity in SIGNED:
         assert set(column(scores, quantity, Step.NOISE, View.OWN)) == {0}
 
 
 def test_a_wide_core_has_less_arithmetic_error_and_a_long_converter_less_of_its_own(block):
     def worst(quantity: str, step: Step, core: object) -> float:
-        return float(np.nanquantile(np.abs(column(Cascade(core)(block), quantity, step, View.OWN)), 0.9))
+        return float(np.nanquantile(np.abs(column(Cascade(SENSOR, block)(core), quantity, step, View.OWN)), 0.9))
 
     core = design()
     wide = replace(
@@ -122,12 +122,12 @@ def test_a_wide_core_has_less_arithmetic_error_and_a_long_converter_less_of_its_
 
 def test_a_corrupted_result_is_seen_in_its_step_and_what_follows(block, scores):
     moved = replace(block, noisy=block.noisy * np.float32(1.01))
-    changed = Cascade(design())(moved)
+    changed = Cascade(SENSOR, moved)(design())
     for step, alike in ((Step.METHOD, True), (Step.NOISE, False), (Step.CONVERTER, False)):
         one, other = (column(table, "force_z_n", step) for table in (scores, changed))
         assert np.array_equal(one, other) is alike
     truth = block.truth.with_columns(force_z_n=pl.col("force_z_n") - 1)
-    shifted = Cascade(design())(replace(block, truth=truth))
+    shifted = Cascade(SENSOR, replace(block, truth=truth))(design())
     np.testing.assert_allclose(
         column(shifted, "force_z_n", Step.NOISE), column(scores, "force_z_n", Step.NOISE) + 1, rtol=1e-5
     )
@@ -139,7 +139,7 @@ def test_a_corrupted_result_is_seen_in_its_step_and_what_follows(block, scores):
 def test_decisions_are_those_behind_the_result():
     """The independent friction lies on the grid: k/K, or (k - K)/K on the negative side."""
     block = definition(train=BLOCK).make(Part.TRAIN, 0)
-    scores = Cascade(design())(block)
+    scores = Cascade(SENSOR, block)(design())
     for step, found in estimates(block).items():
         decided = {key: scores[decision_column(key, step)].to_numpy() for key in ("sweep_y", "negative", "quadrant")}
         assert scores[decision_column("sweep_index", step)].to_list() == found.sweep_index.tolist()
@@ -155,7 +155,7 @@ def test_decisions_are_those_behind_the_result():
 def test_quadrants_begin_on_the_axes(block, axis):
     """A frame that is its own mirror image has its force along an axis: 0, 90, 180 or 270 degrees, exactly."""
     alike = block.noisy / 2 + np.flip(block.noisy, axis) / 2
-    scores = Cascade(design())(replace(block, noisy=alike))
+    scores = Cascade(SENSOR, replace(block, noisy=alike))(design())
     core = design()
     found = decode(core, core.model(convert(core, alike)).words)
     swept = (found.status & ~Status.INPUT_SATURATED) == 0
@@ -176,7 +176,7 @@ def test_unknown_truth_is_unknown_and_the_rest_is_not(block, scores):
     blind = Block(
         0, block.stress, block.noisy, block.shares * np.nan, block.truth.with_columns(pl.col("mu") * math.nan)
     )
-    found = Cascade(design())(blind)
+    found = Cascade(SENSOR, blind)(design())
     for step in Step:
         assert np.isnan(column(found, "mu", step)).all()
         assert np.isnan(column(found, "taxel_forces_percent_of_true_taxel_forces", step, View.OWN)).all()
@@ -204,7 +204,7 @@ def test_rotation(start, end, way):
 
 def table_of(number: int) -> pl.DataFrame:
     wanted = definition(train=2 * BLOCK + 30)
-    return Cascade(design())(wanted.make(Part.TRAIN, number))
+    return Cascade(SENSOR, wanted.make(Part.TRAIN, number))(design())
 
 
 @pytest.mark.long
@@ -221,6 +221,6 @@ def test_tables_of_blocks_are_the_same_from_any_number_of_processes(monkeypatch)
 
 
 def test_a_block_of_one_frame(block, scores):
-    one = Cascade(design())(head(block, 1))
+    one = Cascade(SENSOR, head(block, 1))(design())
     for name in one.columns:
         assert one[name][0] == pytest.approx(scores[name][0], rel=1e-4, abs=1e-5, nan_ok=True), name

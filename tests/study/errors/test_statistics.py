@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.study.definitions import definition, design
+from tests.study.definitions import SENSOR, definition, design
 from tfra.model.tfra import OF_CORES, Status
 from tfra.study.errors.cascade import DECISIONS, SIGNED, Cascade, Step, View, decision_column, error_column
-from tfra.study.errors.statistics import errors, flagged, flips, kept
+from tfra.study.errors.statistics import errors, flagged, flips, unflagged
 from tfra.study.frames.block import Part
 
 
@@ -112,7 +112,7 @@ def test_unknown_values_are_not_counted():
 def test_frames_that_one_step_flags_are_left_out_of_all():
     scores = changed(made_up(60), decision_column("status", Step.NOISE), {3: Status.COMPRESSION_ONLY.value})
     scores = changed(scores, decision_column("status", Step.ARITHMETIC), {4: 1, 5: 16 | 32, 6: 32, 7: 64})
-    assert [i for i, good in enumerate(kept(scores)) if not good] == [3, 4, 5]
+    assert [i for i, good in enumerate(unflagged(scores)) if not good] == [3, 4, 5]
     assert set(errors(scores)["count"]) == {57}
     rest = scores.filter(~pl.col("frame").is_in([1003, 1004, 1005]))
     assert errors(scores).equals(errors(rest))
@@ -172,7 +172,7 @@ def test_no_frames_have_no_rate():
 def test_tables_of_a_cascade_are_whole():
     """Real rows: steps in order, wide enough to see that the method is what errs most."""
     block = definition(train=600).make(Part.TRAIN, 0)
-    scores = Cascade(design())(block)
+    scores = Cascade(SENSOR, block)(design())
     table = errors(scores)
     assert table.schema == errors(made_up(1)).schema
     assert table["median"].null_count() == 0

@@ -19,10 +19,9 @@ from tfra.model.fixed.words import decode
 from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
-from tfra.study.errors import variation as module
 from tfra.study.errors.cascade import SIGNED, Cascade, Step, View
 from tfra.study.errors.statistics import errors, flips
-from tfra.study.errors.variation import Comparison, Job, Shared, Variation
+from tfra.study.errors.variation import Comparison, Job, Variation, cascade_of
 from tfra.study.frames.block import BLOCK, Part
 from tfra.study.frames.frameset import Definition, FrameSet
 
@@ -68,7 +67,7 @@ def table(frames: FrameSet) -> pl.DataFrame:
 
 
 def test_the_base_is_the_cascade(frames, table):
-    blocks = pl.concat(map(Cascade(design()), frames.blocks(Part.TRAIN)))
+    blocks = pl.concat([Cascade(SENSOR, block)(design()) for block in frames.blocks(Part.TRAIN)])
     expected = errors(blocks)
     found = table.filter(name="base")
     assert found.select(expected.columns).equals(expected)
@@ -154,24 +153,21 @@ def test_float_is_asked_once_for_what_variations_share(frames, monkeypatch):
         asked.append(frames)
         return original(self, frames, **options)
 
-    monkeypatch.setattr(module.Tfra, "__call__", counted)
+    monkeypatch.setattr(Tfra, "__call__", counted)
     variations = tuple(Variation.of({"bits": bits}, lambda bits=bits: shorter(bits)) for bits in (12, 14, 16))
     Comparison("measured", frames, variations)(Job(1, 0, 3))
     assert len(asked) == 3
 
 
 def test_noise_takes_the_place_of_the_frames_own(frames):
-    shared = Shared(frames, Part.TRAIN, 1)
-    own, same, none, double = (
-        shared.scores(Variation.of({}, design, noise=level, compared=tuple(Step)))
-        for level in (None, 0.001, 0.0, 0.002)
-    )
+    cascade = cascade_of(frames, Part.TRAIN, 1)
+    own, same, none, double = (cascade(design(), noise=level) for level in (None, 0.001, 0.0, 0.002))
     assert same.equals(own)
     assert not double.equals(own)
     block = frames.block(Part.TRAIN, 1)
     offset = np.abs(block.stress).max(axis=(1, 2)) * block.truth["offset_share_of_peak"].to_numpy()
     noisy = (block.stress + offset[:, None, None]).astype(np.float32)
-    assert none.equals(Cascade(design())(replace(block, noisy=noisy)))
+    assert none.equals(Cascade(SENSOR, replace(block, noisy=noisy))(design()))
 
 
 def test_noise_on_a_recording(tmp_path: Path):

@@ -19,7 +19,7 @@ from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Tfra
 from tfra.study.errors.cascade import Cascade
-from tfra.study.errors.statistics import kept
+from tfra.study.errors.statistics import unflagged
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import Definition, FrameSet
 from tfra.study.frames.schema import FramesSection
@@ -65,7 +65,7 @@ def test_errors_are_those_of_the_frames_that_count(frames: FrameSet) -> None:
     point = {"coefficient": 6, "mac_lanes": 4}
     design, errors, exact = Space.design(BASE, point), [], []
     for block in frames.blocks(Part.TRAIN):
-        codes, counts = convert(design, block.noisy), kept(Cascade(BASE)(block)).to_numpy()
+        codes, counts = convert(design, block.noisy), unflagged(Cascade(BASE.sensor, block)(BASE)).to_numpy()
         results = decode(design, design.model(codes).words), Tfra.of(design)(codes * design.adc.lsb)
         for found, into in zip(results, (errors, exact), strict=True):
             difference = np.linalg.norm(found.resultant - block.resultant, axis=1)

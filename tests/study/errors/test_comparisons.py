@@ -13,9 +13,19 @@ from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
 from tfra.model.rounding import Rounding
 from tfra.study.errors.cascade import Step
-from tfra.study.errors.converter import BITS, NOISE, behind, converters
-from tfra.study.errors.sensitivity import FRACTIONS, SHORTER, sensitivity, uniform
-from tfra.study.errors.variants import STEPS, TOLERANCES, variants
+from tfra.study.errors.comparisons import (
+    CONVERTER_BITS,
+    CONVERTER_NOISE,
+    FRACTIONS,
+    SHORTER,
+    STEPS,
+    TOLERANCES,
+    behind,
+    converters,
+    sensitivity,
+    uniform,
+    variants,
+)
 from tfra.study.search.costs import coefficient_kbit, dsp, products
 from tfra.synth.estimate import estimate
 
@@ -66,7 +76,9 @@ def test_uniform_designs_have_one_length() -> None:
 
 def test_converters_differ_in_bits_and_noise_alone() -> None:
     found = converters(BASE)
-    assert [(e.facts["noise_share_of_peak"], e.facts["bits"]) for e in found] == [(n, b) for n in NOISE for b in BITS]
+    assert [(e.facts["noise_share_of_peak"], e.facts["bits"]) for e in found] == [
+        (n, b) for n in CONVERTER_NOISE for b in CONVERTER_BITS
+    ]
     for each in found:
         assert each.design is not None
         assert each.noise == each.facts["noise_share_of_peak"]

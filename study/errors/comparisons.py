@@ -1,0 +1,148 @@
+"""The comparisons of a study: a function each, from the design of CONFIG to its variations.
+
+Choices that do not fit together are listed with the reason.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from tfra.families import DEFAULT, Family
+from tfra.model.choices import Adc, Search
+from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.rounding import Rounding
+from tfra.study.errors.cascade import Step
+from tfra.study.errors.variation import Facts, Variation
+from tfra.study.search.costs import coefficient_kbit, dsp
+from tfra.study.search.space import Space
+
+UNIFORM = tuple(range(8, 21))
+"""Bits of coefficients and operands that are compared."""
+
+SHORTER = (1, 2, 4)
+"""Bits by which one signal at a time is shortened."""
+
+FRACTIONS = ("vector_fraction", "force_fraction")
+"""Formats that are not word lengths but numbers of bits below one code."""
+
+CONVERTER_BITS = tuple(range(8, 17))
+"""Bits of the converters that are compared."""
+
+CONVERTER_NOISE = (0.0, 0.0005, 0.001, 0.002, 0.005)
+"""Deviations of every taxel's noise, as shares of the frame's peak."""
+
+STEPS = (10, 20, 50, 100, 200, 500)
+"""K: mu is found in steps of 1/K."""
+
+TOLERANCES = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+"""In LSB of the converter, summed over the array."""
+
+
+def uniform(base: TfraDesign, lengths: Sequence[int], family: Family = DEFAULT) -> tuple[Variation, ...]:
+    """Designs whose coefficients and operands all have n bits, for each n of ``lengths``.
+
+    Vectors keep the bits below one code that they have in ``base``, and one more for each bit that operands are longer
+    than there; the other signals follow as :meth:`tfra.study.search.space.Space.uniform` says.  Facts are ``bits``,
+    ``vector_fraction``, ``coefficient_kbit`` and ``dsp`` (of ``family``).
+    """
+    plain = replace(base, formats=replace(base.formats, signals=()))
+    return tuple(_uniform(plain, bits, family) for bits in lengths)
+
+
+def _uniform(base: TfraDesign, bits: int, family: Family) -> Variation:
+    point = Space.uniform(base, bits)
+    facts: Facts = {"bits": bits, "vector_fraction": point["vector_fraction"]}
+    return _priced(Variation.of(facts, lambda: Space.design(base, point)), family)
+
+
+def sensitivity(base: TfraDesign, family: Family = DEFAULT, shorter: Sequence[int] = SHORTER) -> tuple[Variation, ...]:
+    """``base`` with one signal at a time ``shorter`` by a number of bits: every signal, and vector and force fraction.
+
+    Facts are ``signal``, ``bits`` that it is left, ``shorter``, and the costs as for :func:`uniform`.
+    """
+    signals = (*base.signals, *FRACTIONS)
+    return tuple(_priced(_shortened(base, signal, less), family) for signal in signals for less in shorter)
+
+
+def _shortened(base: TfraDesign, signal: str, shorter: int) -> Variation:
+    left = (getattr(base.formats, signal) if signal in FRACTIONS else base.formats.bits(signal)) - shorter
+    facts: Facts = {"signal": signal, "bits": left, "shorter": shorter}
+    return Variation.of(facts, lambda: Space.design(base, {signal: left}))
+
+
+def _priced(variation: Variation, family: Family) -> Variation:
+    design = variation.design
+    costs: Facts = {
+        "coefficient_kbit": None if design is None else coefficient_kbit(design),
+        "dsp": None if design is None else dsp(design, family),
+    }
+    return replace(variation, facts={**variation.facts, **costs})
+
+
+def converters(
+    base: TfraDesign, bits: Sequence[int] = CONVERTER_BITS, noise: Sequence[float] = CONVERTER_NOISE
+) -> tuple[Variation, ...]:
+    """``base`` after every converter and every noise; facts are ``noise_share_of_peak`` and ``bits``.
+
+    All have the same exact stress, the drawn offsets and the same noise, scaled.  Full scale stays, and so do a
+    given contact threshold and the plateau tolerance, as stress; without a threshold, each converter has its default.
+    """
+    compared = Step.NOISE, Step.CONVERTER, Step.ARITHMETIC
+    return tuple(
+        Variation.of(
+            {"noise_share_of_peak": level, "bits": length},
+            partial(behind, base, length),
+            compared=compared,
+            noise=level,
+        )
+        for level in noise
+        for length in bits
+    )
+
+
+def behind(base: TfraDesign, bits: int) -> TfraDesign:
+    """``base`` after a converter of ``bits``; raises ``ValueError`` where an operand is shorter than its codes."""
+    more, threshold = bits - base.adc.bits, base.adc.contact_threshold
+    if threshold is not None:
+        threshold = round(math.ldexp(threshold, more))
+    search = Search(base.search.steps, math.ldexp(base.search.tolerance, more))
+    return replace(base, adc=Adc(bits, base.adc.full_scale, threshold), search=search)
+
+
+def variants(
+    base: TfraDesign, steps: Sequence[int] = STEPS, tolerances: Sequence[float] = TOLERANCES
+) -> tuple[Variation, ...]:
+    """``base`` with other steps, with other tolerances, and with every rounding of its products.
+
+    Facts are ``variant``, what is varied, and all three settings: ``steps``, ``plateau_tolerance_lsb``, ``rounding``.
+    Steps and tolerance are those of the float steps, too, so that all steps are compared; of rounding, arithmetic.
+    """
+    return (
+        *(_searched(base, "steps", steps=count) for count in steps),
+        *(_searched(base, "plateau_tolerance", tolerance=tolerance) for tolerance in tolerances),
+        *(_rounded(base, rounding) for rounding in Rounding),
+    )
+
+
+def _searched(base: TfraDesign, variant: str, **changes: Any) -> Variation:
+    design = replace(base, search=replace(base.search, **changes))
+    return Variation.of(_facts(variant, design), lambda: design, compared=tuple(Step))
+
+
+def _rounded(base: TfraDesign, rounding: Rounding) -> Variation:
+    design = replace(base, formats=replace(base.formats, rounding=rounding))
+    return Variation.of(_facts("rounding", design), lambda: design)
+
+
+def _facts(variant: str, design: TfraDesign) -> Facts:
+    search = design.search
+    return {
+        "variant": variant,
+        "steps": search.steps,
+        "plateau_tolerance_lsb": search.tolerance,
+        "rounding": str(design.formats.rounding),
+    }
