@@ -108,8 +108,8 @@ def flips(scores: pl.DataFrame) -> pl.DataFrame:
     """Return how often a step's decision differs from that of the step before, with Wilson intervals of 95 %
     confidence.
 
-    ``status`` without saturation is compared in all frames; the others in unflagged ones.  Indices are compared where the
-    same variable is swept the same way: ``of`` says how many frames these are.  A rate of no frames is null.
+    ``status`` without saturation is compared in all frames; the others in unflagged ones.  Indices are compared where
+    the same variable is swept the same way: ``of`` says how many frames these are.  A rate of no frames is null.
     """
     used = scores.filter(unflagged(scores))
     rows = [
