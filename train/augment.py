@@ -1,4 +1,4 @@
-"""What a real array adds to a frame: spread of gains, a dead taxel, a common offset, noise; and taxels that are broken.
+"""Imperfections of a real array: spread of gains, a dead taxel, a common offset, noise, and broken taxels.
 
 Offsets that differ from taxel to taxel can't be told from noise in a single frame, so both are one white term.
 """
@@ -38,10 +38,10 @@ def augmented(frames: Singles, rng: np.random.Generator) -> Singles:
     white = np.hypot(np.exp(rng.uniform(np.log(QUIET), np.log(LOUD), (count, 1))), own)
     shift = _some(rng, count, SHIFTED) * rng.uniform(-OFFSET, OFFSET, (count, 1))
     deviation = np.sqrt((frames * gain) ** 2 + (peak * white.astype(np.float32)) ** 2)  # both are normal
-    found = frames + peak * shift.astype(np.float32) + deviation * rng.standard_normal(frames.shape, np.float32)
+    noisy = frames + peak * shift.astype(np.float32) + deviation * rng.standard_normal(frames.shape, np.float32)
     dead = np.flatnonzero(rng.random(count) < DEAD)
-    found[dead, rng.integers(taxels, size=len(dead))] = 0.0
-    return np.asarray(found)
+    noisy[dead, rng.integers(taxels, size=len(dead))] = 0.0
+    return np.asarray(noisy)
 
 
 def broken(frames: Singles, rng: np.random.Generator) -> npt.NDArray[np.intp]:

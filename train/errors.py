@@ -81,13 +81,13 @@ class Series:
 
 def held_out(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> dict[str, float]:
     """Return median and 95th percentile of every error of ``TABLE`` at every noise, named like ``mu_95_at_0.001``."""
-    series, found = Series.of(sensor, count, SEED), {}
+    series, summary = Series.of(sensor, count, SEED), {}
     for level in NOISES:
         every = errors(Resultants(series.force), Resultants(estimate(series.read(level))[:, :3]))
         for key, name in TABLE.items():
             for share in PERCENTILES:
-                found[f"{key}_{share}_at_{level:g}"] = float(np.percentile(every[name], share))
-    return found
+                summary[f"{key}_{share}_at_{level:g}"] = float(np.percentile(every[name], share))
+    return summary
 
 
 def threshold(sensor: SensorArray, estimate: Estimate, count: int = COUNT) -> float:

@@ -34,10 +34,10 @@ CHUNKS, VALIDATION = 256, 8
 COVERS = CHUNKS + VALIDATION
 
 CHECK = 500
-"""Steps between two looks at the validation set."""
+"""Steps between two validations."""
 
 PATIENCE = 0.3
-"""The training stops when the best look is older than this share of all steps."""
+"""The training stops when the best validation is older than this share of all steps."""
 
 _LOADS, _CHECKS, _START, _STEP = range(4)
 """Second number of each seed."""
@@ -51,7 +51,7 @@ class DivergedError(ArithmeticError):
 class State:
     """The training between two steps: parameters, running means of the gradient and its square, best parameters so far.
 
-    ``curve`` has a row for each look: steps done, mean loss since the last look, mean |dF|/|F| of the validation set.
+    ``curve`` has a row for each validation: steps done, mean loss since the last one, mean |dF|/|F| of its frames.
     """
 
     vector: Singles
@@ -63,7 +63,7 @@ class State:
     curve: list[tuple[int, float, float]] = field(default_factory=list)
 
     def patient(self, steps: int) -> bool:
-        """Whether the best look is recent."""
+        """Whether the best validation is recent."""
         return not self.curve or self.step - min(self.curve, key=lambda row: row[2])[0] <= PATIENCE * steps
 
 
@@ -75,8 +75,8 @@ class Trainer:
         self._scale = self.shape.scale
         self._seed = seed
         with threadpool_limits(1):
-            self._pool = Pool.made(sensor, CHUNKS, (seed, _LOADS), advance)
-            checks = Pool.made(sensor, VALIDATION, (seed, _CHECKS), advance)
+            self._pool = Pool.simulate(sensor, CHUNKS, (seed, _LOADS), advance)
+            checks = Pool.simulate(sensor, VALIDATION, (seed, _CHECKS), advance)
         self._validation = self._batch(checks, len(checks.responses), np.random.default_rng((seed, _CHECKS)))
 
     def first(self) -> State:
@@ -95,11 +95,11 @@ class Trainer:
                 batch, following = following.result(), thread.submit(self._draw, state.step + 1)
                 self._advance(steps, state, batch)
                 if state.step % CHECK == 0 or state.step == steps:
-                    self._check(state)
+                    self._validate(state)
                 report(state)
 
     def seconds(self, steps: int) -> float:
-        """Measure what a step takes, from the first ``steps`` of a training that is thrown away."""
+        """Seconds of a step, measured over the first ``steps`` of a training that is thrown away."""
         start = time.perf_counter()
         self.run(steps, self.first(), lambda state: None)
         return (time.perf_counter() - start) / steps
@@ -108,7 +108,7 @@ class Trainer:
         return self._batch(self._pool, BATCH, np.random.default_rng((self._seed, _STEP, step)))
 
     def _batch(self, pool: Pool, count: int, rng: np.random.Generator) -> Frames:
-        """The parities of augmented frames and their resultants, both over the sum of the frame's magnitudes."""
+        """Parities of augmented frames, and their resultants, both over the sum of the frame's magnitudes."""
         n, forces, weight = pool.draw(count, rng)
         n = augmented(n, rng)
         weight[broken(n, rng)] = 0.0
@@ -116,7 +116,7 @@ class Trainer:
         return Frames(self.shape.folded(n * scale), forces * scale, weight)
 
     def _advance(self, steps: int, state: State, batch: Frames) -> None:
-        with np.errstate(all="ignore"):  # what is not finite is told below
+        with np.errstate(all="ignore"):  # values that are not finite are refused below
             loss, parts = loss_and_gradient(self.shape.split(state.vector), *batch)
         gradient: Singles = np.concatenate([part.ravel() for part in parts])
         gradient /= np.float32(BATCH)
@@ -124,13 +124,13 @@ class Trainer:
             raise DivergedError(f"the loss is not a number after {state.step} steps")
         state.step += 1
         state.loss += loss / BATCH
-        found = update(self.shape, gradient, state.mean, state.square, state.step)
-        state.vector -= np.float32(_rate(state.step, steps)) * self._scale * found
+        change = update(self.shape, gradient, state.mean, state.square, state.step)
+        state.vector -= np.float32(_rate(state.step, steps)) * self._scale * change
 
-    def _check(self, state: State) -> None:
-        taken, forces, weight = self._validation
-        found = outputs(self.shape.split(state.vector), taken)[:, :3]
-        each = np.linalg.norm(found - forces, axis=1) / np.linalg.norm(forces, axis=1)
+    def _validate(self, state: State) -> None:
+        inputs, forces, weight = self._validation
+        estimates = outputs(self.shape.split(state.vector), inputs)[:, :3]
+        each = np.linalg.norm(estimates - forces, axis=1) / np.linalg.norm(forces, axis=1)
         error = np.average(each, weights=weight[:, 0])
         since = state.step - (state.curve[-1][0] if state.curve else 0)
         if all(error < row[2] for row in state.curve):

@@ -20,13 +20,13 @@ from tfra.model.sensor import SensorArray
 from tfra.train.simulator import Singles
 
 SMOOTH, TANGENTIAL = 1e-3, 1.5
-"""The loss of a frame is (|dF|^2 + SMOOTH^2 |F|^2)^(1/2) / |F|; dF_x and dF_y are multiplied by ``TANGENTIAL``."""
+"""The loss of a frame is (|dF|^2 + SMOOTH^2 |F|^2)^(1/2) / |F|, where dF_x and dF_y count ``TANGENTIAL`` times."""
 
 DOUBT = 1.0
-"""Weight of the uncertainty's own squared error, over |F|, beside the error of the forces."""
+"""Weight of the uncertainty's squared error, over |F|, beside the loss of the forces."""
 
 UNEXPLAINED = 0.5
-"""Least |dF|/|F| that the uncertainty is to tell for frames that no single contact explains."""
+"""Least |dF|/|F| that the uncertainty is trained to for frames that no single contact explains."""
 
 _STRETCH = np.array([TANGENTIAL, TANGENTIAL, 1], np.float32)
 
@@ -91,7 +91,7 @@ class Shape:
         return _butterfly(n[:, self._places].transpose(1, 0, 2))
 
     def weights(self, vector: Singles) -> Weights:
-        """The parameters as ``Weights``: every sum over parities is linear in the taxels, so unit frames tell it."""
+        """The parameters as ``Weights``: sums over parities are linear in the taxels, so unit frames give them."""
         part = self.split(vector)
         units = self.folded(np.eye(self.sensor.taxels, dtype=np.float32))
         direct = np.stack([units[parity] @ row for parity, row in zip(READ, part.direct, strict=True)]) / MIRRORS
@@ -99,39 +99,42 @@ class Shape:
         return Weights(*(each.astype(np.float64) for each in (*layers, part.read2, part.read1, direct)))
 
 
-def outputs(parameters: Parameters, taken: Singles) -> Singles:
-    """Outputs ``(k, 4)`` of the network for the parities ``taken (4, k, Q)`` of frames."""
-    h1, _ = _layer(taken, parameters.first)
+def outputs(parameters: Parameters, inputs: Singles) -> Singles:
+    """Outputs ``(k, 4)`` of the network for the parities ``inputs (4, k, Q)`` of frames."""
+    h1, _ = _layer(inputs, parameters.first)
     h2, _ = _layer(h1, parameters.second)
-    return _read(parameters, h2, h1, taken)
+    return _read(parameters, h2, h1, inputs)
 
 
 def loss_and_gradient(
-    parameters: Parameters, taken: Singles, forces: Singles, weight: Singles
+    parameters: Parameters, inputs: Singles, forces: Singles, weight: Singles
 ) -> tuple[float, Parameters]:
-    """Sum ``weight (k, 1)`` times the loss of each frame; return the sum and its gradient.
+    """The loss of a batch, and the gradient that a step follows.
 
-    ``taken (4, k, Q)`` are the parities of the frames, ``forces (k, 3)`` their resultants, over the same scale of each.
-    The gradient is that of the sum and of ``DOUBT`` / 2 times (uncertainty - |dF|)^2 / |F|^2 of all frames, in which
-    |dF| counts as given, and as ``UNEXPLAINED`` |F| at least where the weight is below one.
+    In: the parities ``inputs (4, k, Q)`` of k frames, their resultants ``forces (k, 3)`` over the same scale of each,
+    and the ``weight (k, 1)`` of each frame.  Out: the sum of the weighted losses of the forces, and a gradient.
+
+    The gradient is that of the sum plus ``DOUBT`` / 2 times (uncertainty - target)^2 / |F|^2 of every frame.  The
+    target is |dF| of the present parameters, a constant for the gradient.  Where the weight is below one, it is
+    ``UNEXPLAINED`` |F| at least.
     """
-    h1, above1 = _layer(taken, parameters.first)
+    h1, above1 = _layer(inputs, parameters.first)
     h2, above2 = _layer(h1, parameters.second)
-    found = _read(parameters, h2, h1, taken)
+    read = _read(parameters, h2, h1, inputs)
     modulus = np.linalg.norm(forces, axis=1, keepdims=True)
-    error = (found[:, :3] - forces) / modulus
+    error = (read[:, :3] - forces) / modulus
     stretched = error * _STRETCH
     each = np.sqrt((stretched * stretched).sum(axis=1, keepdims=True) + np.float32(SMOOTH**2))
-    told = np.maximum(np.linalg.norm(error, axis=1, keepdims=True), np.float32(UNEXPLAINED) * (weight < 1))
-    doubt = np.float32(DOUBT) * (found[:, 3:] / modulus - told)
+    target = np.maximum(np.linalg.norm(error, axis=1, keepdims=True), np.float32(UNEXPLAINED) * (weight < 1))
+    doubt = np.float32(DOUBT) * (read[:, 3:] / modulus - target)
     back = np.concatenate([weight * stretched * _STRETCH / each, doubt], axis=1) / modulus
-    to_h2, to_h1 = (back @ (_READS[:, :, None] * read) for read in (parameters.read2, parameters.read1))
+    to_h2, to_h1 = (back @ (_READS[:, :, None] * rows) for rows in (parameters.read2, parameters.read1))
     back2 = _butterfly(_butterfly(to_h2) * above2)
     back1 = _butterfly(_butterfly(to_h1 + back2 @ parameters.second.swapaxes(1, 2)) * above1)
     gradient = Parameters(
-        taken.swapaxes(1, 2) @ back1,
+        inputs.swapaxes(1, 2) @ back1,
         h1.swapaxes(1, 2) @ back2,
-        *((back.T @ h)[READ, range(len(OUTPUTS))] for h in (h2, h1, taken)),
+        *((back.T @ h)[READ, range(len(OUTPUTS))] for h in (h2, h1, inputs)),
     )
     return float((weight * each).sum()), gradient
 
@@ -142,9 +145,9 @@ def _layer(parities: Singles, matrices: Singles) -> tuple[Singles, np.typing.NDA
     return _butterfly(np.maximum(mirrors, 0)), mirrors > 0
 
 
-def _read(parameters: Parameters, h2: Singles, h1: Singles, taken: Singles) -> Singles:
+def _read(parameters: Parameters, h2: Singles, h1: Singles, inputs: Singles) -> Singles:
     """Outputs ``(k, 4)``: each reads one parity."""
-    terms = (h2, parameters.read2), (h1, parameters.read1), (taken, parameters.direct)
+    terms = (h2, parameters.read2), (h1, parameters.read1), (inputs, parameters.direct)
     return np.stack([sum(h[parity] @ read[o] for h, read in terms) for o, parity in enumerate(READ)], axis=1)
 
 

@@ -30,7 +30,7 @@ PAIRED, LIGHTEST, PAIR_WEIGHT = 0.12, 0.2, 0.3
 class Frames(NamedTuple):
     """Frames ``(n, m)``, the normal force at every taxel, and their resultants ``(n, 3)``, N.
 
-    ``weight (n, 1)`` is that of the force's error: 0 for frames that only the uncertainty is to tell.
+    ``weight (n, 1)`` is that of the force's error: 0 for frames that only train the uncertainty.
     """
 
     n: Singles
@@ -46,17 +46,17 @@ class Pool:
     wrong: Bools
 
     @classmethod
-    def made(cls, sensor: SensorArray, chunks: int, seed: tuple[int, ...], advance: Callable[[int], None]) -> Pool:
+    def simulate(cls, sensor: SensorArray, chunks: int, seed: tuple[int, ...], advance: Callable[[int], None]) -> Pool:
         """Loads of ``chunks`` covers; each chunk follows from ``seed`` and its number, on any number of threads."""
-        held, wrong = np.empty((chunks * CHUNK, 3, sensor.taxels), np.float32), np.empty(chunks, np.bool_)
+        every, wrong = np.empty((chunks * CHUNK, 3, sensor.taxels), np.float32), np.empty(chunks, np.bool_)
 
         def fill(number: int) -> None:
-            held[number * CHUNK : (number + 1) * CHUNK], wrong[number] = _chunk(sensor, (*seed, number))
+            every[number * CHUNK : (number + 1) * CHUNK], wrong[number] = _chunk(sensor, (*seed, number))
 
         with ThreadPoolExecutor(2) as threads:
             for _ in threads.map(fill, range(chunks)):
                 advance(1)
-        return cls(held, wrong)
+        return cls(every, wrong)
 
     def draw(self, count: int, rng: np.random.Generator) -> Frames:
         """Return random frames; the first contact of each has F_z = -1 N."""

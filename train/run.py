@@ -1,4 +1,4 @@
-"""A training from its budget to the weights and what is known of them."""
+"""A training from its budget to the weights, with their errors on held-out frames."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class Advance(Protocol):
 
 
 Reporter = Callable[[str, int, int], AbstractContextManager[Advance]]
-"""Function of a stage's name, the number of its pieces, and of those that are there."""
+"""Function of a stage's name, the number of its pieces, and of those that are finished."""
 
 
 @dataclass(frozen=True)
 class Budget:
-    """What the user has chosen: C1 and C2, the seed, and either steps or minutes, else ``STEPS``."""
+    """The user's choices: C1 and C2, the seed, and either steps or minutes, else ``STEPS``."""
 
     counts: tuple[int, int]
     seed: int
@@ -57,7 +57,7 @@ class Budget:
 
 
 def run(sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter) -> Trained:
-    """Train the network of ``sensor``; the state is kept in ``folder``, where the same training goes on.
+    """Train the network of ``sensor``; the state is stored in ``folder``, where the same training continues.
 
     Raises ``InputError`` for a folder that can't be used, and :class:`tfra.train.loop.DivergedError`.
     """
@@ -82,8 +82,8 @@ def run(sensor: SensorArray, budget: Budget, folder: Path, reporter: Reporter) -
     weights = trainer.shape.weights(state.best)
     network = Network(sensor, weights)
     curve = np.array(state.curve, np.float64).reshape(-1, 3)
-    known = described(budget, steps)
-    return Trained(sensor, weights, threshold(sensor, network), known, held_out(sensor, network), curve)
+    facts = training_facts(budget, steps)
+    return Trained(sensor, weights, threshold(sensor, network), facts, held_out(sensor, network), curve)
 
 
 def _load(store: Store, name: str) -> tuple[int, State] | None:
@@ -116,7 +116,7 @@ def _steps(budget: Budget, trainer: Trainer) -> int:
     return max(TRIED, round(60 * budget.minutes / trainer.seconds(TRIED)))
 
 
-def described(budget: Budget, steps: int) -> dict[str, JsonValue]:
+def training_facts(budget: Budget, steps: int) -> dict[str, JsonValue]:
     """Return the distribution of the training's frames, and the numbers that repeat the training."""
     numbers: dict[str, JsonValue] = {
         f"{section}.{name.lower()}": list(value) if isinstance(value, tuple) else value

@@ -30,31 +30,31 @@ _QUINTIC = 3.4445, -4.7750, 2.0315
 
 
 def update(shape: Shape, gradient: Singles, mean: Singles, square: Singles, step: int) -> Singles:
-    """Return the update for ``gradient`` over each parameter's typical size, for a rate of 1; ``step`` counts from 1.
+    """Update of all parameters for a learning rate of 1, over each parameter's typical size.
 
-    All are vectors of parameters.  The running means ``mean`` of the gradient and, for Adam, ``square`` of its square
-    are changed in place.
+    In: the ``gradient``, its running ``mean`` and the running mean of its ``square``, all vectors of parameters, and
+    the number of the ``step``, from 1.  Both means are brought up to date in place.
     """
-    layers = sum(part.size for part in shape.split(gradient)[:LAYERS])
-    found = np.empty_like(gradient)
-    for which, decay in ((slice(layers), MOMENTUM), (slice(layers, None), MEAN)):
-        mean[which] += np.float32(1 - decay) * (gradient[which] - mean[which])
-    ahead = np.float32(MOMENTUM) * mean + np.float32(1 - MOMENTUM) * gradient  # Nesterov's momentum
-    for part, taken in zip(shape.split(found)[:LAYERS], shape.split(ahead), strict=False):
-        part[:] = np.float32(GAIN * math.sqrt(max(part.shape[1:]))) * orthogonal(taken)
-    rest = slice(layers, None)
+    size = sum(part.size for part in shape.split(gradient)[:LAYERS])
+    layers, rest = slice(size), slice(size, None)
+    for part, decay in ((layers, MOMENTUM), (rest, MEAN)):
+        mean[part] += np.float32(1 - decay) * (gradient[part] - mean[part])
     square[rest] += np.float32(1 - SQUARE) * (gradient[rest] ** 2 - square[rest])
-    moments = mean[rest] / (1 - MEAN**step), square[rest] / (1 - SQUARE**step)
-    found[rest] = moments[0] / (np.sqrt(moments[1]) + np.float32(1e-8))
-    return found
+    change = np.empty_like(gradient)
+    nesterov = np.float32(MOMENTUM) * mean + np.float32(1 - MOMENTUM) * gradient
+    for matrices, momentum in zip(shape.split(change)[:LAYERS], shape.split(nesterov), strict=False):
+        matrices[:] = np.float32(GAIN * math.sqrt(max(matrices.shape[1:]))) * orthogonal(momentum)
+    first, second = mean[rest] / (1 - MEAN**step), square[rest] / (1 - SQUARE**step)
+    change[rest] = first / (np.sqrt(second) + np.float32(1e-8))
+    return change
 
 
 def orthogonal(matrices: Singles) -> Singles:
     """Matrices ``(4, a, b)`` with their singular values moved close to 1, by five turns of Newton and Schulz."""
     a, b, c = (np.float32(each) for each in _QUINTIC)
     wide = matrices if matrices.shape[1] <= matrices.shape[2] else matrices.swapaxes(1, 2)
-    found = wide / (np.linalg.norm(wide, axis=(1, 2), keepdims=True) + np.float32(1e-12))
+    x = wide / (np.linalg.norm(wide, axis=(1, 2), keepdims=True) + np.float32(1e-12))
     for _ in range(5):
-        gram = found @ found.swapaxes(1, 2)
-        found = a * found + (b * gram + c * (gram @ gram)) @ found
-    return np.asarray(found if wide is matrices else found.swapaxes(1, 2))
+        gram = x @ x.swapaxes(1, 2)
+        x = a * x + (b * gram + c * (gram @ gram)) @ x
+    return np.asarray(x if wide is matrices else x.swapaxes(1, 2))

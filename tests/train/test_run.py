@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import astuple, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,8 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, name, value in (
         (loop, "CHUNKS", 4), (loop, "VALIDATION", 1), (loop, "CHECK", 20), (loop, "WARM", 10),
         (loop, "PATIENCE", 1.0), (running, "SAVE_EVERY", 0.0), (running, "TRIED", 20),
+        (running, "held_out", partial(errors.held_out, count=50)),
+        (running, "threshold", partial(errors.threshold, count=50)),
     ):  # fmt: skip
         monkeypatch.setattr(module, name, value)
 
@@ -82,9 +85,9 @@ def complaint(folder: Path, budget: Budget = BUDGET) -> str:
 
 
 def test_a_short_training_halves_the_loss() -> None:
-    taught = trainer()
-    state = taught.first()
-    taught.run(600, state, nothing)
+    training = trainer()
+    state = training.first()
+    training.run(600, state, nothing)
     steps, losses, checks = zip(*state.curve, strict=True)
     assert steps == tuple(range(20, 601, 20))
     assert losses[-1] < losses[0] / 2
@@ -102,7 +105,7 @@ def test_a_seed_makes_the_weights() -> None:
 
 
 @pytest.mark.parametrize("after", [1, 33, 60])
-def test_an_interrupted_training_goes_on_to_the_same_weights(tmp_path: Path, after: int) -> None:
+def test_an_interrupted_training_continues_to_the_same_weights(tmp_path: Path, after: int) -> None:
     whole = run(SENSOR, BUDGET, tmp_path / "whole", silent)
     with pytest.raises(Cut):
         run(SENSOR, BUDGET, tmp_path / "cut", cutting(after))
@@ -122,14 +125,14 @@ def test_minutes_become_steps_once(tmp_path: Path) -> None:
     assert same(begun, run(SENSOR, Budget((6, 4), 3, steps=steps), tmp_path / "w", silent))
 
 
-def test_the_best_look_is_kept_and_a_training_without_progress_ends(monkeypatch: pytest.MonkeyPatch) -> None:
-    taught = trainer()
-    state = taught.first()
+def test_the_best_validation_counts_and_a_training_without_progress_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    training = trainer()
+    state = training.first()
     monkeypatch.setattr(loop, "PATIENCE", 0.1)
     monkeypatch.setattr(loop, "RATE", 0.0)  # so that nothing changes
-    taught.run(1000, state, nothing)
-    assert state.step == 20 + 100 + 1  # the first look, and the patience is over
-    assert np.array_equal(state.best, taught.first().vector)
+    training.run(1000, state, nothing)
+    assert state.step == 20 + 100 + 1  # the first validation, and the patience is over
+    assert np.array_equal(state.best, training.first().vector)
 
 
 def test_a_loss_that_is_no_number_ends_the_training(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -190,9 +193,9 @@ def test_the_command(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = config.parent / "weights.npz"
     words = ["train", str(config), "--out", str(out), "--steps", "40", "--channels", "6", "4", "--seed", "3"]
     assert main(words) == 0
-    said = capsys.readouterr().out.splitlines()
-    assert said[1].startswith("held-out errors at 0.1 % noise, median / 95 %: mu ")
-    assert said[-1] == f"{out}: 6/4 units, 40 steps"
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].startswith("held-out errors at 0.1 % noise, median / 95 %: mu ")
+    assert lines[-1] == f"{out}: 6/4 units, 40 steps"
     trained = read_weights(out, SENSOR)
     assert trained.weights.counts == (6, 4)
     assert trained.curve[:, 0].tolist() == [20.0, 40.0]
@@ -203,13 +206,13 @@ def test_the_command(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert out.read_bytes() == before
 
 
-def test_the_help_tells_the_default(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_help_has_the_default(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["train", "--help"]) == 0
     assert f"default: {running.STEPS:,}." in " ".join(capsys.readouterr().out.replace("│", " ").split())
 
 
 @pytest.mark.parametrize(
-    ("more", "said"),
+    ("more", "words"),
     [
         (["--steps", "5", "--minutes", "1"], "tfra train: --minutes: and --steps exclude each other"),
         (["--steps", "0"], "should be greater than or equal to 1"),
@@ -217,11 +220,11 @@ def test_the_help_tells_the_default(capsys: pytest.CaptureFixture[str]) -> None:
         (["--seed", "-1"], "should be greater than or equal to 0"),
     ],
 )
-def test_bad_options(config: Path, capsys: pytest.CaptureFixture[str], more: list[str], said: str) -> None:
+def test_bad_options(config: Path, capsys: pytest.CaptureFixture[str], more: list[str], words: str) -> None:
     assert main(["train", str(config), "--out", str(config.parent / "w.npz"), *more]) == 2
-    told = capsys.readouterr().err
-    assert said in told
-    assert len(told.splitlines()) == 1
+    line = capsys.readouterr().err
+    assert words in line
+    assert len(line.splitlines()) == 1
     assert sorted(file.name for file in config.parent.iterdir()) == ["sensor.toml"]
 
 
@@ -233,15 +236,15 @@ def test_a_file_of_somebody_else_is_not_replaced(config: Path, capsys: pytest.Ca
     assert out.read_bytes() == b"mine"
 
 
-def test_divergence_and_lack_of_memory_are_told_in_a_line(
+def test_divergence_and_lack_of_memory_are_one_line(
     config: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     words = ["train", str(config), "--out", str(config.parent / "w.npz"), "--steps", "50", "--channels", "6", "4"]
     monkeypatch.setattr(loop, "RATE", 1e30)
     assert main(words) == 1
-    told = capsys.readouterr().err.splitlines()
-    assert len(told) == 1
-    assert told[0].startswith("tfra train: the loss is not a number after")
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1
+    assert lines[0].startswith("tfra train: the loss is not a number after")
     monkeypatch.setattr(loop, "CHUNKS", 10**10)
     assert main(words) == 2
     assert "not enough memory: Unable to allocate" in capsys.readouterr().err

@@ -141,7 +141,7 @@ def test_covers_are_of_both_kinds() -> None:
 def test_a_pool_follows_from_its_seed_and_its_frames_have_their_resultants() -> None:
     sensor = SensorArray(8, 9, 1e-3, 1e-3, 2e-3)
     done: list[int] = []
-    pool, again, other = (Pool.made(sensor, 2, (seed, 0), done.append) for seed in (1, 1, 2))
+    pool, again, other = (Pool.simulate(sensor, 2, (seed, 0), done.append) for seed in (1, 1, 2))
     assert done == [1] * 6
     assert pool.responses.shape == (2 * CHUNK, 3, 72)
     assert np.array_equal(pool.responses, again.responses)
