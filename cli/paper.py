@@ -9,7 +9,7 @@ from tfra.runtime.extras import require
 
 
 def paper(out: OutDirectory, json: Json = False) -> None:
-    """Recompute the paper's tables and figures: index.html with all of them, and CSV, PNG and SVG files."""
+    """Recompute the paper's tables and figures: index.html with all of them, and CSV and SVG files."""
     require("tfra paper", "paper", "matplotlib")
     from tfra.paper.report import PIECES, REPEATS, report
 

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tfra.model.arrays import Floats
-from tfra.paper.picture import Columns, Picture, Text, rounded
-from tfra.paper.published import errors, largest, largest_plain, table
+from tfra.paper.picture import Columns, Picture, Text, legend_below, rounded, stacked
+from tfra.paper.published import Contacts, errors, largest, table
 from tfra.paper.setups import DIRECTIONS, Setup, near
 from tfra.report.colours import BLACK, BLUE, ORANGE, VERMILION
 
@@ -25,8 +25,7 @@ STYLES: dict[str, dict[str, Any]] = {
 def fig5(setups: Sequence[Setup]) -> Picture:
     """mu, phi and the error of phi over phi_ref, for both contacts."""
     parts = {setup.key: _columns(setup) for setup in setups}
-    columns = {"contact": np.repeat(list(parts), len(DIRECTIONS))}
-    columns |= {name: np.concatenate([p[name] for p in parts.values()]) for name in parts[setups[0].key]}
+    columns = stacked(parts)
     text = Text(
         "φ is off by at most 1.93 % (Hertzian) and 2.20 % (non-Hertzian) of a full turn; μ lies mostly above its "
         "reference for the Hertzian contact and around it for the other.",
@@ -55,15 +54,15 @@ def _columns(setup: Setup) -> Columns:
 
 def _measured(setup: Setup) -> str:
     contacts = setup.contacts(DIRECTIONS)
-    stress, forces, mu = setup.stress(contacts), [c.force for c in contacts], contacts[0].mu
+    stress, forces, mu = setup.stress(contacts), np.array([c.force for c in contacts]), np.array(contacts[0].mu)
+    reference = Contacts(forces, mu, np.array(DIRECTIONS))
     parts = []
     for name in ("TFRA, float", "TFRA, bit-accurate"):
         found = setup.engines[name](stress)
-        every = errors(forces, found.resultant, mu, found.mu, DIRECTIONS, found.phi_deg)
-        paper, plain = largest(every), largest_plain(every)
+        worst = largest(errors(reference, Contacts(found.resultant, found.mu, found.phi_deg)))
         parts.append(
-            f"{name}: φ {plain['phi_deg']:.2f}°, μ {plain['mu_abs']:.3f}, F {plain['force_n']:.2f} N (by the paper's "
-            f"measures e(F) {paper.force:.2f}, e(μ) {paper.mu:.2f}, e(φ) {paper.phi:.2f} %)"
+            f"{name}: φ {worst['phi_deg']:.2f}°, μ {worst['mu_abs']:.3f}, F {worst['force_n']:.2f} N (by the paper's "
+            f"measures e(F) {worst['force']:.2f}, e(μ) {worst['mu']:.2f}, e(φ) {worst['phi']:.2f} %)"
         )
     return f"Largest errors of the {setup.title} in all {len(DIRECTIONS)} directions: {'; '.join(parts)}."
 
@@ -78,8 +77,7 @@ def _draw(setups: Sequence[Setup], parts: dict[str, Columns]) -> Figure:
         bottom.set(xlabel=r"$\varphi_{ref}$ / °", xticks=range(0, 361, 45))
     for row, label in zip(axes, (r"$\mu$", r"$\varphi$ / °", r"$\varphi - \varphi_{ref}$ / °"), strict=True):
         row[0].set_ylabel(label)
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+    legend_below(figure, axes[0, 0])
     axes[1, 0].set_yticks(range(0, 361, 90))
     return figure
 

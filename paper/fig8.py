@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from tfra.paper.picture import Columns, Picture, Text, rounded
+from tfra.paper.picture import Columns, Picture, Text, legend_below, rounded, stacked
 from tfra.paper.setups import Setup, near
 from tfra.report.colours import BLACK, BLUE, VERMILION
 
@@ -22,8 +22,7 @@ RANGES = {"hertz": ((0.50, 0.72), (36.61, 43.41)), "rectangle": ((0.52, 0.69), (
 def fig8(setups: Sequence[Setup]) -> Picture:
     """mu and phi for nine places of both contacts."""
     parts = {setup.key: _columns(setup) for setup in setups}
-    columns: Columns = {"contact": np.repeat(list(parts), len(SHIFTS))}
-    columns |= {name: np.concatenate([p[name] for p in parts.values()]) for name in parts[setups[0].key]}
+    columns = stacked(parts)
     text = Text(
         " ".join(
             f"{s.title}: μ from {RANGES[s.key][0][0]:.2f} to {RANGES[s.key][0][1]:.2f}, "
@@ -77,6 +76,5 @@ def _draw(setups: Sequence[Setup], parts: dict[str, Columns]) -> Figure:
         axes[1, column].set_xlabel("displacement Δx, Δy / mm")
     axes[0, 0].set_ylabel(r"$\mu$")
     axes[1, 0].set_ylabel(r"$\varphi$ / °")
-    handles, names = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=len(names))
+    legend_below(figure, axes[0, 0])
     return figure

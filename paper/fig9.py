@@ -11,7 +11,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from tfra.model.arrays import Floats
 from tfra.paper.literal import LiteralTfra
-from tfra.paper.picture import Column, Columns, Picture, Text
+from tfra.paper.picture import Column, Columns, Picture, Text, legend_below, stacked
 from tfra.paper.setups import DIRECTIONS, Engine, Setup
 from tfra.report.colours import BLUE, GREEN, VERMILION
 
@@ -26,8 +26,7 @@ def fig9(setups: Sequence[Setup], repeats: int, advance: Callable[[int], None]) 
     for setup in setups:
         parts[setup.key] = _columns(setup, repeats)
         advance(1)
-    columns: Columns = {"contact": np.repeat(list(parts), len(DIRECTIONS))}
-    columns |= {name: np.concatenate([p[name] for p in parts.values()]) for name in parts[setups[0].key]}
+    columns = stacked(parts)
     text = Text(
         "In Matlab, longest times: TFRA 32.28 ms (Hertzian) and 27.13 ms (non-Hertzian), two-variable method 264.39 ms "
         "and 821.70 ms; so 8 and 30 times as long.",
@@ -96,6 +95,5 @@ def _draw(setups: Sequence[Setup], parts: dict[str, Columns], repeats: int) -> F
         panel.yaxis.set_major_formatter("{x:g}")
         panel.yaxis.set_minor_locator(NullLocator())
     axes[0].set_ylabel(f"time for one frame / ms\n(median of {repeats})")
-    handles, names = axes[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=len(names))
+    legend_below(figure, axes[0])
     return figure

@@ -44,8 +44,8 @@ from Tables 1 and 2; every error is recomputed from them.</p>
 <p>The paper measures errors in percent: e(F) is the error of a force component over the |F| found (Eq. 35), e(μ) that
 of μ over 1 (Eq. 33), e(φ) that of φ over a full turn (Eq. 34). Errors in plain units stand beside them: degrees for φ,
 the difference for μ, newtons and percent of the reference’s |F| for the force vector.</p>
-<p>Figures 1 and 3 show no data. Beside this page are a CSV, a PNG and an SVG file of each figure, and a CSV file of
-each table.</p>
+<p>Figures 1 and 3 show no data. Beside this page are a CSV and an SVG file of each figure, and a CSV file of each
+table.</p>
 """
 
 TIMING = """
@@ -69,12 +69,12 @@ def _summary(table: Table) -> str:
     """Largest errors of one contact, beside those that the paper states."""
     measures = (("forces", "force"), ("μ", "mu"), ("φ", "phi"))
     ours, theirs = table.largest["TFRA, float"], table.largest["printed in the paper's text"]
-    said = ", ".join(
-        f"{getattr(ours, key):.2f}&nbsp;% in {name} (paper: {getattr(theirs, key):.2f}&nbsp;%)"
+    errors = ", ".join(
+        f"{ours[key]:.2f}&nbsp;% in {name} (paper: {theirs[key]:.2f}&nbsp;%)"
         for name, key in measures
     )
     contact = escape(table.title.removeprefix("Forces, "))
-    return f'<p class="answer">TFRA’s largest errors for the {contact}, as the paper measures them: {said}.</p>'
+    return f'<p class="answer">TFRA’s largest errors for the {contact}, as the paper measures them: {errors}.</p>'
 
 
 def alone(folder: Path, picture: Picture, versions: dict[str, str]) -> str:

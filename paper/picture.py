@@ -13,6 +13,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 import numpy.typing as npt
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 STYLE: Any = {
@@ -23,7 +24,7 @@ STYLE: Any = {
     "legend.framealpha": 0.9,
     "lines.markersize": 4,
     "figure.dpi": 100,
-    "savefig.dpi": 160,
+    "savefig.dpi": 160,  # of the parts that are pixels
     "svg.hashsalt": "tfra",
     "svg.fonttype": "path",
 }
@@ -62,11 +63,25 @@ def looks() -> Iterator[None]:
         yield
 
 
+def stacked(parts: Mapping[str, Columns]) -> Columns:
+    """The columns of all contacts one below the other, with their keys in front."""
+    lengths = [len(next(iter(columns.values()))) for columns in parts.values()]
+    names = next(iter(parts.values()))
+    return {"contact": np.repeat(list(parts), lengths)} | {
+        name: np.concatenate([columns[name] for columns in parts.values()]) for name in names
+    }
+
+
+def legend_below(figure: Figure, axes: Axes, columns: int = 0) -> None:
+    """One legend for all panels, that of ``axes``, below them in so many columns; 0: in one line."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns or len(labels))
+
+
 def write(picture: Picture, folder: Path) -> None:
-    """Write NAME.csv, NAME.png and NAME.svg into ``folder``."""
+    """Write NAME.csv and NAME.svg into ``folder``."""
     (folder / f"{picture.name}.csv").write_text(to_csv(picture.columns), encoding="utf-8")
     picture.figure.savefig(folder / f"{picture.name}.svg", metadata={"Date": None})
-    picture.figure.savefig(folder / f"{picture.name}.png")
 
 
 def rounded(columns: Columns) -> Columns:

@@ -21,7 +21,6 @@ from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Tfra
 from tfra.model.two_variable import TwoVariable
-from tfra.paper.published import Errors
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 """Next to this package, in the repository as in an installation."""
@@ -40,13 +39,13 @@ Engine = Callable[[Floats], Result]
 class Setup:
     """One sensor with its contact: ``key`` names files, ``title`` is for readers, ``data`` holds published numbers.
 
-    ``printed`` are the largest errors that the paper's text states.
+    ``printed`` are the largest errors that the paper's text states, by the keys of ``published.PAPER``.
     """
 
     key: str
     title: str
     data: str
-    printed: Errors
+    printed: dict[str, float]
     project: Project
 
     def contacts(self, directions: Sequence[float], shift: tuple[float, float] = (0.0, 0.0)) -> list[Contact]:
@@ -83,11 +82,11 @@ def setups() -> tuple[Setup, Setup]:
     return (
         Setup(
             "hertz", "Hertzian contact", "table1_hertzian.csv",
-            Errors(10.93, 9.41, 1.64), load(EXAMPLES / "hertz_40x20.toml"),
+            {"force": 10.93, "mu": 9.41, "phi": 1.64}, load(EXAMPLES / "hertz_40x20.toml"),
         ),
         Setup(
             "rectangle", "non-Hertzian contact", "table2_nonhertzian.csv",
-            Errors(5.44, 4.46, 3.16), load(EXAMPLES / "rectangle_40x40.toml"),
+            {"force": 5.44, "mu": 4.46, "phi": 3.16}, load(EXAMPLES / "rectangle_40x40.toml"),
         ),
     )  # fmt: skip
 

@@ -17,7 +17,7 @@ from tfra.model.fixed.words import decode
 from tfra.model.metrics import error_force
 from tfra.model.sparse import Filter, Kind, filtered, multiplications
 from tfra.model.tfra import Result, Tfra
-from tfra.paper.picture import Columns, Picture, Text, rounded
+from tfra.paper.picture import Columns, Picture, Text, legend_below, rounded
 from tfra.paper.setups import DIRECTIONS, Setup
 from tfra.report.colours import BLACK, BLUE, ORANGE, VERMILION
 
@@ -101,6 +101,5 @@ def _draw(setups: Sequence[Setup], columns: Columns) -> Figure:
             axes.axhline(level, color=BLACK, linestyle=line, linewidth=1, label=f"published hardware, {part} forces")
         axes.set(title=setup.title, xscale="log", xlabel="real products of a frame")
     figure.axes[0].set(ylabel="largest force error, Eq. 35 / %", ylim=(0, None))
-    handles, labels = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=3)
+    legend_below(figure, figure.axes[0], 3)
     return figure

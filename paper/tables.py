@@ -9,9 +9,8 @@ import numpy as np
 
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import ContactShape
-from tfra.model.tfra import Result
 from tfra.paper.picture import Text
-from tfra.paper.published import METHODS, PLAIN, Errors, errors, errors_of, largest, largest_plain, table
+from tfra.paper.published import METHODS, PAPER, PLAIN, Contacts, errors, errors_of, largest, table
 from tfra.paper.setups import TABLE_DIRECTIONS, Setup, near
 
 HEADER = (
@@ -44,10 +43,8 @@ class Table:
     title: str
     rows: Cells
     maxima: Cells
-    largest: dict[str, Errors]
-    """The numbers behind ``maxima``, not rounded, as the paper measures."""
-    plain: dict[str, dict[str, float]]
-    """The same in plain units, by the keys of ``PLAIN``, for all estimators with their own table."""
+    largest: dict[str, dict[str, float]]
+    """The numbers behind ``maxima``, not rounded: by the keys of ``PAPER``, and of ``PLAIN`` where there is a table."""
     text: Text
 
 
@@ -56,17 +53,18 @@ def make(name: str, setup: Setup) -> Table:
     contacts = setup.contacts(TABLE_DIRECTIONS)
     stress = setup.stress(contacts)
     forces, mu = np.array([c.force for c in contacts]), np.array([c.mu for c in contacts])
-    parts, worst, plain = _published(setup)
+    parts, worst = _published(setup)
+    reference = Contacts(forces, mu, np.array(TABLE_DIRECTIONS, dtype=float))
     for engine, run in setup.engines.items():
         found = run(stress)
-        phi = near(found.phi_deg, np.array(TABLE_DIRECTIONS, dtype=float))
-        percent = errors(forces, found.resultant, mu, found.mu, TABLE_DIRECTIONS, phi)
-        worst[engine], plain[engine] = largest(percent), largest_plain(percent)
-        parts += _rows(engine, forces, mu, found, phi, percent)
+        estimate = Contacts(found.resultant, found.mu, near(found.phi_deg, reference.phi_deg))
+        every = errors(reference, estimate)
+        worst[engine] = largest(every)
+        parts += _rows(engine, reference, estimate, every)
     order = {str(phi): place for place, phi in enumerate(TABLE_DIRECTIONS)}
     rows = sorted(parts, key=lambda row: order[row[0]])
-    maxima = [(method, *_percent(e), *_plain(plain.get(method))) for method, e in worst.items()]
-    return Table(name, f"Forces, {setup.title}", rows, maxima, worst, plain, _text(setup, worst, plain))
+    maxima = [(method, *_percent(e), *_plain(e)) for method, e in worst.items()]
+    return Table(name, f"Forces, {setup.title}", rows, maxima, worst, _text(setup, worst))
 
 
 def number(value: float, digits: int) -> str:
@@ -74,63 +72,61 @@ def number(value: float, digits: int) -> str:
     return f"{round(float(value), digits) + 0.0:.{digits}f}"
 
 
-def _percent(worst: Errors) -> list[str]:
-    return [number(value, 2) for value in vars(worst).values()]
+def _percent(worst: dict[str, float]) -> list[str]:
+    return [number(worst[key], 2) for key in PAPER]
 
 
-def _plain(values: dict[str, float] | None) -> list[str]:
-    """Cells in the order of ``PLAIN``; without values, empty ones."""
-    if values is None:
-        return [""] * len(PLAIN)
-    return [number(values[key], 3 if key == "mu_abs" else 2) for key in PLAIN]
+def _plain(values: dict[str, float]) -> list[str]:
+    """Cells in the order of ``PLAIN``; empty ones without values."""
+    return [number(values[key], 3 if key == "mu_abs" else 2) if key in values else "" for key in PLAIN]
 
 
-def _published(setup: Setup) -> tuple[list[tuple[str, ...]], dict[str, Errors], dict[str, dict[str, float]]]:
-    rows, worst, plain = [], {"printed in the paper's text": setup.printed}, {}
+def _published(setup: Setup) -> tuple[list[tuple[str, ...]], dict[str, dict[str, float]]]:
+    rows, worst = [], {"printed in the paper's text": setup.printed}
     for method, name in METHODS.items():
         mine = [row for row in table(setup.data) if row["method"] == method]
-        percent = errors_of(mine)
-        worst[f"{name}, recomputed"], plain[f"{name}, recomputed"] = largest(percent), largest_plain(percent)
-        rows += [_row(name, [row[key] for key in PUBLISHED], e) for row, e in zip(mine, percent, strict=True)]
-    return rows, worst, plain
+        every = errors_of(mine)
+        worst[f"{name}, recomputed"] = largest(every)
+        rows += [_row(name, [row[key] for key in PUBLISHED], every, n) for n, row in enumerate(mine)]
+    return rows, worst
 
 
-def _rows(
-    engine: str, forces: Floats, mu: Floats, found: Result, phi: Floats, percent: Floats
-) -> list[tuple[str, ...]]:
+def _rows(engine: str, reference: Contacts, found: Contacts, every: dict[str, Floats]) -> list[tuple[str, ...]]:
     rows = []
     for n, direction in enumerate(TABLE_DIRECTIONS):
-        pairs = np.stack([forces[n], found.resultant[n]], axis=1).ravel()
-        values = [str(direction), *(number(f, 2) for f in pairs), number(mu[n], 2), number(found.mu[n], 3)]
-        rows.append(_row(engine, [*values, number(phi[n], 2)], percent[n]))
+        pairs = np.stack([reference.resultant[n], found.resultant[n]], axis=1).ravel()
+        mu = number(reference.mu[n], 2), number(found.mu[n], 3)
+        values = [str(direction), *(number(f, 2) for f in pairs), *mu, number(found.phi_deg[n], 2)]
+        rows.append(_row(engine, values, every, n))
     return rows
 
 
-def _row(method: str, values: Sequence[str], percent: Floats) -> tuple[str, ...]:
-    """Cells in the order of ``HEADER``; ``values`` in that of ``PUBLISHED``."""
+def _row(method: str, values: Sequence[str], every: dict[str, Floats], n: int) -> tuple[str, ...]:
+    """Cells in the order of ``HEADER``: ``values`` in that of ``PUBLISHED`` with the errors of row ``n``."""
     phi_ref, *pairs, phi = values
-    e = [number(value, 2) for value in percent[:5]]
-    quantities = [cell for n in range(4) for cell in (pairs[2 * n], pairs[2 * n + 1], e[n])]
-    return phi_ref, method, *quantities, phi, e[4], *_plain(dict(zip(PLAIN, percent[5:], strict=True)))
+    own = {key: float(every[key][n]) for key in (*PAPER, *PLAIN)}
+    e = [number(value, 2) for value in (*every["axes"][n], own["mu"])]
+    quantities = [cell for n, error in enumerate(e) for cell in (pairs[2 * n], pairs[2 * n + 1], error)]
+    return phi_ref, method, *quantities, phi, number(own["phi"], 2), *_plain(own)
 
 
-def _text(setup: Setup, worst: dict[str, Errors], plain: dict[str, dict[str, float]]) -> Text:
-    def said(method: str) -> str:
-        e = worst[method]
-        return f"{method}: e(F) {e.force:.2f} %, e(μ) {e.mu:.2f} %, e(φ) {e.phi:.2f} %."
+def _text(setup: Setup, worst: dict[str, dict[str, float]]) -> Text:
+    def by_paper(method: str) -> str:
+        force, mu, phi = _percent(worst[method])
+        return f"{method}: e(F) {force} %, e(μ) {mu} %, e(φ) {phi} %."
 
     def plainly(method: str) -> str:
-        phi, mu, newtons, percent = _plain(plain[method])
+        phi, mu, newtons, percent = _plain(worst[method])
         return f"{method}: φ {phi}°, μ {mu}, F {newtons} N or {percent} % of |F|."
 
     contact, sensor = setup.project.contacts[0], setup.project.design.sensor
     size = f"{2e3 * contact.half_x:g} mm × {2e3 * contact.half_y:g} mm"
     return Text(
-        f"The text states largest errors of {setup.printed.force:.2f} % (forces), {setup.printed.mu:.2f} % (μ) and "
-        f"{setup.printed.phi:.2f} % (φ), by its Eqs. 33–35. Recomputed from the printed, rounded numbers, they are "
-        f"{said('published TFRA, recomputed').partition(': ')[2]} {_note(setup, worst)}",
+        "The text states largest errors of {} % (forces), {} % (μ) and {} % (φ), by its Eqs. 33–35. Recomputed from "
+        "the printed, rounded numbers, they are ".format(*_percent(setup.printed))
+        + f"{by_paper('published TFRA, recomputed').partition(': ')[2]} {_note(setup, worst)}",
         "Largest errors by the paper's measures, "
-        + " ".join(said(method) for method in setup.engines)
+        + " ".join(by_paper(method) for method in setup.engines)
         + " In plain units, the largest are: "
         + " ".join(plainly(method) for method in setup.engines),
         f"The contact itself is not published beyond its kind. Here it is {_PRESSURE[contact.shape]} {size} with "
@@ -142,9 +138,9 @@ def _text(setup: Setup, worst: dict[str, Errors], plain: dict[str, dict[str, flo
     )
 
 
-def _note(setup: Setup, worst: dict[str, Errors]) -> str:
+def _note(setup: Setup, worst: dict[str, dict[str, float]]) -> str:
     """A sentence where the paper's text and its own table differ by more than rounding."""
-    column = worst["published TFRA, recomputed"].force
-    if column <= setup.printed.force + 0.25:
+    stated = setup.printed["force"]
+    if worst["published TFRA, recomputed"]["force"] <= stated + 0.25:
         return ""
-    return f"So the {setup.printed.force:.2f} % of the text leaves out a larger error in its own table."
+    return f"So the {stated:.2f} % of the text leaves out a larger error in its own table."

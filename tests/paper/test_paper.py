@@ -71,7 +71,7 @@ def published(folder: Path, table: str) -> None:
 
 
 def test_files(folder: Path) -> None:
-    figures = {f"{name}.{kind}" for name in FIGURES for kind in ("csv", "png", "svg")}
+    figures = {f"{name}.{kind}" for name in FIGURES for kind in ("csv", "svg")}
     tables = {f"{name}{part}.csv" for name in SOURCES for part in ("", "_maxima")}
     rest = {"fig9.html", "index.html", "paper.json", MANIFEST}
     assert {path.name for path in folder.iterdir()} == figures | tables | rest
