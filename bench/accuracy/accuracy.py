@@ -1,7 +1,7 @@
 """How accurate every estimator is on identical frames, for any friction, under noise, and on what none expects.
 
 ``python -m bench.accuracy.accuracy`` writes ``bench/results/accuracy.json``, the figure beside it and the tables of
-docs/accuracy.md, and the shortest in README.md.  Sensors without weights are left out.
+docs/accuracy.md, and the shortest in README.md.
 """
 
 from __future__ import annotations

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -42,33 +41,17 @@ class Case:
         return np.random.default_rng([SEED, *f"{self.name} {purpose}".encode()])
 
 
-def files() -> list[Path]:
-    """Every CONFIG."""
-    here = ROOT / "bench" / "accuracy"
-    return [*(ROOT / "examples" / f"{name}.toml" for name in EXAMPLES), *sorted(here.glob("*.toml"))]
-
-
 def cases() -> list[Case]:
-    """Every sensor that has weights; a line on stderr names each one without.
-
-    Raises ``InputError`` for a file that can't be read, or that is not the sensor's.
-    """
-    found = []
-    for config in files():
-        weights = config.with_suffix(".weights.npz")
-        if weights.exists():
-            found.append(case(config, weights))
-        else:
-            command = f"tfra train {config.relative_to(ROOT)} --out {weights.relative_to(ROOT)}"
-            print(f"{config.stem} is left out, as it has no weights: {command} makes them", file=sys.stderr)
-    return found
+    """Every sensor; raises ``InputError`` for a file that can't be read, or that is not the sensor's."""
+    own = sorted((ROOT / "bench" / "accuracy").glob("*.toml"))
+    return [case(config) for config in [*(ROOT / "examples" / f"{name}.toml" for name in EXAMPLES), *own]]
 
 
-def case(config: Path, weights: Path) -> Case:
-    """The sensor of ``config`` with a converter of ``BITS``; raises ``InputError`` as :func:`cases`."""
+def case(config: Path) -> Case:
+    """The sensor of ``config``, with the weights beside it and a converter of ``BITS``."""
     project = load(config)
     sensor, adc = project.design.sensor, project.design.adc
-    trained = read_weights(weights, sensor)
+    trained = read_weights(config.with_suffix(".weights.npz"), sensor)
     design = LearnedDesign(
         sensor=sensor,
         adc=replace(adc, bits=BITS, contact_threshold=None),

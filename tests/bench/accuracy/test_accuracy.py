@@ -18,7 +18,6 @@ from bench.accuracy.tables import tables
 from bench.accuracy.targets import Target, furthest, verdict
 from bench.publish import ROOT
 from tests.bench.accuracy.random_case import random_case
-from tfra.runtime.errors import InputError
 from tfra.train.errors import Resultants
 
 
@@ -120,21 +119,6 @@ def test_differences_notice_single_frames() -> None:
     assert found["phi_deg"] == 0
 
 
-def test_fixed_agrees_with_float() -> None:
-    found = measure.agreement(random_case(), 100)
-    assert 0 < found["mu"] < 0.01
-    assert 0 < found["phi_deg"] < 3
-
-
-def test_values_are_distances_to_the_truth() -> None:
-    truth, found = Resultants(np.array([[3.0, 0, -5]])), Resultants(np.array([[0.0, 3, -5]]))
-    values = measure.compared(truth, found)
-    assert values["mu"] == pytest.approx([0])
-    assert values["phi_deg"] == pytest.approx([90])
-    assert values["force_percent"] == pytest.approx([100 * np.sqrt(18 / 34)])
-    assert values["mu_true"] == pytest.approx([0.6])
-
-
 def test_verdicts() -> None:
     assert verdict(0.02, 0.02, 3) == "0.020 ✓"
     assert verdict(0.0313, 0.03, 3) == "0.031 (+0.0013)"
@@ -145,34 +129,3 @@ def test_verdicts() -> None:
     sensor = {"scenes": {QUIET: {LEARNED: {"mu": [0.01, 0.08]}}}}
     assert fine.found(sensor) == 0.08
     assert furthest({"0.3": 0.31, "0.7": 0.65}) == pytest.approx(0.05)
-
-
-def test_a_sensor_without_weights_is_named(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    examples = tmp_path / "examples"
-    examples.mkdir()
-    for name in ("hertz_40x20.toml", "hertz_40x20.weights.npz", "skin_8x12.toml"):
-        (examples / name).write_bytes((ROOT / "examples" / name).read_bytes())
-    monkeypatch.setattr(cases, "ROOT", tmp_path)
-    monkeypatch.setattr(cases, "EXAMPLES", ("hertz_40x20", "skin_8x12"))
-    (found,) = cases.cases()
-    assert (found.name, found.design.adc.bits, found.design.adc.full_scale) == ("hertz_40x20", 14, 100e3)
-    assert found.coarseness == pytest.approx(np.sqrt(8) / 3)
-    assert capsys.readouterr().err == (
-        "skin_8x12 is left out, as it has no weights: tfra train examples/skin_8x12.toml "
-        "--out examples/skin_8x12.weights.npz makes them\n"
-    )
-    (examples / "skin_8x12.weights.npz").write_bytes((examples / "hertz_40x20.weights.npz").read_bytes())
-    with pytest.raises(InputError, match=r"skin_8x12\.weights\.npz"):
-        cases.cases()
-
-
-def test_random_numbers_depend_on_name_and_purpose() -> None:
-    draw = {
-        (name, purpose): random_case(name).generator(purpose).integers(1 << 60)
-        for name in ("small", "other")
-        for purpose in ("map", "array")
-    }
-    assert len(set(draw.values())) == 4
-    assert random_case().generator("map").integers(1 << 60) == draw["small", "map"]
