@@ -12,7 +12,6 @@ from typing import Literal
 from tfra.families import FAMILIES
 from tfra.model.rounding import Rounding
 from tfra.model.sensor import SensorArray
-from tfra.model.sparse import Filter
 from tfra.runtime.errors import quoted
 
 Images = Literal["inline", "readmemh", "load"]
@@ -204,7 +203,7 @@ SERIAL = Architecture(mac_lanes=0, vector_words=0, kind="serial")
 
 @dataclass(frozen=True, slots=True)
 class Choices:
-    """One core: sensor, converter, search, formats, architecture and bus; ``sparse`` drops small coefficients.
+    """One core: sensor, converter, search, formats, architecture and bus.
 
     ``images`` is the source of the memories' initial contents, or states that coefficients are loaded after a reset.
     ``target``, one of ``TARGETS``, chooses cells, never a result or a cycle.
@@ -218,7 +217,6 @@ class Choices:
     search: Search = field(default_factory=Search)
     formats: Formats = FORMATS["standard"]
     architecture: Architecture = field(default_factory=Architecture)
-    sparse: Filter | None = None
     images: Images = "inline"
     target: str = "portable"
     bus: Bus = field(default_factory=Bus)
@@ -226,8 +224,6 @@ class Choices:
     def __post_init__(self) -> None:
         reason = f"one of {', '.join(TARGETS)} is needed, got {quoted(self.target)}"
         _require(self.target in TARGETS, "target.name", reason)
-        mirrors = self.sparse is None or self.sparse.kind == "F2"
-        _require(mirrors, "sparse", "only F2 keeps the mirror symmetry that operators are folded by")
         self._check_architecture()
         reason = f"the {self.adc.bits}-bit converter needs an operand of {self.adc.bits} bits or more"
         _require(self.formats.operand >= self.adc.bits, "formats.operand", reason)

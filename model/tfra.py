@@ -191,7 +191,7 @@ class Tfra:
     """The algorithm for one sensor and one sweep grid of ``steps`` + 1 candidates.
 
     ``plateau_tolerance`` and ``contact_threshold`` in Pa; frames within [-threshold, threshold) are no contact.
-    ``ops`` replaces the sensor's own operators, for instance by filtered ones (:mod:`tfra.model.sparse`), or the
+    ``ops`` replaces the sensor's own operators, for instance by filtered ones, or the
     multiplication method (:mod:`bench.large.separable`, :mod:`bench.large.toeplitz`).
     """
 

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from tfra.model.boussinesq import operators
-from tfra.model.choices import Adc
+from tfra.model.choices import Adc, Choices
 from tfra.model.converter import quantise
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import error_force
-from tfra.model.sparse import Filter, Kind, filtered, multiplications
 from tfra.model.tfra import Result, Tfra
 from tfra.paper.picture import Columns, Picture, Text, legend_below, rounded
 from tfra.paper.setups import DIRECTIONS, Setup
+from tfra.paper.sparse import Filter, Kind, SparseDesign, filtered, multiplications
 from tfra.report.colours import BLACK, BLUE, ORANGE, VERMILION
 
 STRENGTHS: dict[Kind, tuple[float, ...]] = {
@@ -84,7 +84,8 @@ def _rows(setup: Setup) -> list[dict[str, Any]]:
             rows.append(row(f"{kind}, float", strength, multiplications(ops), Tfra(sensor, ops=ops)(stress)))
     for strength in STRENGTHS["F2"]:
         adc = Adc(16, setup.project.design.adc.full_scale)
-        design = replace(setup.project.design, adc=adc, sparse=Filter("F2", strength))
+        given = {f.name: getattr(setup.project.design, f.name) for f in fields(Choices)} | {"adc": adc}
+        design = SparseDesign(**given, sparse=Filter("F2", strength))
         found = decode(design, FixedTfra(design)(quantise(design, stress)).words)
         rows.append(row("F2, bit-accurate, mirror-folded", strength, design.nonzero_products, found))
     return rows

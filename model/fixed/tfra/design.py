@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from tfra.model.boussinesq import operators
+from tfra.model.boussinesq import Operators, operators
 from tfra.model.choices import SCALARS
 from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.design import Design
@@ -45,10 +45,15 @@ class TfraDesign(Design):
     status_bits = OF_CORES
     result_fields = RESULT_FIELDS
 
+    @property
+    def exact_operators(self) -> Operators:
+        """The operators to quantise, in SI."""
+        return operators(self.sensor)
+
     @cached_property
     def stacks(self) -> dict[str, Stack]:
         """Quantised operators by the name of their stack, in the order of the coefficient memories."""
-        return make_stacks(self)
+        return make_stacks(self, self.exact_operators)
 
     @cached_property
     def widths(self) -> Widths:
@@ -58,7 +63,7 @@ class TfraDesign(Design):
     @property
     def condition(self) -> float | None:
         """That of C33, None for large arrays."""
-        return float(np.linalg.cond(operators(self.sensor).c33)) if self.sensor.taxels <= MOST_TAXELS else None
+        return float(np.linalg.cond(self.exact_operators.c33)) if self.sensor.taxels <= MOST_TAXELS else None
 
     @property
     def model(self) -> FixedTfra:

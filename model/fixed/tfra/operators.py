@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from tfra.model.boussinesq import Operators, operators
+from tfra.model.boussinesq import Operators
 from tfra.model.choices import Choices
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.coefficients import Folding, Stack, stacked
-from tfra.model.sparse import filtered
 
 OPERATORS = {
     "contact": ("c33_inv", "sums_b"),
@@ -34,15 +33,9 @@ PRODUCTS = ("contact", "residual", "normal", "normal", "force")
 """The stack of each product of a frame, in order: b^, n^, e0^, e1^, d^."""
 
 
-def exact_operators(choices: Choices) -> Operators:
-    """The operators to quantise: the sensor's, filtered where ``choices`` are sparse; SI."""
-    ops = operators(choices.sensor)
-    return filtered(ops, choices.sparse) if choices.sparse else ops
-
-
-def make_stacks(choices: Choices) -> dict[str, Stack]:
-    """Every stack by its name, in the order of ``OPERATORS``."""
-    ops, h2 = exact_operators(choices), choices.sensor.thickness**2
+def make_stacks(choices: Choices, ops: Operators) -> dict[str, Stack]:
+    """Every stack by its name, in the order of ``OPERATORS``; ``ops`` in SI are to be quantised."""
+    h2 = choices.sensor.thickness**2
     c31, c32, c33 = ops.c31 * h2, ops.c32 * h2, ops.c33 * h2
     pinv1, pinv2, pinv3 = ops.pinv1 / h2, ops.pinv2 / h2, ops.pinv3 / h2
     s1, s2, s3 = (p.sum(axis=0) for p in (pinv1, pinv2, pinv3))

@@ -8,8 +8,7 @@ import numpy as np
 
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads
-from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import exact_operators
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra, Trace
 from tfra.model.tfra import TIE, Status, Tfra
 from tfra.study.signals.tfra.observation import catalogue, observe
@@ -21,11 +20,11 @@ from tfra.study.signals.words import Observed
 class TfraInstrument:
     """See :class:`tfra.study.signals.instrument.Instrument`."""
 
-    def __init__(self, design: Design) -> None:
+    def __init__(self, design: TfraDesign) -> None:
         self._design = design
         self._model = FixedTfra(design)
         self._reference = Reference(design)
-        self._float = Tfra.of(design, exact_operators(design))
+        self._float = Tfra.of(design, design.exact_operators)
         one_each = to_quads(design, np.eye(design.sensor.taxels, dtype=np.int64))
         self._carries = butterfly(one_each).any(axis=0)  # on middle lines the odd parities are no words at all
         self.catalogue = catalogue(design)

@@ -15,8 +15,7 @@ import numpy.typing as npt
 
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
-from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import exact_operators
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import Trace
 
 Values = dict[str, npt.NDArray[Any]]
@@ -36,7 +35,7 @@ class Decisions:
     turn: Floats
 
     @classmethod
-    def of(cls, design: Design, trace: Trace) -> Decisions:
+    def of(cls, design: TfraDesign, trace: Trace) -> Decisions:
         """Decisions of ``trace``."""
         found = trace.direction
         turn = np.ldexp(trace.phi, -next(f.fraction for f in design.layout if f.name == "phi"))
@@ -49,8 +48,8 @@ class Decisions:
 class Reference:
     """The unquantised stages of ``design``, for frames that are swept."""
 
-    def __init__(self, design: Design) -> None:
-        ops, h2 = exact_operators(design), design.sensor.thickness**2
+    def __init__(self, design: TfraDesign) -> None:
+        ops, h2 = design.exact_operators, design.sensor.thickness**2
         self._design = design
         self._c = np.stack([ops.c31, ops.c32, ops.c33]) * h2
         self._pinv = np.stack([ops.pinv1, ops.pinv2, ops.pinv3]) / h2

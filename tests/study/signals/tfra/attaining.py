@@ -12,8 +12,7 @@ from tfra.model.arrays import Floats, Ints
 from tfra.model.cover.scenes import directed_codes, wild_codes
 from tfra.model.fixed.butterfly import butterfly, to_taxels
 from tfra.model.fixed.coefficients import Operator
-from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import exact_operators
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.tfra.stages import Stage
 from tfra.sim.run import simulate
@@ -35,7 +34,7 @@ class Attained:
 class Extremes:
     """The best frame of every proven signal of ``design`` so far."""
 
-    design: Design
+    design: TfraDesign
     best: dict[str, Attained] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -69,7 +68,7 @@ class Extremes:
                 return
 
 
-def attaining(design: Design, seed: int = 0, rounds: int = 16) -> Extremes:
+def attaining(design: TfraDesign, seed: int = 0, rounds: int = 16) -> Extremes:
     """The largest magnitudes that patterns give, and up to ``rounds`` of climbing where they stay small."""
     extremes = Extremes(design)
     for frames in patterns(design, seed):
@@ -81,7 +80,7 @@ def attaining(design: Design, seed: int = 0, rounds: int = 16) -> Extremes:
 
 
 def replay(
-    design: Design, frames: Ints, simulator: str | None = None, build_dir: str | Path | None = None
+    design: TfraDesign, frames: Ints, simulator: str | None = None, build_dir: str | Path | None = None
 ) -> list[tuple[int, str]]:
     """Frame and stage of each difference of the core from the model on codes ``(n, rows, columns)``.
 
@@ -101,16 +100,16 @@ def replay(
     return found
 
 
-def ends(design: Design) -> tuple[int, int]:
+def ends(design: TfraDesign) -> tuple[int, int]:
     """The smallest and the largest converter code."""
     return -(1 << (design.adc.bits - 1)), (1 << (design.adc.bits - 1)) - 1
 
 
-def patterns(design: Design, seed: int) -> Iterator[Ints]:
+def patterns(design: TfraDesign, seed: int) -> Iterator[Ints]:
     """Frames of codes ``(n, m)``: corners of the input, signs of rows, through C33, and noise."""
     m = design.sensor.taxels
     yield directed_codes(design).reshape(-1, m)
-    c33 = exact_operators(design).c33
+    c33 = design.exact_operators.c33
     for stack in design.stacks.values():
         for op in stack.operators:
             signs = rows_as_taxels(design, op)
@@ -122,7 +121,7 @@ def patterns(design: Design, seed: int) -> Iterator[Ints]:
     yield wild_codes(design, 500, rng).reshape(-1, m)
 
 
-def rows_as_taxels(design: Design, op: Operator) -> Floats:
+def rows_as_taxels(design: TfraDesign, op: Operator) -> Floats:
     """Signs of every row of the folded ``op`` as a vector of taxels of the parity that it multiplies, ``(n, m)``."""
     folded = np.zeros((op.quads, 4, design.quads, 4), dtype=np.int64)
     parity = np.arange(4)
@@ -130,14 +129,14 @@ def rows_as_taxels(design: Design, op: Operator) -> Floats:
     return to_taxels(design, butterfly(folded.reshape(-1, design.quads, 4))).astype(np.float64)
 
 
-def full_scale(design: Design, vectors: Floats) -> Ints:
+def full_scale(design: TfraDesign, vectors: Floats) -> Ints:
     """Codes at the ends of their range by the signs of ``vectors (n, m)``, and the reverse."""
     low, high = ends(design)
     up = np.where(vectors < 0, low, high)
     return np.concatenate([up, ~up])
 
 
-def scaled(design: Design, vectors: Floats) -> Ints:
+def scaled(design: TfraDesign, vectors: Floats) -> Ints:
     """Codes in proportion to ``vectors (n, m)``, the largest of each at the end of its range, and the reverse."""
     low, _ = ends(design)
     vectors = vectors[vectors.any(axis=1)]

@@ -15,8 +15,7 @@ import numpy as np
 
 from tfra.model.arrays import Floats
 from tfra.model.fixed.coefficients import Folding
-from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.operators import exact_operators
+from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.widths import MU_LIMIT, force_drop
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
@@ -26,7 +25,7 @@ Linear = tuple[Floats, Floats]
 Pair = tuple[float, float]
 
 
-def ceilings(design: Design) -> dict[str, float]:
+def ceilings(design: TfraDesign) -> dict[str, float]:
     """Ceilings of signals of the catalogue; a signal without a ceiling has its bound."""
     sensor, code = design.sensor, 2 ** (design.adc.bits - 1)
     most = Forms(design).largest()
@@ -43,8 +42,8 @@ def ceilings(design: Design) -> dict[str, float]:
 class Forms:
     """Signals as linear forms."""
 
-    def __init__(self, design: Design) -> None:
-        ops, h2 = exact_operators(design), design.sensor.thickness**2
+    def __init__(self, design: TfraDesign) -> None:
+        ops, h2 = design.exact_operators, design.sensor.thickness**2
         self._full = 2.0 ** (design.adc.bits - 1 + design.formats.vector_fraction)
         self._solve = -ops.c33_inv / h2
         self._c = np.stack([ops.c31, ops.c32, ops.c33]) * h2

@@ -1,6 +1,7 @@
 """Sparse operators: filters F1, F2 and F3 of SpTFRA, doi:10.3390/s24237829, on the precomputed matrices.
 
-A filter sets entries to zero so that hardware need neither store nor multiply them.  It works on all seven matrices
+A filter sets entries to zero so that hardware need neither store nor multiply them.  :class:`SparseDesign` is a design
+with filtered operators.  A filter works on all seven matrices
 of :class:`Operators`, each on its own; C33 A3-dagger, which the sweep applies to e0 and e1, follows from the two
 filtered factors, and so do the column sums of Eq. 12.  ``Tfra(sensor, ops=filtered(...))`` runs the same algorithm.
 
@@ -11,13 +12,14 @@ forces do not explain, needs no further matrix, and is what the hardware compute
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 import numpy as np
 
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.boussinesq import Operators
+from tfra.model.fixed.tfra.design import TfraDesign
 
 Kind = Literal["F1", "F2", "F3"]
 
@@ -59,6 +61,23 @@ class Filter:
             return large
         near = _nearest(matrix, (large.sum() + np.arange(len(matrix))) // len(matrix))
         return near if error(matrix, near) < error(matrix, large) else large
+
+
+@dataclass(frozen=True)
+class SparseDesign(TfraDesign):
+    """TFRA with the filter ``sparse``; raises ``ValueError`` for one that breaks the mirrors, which fold operators."""
+
+    sparse: Filter = field(kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.sparse.kind != "F2":
+            raise ValueError("sparse: only F2 keeps the mirror symmetry that operators are folded by")
+
+    @property
+    def exact_operators(self) -> Operators:
+        """The operators to quantise, filtered; SI."""
+        return filtered(super().exact_operators, self.sparse)
 
 
 def error(matrix: Floats, mask: Bools) -> float:
