@@ -102,7 +102,7 @@ def _core(part: Target) -> dict[str, Any]:
 def _project(content: dict[str, Any], out: Path | None) -> Project:
     """The project of ``content``; raises ``InputError`` that names the option instead of the key."""
     from tfra.codegen.config.names import name_from
-    from tfra.codegen.config.read import made
+    from tfra.codegen.config.read import build_project
 
     try:
         name = name_from(out.stem) if out else "sensor"
@@ -110,7 +110,7 @@ def _project(content: dict[str, Any], out: Path | None) -> Project:
         reason = "a core cannot have this name, which Verilog or a port uses: choose another file name"
         raise InputError(out or "", "", reason) from None
     try:
-        return made({"name": name} | content, Path("tfra init"))
+        return build_project({"name": name} | content, Path("tfra init"))
     except InputError as error:
         message = str(error)
         for key, option in OPTIONS.items():

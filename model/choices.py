@@ -134,13 +134,13 @@ class Formats:
         for name, bits in self.signals:
             _require_between(f"signals.{name}", bits, *_LIMITS[name if name in _LIMITS else "lane"])
         for longer, shorter, more in _ORDERED:
-            found, least = self.bits(longer), self.bits(shorter) + more
-            reason = f"at least {least} bits are needed beside the {least - more} of {shorter}, got {found}"
-            _require(found >= least, f"signals.{longer}", reason)
+            bits, least = self.bits(longer), self.bits(shorter) + more
+            reason = f"at least {least} bits are needed beside the {least - more} of {shorter}, got {bits}"
+            _require(bits >= least, f"signals.{longer}", reason)
         most = self.bits("sums") + self.bits("direction") - 1
-        found = self.bits("division")
-        reason = f"at most {most} bits, those of sums and direction less one, are supported, got {found}"
-        _require(found <= most, "signals.division", reason)
+        bits = self.bits("division")
+        reason = f"at most {most} bits, those of sums and direction less one, are supported, got {bits}"
+        _require(bits <= most, "signals.division", reason)
 
     def bits(self, signal: str) -> int:
         """Word length of ``signal``: its own, or that of the length that it follows."""

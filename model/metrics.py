@@ -38,24 +38,24 @@ class Contact(Protocol):
         """``(n,)`` degrees."""
 
 
-def errors(reference: Contact, found: Contact) -> dict[str, Floats]:
-    """Return every error of ``found`` by the keys of ``ERRORS``, each ``(n,)``.
+def errors(reference: Contact, estimate: Contact) -> dict[str, Floats]:
+    """Return every error of ``estimate`` by the keys of ``ERRORS``, each ``(n,)``.
 
     F is the length of the difference of both resultants, |F| the length of the reference's; the paper's e(F) is its
     worst component.
     """
     force, modulus = (
-        np.linalg.norm(vector, axis=-1) for vector in (found.resultant - reference.resultant, reference.resultant)
+        np.linalg.norm(vector, axis=-1) for vector in (estimate.resultant - reference.resultant, reference.resultant)
     )
     undefined = np.where(force > 0.0, np.inf, 0.0)
     return {
-        "phi_deg": turn_deg(reference.phi_deg, found.phi_deg),
-        "mu_abs": np.abs(reference.mu - found.mu),
+        "phi_deg": turn_deg(reference.phi_deg, estimate.phi_deg),
+        "mu_abs": np.abs(reference.mu - estimate.mu),
         "force_n": force,
         "force_percent_of_resultant": 100.0 * np.divide(force, modulus, out=undefined, where=modulus > 0.0),
-        "paper_phi_percent_of_turn": error_phi(reference.phi_deg, found.phi_deg),
-        "paper_mu_percent_of_one": error_mu(reference.mu, found.mu),
-        "paper_force_percent_of_estimate": error_force(reference.resultant, found.resultant).max(axis=-1),
+        "paper_phi_percent_of_turn": error_phi(reference.phi_deg, estimate.phi_deg),
+        "paper_mu_percent_of_one": error_mu(reference.mu, estimate.mu),
+        "paper_force_percent_of_estimate": error_force(reference.resultant, estimate.resultant).max(axis=-1),
     }
 
 
@@ -91,12 +91,12 @@ def error_force(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:
     component that differs from its reference has error inf and one that agrees has error 0.  Raises
     ``ValueError`` if the last axis is not the three components.
     """
-    expected, found = np.asarray(reference, dtype=np.float64), np.asarray(estimate, dtype=np.float64)
-    for name, value in (("reference", expected), ("estimate", found)):
+    expected, estimated = np.asarray(reference, dtype=np.float64), np.asarray(estimate, dtype=np.float64)
+    for name, value in (("reference", expected), ("estimate", estimated)):
         if value.shape[-1:] != (3,):
             raise ValueError(f"{name}: shape (..., 3) is needed, got {value.shape}")
-    difference = np.abs(expected - found)
-    modulus = np.broadcast_to(np.linalg.norm(found, axis=-1, keepdims=True), difference.shape)
+    difference = np.abs(expected - estimated)
+    modulus = np.broadcast_to(np.linalg.norm(estimated, axis=-1, keepdims=True), difference.shape)
     undefined = np.where(difference > 0.0, np.inf, 0.0)
     return np.asarray(100.0 * np.divide(difference, modulus, out=undefined, where=modulus > 0.0))
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned import blocks as learned
 from tfra.hdl.parallel.learned.probes import probes as learned_probes
 from tfra.hdl.parallel.tfra.blocks import Blocks
@@ -33,7 +33,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 
 PICTURE = "<!-- rooms -->\n"
 DESIGN = TfraDesign(SensorArray(2, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4))
-LEARNED = made(2, 2)
+LEARNED = learned_design(2, 2)
 
 
 def rooms() -> list[list[str]]:

@@ -11,8 +11,8 @@ from tfra.runtime.outputs import output_directory
 
 def examples() -> dict[str, str]:
     """The text of every example by its name, without ``.toml``, sorted."""
-    found = [file for file in files("tfra.examples").iterdir() if file.name.endswith((".toml", ".csv"))]
-    return {file.name.removesuffix(".toml"): file.read_text("utf-8") for file in sorted(found, key=lambda f: f.name)}
+    entries = [file for file in files("tfra.examples").iterdir() if file.name.endswith((".toml", ".csv"))]
+    return {file.name.removesuffix(".toml"): file.read_text("utf-8") for file in sorted(entries, key=lambda f: f.name)}
 
 
 def title(text: str) -> str:

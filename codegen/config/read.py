@@ -80,16 +80,16 @@ def load(path: str | Path) -> Project:
     Raises ``InputError``, a line that names the file, the key and the reason, for anything wrong with it.
     """
     file = Path(path)
-    return made(read_toml(file), file)
+    return build_project(read_toml(file), file)
 
 
 def load_tfra(path: str | Path) -> Project:
     """The same with TFRA in its usual word lengths, whatever CONFIG says: for what needs neither weights nor a core."""
     file = Path(path)
-    return made(read_toml(file) | {"estimator": {}, "formats": {}}, file)
+    return build_project(read_toml(file) | {"estimator": {}, "formats": {}}, file)
 
 
-def made(content: Mapping[str, object], file: Path) -> Project:
+def build_project(content: Mapping[str, object], file: Path) -> Project:
     """Check the ``content`` of a CONFIG file; raises ``InputError`` naming ``file`` for anything wrong with it.
 
     The learned estimator's weights are read, so an error can name their file, too.

@@ -53,21 +53,21 @@ def _lines(template: list[str], chosen: Sections, defaults: Sections) -> Iterato
     for line in template:
         if head := _HEAD.fullmatch(line):
             section = head["name"]
-        elif found := _KEY.fullmatch(line):
-            yield _assigned(found, chosen.get(section, {}), defaults.get(section, {}))
+        elif match := _KEY.fullmatch(line):
+            yield _assigned(match, chosen.get(section, {}), defaults.get(section, {}))
             continue
         elif section and line.startswith("#"):
             continue
         yield line
 
 
-def _assigned(found: re.Match[str], chosen: Mapping[str, Value], defaults: Mapping[str, Value]) -> str:
-    key = found["key"]
+def _assigned(match: re.Match[str], chosen: Mapping[str, Value], defaults: Mapping[str, Value]) -> str:
+    key = match["key"]
     if key in chosen:
         text = assignment(key, chosen[key])
     else:
-        text = "# " + (assignment(key, defaults[key]) if key in defaults else f"{key} = {found['value']}")
-    return f"{text:{_COLUMN - 1}} {found['comment'] or ''}".rstrip()
+        text = "# " + (assignment(key, defaults[key]) if key in defaults else f"{key} = {match['value']}")
+    return f"{text:{_COLUMN - 1}} {match['comment'] or ''}".rstrip()
 
 
 def _contact(design: Design) -> dict[str, Value]:

@@ -98,15 +98,15 @@ def read_weights(file: Path, sensor: SensorArray) -> Trained:
 
     Raises ``InputError`` for a file that can't be read, is damaged, of another version, or for another sensor.
     """
-    with archive(file) as found:
+    with archive(file) as stored:
         if reason := file_objection(file, COMMAND):
             raise InputError(file, "", f"is no file of tfra {COMMAND}: {reason}: {_AGAIN}")
-        missing = next((key for key in (*NAMES, "curve", "about") if key not in found.keys), None)
+        missing = next((key for key in (*NAMES, "curve", "about") if key not in stored.keys), None)
         if missing:
             raise InputError(file, missing, f"the key is missing: {_AGAIN}")
-        about = _about(found)
+        about = _about(stored)
         _require_sensor(file, about, sensor)
-        arrays = {key: np.asarray(found.read(key, any_shape), dtype=np.float64) for key in (*NAMES, "curve")}
+        arrays = {key: np.asarray(stored.read(key, any_shape), dtype=np.float64) for key in (*NAMES, "curve")}
     curve = arrays.pop("curve")
     if curve.ndim != 2 or curve.shape[1] != 3 or not np.isfinite(curve).all():
         raise InputError(file, "curve", f"finite numbers of shape (k, 3) are needed, got shape {curve.shape}")
@@ -119,21 +119,21 @@ def read_weights(file: Path, sensor: SensorArray) -> Trained:
     return Trained(sensor, weights, about.threshold, about.prior, about.held_out, curve)
 
 
-def _about(found: Archive) -> About:
+def _about(stored: Archive) -> About:
     try:
-        content = json.loads(found.text("about"))
+        content = json.loads(stored.text("about"))
     except (ValueError, RecursionError) as error:
         if isinstance(error, InputError):
             raise
-        raise InputError(found.file, "about", f"is no JSON: {_AGAIN}") from None
+        raise InputError(stored.file, "about", f"is no JSON: {_AGAIN}") from None
     given = content.get("format") if isinstance(content, dict) else None
     if given != FORMAT:
-        raise InputError(found.file, "about.format", f"version {FORMAT} is needed, got {quoted(given)}: {_AGAIN}")
+        raise InputError(stored.file, "about.format", f"version {FORMAT} is needed, got {quoted(given)}: {_AGAIN}")
     try:
         return About.model_validate(content)
     except ValidationError as error:
         key, reason = complaint(error, About)
-        raise InputError(found.file, f"about.{key}", reason) from None
+        raise InputError(stored.file, f"about.{key}", reason) from None
 
 
 def _require_sensor(file: Path, about: About, sensor: SensorArray) -> None:

@@ -143,10 +143,10 @@ def fem_frames(
     for index, footprint in enumerate(footprints):
         _check(index, sensor, footprint, chosen)
     responses = {each: _cached(sensor, each, chosen, poisson) for each in dict.fromkeys(footprints)}
-    found = np.empty((len(contacts), sensor.rows, sensor.columns))
-    for frame, contact, footprint in zip(found, contacts, footprints, strict=True):
+    frames = np.empty((len(contacts), sensor.rows, sensor.columns))
+    for frame, contact, footprint in zip(frames, contacts, footprints, strict=True):
         frame[:] = np.tensordot(contact.force, responses[footprint], 1)
-    return found
+    return frames
 
 
 def response(sensor: SensorArray, contact: Contact, mesh: Mesh, poisson: float) -> Floats:
@@ -234,10 +234,10 @@ class _Block:
         size = (forces.size, forces.size)
         operator = LinearOperator(size, lambda u: (self._free * self._reactions(u.reshape(3, -1))).ravel(), dtype=float)
         inverse = LinearOperator(size, lambda r: self._precondition(r.reshape(3, -1)).ravel(), dtype=float)
-        found, info = cg(operator, (self._free * forces).ravel(), rtol=RESIDUAL, M=inverse, maxiter=2000)
+        solution, info = cg(operator, (self._free * forces).ravel(), rtol=RESIDUAL, M=inverse, maxiter=2000)
         if info:
             raise RuntimeError(f"conjugate gradients did not converge in {info} iterations")
-        return np.asarray(found.reshape(3, -1))
+        return np.asarray(solution.reshape(3, -1))
 
     def base_stress(self, displacements: Floats, x: Floats, y: Floats) -> Floats:
         """sigma_zz at the base, shape ``(len(y), len(x))``, from the reactions of the bonded nodes."""
@@ -309,11 +309,11 @@ class _Block:
 
     def _precondition(self, forces: Floats) -> Floats:
         """Displacements of an uncoupled material under ``forces``."""
-        found = np.empty_like(forces)
+        product = np.empty_like(forces)
         for axis, ((x, y, z), inverse) in enumerate(self._modes):
             amplitudes = inverse * _along(forces[axis][self._grid], x.T, y.T, z.T)
-            found[axis][self._grid] = _along(amplitudes, x, y, z)
-        return found
+            product[axis][self._grid] = _along(amplitudes, x, y, z)
+        return product
 
 
 def _along(values: Floats, x: Floats, y: Floats, z: Floats) -> Floats:

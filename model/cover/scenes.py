@@ -31,15 +31,15 @@ def random_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -
 
     Half sizes are 12 to 30 % of the block's sides, F_z = -5 N, mu = 0.05 to 0.9.
     """
-    found = []
+    contacts = []
     for _ in range(count):
         half_x, half_y = rng.uniform(0.12, 0.3) * sensor.size_x, rng.uniform(0.12, 0.3) * sensor.size_y
         x = rng.uniform(half_x, sensor.size_x - half_x) - sensor.pitch_x / 2
         y = rng.uniform(half_y, sensor.size_y - half_y) - sensor.pitch_y / 2
         shape = list(ContactShape)[rng.integers(len(ContactShape))]
         mu, phi = rng.uniform(0.05, 0.9), rng.uniform(0, 2 * np.pi)
-        found.append(Contact(shape, x, y, half_x, half_y, -5.0, mu, phi))
-    return found
+        contacts.append(Contact(shape, x, y, half_x, half_y, -5.0, mu, phi))
+    return contacts
 
 
 def any_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -> Contacts:

@@ -75,7 +75,7 @@ def stacked(choices: Choices, operators: Sequence[Operator], names: Mapping[str,
     lengths = {op.name: choices.formats.bits(f"coefficient.{op.name}") for op in operators}
     word = max(lengths.values())
     by_name = {op.name: op.longer(word - lengths[op.name]) for op in operators}
-    return {stack: Stack(stack, tuple(by_name[name] for name in held)) for stack, held in names.items()}
+    return {stack: Stack(stack, tuple(by_name[name] for name in members)) for stack, members in names.items()}
 
 
 class Folding:

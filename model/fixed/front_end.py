@@ -95,8 +95,8 @@ class Tables:
             wrong = (getattr(self, name) < least) | (getattr(self, name) > most)
             if wrong.any():
                 taxel = int(np.argmax(wrong))
-                found = getattr(self, name)[taxel]
-                raise ValueError(f"{name}: {least} to {most} is supported, taxel {taxel} has {found}")
+                given = getattr(self, name)[taxel]
+                raise ValueError(f"{name}: {least} to {most} is supported, taxel {taxel} has {given}")
         if len(self.repairs) > repair_places(len(self.gains)):
             places = repair_places(len(self.gains))
             raise ValueError(f"repairs: the table has {places} places, got {len(self.repairs)} words")

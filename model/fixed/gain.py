@@ -11,7 +11,7 @@ from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.cordic import cordic, cordic_gain, iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import Normalised
-from tfra.model.fixed.numbers import bit_length, divide, round_shift, to_top
+from tfra.model.fixed.numbers import bit_length, divide, normalize, round_shift
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.widths import MU_LIMIT, force_drop
 from tfra.model.rounding import Rounding
@@ -67,7 +67,7 @@ def gain(design: Design, total: Resultant, frame: Normalised) -> Gain:
     modulus, _ = cordic(design, tangential, normal)
     numerator = frame.magnitude * second
     n_bits, m_bits = bit_length(numerator), bit_length(modulus)
-    quotient = divide(to_top(numerator, n_bits, bits), np.maximum(to_top(modulus, m_bits, bits), 1), scalar - 1)
+    quotient = divide(normalize(numerator, n_bits, bits), np.maximum(normalize(modulus, m_bits, bits), 1), scalar - 1)
     regular = frame.regular
     mantissa = np.where(regular, np.minimum(quotient, (1 << scalar) - 1), normal_gain(design)[0])
     # numerator / modulus = quotient * 2^(n_bits - m_bits - scalar + 1); numerator has rotations - 3 fraction bits

@@ -7,7 +7,7 @@ import numpy as np
 from tfra.model.arrays import Ints
 from tfra.model.fixed.coefficients import Operator
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import normalise, round_shift, significant_bits
+from tfra.model.fixed.numbers import block_normalize, round_shift, significant_bits
 
 EXACT_DOUBLE = 1 << 53
 """Sums of integers stay exact in float64 while every partial sum is below this."""
@@ -16,7 +16,7 @@ EXACT_DOUBLE = 1 << 53
 def operand(vector: Ints, bits: int) -> tuple[Ints, Ints]:
     """Words ``(n, Q, 4)`` of ``bits`` of a folded ``vector (n, Q, 4)``, and the bits each parity needed ``(n, 4)``."""
     significant = significant_bits(vector, axis=1)
-    return normalise(vector, significant[:, None, :], bits), significant
+    return block_normalize(vector, significant[:, None, :], bits), significant
 
 
 def matvec(design: Design, stack: str, vector: Ints) -> Ints:

@@ -60,13 +60,13 @@ def significant_bits(value: npt.ArrayLike, axis: int | tuple[int, ...]) -> Ints:
     return bit_length(np.bitwise_or.reduce(x ^ (x >> 63), axis=axis))
 
 
-def normalise(value: npt.ArrayLike, significant: npt.ArrayLike, bits: int) -> Ints:
+def block_normalize(value: npt.ArrayLike, significant: npt.ArrayLike, bits: int) -> Ints:
     """Words scaled by ``2^(bits - 1 - significant)`` to fill ``bits``, rounded half up and saturated."""
     shift = np.asarray(significant, dtype=np.int64) - (bits - 1)
     return saturate(round_shift(value, shift), bits)
 
 
-def to_top(value: Ints, length: Ints, bits: int) -> Ints:
+def normalize(value: Ints, length: Ints, bits: int) -> Ints:
     """``value`` moved so that its top bit is bit ``bits - 1``; bits below are cut off."""
     shift = bits - length
     return np.where(shift >= 0, value << np.maximum(shift, 0), value >> np.maximum(-shift, 0))

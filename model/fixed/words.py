@@ -46,9 +46,9 @@ def received(design: Design, words: Ints) -> Ints:
         raise ValueError(f"words: integers of frames of {design.frame_words} words are needed, got {kind}")
     if given.dtype == np.uint64 and given.size and given.max() > np.iinfo(np.int64).max:
         raise ValueError("words: a word exceeds 63 bits")
-    found = given.astype(np.int64)
+    signed = given.astype(np.int64)
     for where in design.layout:
-        part = found[:, where.start : where.start + where.count]
+        part = signed[:, where.start : where.start + where.count]
         low, high = (-1 << (where.bits - 1), 1 << (where.bits - 1)) if where.signed else (0, 1 << where.bits)
         if where.signed:
             for bits in {design.word_bits, max(design.word_bits, _BEAT)}:
@@ -58,7 +58,7 @@ def received(design: Design, words: Ints) -> Ints:
             frame, word = wrong[0]
             value = part[frame, word]
             raise ValueError(f"words: frame {frame}: {where.name} is from {low} to {high - 1}, got {value}")
-    return found
+    return signed
 
 
 def scaled(design: Design, words: Ints) -> Result:

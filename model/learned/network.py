@@ -42,8 +42,8 @@ class Folded:
     def of(cls, choices: Choices, weights: Weights) -> Folded:
         """Transform ``weights`` for the array of ``choices``."""
         places = taxel_index(choices)
-        held = np.bincount(places.ravel())[places]  # a taxel on a middle line has more than one place in its quad
-        first, direct = (butterfly(to_quads(choices, taken) / held) for taken in (weights.first, weights.direct))
+        copies = np.bincount(places.ravel())[places]  # a taxel on a middle line has more than one place in its quad
+        first, direct = (butterfly(to_quads(choices, taken) / copies) for taken in (weights.first, weights.direct))
         second = butterfly(np.moveaxis(weights.second, 0, -1))
         return cls(
             first=np.ascontiguousarray(first.transpose(2, 1, 0)) / MIRRORS,

@@ -11,7 +11,7 @@ import pytest
 
 from tests.codegen import lint
 from tests.marks import long
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.files import files
 from tfra.hdl.cores import microarchitecture
@@ -25,8 +25,8 @@ PRESETS = ("fast", "balanced", "small", "learned_fast", "learned_small")
 SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
 DESIGNS: dict[str, Design] = {
     "serial": TfraDesign(SENSOR, "serial", adc=Adc(8), search=Search(3), architecture=SERIAL),
-    "learned_serial": replace(made(2, 3, adc=Adc(8), architecture=SERIAL), name="learned_serial"),
-    "learned_parallel": replace(made(2, 3, adc=Adc(8)), name="learned_parallel"),
+    "learned_serial": replace(learned_design(2, 3, adc=Adc(8), architecture=SERIAL), name="learned_serial"),
+    "learned_parallel": replace(learned_design(2, 3, adc=Adc(8)), name="learned_parallel"),
     "parallel": TfraDesign(SENSOR, "parallel", adc=Adc(8), search=Search(3), architecture=Architecture(4)),
 }
 

@@ -14,7 +14,7 @@ from functools import partial
 import pytest
 
 from tests.marks import long
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import to_verilog
 from tfra.codegen.verilog.testbench import testbench
@@ -35,8 +35,8 @@ DESIGNS = {
     "two candidates": parallel(1, 4),
     "four candidates": parallel(3, 1, 1.5),
     "eight candidates": parallel(7, 4),
-    "learned": made(2, 3, adc=Adc(8)),
-    "learned, without forces": made(3, 2, adc=Adc(8), taxel_forces=False),
+    "learned": learned_design(2, 3, adc=Adc(8)),
+    "learned, without forces": learned_design(3, 2, adc=Adc(8), taxel_forces=False),
     "serial": TfraDesign(SensorArray(2, 3, 2e-3, 3e-3, 2e-3), adc=Adc(8), search=Search(3), architecture=SERIAL),
 }
 

@@ -19,7 +19,7 @@ from tfra.model.learned.weights import Weights
 from tfra.model.tfra import Status
 
 SIGNALS = (
-    *(f"coefficient.{name}" for held in OPERATORS.values() for name in held),
+    *(f"coefficient.{name}" for names in OPERATORS.values() for name in names),
     *(f"operand.{name}" for name in (*OPERATORS, "combine")),
     *SCALARS,
 )

@@ -13,13 +13,13 @@ from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.learned.field import MOST_FRICTION
 
 
-def field(design: Design, still: Ints, sheared: tuple[Ints, Ints], found: Friction) -> Ints:
+def field(design: Design, still: Ints, sheared: tuple[Ints, Ints], chosen: Friction) -> Ints:
     """p ``(n, m)``, none of it negative, from folded quads ``(n, Q, 4)``.
 
     ``still`` is -K b, and ``sheared`` are K G_x p and K G_y p of the first pass.
     """
     quads = still
-    for scalar, quad in zip((found.mu_x, found.mu_y), sheared, strict=True):
+    for scalar, quad in zip((chosen.mu_x, chosen.mu_y), sheared, strict=True):
         quads = combine(design, quads, bounded(design, scalar), quad)
     return to_taxels(design, np.maximum(butterfly(quads), 0))
 

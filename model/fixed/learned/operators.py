@@ -46,17 +46,17 @@ PLACES = ((0, OX), (0, OY), (0, EE), (1, EE))
 
 def names(taxel_forces: bool) -> dict[str, tuple[str, ...]]:
     """Names of the operators of each stack of a design with or without forces at the taxels."""
-    held = {
+    needed = {
         stack: tuple(name for name in all_names if taxel_forces or name not in OF_FORCES)
         for stack, all_names in OPERATORS.items()
     }
-    return {stack: found for stack, found in held.items() if found}
+    return {stack: names for stack, names in needed.items() if names}
 
 
 def make_stacks(choices: Choices, weights: Weights, taxel_forces: bool) -> dict[str, Stack]:
     """Every stack by its name, in the order of ``OPERATORS``."""
     layers = Layers.of(Folded.of(choices, weights))
-    found = [
+    quantised = [
         _operator(choices, "first", layers.first, over_array=True),
         _operator(choices, "direct", layers.direct, over_array=True),
         _operator(choices, "second", layers.second),
@@ -65,12 +65,12 @@ def make_stacks(choices: Choices, weights: Weights, taxel_forces: bool) -> dict[
     ]
     if taxel_forces:
         g, fold = influence(choices.sensor), Folding(choices)
-        found += [
+        quantised += [
             fold.matrix("inverse", -g.inverse / choices.sensor.taxel_area / MIRRORS),
             fold.matrix("shear_x", g.inverse @ g.x / MIRRORS, OX),
             fold.matrix("shear_y", g.inverse @ g.y / MIRRORS, OY),
         ]
-    return stacked(choices, found, names(taxel_forces))
+    return stacked(choices, quantised, names(taxel_forces))
 
 
 @dataclass(frozen=True, eq=False)

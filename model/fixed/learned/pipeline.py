@@ -82,14 +82,14 @@ class FixedLearned(FixedModel[Trace]):
         h2 = activation(by_h1["second"])
         read = matvec(design, "read", h2)
         total = (by_b["direct"] + by_h1["read1"] + read) * frame.contact[:, None, None]
-        found = outputs(total)
-        force = resultant(design, found[:, :3])
+        results = outputs(total)
+        force = resultant(design, results[:, :3])
         turned = angle(design, force)
         mu = friction(design, force, turned)
         at_taxels = self._field(by_b["inverse"], force, mu) if self._taxel_forces else None
         return Trace(
             codes, frame, stress, first, h1, second, h2, read, total,
-            force, judged(design, found, self._threshold), turned, mu, at_taxels,
+            force, judged(design, results, self._threshold), turned, mu, at_taxels,
         )  # fmt: skip
 
     def _field(self, still: Ints, force: Resultant, mu: Friction) -> Field:

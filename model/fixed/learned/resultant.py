@@ -9,7 +9,7 @@ import numpy as np
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant
-from tfra.model.fixed.numbers import normalise, round_shift, saturate, significant_bits
+from tfra.model.fixed.numbers import block_normalize, round_shift, saturate, significant_bits
 
 THRESHOLD_FRACTION, THRESHOLD_BITS = 8, 16
 """Fraction bits and bits of the threshold, which is unsigned."""
@@ -30,7 +30,7 @@ def resultant(design: Design, force: Ints) -> Resultant:
     """``force (n, 3)`` on the vector grid, normalised together."""
     significant = significant_bits(force, axis=1)
     bits = design.widths.division
-    return Resultant(normalise(force, significant[:, None], bits), bits - 1 - significant)
+    return Resultant(block_normalize(force, significant[:, None], bits), bits - 1 - significant)
 
 
 def judged(design: Design, outputs: Ints, threshold: int) -> Judged:

@@ -9,7 +9,7 @@ import numpy as np
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant
-from tfra.model.fixed.numbers import bit_length, divide, round_shift, saturate, to_top
+from tfra.model.fixed.numbers import bit_length, divide, normalize, round_shift, saturate
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ def share(design: Design, total: Resultant, p: Ints) -> Share:
     even = (whole == 0) | (_shift(design, total, bit_length(whole)) < 0)
     whole = np.where(even, design.sensor.taxels * even_word(design), whole)
     length = bit_length(whole)
-    quotient = divide(np.abs(total.words), to_top(whole, length, bits)[:, None], scalar - 1)
+    quotient = divide(np.abs(total.words), normalize(whole, length, bits)[:, None], scalar - 1)
     mantissa = np.minimum(quotient, (1 << (scalar - 1)) - 1)
     return Share(np.where(total.words < 0, -mantissa, mantissa), _shift(design, total, length), even)
 
@@ -43,10 +43,10 @@ def even_word(design: Design) -> int:
     return 1 << max(0, needed - taxels.bit_length())
 
 
-def shared(design: Design, found: Share, p: Ints) -> tuple[Ints, Bools]:
+def shared(design: Design, part: Share, p: Ints) -> tuple[Ints, Bools]:
     """Forces ``(n, 3, m)`` in result words, and where one was limited ``(n,)``."""
-    spread = np.where(found.even[:, None], even_word(design), p)
-    wide = round_shift(spread[:, None] * found.mantissa[:, :, None], found.shift[:, None, None])
+    spread = np.where(part.even[:, None], even_word(design), p)
+    wide = round_shift(spread[:, None] * part.mantissa[:, :, None], part.shift[:, None, None])
     words = saturate(wide, design.widths.output)
     return words, (wide != words).any(axis=(1, 2))
 

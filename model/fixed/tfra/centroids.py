@@ -13,7 +13,7 @@ import numpy as np
 
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import normalise, significant_bits
+from tfra.model.fixed.numbers import block_normalize, significant_bits
 
 
 @dataclass(frozen=True)
@@ -55,11 +55,11 @@ def centroids(design: Design, codes: Ints) -> Direction:
     """Direction of ``codes (n, m)``; frames without one get cos > 0 and sin = 0."""
     exact = offset(*moments(design, codes))
     bits = design.widths.division
-    length = normalise(exact, significant_bits(exact, axis=1)[:, None], bits) * np.array(pitch_ratio(design))
+    length = block_normalize(exact, significant_bits(exact, axis=1)[:, None], bits) * np.array(pitch_ratio(design))
     x, y = length.T
     sweep_y = np.abs(y) > np.abs(x)
     vanishing = (x == 0) & (y == 0)
     word = design.formats.bits("direction")
-    words = normalise(length, significant_bits(length, axis=1)[:, None], word)
+    words = block_normalize(length, significant_bits(length, axis=1)[:, None], word)
     cos = np.where(vanishing, (1 << (word - 1)) - 1, words[:, 0])
     return Direction(cos, words[:, 1], sweep_y, np.where(sweep_y, y, x) < 0, vanishing)

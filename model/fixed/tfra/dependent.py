@@ -9,7 +9,7 @@ import numpy as np
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import divide, normalise, significant_bits
+from tfra.model.fixed.numbers import block_normalize, divide, significant_bits
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.tfra import COEFFICIENT_LIMIT
@@ -51,9 +51,9 @@ def quotients(sums: Ints, direction: Direction) -> Ints:
 def dependent(design: Design, exact: Ints, direction: Direction, regular: Bools) -> Dependent:
     """alpha and beta from ``exact (n, 3, 3)`` sums; zero where the denominator vanishes or nothing is swept."""
     significant = significant_bits(exact, axis=(1, 2))
-    a = normalise(exact, significant[:, None, None], design.formats.bits("sums"))
+    a = block_normalize(exact, significant[:, None, None], design.formats.bits("sums"))
     quotient = quotients(a, direction)
-    quotient = normalise(quotient, significant_bits(quotient, axis=1)[:, None], design.widths.division)
+    quotient = block_normalize(quotient, significant_bits(quotient, axis=1)[:, None], design.widths.division)
     size = np.abs(quotient)
     vanishing = np.maximum(size[:, 0], size[:, 1]) >= int(COEFFICIENT_LIMIT) * size[:, 2]
     usable = regular & ~vanishing

@@ -47,8 +47,8 @@ def make_stacks(choices: Choices, ops: Operators) -> dict[str, Stack]:
     ]
     sums_b = [{EE: s3, OX: s1, OY: s2}]  # A30, A10, A20
     fold = Folding(choices)
-    # The sums come first, so that alpha and beta are found while the vectors are still on their way.
-    found = (
+    # The sums come first, so that alpha and beta are known while the vectors are still on their way.
+    quantised = (
         fold.matrix("c33_inv", ops.c33_inv / h2),
         fold.sums("sums_b", sums_b),
         fold.sums("sums_n", sums_n),
@@ -60,4 +60,4 @@ def make_stacks(choices: Choices, ops: Operators) -> dict[str, Stack]:
         fold.matrix("pinv2", pinv2, OY),
         fold.matrix("pinv3", pinv3),
     )
-    return stacked(choices, found, OPERATORS)
+    return stacked(choices, quantised, OPERATORS)

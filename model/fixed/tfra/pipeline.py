@@ -50,7 +50,7 @@ class Trace:
     p: Ints
     """``(n, m)``, times four, as ``q``."""
     q: Ints
-    found: Sweep
+    swept: Sweep
     chosen: Friction
     d: Ints
     force: Ints
@@ -87,8 +87,8 @@ class FixedTfra(FixedModel[Trace]):
         e1 = combine(design, d_ind, affine.beta, d_dep)
         normal = self.product("normal", e0), self.product("normal", e1)
         p, q = (to_taxels(design, butterfly(quads)) for quads in (normal[0] - g, normal[1]))
-        found = sweep(design, frame.stress, p, q, direction.negative, frame.exponent)
-        chosen = friction(design, found.index, direction, affine, frame.regular)
+        swept = sweep(design, frame.stress, p, q, direction.negative, frame.exponent)
+        chosen = friction(design, swept.index, direction, affine, frame.regular)
         d = combine(design, e0, chosen.mu_ind, e1)
         force = self.product("force", d)
         planes = to_taxels(design, forces(design, force, chosen, n))
@@ -99,7 +99,7 @@ class FixedTfra(FixedModel[Trace]):
         scaled = scaling(design, frame, factor, planes, total)
         return Trace(
             codes, frame, direction, stress, b, contact, n, residual, affine, e0, e1, normal, p, q,
-            found, chosen, d, force, planes, total, factor, phi, scaled,
+            swept, chosen, d, force, planes, total, factor, phi, scaled,
         )  # fmt: skip
 
     def _words(self, trace: Trace, first_frame: int) -> Ints:
@@ -131,7 +131,7 @@ class FixedTfra(FixedModel[Trace]):
             Stage.WEIGHTS: trace.n,
             Stage.DEPENDENT: np.stack([affine.alpha, affine.beta], axis=1),
             Stage.COMBINE: np.concatenate([trace.e0, trace.e1, trace.d], axis=1),
-            Stage.SWEEP: trace.found.index[:, None],
+            Stage.SWEEP: trace.swept.index[:, None],
             Stage.FRICTION: np.stack([chosen.mu_ind, chosen.mu_x, chosen.mu_y], axis=1),
             Stage.RESULTANT: trace.total.words,
             Stage.GAIN: np.stack([factor.mantissa, factor.mu], axis=1),

@@ -7,7 +7,7 @@ import numpy as np
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant
-from tfra.model.fixed.numbers import normalise, significant_bits
+from tfra.model.fixed.numbers import block_normalize, significant_bits
 from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import Friction
@@ -27,4 +27,4 @@ def resultant(design: Design, affine: Dependent, chosen: Friction, regular: Bool
     bits = design.widths.division
     sums = design.formats.bits("sums")
     exponent = (sums - 1 - affine.significant) + scalar_fraction(design) + (bits - 1 - significant)
-    return Resultant(normalise(exact, significant[:, None], bits), exponent)
+    return Resultant(block_normalize(exact, significant[:, None], bits), exponent)

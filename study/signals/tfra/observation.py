@@ -148,8 +148,8 @@ def _sweep(design: Design, trace: Trace) -> dict[str, Observed]:
         "p": Observed(trace.p),
         "q": Observed(trace.q),
         "candidate": Observed(np.stack([first, first + steps * trace.q], axis=1)),
-        "b_z": Observed(trace.found.b_z),
-        "b_xy": Observed(trace.found.b_xy),
+        "b_z": Observed(trace.swept.b_z),
+        "b_xy": Observed(trace.swept.b_xy),
     }
 
 

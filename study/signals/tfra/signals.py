@@ -57,7 +57,7 @@ def words(design: Design, trace: Trace) -> dict[str, Ints]:
         **{name: by_n[name] for name in ("c33", "c31", "c32")},
         **{"sums": affine.sums, "alpha": affine.alpha, "beta": affine.beta},
         **{"e0": trace.e0, "e1": trace.e1, "normal0": trace.normal[0], "normal1": trace.normal[1]},
-        **{"p": trace.p, "q": trace.q, "b_z": trace.found.b_z, "b_xy": trace.found.b_xy},
+        **{"p": trace.p, "q": trace.q, "b_z": trace.swept.b_z, "b_xy": trace.swept.b_xy},
         **{"mu_ind": chosen.mu_ind, "mu_x": chosen.mu_x, "mu_y": chosen.mu_y},
         **{"d": trace.d, **by_d, "planes": trace.planes, "f_star": trace.total.words},
         **{"gain": trace.factor.mantissa, "mu": trace.factor.mu, "phi": trace.phi},

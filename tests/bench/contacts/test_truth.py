@@ -6,7 +6,7 @@ import pytest
 
 from bench.contacts import truth
 from bench.publish import ROOT
-from tfra.model.truth import found, sentence
+from tfra.model.truth import medians, sentence
 
 
 def block(name, page="README.md"):
@@ -19,7 +19,7 @@ def block(name, page="README.md"):
 
 def test_the_package_has_the_medians_of_the_study():
     assert json.loads((ROOT / "model" / "truth.json").read_text()) == truth.medians(truth.rows())
-    assert found() == {"0.3": 0.046, "0.5": 0.438, "0.7": 0.902}
+    assert medians() == {"0.3": 0.046, "0.5": 0.438, "0.7": 0.902}
 
 
 def test_the_sentence():

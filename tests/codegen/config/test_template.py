@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tfra.codegen.config.examples import examples
-from tfra.codegen.config.read import made
+from tfra.codegen.config.read import build_project
 from tfra.codegen.config.schema import Document
 from tfra.codegen.config.template import EXAMPLE, commented
 from tfra.model.choices import FORMATS
@@ -22,12 +22,12 @@ SKIN = {"rows": 8, "columns": 12, "pitch_x_mm": 3.0, "pitch_y_mm": 2.5, "thickne
 
 
 def text_of(sensor: dict[str, Any], **sections: Any) -> str:
-    project = made({"name": "skin", "sensor": sensor, **sections}, Path("skin.toml"))
+    project = build_project({"name": "skin", "sensor": sensor, **sections}, Path("skin.toml"))
     return commented(project.design, project.layer)
 
 
 def read(text: str) -> Any:
-    return made(tomllib.loads(text), Path("skin.toml"))
+    return build_project(tomllib.loads(text), Path("skin.toml"))
 
 
 LENGTHS = st.decimals(0, 9, places=3).map(float).map(lambda x: x + 0.8)
@@ -55,7 +55,7 @@ def test_it_is_the_design_and_no_frame_is_over_full_scale(
         "architecture": {"kind": kind},
         "target": {"name": family},
     }
-    expected = made(content, Path("skin.toml"))
+    expected = build_project(content, Path("skin.toml"))
     found = read(commented(expected.design, expected.layer))
     assert (found.design, found.layer) == (expected.design, expected.layer)
     frames = found.layer.frames(found.design.sensor, found.contacts)

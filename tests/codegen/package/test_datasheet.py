@@ -14,7 +14,7 @@ import pytest
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tests.codegen.package.made import PARALLEL, PART, SERIAL_CORE
-from tests.model.fixed.learned.cases import made as learned
+from tests.model.fixed.learned.cases import learned_design as learned
 from tfra.codegen.package.accuracy import CONTACTS, SEED, accuracy
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.datasheet import datasheet, instance

@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 from tests.codegen.package.c_driver import SOURCES, STRICT, CCore, compiled
 from tests.codegen.package.test_simulated import DESIGN, frames
 from tests.hdl.bus.model import Model
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.codegen.package.constants import HEADER
 from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.files import register_files
@@ -38,7 +38,7 @@ from tfra.model.sensor import SensorArray
 
 MAP = register_map(parameters(DESIGN))
 FACTS, WORDS = sidecar(DESIGN), DESIGN.model(frames(DESIGN)).words
-LEARNED = made(2, 3)
+LEARNED = learned_design(2, 3)
 NO_FORCES = replace(LEARNED, taxel_forces=False)
 COMPILERS = ["gcc", *(["clang"] if shutil.which("clang") else [])]
 

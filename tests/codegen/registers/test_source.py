@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.codegen.registers.source import SOURCE, as_map, compiled, register_map
 from tfra.codegen.registers.values import parameters
 from tfra.hdl.bus.map import Field, Kind
@@ -102,7 +102,7 @@ def test_values_of_a_design() -> None:
 
 def test_other_designs_have_other_values() -> None:
     serial = replace(DESIGN, architecture=Architecture(0, kind="serial", vector_words=0))
-    learned = replace(made(2, 2), taxel_forces=False)
+    learned = replace(learned_design(2, 2), taxel_forces=False)
     seen = parameters(serial)
     loaded = microarchitecture(serial).loaded
     assert loaded is not None

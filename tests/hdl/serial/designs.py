@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.model.choices import FORMATS, SERIAL, Adc, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -43,19 +43,21 @@ DESIGNS = {
 }
 
 LEARNED = {
-    "2×2": made(2, 2, (1, 1), architecture=SERIAL, threshold=300.0),
-    "2×3, forces": made(2, 3, (3, 2), seed=1, architecture=SERIAL),
-    "3×5": made(3, 5, (7, 4), seed=2, architecture=SERIAL, taxel_forces=False),
-    "5×7, forces": made(5, 7, (6, 13), seed=3, architecture=SERIAL, threshold=1.5),
-    "wide": made(4, 3, (4, 2), seed=4, architecture=SERIAL, adc=Adc(16), formats=FORMATS["wide"]),
-    "short": made(
+    "2×2": learned_design(2, 2, (1, 1), architecture=SERIAL, threshold=300.0),
+    "2×3, forces": learned_design(2, 3, (3, 2), seed=1, architecture=SERIAL),
+    "3×5": learned_design(3, 5, (7, 4), seed=2, architecture=SERIAL, taxel_forces=False),
+    "5×7, forces": learned_design(5, 7, (6, 13), seed=3, architecture=SERIAL, threshold=1.5),
+    "wide": learned_design(4, 3, (4, 2), seed=4, architecture=SERIAL, adc=Adc(16), formats=FORMATS["wide"]),
+    "short": learned_design(
         3, 3, (5, 3), seed=5, architecture=SERIAL, adc=Adc(8), formats=Formats("short", 12, 14, 16, 3)
     ),
-    "long": made(4, 6, (2, 9), seed=6, architecture=SERIAL, adc=Adc(6), formats=Formats("long", 18, 27, 0, 0)),
+    "long": learned_design(
+        4, 6, (2, 9), seed=6, architecture=SERIAL, adc=Adc(6), formats=Formats("long", 18, 27, 0, 0)
+    ),
 }
 """Designs of the learned estimator; orbits of units vary in number with the quads."""
 
-LEARNED_TEN = made(10, 10, (48, 24), architecture=SERIAL, adc=Adc(), taxel_forces=False)
+LEARNED_TEN = learned_design(10, 10, (48, 24), architecture=SERIAL, adc=Adc(), taxel_forces=False)
 """The learned design that has to fit an iCE40UP5K."""
 
 

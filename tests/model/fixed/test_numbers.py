@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from tfra.model.fixed.numbers import (
     bit_length,
+    block_normalize,
     divide,
-    normalise,
     round_shift,
     saturate,
     signed_bits,
@@ -93,7 +93,7 @@ def test_significant_bits_is_the_shortest_word_less_its_sign(values):
 @given(st.lists(words, min_size=1, max_size=5), st.integers(10, 27))
 def test_normalise_fills_the_word(values, bits):
     significant = int(significant_bits(np.array(values), axis=0))
-    got = normalise(np.array(values), significant, bits)
+    got = block_normalize(np.array(values), significant, bits)
     top = 1 << (bits - 1)
     for value, word in zip(values, got.tolist(), strict=True):
         exact = Fraction(value) * Fraction(2) ** (bits - 1 - significant)

@@ -9,16 +9,18 @@ import numpy as np
 from hypothesis import Phase
 
 from tests.hdl.parallel.cores import mixed
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.model.arrays import Ints
 from tfra.model.choices import FORMATS, Adc, Architecture, Formats
 from tfra.model.fixed.learned.design import SIGNALS, LearnedDesign
 
 DESIGNS = {
-    "standard": made(4, 5),
-    "wide": made(3, 5, formats=FORMATS["wide"], adc=Adc(16)),
-    "short": made(2, 2, formats=Formats("short", 10, 12, 3, 6)),
-    "mixed": made(4, 6, formats=Formats("mixed", 12, 20, 9, 2, (("cordic", 24), ("division", 27), ("scalar", 14)))),
+    "standard": learned_design(4, 5),
+    "wide": learned_design(3, 5, formats=FORMATS["wide"], adc=Adc(16)),
+    "short": learned_design(2, 2, formats=Formats("short", 10, 12, 3, 6)),
+    "mixed": learned_design(
+        4, 6, formats=Formats("mixed", 12, 20, 9, 2, (("cordic", 24), ("division", 27), ("scalar", 14)))
+    ),
 }
 """With forces at the taxels."""
 
@@ -43,7 +45,7 @@ def random_design(seed: int, **choices: Any) -> LearnedDesign:
         "adc": Adc(rng.choice([12, 14, 16, 18])),
         "taxel_forces": rng.random() < 0.6,
     }
-    return made(rows, columns, (rng.randrange(1, 9), rng.randrange(1, 5)), seed, **given | choices)
+    return learned_design(rows, columns, (rng.randrange(1, 9), rng.randrange(1, 5)), seed, **given | choices)
 
 
 def mixed_design(seed: int) -> LearnedDesign:

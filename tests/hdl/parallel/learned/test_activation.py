@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned.activation import Activation
 from tfra.hdl.parallel.learned.plan import UNITS, mirror_bits
 from tfra.model.fixed.butterfly import butterfly
@@ -50,7 +50,9 @@ def test_ends_of_the_range(design):
     check(design, butterfly(mirrors), [design.kinds.index("first")] * len(mirrors))
 
 
-@pytest.mark.parametrize("design", [*CASES, made(2, 2, (1, 1), seed=3), made(5, 4, taxel_forces=False)], ids=label)
+@pytest.mark.parametrize(
+    "design", [*CASES, learned_design(2, 2, (1, 1), seed=3), learned_design(5, 4, taxel_forces=False)], ids=label
+)
 def test_words_hold_the_units_of_every_layer(design):
     """The longest of them needs all of the bits."""
     most = bounds(design, design.stacks)
@@ -67,6 +69,6 @@ def test_what_is_compressed_alone_stays():
 
 
 def test_a_wrong_bit_is_noticed():
-    design = made(2, 2)
+    design = learned_design(2, 2)
     seen = run(Activation(design), {"result": [{"words": [5, 1, 2, 3], "kind": 1}]}, {"units": 1})
     assert seen.values["units"][0]["words"] != activation(np.array([5, 1, 2, 2])).tolist()

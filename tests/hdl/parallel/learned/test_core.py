@@ -12,7 +12,7 @@ import pytest
 from tests.hdl.parallel.cores import check_resets, check_single_frame, check_timing, check_words, sleepy, stream
 from tests.hdl.parallel.learned.designs import mixed_design, random_design
 from tests.marks import long
-from tests.model.fixed.learned.cases import codes_of, made
+from tests.model.fixed.learned.cases import codes_of, learned_design
 from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.hdl.parallel.learned.parallel import LearnedParallel
 from tfra.model.choices import FORMATS, Adc, Architecture
@@ -21,11 +21,11 @@ from tfra.sim.harness import bursts, flowing, random_stalls, run
 from tfra.sim.run import simulate
 
 CASES = [
-    (made(2, 2, (3, 2), 1), bursts, flowing),
-    (made(3, 5, (4, 3), 2, formats=FORMATS["wide"], architecture=Architecture(8, 2)), random_stalls, bursts),
-    (made(5, 4, (8, 4), 3, lanes=12, taxel_forces=False), flowing, random_stalls),
-    (made(7, 7, (8, 4), 4, lanes=20), flowing, flowing),
-    (made(4, 3, (2, 3), 5, adc=Adc(18), architecture=Architecture(16, 1)), bursts, bursts),
+    (learned_design(2, 2, (3, 2), 1), bursts, flowing),
+    (learned_design(3, 5, (4, 3), 2, formats=FORMATS["wide"], architecture=Architecture(8, 2)), random_stalls, bursts),
+    (learned_design(5, 4, (8, 4), 3, lanes=12, taxel_forces=False), flowing, random_stalls),
+    (learned_design(7, 7, (8, 4), 4, lanes=20), flowing, flowing),
+    (learned_design(4, 3, (2, 3), 5, adc=Adc(18), architecture=Architecture(16, 1)), bursts, bursts),
 ]
 
 
@@ -61,14 +61,14 @@ def test_a_single_frame_takes_the_stated_latency(seed):
 
 @pytest.mark.parametrize("forces", [False, *long(True)])
 def test_a_reset_of_one_cycle_in_the_middle_of_anything(forces):
-    design, rng = made(3, 2, (3, 2), 7, taxel_forces=forces), random.Random(5)
+    design, rng = learned_design(3, 2, (3, 2), 7, taxel_forces=forces), random.Random(5)
     length = LearnedParallel(design).frame_latency
     interrupted = [1, *(rng.randrange(6, 2 * length) for _ in range(4))]
     check_resets(design, codes_of(design, 3, 9), interrupted, 1, rng)
 
 
 def test_coefficients_may_be_loaded():
-    design = made(2, 3, (2, 1), 8, images="load", lanes=8)
+    design = learned_design(2, 3, (2, 1), 8, images="load", lanes=8)
     codes = codes_of(design, 1, 3)
     want = design.model(codes).words
     load = LearnedParallel(design).loaded.tolist()
@@ -79,7 +79,7 @@ def test_coefficients_may_be_loaded():
 @pytest.mark.parametrize("forces", [False, *long(True)])
 def test_every_probe_shows_the_models_stage(forces, tmp_path: Path):
     """Of frames that are alone in the core."""
-    design = made(2, 3, (2, 1), 9, taxel_forces=forces)
+    design = learned_design(2, 3, (2, 1), 9, taxel_forces=forces)
     for codes in codes_of(design, 6, 11)[2:5, None]:
         model = design.model(codes)
         found = simulate(design, codes, "icarus", build_dir=tmp_path, probes=True)
@@ -90,7 +90,7 @@ def test_every_probe_shows_the_models_stage(forces, tmp_path: Path):
 
 
 def test_choices_are_the_cores_with_other_lanes():
-    core = LearnedParallel(made(2, 4, (3, 2)))
+    core = LearnedParallel(learned_design(2, 4, (3, 2)))
     found = list(core.choices())
     assert [choice.lanes for choice in found] == [4, 8] == list(core.lane_choices)
     for choice in found:
@@ -99,7 +99,7 @@ def test_choices_are_the_cores_with_other_lanes():
 
 
 def test_a_wrong_bit_is_noticed():
-    design = made(2, 2, (3, 2), 1)
+    design = learned_design(2, 2, (3, 2), 1)
     codes = codes_of(design, 4, seed=1)[3:]
     other = replace(design, weights=replace(design.weights, read2=-design.weights.read2))
     words, *_ = stream(design, codes)

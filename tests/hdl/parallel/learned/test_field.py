@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned.field import Field
 from tfra.hdl.parallel.learned.plan import FRAMES
 from tfra.model.fixed.butterfly import distinct, to_quads
@@ -90,7 +90,7 @@ def test_latency_and_interval_are_as_stated(design):
 
 
 def test_a_wrong_bit_is_noticed():
-    design = made(2, 2)
+    design = learned_design(2, 2)
     vectors, scalars = draw(design, 2)
     seen = send(design, vectors, scalars)
     vectors[0] += 4

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.hdl.parallel.designs import Joined
 from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned.angle import Angle
 from tfra.hdl.parallel.learned.friction import Friction
 from tfra.model.fixed.gain import Resultant
@@ -73,7 +73,7 @@ def test_corners(design):
 
 
 def test_latency_is_as_stated():
-    design = made(2, 2)
+    design = learned_design(2, 2)
     blocks, words = joined(design).blocks, np.array([[3000, -900, -70000], [5, 5, 5]])
     seen = check(design, words)
     start = np.array(seen.cycles["force"])
@@ -82,7 +82,7 @@ def test_latency_is_as_stated():
 
 
 def test_a_wrong_bit_is_noticed():
-    design = made(2, 2)
+    design = learned_design(2, 2)
     words = np.array([[3000, -900, -70000]])
     other = words ^ [[64, 0, 0]]
     with pytest.raises(AssertionError):

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from tests.hdl.parallel.learned.designs import CASES, label
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned import payloads
 from tfra.model.fixed.gain import Resultant
 from tfra.model.fixed.learned.bounds import total_bits
 from tfra.model.fixed.learned.share import share
 
 
-@pytest.mark.parametrize("design", [*CASES, made(2, 2, lanes=4)], ids=label)
+@pytest.mark.parametrize("design", [*CASES, learned_design(2, 2, lanes=4)], ids=label)
 def test_the_longest_shift_has_its_place_and_nothing_is_much_longer(design):
     """The largest sum of p, whose share is a resultant of nothing, or of the least that is not."""
     taxels = design.sensor.taxels

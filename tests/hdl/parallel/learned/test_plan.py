@@ -8,7 +8,7 @@ import pytest
 
 from tests.hdl.parallel.designs import simulate
 from tests.hdl.parallel.learned.designs import random_design
-from tests.model.fixed.learned.cases import codes_of, made
+from tests.model.fixed.learned.cases import codes_of, learned_design
 from tfra.hdl.parallel.learned import timeline
 from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.hdl.parallel.learned.parallel import LearnedParallel
@@ -35,7 +35,7 @@ def test_a_second_bank_saves_cycles(seed, name, single, double, monkeypatch):
 @pytest.mark.parametrize("forces", [True, False])
 def test_frames_that_a_core_takes_while_its_output_sleeps(forces):
     """As many as hold a place or a bank, and one whose facts wait for those of another; then taxels have to wait."""
-    design = made(2, 2, (1, 1), 1, taxel_forces=forces)
+    design = learned_design(2, 2, (1, 1), 1, taxel_forces=forces)
     core, codes, taken = LearnedCore(design), codes_of(design, 12, 1).ravel().tolist(), []
 
     async def bench(ctx):

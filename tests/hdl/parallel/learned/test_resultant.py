@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hdl.parallel.learned.designs import DESIGNS, NO_SHRINKING, words_of
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.parallel import payloads
@@ -96,7 +96,7 @@ def test_equals_the_model(seed, name, gap):
 
 @pytest.mark.parametrize("threshold", [0.0, 1 / 256, 0.25, 1.0, 255.0, 1e9])
 def test_both_sides_of_the_threshold(threshold):
-    design = replace(made(2, 2), threshold=threshold)
+    design = replace(learned_design(2, 2), threshold=threshold)
     word = design.threshold_word
     rows = []
     for size in (0, 1, 255, 256, 1000):
@@ -108,13 +108,13 @@ def test_both_sides_of_the_threshold(threshold):
 @pytest.mark.parametrize(("vector", "force"), [(4, 4), (5, 4), (4, 5)])
 def test_result_words_on_the_vector_grid_and_beside_it(vector, force):
     """Without a shift nothing is rounded; a half goes up."""
-    design = made(2, 2, formats=Formats("grids", 16, 16, vector, force))
+    design = learned_design(2, 2, formats=Formats("grids", 16, 16, vector, force))
     top = (1 << (design.widths.vector - 1)) - 1
     check(design, np.array([[1, -1, -3, 3], [2, -2, -500, 5], [-top, top, -1, top]]))
 
 
 def test_a_wrong_bit_is_noticed():
-    design = made(2, 2)
+    design = learned_design(2, 2)
     outputs = np.array([[100, -50, -700, 20]])
     seen = send(design, outputs)
     assert seen.values["force"][0]["words"] != resultant(design, outputs[:, :3] ^ 1).words[0].tolist()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
 from tests.marks import STALLS
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned.forces import Forces
 from tfra.hdl.parallel.learned.plan import FRAMES
 from tfra.hdl.parallel.learned.share import Share
@@ -64,7 +64,7 @@ def test_share_equals_the_model(seed, name, stall):
 
 
 def test_latency_and_interval_of_share_are_as_stated():
-    design = made(3, 4)
+    design = learned_design(3, 4)
     seen, block = send_share(design, *draw(design, 1)), Share(design)
     block._MustUse__silence = True  # figures alone are wanted
     last = np.array(seen.cycles["p"])[design.quads - 1 :: design.quads]
@@ -108,7 +108,7 @@ def check_forces(design, seed, **stalls):
 
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_forces_equal_the_model_whatever_stalls(stall_in, stall_out):
-    check_forces(made(3, 3), 3, stall_in=stall_in, stall_out=stall_out)
+    check_forces(learned_design(3, 3), 3, stall_in=stall_in, stall_out=stall_out)
 
 
 @pytest.mark.parametrize("design", CASES, ids=label)
@@ -117,7 +117,7 @@ def test_forces_equal_the_model(design):
 
 
 def test_latency_of_forces_is_as_stated():
-    design = made(3, 4)
+    design = learned_design(3, 4)
     seen, block = check_forces(design, 1), Forces(design)
     block._MustUse__silence = True  # figures alone are wanted
     taxels = design.sensor.taxels
@@ -128,7 +128,7 @@ def test_latency_of_forces_is_as_stated():
 
 
 def test_a_wrong_bit_is_noticed():
-    design = made(2, 2)
+    design = learned_design(2, 2)
     total, p = draw(design, 2)
     seen = send_share(design, total, p)
     other = share(design, Resultant(total.words ^ (1 << (design.widths.division - 3)), total.exponent), p)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.marks import STALLS
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned.words import Words
 from tfra.model.fixed.words import encode
 from tfra.model.tfra import Status
@@ -70,11 +70,11 @@ def check(design, seed=0, **stalls):
 @pytest.mark.parametrize("forces", [True, False])
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_words_are_those_of_the_layout(forces, stall_in, stall_out):
-    check(made(2, 3, taxel_forces=forces), 3, stall_in=stall_in, stall_out=stall_out)
+    check(learned_design(2, 3, taxel_forces=forces), 3, stall_in=stall_in, stall_out=stall_out)
 
 
 def test_latency_is_as_stated_and_words_follow_in_every_cycle():
-    design = made(2, 2)
+    design = learned_design(2, 2)
     seen = check(design)
     assert seen.cycles["result"][0] == Words.latency + 1  # facts are offered from the second cycle on
     assert np.diff(seen.cycles["result"][: design.frame_words]).tolist() == [1] * (design.frame_words - 1)
@@ -82,7 +82,7 @@ def test_latency_is_as_stated_and_words_follow_in_every_cycle():
 
 def test_a_token_is_given_back_with_each_status():
     """Four at first; the fifth when a frame has left."""
-    design = made(2, 2, taxel_forces=False)
+    design = learned_design(2, 2, taxel_forces=False)
     frames, headers, *_ = draw(design, 1)
     seen = run(Words(design), {"frame": frames[:1], "header": headers[:1]}, {"frame_token": 5, "result": 11})
     # The status enters the output register; its token is given in the next cycle, and seen in the one after that.
@@ -92,7 +92,7 @@ def test_a_token_is_given_back_with_each_status():
 
 
 def test_a_wrong_bit_is_noticed():
-    design = made(2, 2, taxel_forces=False)
+    design = learned_design(2, 2, taxel_forces=False)
     frames, headers, _, want = draw(design, 4)
     headers[2]["judged"]["implausible"] ^= 1
     frames[2]["contact"] = 1

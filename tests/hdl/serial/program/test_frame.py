@@ -10,7 +10,7 @@ import pytest
 from tests.hdl.serial.designs import DESIGNS, LEARNED, LEARNED_TEN, TEN, random_design
 from tests.hdl.serial.interpreted import check, interpret, scenes
 from tests.marks import long
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.cores import program
 from tfra.hdl.serial.program.memory import bases, groups, operators, store_image
 from tfra.hdl.serial.sizes import lane_count
@@ -114,9 +114,9 @@ def tfra(rows, steps):
     [
         (tfra(4, 1000), "2048 words, more are needed"),
         (tfra(20, 4), "2048 words, more are needed"),
-        (made(20, 20, (150, 20), architecture=SERIAL), "2048 words, more are needed"),
-        (made(10, 10, (250, 4), architecture=SERIAL), "2048 words, more are needed"),
-        (made(4, 4, (100, 160), architecture=SERIAL), "store holds 16384 words of coefficients, 23296"),
+        (learned_design(20, 20, (150, 20), architecture=SERIAL), "2048 words, more are needed"),
+        (learned_design(10, 10, (250, 4), architecture=SERIAL), "2048 words, more are needed"),
+        (learned_design(4, 4, (100, 160), architecture=SERIAL), "store holds 16384 words of coefficients, 23296"),
     ],
 )
 def test_designs_that_do_not_fit_are_refused(design, what):

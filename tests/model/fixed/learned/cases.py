@@ -13,7 +13,7 @@ from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.sensor import SensorArray
 
 
-def made(
+def learned_design(
     rows: int = 4, columns: int = 5, counts: tuple[int, int] = (3, 2), seed: int = 0, lanes: int = 4, **choices: Any
 ) -> LearnedDesign:
     """A design of ``counts`` orbits of units; F_z of most frames that press is negative."""

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.model.fixed.learned.cases import codes_of, made
+from tests.model.fixed.learned.cases import codes_of, learned_design
 from tfra.model.choices import Adc, Formats
 from tfra.model.fixed.learned.bounds import bounds, total_bits
 from tfra.model.fixed.learned.design import LearnedDesign
@@ -24,7 +24,7 @@ def wild(design: LearnedDesign, count: int, seed: int) -> np.ndarray:
 @settings(deadline=None, max_examples=40)
 @given(st.integers(2, 6), st.integers(2, 6), st.integers(1, 5), st.integers(1, 4), st.integers(0, 2**32 - 1))
 def test_words_hold(rows: int, columns: int, c1: int, c2: int, seed: int) -> None:
-    design = made(rows, columns, (c1, c2), seed)
+    design = learned_design(rows, columns, (c1, c2), seed)
     codes = np.concatenate([wild(design, 60, seed), codes_of(design, 60, seed)])
     most, widths = bounds(design, design.stacks), design.widths
     for trace in design.model.traces(codes):
@@ -43,7 +43,7 @@ def test_words_hold(rows: int, columns: int, c1: int, c2: int, seed: int) -> Non
 @pytest.mark.parametrize(("size", "spare"), [(1e-4, 2), (1e4, 4)])
 def test_words_hold_whatever_is_the_longest(size: float, spare: int) -> None:
     """Units, or outputs, whose bound takes all parities of a vector to be at their largest at a time."""
-    design = made(4, 4, (3, 2), seed=3)
+    design = learned_design(4, 4, (3, 2), seed=3)
     for name in ("direct", "read1", "read2"):
         getattr(design.weights, name)[:] *= size
     signs = [np.sign(weights).reshape(-1, 4, 4) for weights in (design.weights.first, design.weights.direct)]
@@ -58,7 +58,7 @@ def test_words_hold_whatever_is_the_longest(size: float, spare: int) -> None:
 
 def test_the_first_layer_reaches_its_bound() -> None:
     """Codes with the signs of a unit's weights: the bound allows for roundings alone."""
-    design = made(4, 4, (3, 2), seed=3)
+    design = learned_design(4, 4, (3, 2), seed=3)
     signs = np.sign(design.weights.first).reshape(-1, 4, 4)
     codes = np.where(signs < 0, -2048, 2047)
     h1 = next(iter(design.model.traces(codes))).h1
@@ -69,7 +69,7 @@ def test_the_first_layer_reaches_its_bound() -> None:
 @settings(deadline=None, max_examples=20)
 def test_units_have_one_size_whatever_the_weights_are(exponent: int) -> None:
     """Larger weights of a layer and smaller ones behind it are the same network, and the same words."""
-    design, other = made(seed=4), made(seed=4)
+    design, other = learned_design(seed=4), learned_design(seed=4)
     other.weights.first[:] *= 2.0**exponent
     other.weights.read1[:] /= 2.0**exponent
     other.weights.second[:] /= 2.0**exponent
@@ -78,7 +78,7 @@ def test_units_have_one_size_whatever_the_weights_are(exponent: int) -> None:
 
 
 def test_weights_of_zero() -> None:
-    design = made(seed=4)
+    design = learned_design(seed=4)
     for name in ("first", "second", "read2", "read1", "direct"):
         getattr(design.weights, name)[:] = 0.0
     words = design.model(codes_of(design, 20, seed=1))
@@ -88,15 +88,15 @@ def test_weights_of_zero() -> None:
 def test_formats_that_are_too_long() -> None:
     formats = Formats("custom", coefficient=27, operand=27, vector_fraction=16, force_fraction=0)
     with pytest.raises(ValueError, match=r"formats: \w+ can overflow: \d+ bits are needed, 63 are supported"):
-        _ = made(9, 9, (40, 20), seed=1, formats=formats, adc=Adc(bits=20)).widths
+        _ = learned_design(9, 9, (40, 20), seed=1, formats=formats, adc=Adc(bits=20)).widths
 
 
 def test_signals_have_names() -> None:
     formats = Formats("custom", 18, 18, 9, 4, signals=(("coefficient.frist", 12),))
     with pytest.raises(ValueError, match=r"coefficient\.frist: unknown signal, the nearest is coefficient\.first"):
-        made(formats=formats)
+        learned_design(formats=formats)
     short = Formats("custom", 18, 18, 9, 4, signals=(("coefficient.first", 12), ("operand.second", 14)))
-    design, plain = made(formats=short), made()
+    design, plain = learned_design(formats=short), learned_design()
     codes = codes_of(plain, 50, seed=2)
     near = np.abs(design.model(codes).stages["total"] - plain.model(codes).stages["total"])
     assert 0 < near.max() < 0.02 * np.abs(plain.model(codes).stages["total"]).max()

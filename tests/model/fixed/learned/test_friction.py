@@ -7,14 +7,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.gain import Resultant
 from tfra.model.fixed.learned.field import bounded
 from tfra.model.fixed.learned.friction import angle, friction
 from tfra.model.fixed.scalars import scalar_fraction
 
-DESIGN = made()
+DESIGN = learned_design()
 ONE = 1 << (DESIGN.widths.division - 4)
 UNIT = 1 << scalar_fraction(DESIGN)
 TOP = (1 << (DESIGN.formats.bits("scalar") - 1)) - 1

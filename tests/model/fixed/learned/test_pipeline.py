@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.model.fixed.learned.cases import codes_of, made
+from tests.model.fixed.learned.cases import codes_of, learned_design
 from tfra.codegen.config.weights import read_weights
 from tfra.model.choices import Adc
 from tfra.model.cover.scenes import contact_codes
@@ -35,7 +35,7 @@ def both(design: LearnedDesign, codes: np.ndarray) -> tuple[Result, Result]:
 @settings(deadline=None, max_examples=40)
 @given(st.integers(2, 6), st.integers(2, 6), st.integers(1, 6), st.integers(1, 4), st.integers(0, 2**32 - 1))
 def test_any_array_any_weights(rows: int, columns: int, c1: int, c2: int, seed: int) -> None:
-    design = made(rows, columns, (c1, c2), seed)
+    design = learned_design(rows, columns, (c1, c2), seed)
     codes = codes_of(design, 60, seed)
     got, exact = both(design, codes)
     peak = design.sensor.taxel_area * design.adc.lsb * np.abs(codes).max(axis=(1, 2))
@@ -68,7 +68,7 @@ def test_the_example_is_as_exact_as_its_converter() -> None:
 
 
 def test_frames_without_contact_give_zeros() -> None:
-    design = made()
+    design = learned_design()
     words = design.model(np.zeros((2, 4, 5), dtype=np.int64)).words
     zero = replace(decode(design, words), status=np.zeros(2))
     for name in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "uncertainty"):
@@ -78,7 +78,7 @@ def test_frames_without_contact_give_zeros() -> None:
 
 
 def test_a_core_without_forces_at_the_taxels_has_the_same_header() -> None:
-    whole, short = made(), made(taxel_forces=False)
+    whole, short = learned_design(), learned_design(taxel_forces=False)
     codes = codes_of(whole, 100, seed=3)
     many, few = whole.model(codes).words, short.model(codes).words
     assert few.shape[1] == many.shape[1] - 60 == 11
@@ -91,7 +91,7 @@ def test_a_core_without_forces_at_the_taxels_has_the_same_header() -> None:
 
 def test_the_share_of_the_uncertainty_and_its_threshold_give_the_status() -> None:
     """Result words are rounded after the decision, so shares very near to the threshold are left out."""
-    design = made(threshold=0.3)
+    design = learned_design(threshold=0.3)
     for found in both(design, codes_of(design, 300, seed=3)):
         assert found.threshold == pytest.approx(0.3, abs=2**-9)
         assert found.uncertainty_share is not None
@@ -104,7 +104,7 @@ def test_the_share_of_the_uncertainty_and_its_threshold_give_the_status() -> Non
 
 @pytest.mark.parametrize(("flip", "signs"), [(np.s_[:, :, ::-1], (-1, 1)), (np.s_[:, ::-1], (1, -1))])
 def test_mirrored_frames_give_mirrored_results(flip: tuple[slice, ...], signs: tuple[int, int]) -> None:
-    design = made(5, 6, (4, 3), seed=2)
+    design = learned_design(5, 6, (4, 3), seed=2)
     codes = codes_of(design, 60, seed=4)
     plain, seen = (decode(design, design.model(each).words) for each in (codes, codes[flip]))
     back = seen.forces[:, :, :, ::-1] if signs[0] < 0 else seen.forces[:, :, ::-1]
@@ -117,7 +117,7 @@ def test_mirrored_frames_give_mirrored_results(flip: tuple[slice, ...], signs: t
 @given(st.integers(0, 2**32 - 1))
 def test_forces_are_exact_shares(seed: int) -> None:
     """Against fractions: F times p over the sum of p, within the mantissa and half an LSB."""
-    design = made(3, 4, (3, 2), seed)
+    design = learned_design(3, 4, (3, 2), seed)
     for trace in design.model.traces(codes_of(design, 20, seed)):
         assert trace.field is not None
         drop = design.formats.vector_fraction - design.formats.force_fraction
@@ -138,7 +138,7 @@ def test_forces_are_exact_shares(seed: int) -> None:
 
 @pytest.mark.parametrize("p", [0, 1])
 def test_even_shares_where_hardly_anything_is_pressed(p: int) -> None:
-    design = made(8, 9, (30, 20), seed=1)
+    design = learned_design(8, 9, (30, 20), seed=1)
     outputs = np.array([[500, -300, -4 << 10]]) << (design.widths.vector - 15)
     found = share(design, resultant(design, outputs), np.full((1, 72), p))
     forces, _ = shared(design, found, np.full((1, 72), p))
@@ -152,12 +152,12 @@ def test_even_shares_where_hardly_anything_is_pressed(p: int) -> None:
 
 
 def test_the_threshold_is_compared_exactly() -> None:
-    design = made(seed=5)
+    design = learned_design(seed=5)
     codes = codes_of(design, 400, seed=6)
     trace = next(iter(design.model.traces(codes)))
     uncertainty = np.maximum(trace.total[:, 1, 0], 0)
     for threshold in (0.1, 0.4, 1.0, 300.0):
-        other = made(seed=5, threshold=threshold)
+        other = learned_design(seed=5, threshold=threshold)
         found = field(other, other.model(codes).words, "status")[:, 0] & Status.IMPLAUSIBLE != 0
         word = min(round(256 * threshold), 65535)
         expected = [
@@ -169,7 +169,7 @@ def test_the_threshold_is_compared_exactly() -> None:
 
 
 def test_frames_come_in_chunks_and_none_at_all() -> None:
-    design = made()
+    design = learned_design()
     codes = np.concatenate([codes_of(design, 400, seed=7)] * 3)
     words = design.model(codes).words
     assert np.array_equal(words, design.model.words(codes))
@@ -180,7 +180,7 @@ def test_frames_come_in_chunks_and_none_at_all() -> None:
 
 def test_every_stage_changes_with_its_input() -> None:
     """A taxel of one code more changes every stage of some frames."""
-    design = made(4, 4, (3, 3), seed=8)
+    design = learned_design(4, 4, (3, 3), seed=8)
     codes = codes_of(design, 100, seed=9)
     other = codes.copy()
     other[:, 1, 2] ^= 1
@@ -192,6 +192,6 @@ def test_every_stage_changes_with_its_input() -> None:
 
 
 def test_weights_of_another_array_are_refused() -> None:
-    design = made()
+    design = learned_design()
     with pytest.raises(ValueError, match=r"estimator\.weights: are for 20 taxels, the sensor has 12"):
         replace(design, sensor=SensorArray(3, 4, 4e-3, 3e-3, 2.5e-3))

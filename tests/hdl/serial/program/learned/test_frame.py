@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.hdl.serial.designs import LEARNED, LEARNED_TEN
 from tests.hdl.serial.interpreted import check, scenes
 from tests.marks import long
-from tests.model.fixed.learned.cases import codes_of, made
+from tests.model.fixed.learned.cases import codes_of, learned_design
 from tfra.hdl.cores import program
 from tfra.model.choices import SERIAL, Adc, Formats
 from tfra.model.cover.scenes import contact_codes
@@ -43,7 +43,7 @@ def test_the_scenes_of_all_designs_have_every_status():
     st.integers(0, 2**32 - 1),
 )
 def test_any_array_any_weights(size, counts, taxel_forces, seed):
-    design = made(*size, counts, seed, architecture=SERIAL, taxel_forces=taxel_forces)
+    design = learned_design(*size, counts, seed, architecture=SERIAL, taxel_forces=taxel_forces)
     check(design, codes_of(design, 4, seed))
 
 
@@ -52,7 +52,7 @@ def test_more_arrays(seed):
     rng = np.random.default_rng(seed)
     rows, columns, c1, c2 = (int(rng.integers(2, top)) for top in (12, 12, 60, 40))
     adc = Adc(int(rng.integers(6, 17)))
-    design = made(rows, columns, (c1, c2), seed, architecture=SERIAL, adc=adc, taxel_forces=bool(seed % 2))
+    design = learned_design(rows, columns, (c1, c2), seed, architecture=SERIAL, adc=adc, taxel_forces=bool(seed % 2))
     check(design, codes_of(design, 8, seed))
 
 
@@ -60,7 +60,7 @@ def test_more_arrays(seed):
 def test_weights_of_any_size(outputs, fraction):
     """Sums that are shifted to the left, far to the right, or out of every word."""
     formats = Formats("other", 18, 18, fraction, 3)
-    design = made(3, 4, (4, 3), seed=2, architecture=SERIAL, formats=formats)
+    design = learned_design(3, 4, (4, 3), seed=2, architecture=SERIAL, formats=formats)
     size = {name: getattr(design.weights, name) * outputs for name in ("direct", "read1", "read2")}
     design = replace(design, weights=replace(design.weights, **size))
     check(design, codes_of(design, 12, seed=1))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.serial.interpreted import check
-from tests.model.fixed.learned.cases import made
+from tests.model.fixed.learned.cases import learned_design
 from tfra.model.choices import SERIAL, Adc, Formats
 from tfra.model.fixed.words import field
 from tfra.model.learned.weights import Weights
@@ -25,7 +25,7 @@ def sums(inverse: int = 1, factor: float = 1.0, **choices):
     direct = np.array([[1, -1, 1, -1], [1, 1, -1, -1], [1, 1, 1, 1], [-0.25] * 4]) / 4
     direct[0] *= factor
     given = {"adc": Adc(BITS, contact_threshold=0), "formats": Formats("sums", 16, BITS, 6, 3), "threshold": 0.25}
-    design = made(2, 2, (1, 1), architecture=SERIAL, **given | choices)
+    design = learned_design(2, 2, (1, 1), architecture=SERIAL, **given | choices)
     weights = Weights(np.zeros((1, 4)), np.zeros((4, 1, 1)), np.zeros((4, 1)), np.zeros((4, 1)), direct)
     design = replace(design, weights=weights)
     first = design.stacks["first"]
