@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tfra.codegen.registers.page import page
 from tfra.codegen.registers.source import SOURCE, as_map, compiled
+from tfra.codegen.registers.table import register_page
 from tfra.codegen.registers.values import parameters
 from tfra.model.fixed.design import Design
 from tfra.runtime.extras import require
@@ -28,13 +28,13 @@ def register_files(design: Design) -> dict[str, str]:
 
     Raises ``InputError`` without the packages of the extra ``ip``.
     """
-    require(SOURCE, "ip", "systemrdl-compiler", "peakrdl-cheader", "peakrdl-html", "peakrdl-ipxact")
+    require(SOURCE, "ip", "systemrdl-compiler", "peakrdl-cheader", "peakrdl-ipxact")
     top = compiled(parameters(design))
     with scratch(temporary()) as folder, writing(folder.parent):
         _header(top, folder / "tfra.h")
         _ipxact(top, folder / "tfra.xml")
         texts = {f"registers/{name}": (folder / name).read_text(encoding="utf-8") for name in ("tfra.h", "tfra.xml")}
-    return {**texts, "registers/tfra.html": page(top)}
+    return {**texts, "registers/tfra.html": register_page(top.get_property("name"), as_map(top))}
 
 
 def _header(top: AddrmapNode, path: Path) -> None:
