@@ -7,7 +7,7 @@ import json
 import numpy as np
 
 from tfra.codegen.package.boardtop import BAUD, board_verilog
-from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.package.contents import Contents, fill
 from tfra.hdl.uart.bridge import CODE_BYTES, WORD_BYTES, coefficient_bytes
 from tfra.model.cover.scenes import contact_codes
 
@@ -24,9 +24,9 @@ def boards(contents: Contents) -> dict[str, str]:
     size = contents.part.target.part.rpartition("-")[2]
     values = {"name": contents.name, "size": size, "images": " ".join(contents.images)}
     return {
-        **{f"{folder}/{file}": filled(f"{board.name}_{file}", values) for file in board.files},
+        **{f"{folder}/{file}": fill(f"{board.name}_{file}", values) for file in board.files},
         f"{folder}/top.v": board_verilog(contents.design, board),
-        "boards/talk.py": filled("talk.py.txt", {"name": contents.name, "baud": BAUD}),
+        "boards/talk.py": fill("talk.py.txt", {"name": contents.name, "baud": BAUD}),
         "boards/line.json": json.dumps(_line(contents)) + "\n",
     }
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.package.contents import Contents, fill
 
 
 def constraints(contents: Contents) -> dict[str, str]:
     """Constraints of the wrapper and of the core, whichever is the top module."""
-    return {f"constraints/{contents.name}.sdc": filled("constraints.sdc", timing(contents))}
+    return {f"constraints/{contents.name}.sdc": fill("constraints.sdc", timing(contents))}
 
 
 def timing(contents: Contents) -> dict[str, str]:

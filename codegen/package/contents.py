@@ -77,7 +77,11 @@ class Contents:
         return {f"testbench/{file.name}": file.read_text() for file in found}
 
 
-def filled(template: str, values: Mapping[str, object]) -> str:
-    """The file ``template`` of this folder's ``templates`` with ``values`` for its placeholders."""
-    text = files("tfra.codegen.package").joinpath("templates", template).read_text("utf-8")
-    return Template(text).substitute(values)
+def template(name: str) -> str:
+    """The text of a file in this folder's ``templates``."""
+    return files("tfra.codegen.package").joinpath("templates", name).read_text("utf-8")
+
+
+def fill(name: str, values: Mapping[str, object]) -> str:
+    """The file ``name`` of ``templates`` with ``values`` for its placeholders."""
+    return Template(template(name)).substitute(values)

@@ -7,9 +7,11 @@ from html import escape
 from string import Template
 
 from tfra.codegen.package import sheettables as tables
-from tfra.codegen.package.contents import Contents, filled
-from tfra.codegen.package.diagrams import blocks, waves
+from tfra.codegen.package.accuracy import accuracy
+from tfra.codegen.package.contents import Contents, fill, template
+from tfra.codegen.package.diagrams import waves
 from tfra.codegen.registers.files import VENDOR
+from tfra.codegen.registers.table import register_table
 from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.hdl.uart.bridge import WORD_BYTES
@@ -33,33 +35,38 @@ _SECTIONS = {
 }
 
 
+_TABLES = {
+    "wrapper_ports": tables.wrapper_ports,
+    "core_ports": tables.core_ports,
+    "output_words": tables.output_words,
+    "status_bits": tables.status_bits,
+    "cycles": tables.cycles,
+    "resources": tables.resources,
+}
+
+
 def datasheet(contents: Contents) -> dict[str, str]:
     """The page; raises ``InputError`` without the extra ``ip``."""
-    count, errors = tables.errors(contents)
+    count, errors = accuracy(contents.design)
     rules = contents.facts["rules"].items()
     values = {
         **{f"h_{name}": f'<h2 id="{name}">{title}</h2>' for name, title in _SECTIONS.items()},
         **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in waves().items()},
+        **{name: make(contents).html() for name, make in _TABLES.items()},
         **_numbers(contents),
         "contents": links(_SECTIONS),
-        "blocks": blocks(contents.name),
-        "wrapper_ports": tables.wrapper_ports(contents),
-        "core_ports": tables.core_ports(contents),
-        "output_words": tables.output_words(contents),
-        "status_bits": tables.status_bits(contents),
-        "registers": tables.registers(contents),
-        "cycles": tables.cycles(contents),
-        "resources": tables.resources(contents),
-        "errors": errors,
+        "blocks": fill("blocks.svg", {"name": contents.name}),
+        "registers": register_table(contents.registers.registers).html(),
+        "errors": tables.accuracies(errors).html(),
         "contacts": count,
         "load": _load(contents),
         "instance": escape(instance(contents)),
         "rules": "".join(f"<li><b>{escape(name)}</b>: {escape(text)}.</li>" for name, text in rules),
     }
-    body = filled("datasheet.html", values)
+    body = fill("datasheet.html", values)
     sensor = contents.design.sensor
     title = f"{contents.wrapper}: contact forces of {sensor.rows} × {sensor.columns} taxels"
-    return {"datasheet.html": document(title, [body], filled("datasheet.css", {}))}
+    return {"datasheet.html": document(title, [body], template("datasheet.css"))}
 
 
 def _numbers(contents: Contents) -> dict[str, object]:
@@ -102,7 +109,7 @@ def _load(contents: Contents) -> str:
         return "<p>None: the coefficients are in the core's memories from the start. LOAD_WORDS is 0.</p>"
     image = b"".join((int(word) & 0xFFFFFFFF).to_bytes(4, "little") for word in words)
     values = {"count": f"{len(words):,}", "crc": f"0x{zlib.crc32(image):08X}", "bits": contents.design.coefficient_word}
-    return filled("datasheet_load.html", values)
+    return fill("datasheet_load.html", values)
 
 
 _INSTANCE = Template("  $wrapper $name (\n$pins\n  );")

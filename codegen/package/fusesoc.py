@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.package.contents import Contents, fill
 from tfra.codegen.registers.files import VENDOR
 from tfra.families import FAMILIES, xilinx
 
@@ -30,7 +30,7 @@ def fusesoc(contents: Contents) -> dict[str, str]:
         "tool": tool,
         "options": json.dumps(options),
     }
-    return {f"{contents.name}.core": filled("fusesoc.core", values)}
+    return {f"{contents.name}.core": fill("fusesoc.core", values)}
 
 
 def _listed(names: Iterable[str]) -> str:

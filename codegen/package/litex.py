@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.package.contents import Contents, fill
 from tfra.codegen.verilog.wrapperports import input_bits
 
 
@@ -15,4 +15,4 @@ def litex(contents: Contents) -> dict[str, str]:
         "sources": ", ".join(f'"{name}"' for name in (f"{contents.name}.v", f"{contents.wrapper}.v")),
         "images": ", ".join(f'"{name}"' for name in contents.images),
     }
-    return {f"litex/{contents.name}.py": filled("litex.py.txt", values)}
+    return {f"litex/{contents.name}.py": fill("litex.py.txt", values)}

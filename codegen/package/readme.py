@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.package.contents import Contents, fill
 from tfra.codegen.sidecar.build import LOADED
 
 _FILES = (
@@ -35,4 +35,4 @@ def readme(contents: Contents) -> dict[str, str]:
     rows = [(file.format(**names), text.format(**names)) for file, text in _FILES]
     table = "\n".join(f"| `{file}` | {text} |" for file, text in rows if file in contents.texts)
     values = {**names, "files": table, "computes": contents.facts["computes"], "generator": contents.facts["generator"]}
-    return {"README.md": filled("README.md", values)}
+    return {"README.md": fill("README.md", values)}

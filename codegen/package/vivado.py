@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tfra.codegen.package.constraints import timing
-from tfra.codegen.package.contents import Contents, filled
+from tfra.codegen.package.contents import Contents, fill
 from tfra.codegen.registers.files import VENDOR
 from tfra.hdl.bus.map import Field, Register
 
@@ -23,8 +23,8 @@ def vivado(contents: Contents) -> dict[str, str]:
         "registers": "".join(map(_register, contents.registers.registers)).rstrip(),
     }
     return {
-        "vivado/package_ip.tcl": filled("package_ip.tcl", values),
-        f"vivado/{contents.wrapper}.xdc": filled("wrapper.xdc", values),
+        "vivado/package_ip.tcl": fill("package_ip.tcl", values),
+        f"vivado/{contents.wrapper}.xdc": fill("wrapper.xdc", values),
     }
 
 
