@@ -9,9 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Bools, Floats, Ints
-from tfra.model.converter import quantise
-from tfra.model.cover.layer import frames as layer_frames
-from tfra.model.cover.scenes import directed_codes, random_contacts, wild_codes
+from tfra.model.cover.scenes import directed_codes, known_contacts, wild_codes
 from tfra.model.fixed.design import Design
 
 CONTACTS = 60
@@ -59,20 +57,8 @@ class Stimuli:
 def mixture(design: Design, seed: int, random: int) -> Stimuli:
     """Return simulated contacts, ``random`` random frames and every directed one."""
     rng = np.random.default_rng(seed)
-    known = contacts(design, rng, CONTACTS)
+    known = known_contacts(design, CONTACTS, rng)
+    kinds = np.full(CONTACTS, "contact")
+    contacts = Stimuli(known.codes, kinds, known.resultant, known.mu, known.phi_deg)
     directed = Stimuli.of(directed_codes(design), "directed")
-    return known + Stimuli.of(wild_codes(design, random, rng), "random") + directed
-
-
-def contacts(design: Design, rng: np.random.Generator, count: int) -> Stimuli:
-    """Return ``count`` random contacts with their ground truth, at 5 to 95 % of full scale."""
-    loads = random_contacts(design.sensor, count, rng)
-    stresses = layer_frames(design.sensor, loads)
-    peak = np.abs(stresses).max(axis=(1, 2))
-    scale = rng.uniform(0.05, 0.95, count) * design.adc.full_scale / peak
-    truth = {
-        "resultant_ref": np.array([load.force for load in loads]) * scale[:, None],
-        "mu_ref": np.array([load.mu for load in loads]),
-        "phi_ref_deg": np.degrees([load.phi for load in loads]),
-    }
-    return Stimuli.of(quantise(design, stresses * scale[:, None, None]), "contact", truth)
+    return contacts + Stimuli.of(wild_codes(design, random, rng), "random") + directed

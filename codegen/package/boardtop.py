@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import ClockDomain, ClockSignal, DomainRenamer, Instance, Module, ResetSignal, Signal
+from amaranth import ClockDomain, ClockSignal, DomainRenamer, Module, ResetSignal, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
-from tfra.codegen.sidecar.build import ports
-from tfra.codegen.sidecar.schema import Port
-from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
+from tfra.codegen.verilog.emit import core_instance, plain_verilog, to_rtlil
 from tfra.families.family import Board
-from tfra.hdl.cores import microarchitecture
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.uart.bridge import Bridge
 from tfra.hdl.uart.rx import Rx
@@ -52,10 +49,14 @@ class BoardTop(wiring.Component):
         connect(m, rx.o, bridge.i)
         connect(m, bridge.o, tx.i)
         m.d.comb += [
-            *(ClockSignal("sync").eq(self.clock), ClockSignal("line").eq(self.clock)),
-            *(restart.button.eq(self.button ^ self._board.inverted), restart.broken.eq(rx.broken)),
+            ClockSignal("sync").eq(self.clock),
+            ClockSignal("line").eq(self.clock),
+            restart.button.eq(self.button ^ self._board.inverted),
+            restart.broken.eq(rx.broken),
             ResetSignal().eq(restart.reset),
-            *(rx.line.eq(self.rx), self.tx.eq(tx.line), bridge.fault.eq(rx.fault)),
+            rx.line.eq(self.rx),
+            self.tx.eq(tx.line),
+            bridge.fault.eq(rx.fault),
         ]
         alive, dropped = Signal(name="alive_word"), Signal(name="dropped_word")
         with m.If(bridge.result.valid & bridge.result.ready & bridge.result.payload.last):
@@ -64,20 +65,8 @@ class BoardTop(wiring.Component):
             m.d.sync += dropped.eq(1)
         for lamp, lit in ((self.alive, alive), (self.dropped, dropped), (self.waits, bridge.load.ready)):
             m.d.comb += lamp.eq(lit ^ self._board.inverted)
-        m.submodules.core = self._core(bridge)
+        m.submodules.core = core_instance(self._design, bridge, ResetSignal())
         return m
-
-    def _core(self, bridge: Any) -> Instance:
-        pins = {"i_clk": ClockSignal(), "i_rst": ResetSignal()}
-        for port in _stream_ports(self._design):
-            stream, _, member = port.name.partition("_")
-            words = getattr(bridge, stream)
-            word = {"valid": words.valid, "ready": words.ready}.get(member)
-            if word is None:
-                word = words.payload.data if stream == "result" and member == "data" else words.payload
-                word = words.payload.last if member == "last" else word
-            pins[f"{port.direction[0]}_{port.name}"] = word
-        return Instance(self._design.name, **pins)
 
 
 class _Restart(wiring.Component):
@@ -94,11 +83,6 @@ class _Restart(wiring.Component):
             m.d.sync += count.eq(count + 1)
         m.d.comb += self.reset.eq(register(m, ~count.all() | button | self.broken, "reset_word", control=True))
         return m
-
-
-def _stream_ports(design: Design) -> list[Port]:
-    every = ports(design, microarchitecture(design).loaded is not None)
-    return [port for port in every if port.name not in ("clk", "rst")]
 
 
 def board_verilog(design: Design, board: Board) -> str:

@@ -77,7 +77,7 @@ def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[st
         configuration_sha256=_configuration_hash(choices, coefficients.sha256),
         **choices,
         widths_bits={name: bits for name, bits in asdict(design.widths).items() if bits},
-        ports=ports(design, loaded),
+        ports=core_ports(design),
         rules={name: text for name, text in RULES.items() if name != "load" or loaded},
         load=load(core) if loaded else None,
         taxel=form.Taxels(
@@ -184,17 +184,14 @@ def fixed_point(field: Field) -> str:
     return str(Fxp(None, signed=field.signed, n_word=field.bits, n_frac=field.fraction).dtype)
 
 
-def ports(design: Design, loaded: bool) -> list[form.Port]:
+def core_ports(design: Design) -> list[form.Port]:
     """Ports of the top module in order; streams transfer on a rising edge with valid and ready high."""
-    load: list[tuple[str, Literal["in", "out"], int, str]] = [
-        ("load_data", "in", design.coefficient_word, "coefficient, signed"),
-        ("load_valid", "in", 1, "load_data is there"),
-        ("load_ready", "out", 1, "high after a reset until every coefficient is there"),
-    ]
     rows: list[tuple[str, Literal["in", "out"], int, str]] = [
         ("clk", "in", 1, "clock, rising edge"),
         ("rst", "in", 1, "synchronous reset, active high"),
-        *(load if loaded else []),
+        ("load_data", "in", design.coefficient_word, "coefficient, signed"),
+        ("load_valid", "in", 1, "load_data is there"),
+        ("load_ready", "out", 1, "high after a reset until every coefficient is there"),
         ("taxel_data", "in", design.adc.bits, "converter code, signed, compression negative"),
         ("taxel_valid", "in", 1, "taxel_data is there"),
         ("taxel_ready", "out", 1, "the core takes it"),
@@ -203,12 +200,9 @@ def ports(design: Design, loaded: bool) -> list[form.Port]:
         ("result_valid", "out", 1, "result_data is there"),
         ("result_ready", "in", 1, "the receiver takes it"),
     ]
-    return [form.Port(name=n, direction=d, bits=b, note=note) for n, d, b, note in rows]
-
-
-def port_names(core: Microarchitecture) -> list[str]:
-    """Names of the top module's ports in order."""
-    return [port.name for port in ports(core.design, core.loaded is not None)]
+    loaded = microarchitecture(design).loaded is not None
+    named = (form.Port(name=name, direction=way, bits=bits, note=note) for name, way, bits, note in rows)
+    return [port for port in named if loaded or not port.name.startswith("load_")]
 
 
 def load(core: Microarchitecture) -> form.Load:

@@ -9,12 +9,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from amaranth import Module, Value
+from amaranth import ClockSignal, Instance, Module, Value
 from amaranth.back import rtlil
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In
 
-from tfra.codegen.sidecar.build import port_names
+from tfra.codegen.sidecar.build import core_ports
 from tfra.codegen.verilog.identifiers import with_plain_names
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.design import Design
@@ -97,6 +97,17 @@ class Top(wiring.Component):
         return m
 
 
+def core_instance(design: Design, around: Any, reset: Value) -> Instance:
+    """The core as a module from elsewhere, on the streams ``load``, ``taxel``, ``result`` of ``around``."""
+    pins: dict[str, Any] = {"i_clk": ClockSignal(), "i_rst": reset}
+    for port in core_ports(design):
+        stream, _, member = port.name.partition("_")
+        if stream in ("load", "taxel", "result"):
+            words = getattr(around, stream)
+            pins[f"{port.direction[0]}_{port.name}"] = words.ready if member == "ready" else _forward(words)[member]
+    return Instance(design.name, **pins)
+
+
 def _forward(port: Any) -> dict[str, Value]:
     """The other signals of a stream, by name."""
     words = port.payload
@@ -131,7 +142,8 @@ def to_verilog(design: Design) -> str:
     """
     core = microarchitecture(design)
     models = [file.read_text() for file in core.cell_models]
-    return plain_verilog(to_rtlil(Top(design), design.name), design.name, port_names(core), models)
+    order = [port.name for port in core_ports(design)]
+    return plain_verilog(to_rtlil(Top(design), design.name), design.name, order, models)
 
 
 def plain_verilog(rtlil: str, top: str, order: Sequence[str] = (), models: Iterable[str] = ()) -> str:

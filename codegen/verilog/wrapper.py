@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from amaranth import ClockDomain, ClockSignal, Instance, Module
+from amaranth import ClockDomain, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
@@ -13,7 +13,7 @@ from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.sidecar.schema import Port
-from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
+from tfra.codegen.verilog.emit import core_instance, plain_verilog, to_rtlil
 from tfra.codegen.verilog.header import comment, port_lines, section, wrapped
 from tfra.codegen.verilog.wrapperports import wrapper_ports
 from tfra.hdl.bus.map import BITS
@@ -86,7 +86,7 @@ class Top(wiring.Component):
         inputs, outputs = self._wired(inner)
         m.d.comb += [inputs[name].eq(getattr(self, name)) for name in inputs]
         m.d.comb += [getattr(self, name).eq(value) for name, value in outputs.items()]
-        m.submodules.instance = Instance(self._design.name, **self._core(inner))
+        m.submodules.instance = core_instance(self._design, inner, inner.core_reset)
         return m
 
     @staticmethod
@@ -103,17 +103,6 @@ class Top(wiring.Component):
         outputs |= {f"m_axis_t{name}": results.p[name] for name in ("data", "user", "last")}
         return inputs, outputs
 
-    @staticmethod
-    def _core(inner: Wrapper) -> dict[str, Any]:
-        """Pins of the core's instance."""
-        pins = {"i_clk": ClockSignal(), "i_rst": inner.core_reset}
-        pins |= {"i_taxel_data": inner.taxel.p, "i_taxel_valid": inner.taxel.valid, "o_taxel_ready": inner.taxel.ready}
-        pins |= {"o_result_data": inner.result.p.data, "o_result_last": inner.result.p.last}
-        pins |= {"o_result_valid": inner.result.valid, "i_result_ready": inner.result.ready}
-        if "load" in inner.signature.members:
-            load = inner.load
-            pins |= {"i_load_data": load.p, "i_load_valid": load.valid, "o_load_ready": load.ready}
-        return pins
 
 
 def wrapper_verilog(design: Design) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from tfra.model.arrays import Floats, Ints
 from tfra.model.choices import Choices
+from tfra.model.converter import quantise
 from tfra.model.cover.contact import Contact, Contacts, ContactShape
 from tfra.model.cover.layer import frames
 from tfra.model.sensor import SensorArray
@@ -80,6 +81,31 @@ def codes_of(design: Choices, stress: Floats, rng: np.random.Generator) -> Ints:
     peak = np.abs(stress).max(axis=(1, 2), keepdims=True)
     level = rng.uniform(0.1, 0.95, size=(len(stress), 1, 1)) * 2 ** (design.adc.bits - 1)
     return np.asarray(np.rint(stress / peak * level), dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class KnownContacts:
+    """Converter codes ``(n, rows, columns)`` of simulated contacts, with their true values."""
+
+    codes: Ints
+    resultant: Floats
+    """``(n, 3)`` N."""
+    mu: Floats
+    phi_deg: Floats
+
+
+def known_contacts(design: Choices, count: int, seed: Seed) -> KnownContacts:
+    """``count`` random contacts without noise, their peak at 5 to 95 % of full scale."""
+    rng = np.random.default_rng(seed)
+    contacts = random_contacts(design.sensor, count, rng)
+    stress = frames(design.sensor, contacts)
+    scale = rng.uniform(0.05, 0.95, count) * design.adc.full_scale / np.abs(stress).max(axis=(1, 2))
+    return KnownContacts(
+        codes=quantise(design, stress * scale[:, None, None]),
+        resultant=np.array([contact.force for contact in contacts]) * scale[:, None],
+        mu=np.array([contact.mu for contact in contacts]),
+        phi_deg=np.degrees([contact.phi for contact in contacts]),
+    )
 
 
 def wild_codes(design: Choices, count: int, seed: Seed) -> Ints:

@@ -23,11 +23,11 @@ from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.cores import microarchitecture
+from tfra.model.cover.scenes import known_contacts
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import turn_deg
 from tfra.recordings.facts import MEANINGS
-from tfra.sim.stimuli import contacts
 
 DESIGNS = {
     "parallel": PARALLEL,
@@ -113,9 +113,9 @@ def test_loads_are_told_with_their_checksum(sheet: tuple[Design, str]) -> None:
 
 
 def test_accuracy_is_that_of_the_model() -> None:
-    """Against the same contacts, drawn and measured by the simulators' side."""
+    """Percentiles over the contacts that have a direction."""
     count, found = accuracy(PARALLEL)
-    drawn = contacts(PARALLEL, np.random.default_rng(SEED), CONTACTS)
+    drawn = known_contacts(PARALLEL, CONTACTS, SEED)
     result = decode(PARALLEL, PARALLEL.model(drawn.codes).words)
     clear = PARALLEL.float_model(drawn.codes * PARALLEL.adc.lsb).status == 0
     assert count == clear.sum()
