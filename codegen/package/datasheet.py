@@ -56,7 +56,7 @@ def datasheet(contents: Contents) -> dict[str, str]:
         **_numbers(contents),
         "contents": links(_SECTIONS),
         "blocks": fill("blocks.svg", {"name": contents.name}),
-        "registers": register_table(contents.registers.registers).html(),
+        "registers": register_table(contents.registers).html(),
         "errors": tables.accuracies(errors).html(),
         "contacts": count,
         "load": _load(contents),

@@ -1,10 +1,8 @@
-"""The register map as a table and as a page."""
+"""The register map of a design as a table and as a page."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
-from tfra.hdl.bus.map import Field, Kind, Register, RegisterMap
+from tfra.hdl.bus.map import Field, Kind, RegisterMap
 from tfra.report.html import Section, page, paragraph
 from tfra.report.table import Table
 
@@ -14,16 +12,13 @@ _ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVEN
 _FIELD = ("bits", "field", "access", "reset", "meaning")
 
 
-def register_table(registers: Iterable[Register], of_design: bool = True) -> Table:
-    """A row for every field, in the order of the ``registers``.
-
-    Constants have the values of a design; without one they have no reset value.
-    """
+def register_table(registers: RegisterMap) -> Table:
+    """A row for every field, in the order of addresses."""
     rows = []
-    for register in registers:
+    for register in registers.registers:
         place = (f"0x{register.address:02X}", register.name)
         for field in register.fields:
-            rows.append((*place, *_field(field, of_design)))
+            rows.append((*place, *_field(field)))
             place = ("", "")
     return Table("Registers", ("address", "register", *_FIELD), rows, (0, 1, 3, 4, 6))
 
@@ -32,15 +27,13 @@ def register_page(title: str, registers: RegisterMap) -> str:
     """A page that loads nothing: a section for every register, with its fields."""
     sections = []
     for register in registers.registers:
-        fields = Table(f"Fields of {register.name}", _FIELD, [_field(f, True) for f in register.fields], (1, 2, 4))
+        fields = Table(f"Fields of {register.name}", _FIELD, [_field(field) for field in register.fields], (1, 2, 4))
         heading = f"0x{register.address:02X} {register.name}"
         sections.append(Section(register.name, heading, [paragraph(register.text), fields.html()]))
     return page(title, [], sections)
 
 
-def _field(field: Field, of_design: bool) -> tuple[str, ...]:
+def _field(field: Field) -> tuple[str, ...]:
     bits = f"{field.low + field.bits - 1}:{field.low}" if field.bits > 1 else f"{field.low}"
     reset = f"0x{field.reset:X}" if field.reset > 9 else f"{field.reset}"
-    if field.kind is Kind.STATUS or (field.kind is Kind.CONSTANT and not of_design):
-        reset = "–"
-    return bits, field.name, _ACCESS.get(field.kind, "R"), reset, field.text
+    return bits, field.name, _ACCESS.get(field.kind, "R"), "–" if field.kind is Kind.STATUS else reset, field.text
