@@ -47,10 +47,10 @@ class Activation(wiring.Component):
         m = Module()
         m.submodules.unfold, m.submodules.fold = unfold, fold = self._unfold, self._fold
         result, units = self.result, self.units
-        here: Value = result.valid & Cat(result.p.kind[number] for number in self._kinds).any()
+        selected: Value = result.valid & Cat(result.p.kind[number] for number in self._kinds).any()
         bits = len(fold.i.p[0])
         m.d.comb += [
-            unfold.i.valid.eq(here),
+            unfold.i.valid.eq(selected),
             *(into.eq(word) for into, word in zip(unfold.i.p, result.p.words, strict=True)),
             unfold.o.ready.eq(1),
             fold.i.valid.eq(unfold.o.valid),

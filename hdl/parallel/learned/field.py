@@ -94,8 +94,8 @@ class Field(wiring.Component):
     def _vectors(self, m: Module, name: str) -> Vectors:
         """Memory of the results of an operator."""
         m.submodules[name] = vectors = Vectors(self._design, headroom=name != "inverse")
-        here = self.result.valid & self.result.p.kind[self._design.kinds.index(name)]
-        m.d.comb += vectors.write.valid.eq(here)
+        selected = self.result.valid & self.result.p.kind[self._design.kinds.index(name)]
+        m.d.comb += vectors.write.valid.eq(selected)
         m.d.comb += (into.eq(word) for into, word in zip(vectors.write.p, self.result.p.words, strict=True))
         return vectors
 

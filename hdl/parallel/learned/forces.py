@@ -83,9 +83,9 @@ class Forces(wiring.Component):
 
     def _scale(self, m: Module, p: Value) -> tuple[Value, Value]:
         """The result word of a taxel, and whether it was limited."""
-        design, given = self._design, self.share.p
-        m.submodules.multiplier = multiplier = Multiplier(len(p) + 1, len(given.mantissa), design.target)
-        shift = delayed(m, given.shift, _PRODUCT, "shift")
+        design, scale = self._design, self.share.p
+        m.submodules.multiplier = multiplier = Multiplier(len(p) + 1, len(scale.mantissa), design.target)
+        shift = delayed(m, scale.shift, _PRODUCT, "shift")
         coarse, _ = two_steps(shift, _FINE)
         _, fine = two_steps(register(m, shift, "fine"), _FINE)
         product = register(m, multiplier.product, "product")  # TIMING: sum of a wide product's digits -> shift
@@ -95,7 +95,7 @@ class Forces(wiring.Component):
         wide = register(m, round_off(shifted, 1), "wide")
         m.d.comb += [
             multiplier.a.eq(Cat(p, Const(0, 1)).as_signed()),
-            multiplier.b.eq(delayed(m, given.mantissa, _WORD, "mantissa")),
+            multiplier.b.eq(delayed(m, scale.mantissa, _WORD, "mantissa")),
         ]
         word = saturate(wide, design.widths.output)
         return register(m, word, "word"), register(m, wide != word, "limited")

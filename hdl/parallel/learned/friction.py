@@ -75,9 +75,9 @@ class Friction(wiring.Component):
         sent = driver(m, self.friction.payload)
         limited = []
         done = self._dividers["mu"].o.valid
-        for name, given in operands.items():
+        for name, operand in operands.items():
             m.submodules[f"{name}_divider"] = self._dividers[name]
-            quotient, unbounded = self._divide(m, self._dividers[name], done, *given)
+            quotient, unbounded = self._divide(m, self._dividers[name], done, *operand)
             limited.append(unbounded)
             with m.If(done):
                 m.d.sync += sent[name].eq(quotient)

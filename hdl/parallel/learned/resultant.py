@@ -69,15 +69,15 @@ class Resultant(wiring.Component):
         quads = self.total.payload
         second = Signal()
         m.d.sync += second.eq(second ^ self.total.valid)
-        first_here, second_here = self.total.valid & ~second, self.total.valid & second
+        first_valid, second_valid = self.total.valid & ~second, self.total.valid & second
         f = [Signal(quads[parity].shape(), name=name, reset_less=True) for name, parity in _AXES]
         u = Signal(quads[EE].shape(), reset_less=True)
-        with m.If(first_here):
+        with m.If(first_valid):
             m.d.sync += [word.eq(quads[parity]) for word, (_, parity) in zip(f, _AXES, strict=True)]
-        with m.If(second_here):
+        with m.If(second_valid):
             m.d.sync += u.eq(Mux(quads[EE][-1], 0, quads[EE]))
-        self._normalise(m, first_here, f)
-        self._judge(m, register(m, second_here, "start", control=True), f, u)
+        self._normalise(m, first_valid, f)
+        self._judge(m, register(m, second_valid, "start", control=True), f, u)
         return m
 
     def _normalise(self, m: Module, valid: Value, f: list[Signal]) -> None:

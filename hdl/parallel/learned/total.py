@@ -52,24 +52,24 @@ class Total(wiring.Component):
         m = Module()
         quad = self.total.payload.shape()
         sums = Ram(m, "sums", quad, 2 * FRAMES * QUADS)
-        here = [self.result.valid & self.result.p.kind[self._design.kinds.index(name)] for name in PARTS]
+        arrives = [self.result.valid & self.result.p.kind[self._design.kinds.index(name)] for name in PARTS]
         first, second, third = (
             wrapping_counter(m, part, FRAMES * QUADS, f"{name}_quad")[0]
-            for name, part in zip(PARTS, here, strict=True)
+            for name, part in zip(PARTS, arrives, strict=True)
         )
-        lost = register(m, here[2] & ~self.frame.p.contact, "lost")
+        no_contact = register(m, arrives[2] & ~self.frame.p.contact, "no_contact")
         total = Signal(quad, name="sum", reset_less=True)
-        so_far = sums.look_up(Mux(here[2], Cat(third, 1), Cat(second, 0)))
+        so_far = sums.look_up(Mux(arrives[2], Cat(third, 1), Cat(second, 0)))
         for word, part, before in zip(total, self.result.p.words, so_far, strict=True):
             # TIMING: memory -> sum
-            part, before = register(m, part, "part"), register(m, Mux(here[0], 0, before), "before")
-            m.d.sync += word.eq(Mux(lost, 0, part + before))
-        again = delayed(m, here[0] | here[1], self.latency, "again", control=True)
-        place = delayed(m, Mux(here[1], Cat(second, 1), Cat(first, 0)), self.latency, "write_place")
+            part, before = register(m, part, "part"), register(m, Mux(arrives[0], 0, before), "before")
+            m.d.sync += word.eq(Mux(no_contact, 0, part + before))
+        again = delayed(m, arrives[0] | arrives[1], self.latency, "again", control=True)
+        place = delayed(m, Mux(arrives[1], Cat(second, 1), Cat(first, 0)), self.latency, "write_place")
         sums.write(again, place, total)
         m.d.comb += [
-            self.frame.ready.eq(register(m, here[2] & third[0], "taken", control=True)),
-            self.total.valid.eq(delayed(m, here[2], self.latency, "last_part", control=True)),
+            self.frame.ready.eq(register(m, arrives[2] & third[0], "taken", control=True)),
+            self.total.valid.eq(delayed(m, arrives[2], self.latency, "last_part", control=True)),
             self.total.payload.eq(total),
         ]
         return m

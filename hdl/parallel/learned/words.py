@@ -74,14 +74,14 @@ class Words(wiring.Component):
 
     def _header(self, counter: Value) -> list[Value]:
         """Words of the fields in front of the forces."""
-        known, judged = self.header.p, self.header.p.judged
+        facts, judged = self.header.p, self.header.p.judged
         fields = {
             "frame": [counter],
             "exponent": [self.frame.p.exponent],
-            "phi": [known.angle.phi],
-            "mu": [known.friction.mu],
-            "mu_x": [known.friction.mu_x],
-            "mu_y": [known.friction.mu_y],
+            "phi": [facts.angle.phi],
+            "mu": [facts.friction.mu],
+            "mu_x": [facts.friction.mu_x],
+            "mu_y": [facts.friction.mu_y],
             "resultant": [judged.words[axis] for axis in range(3)],
             "uncertainty": [judged.uncertainty],
         }
@@ -90,13 +90,13 @@ class Words(wiring.Component):
 
     def _status(self, limited: Value) -> list[Value]:
         """The bits of the status from the lowest; ``limited``: a force was."""
-        frame, known = self.frame.p, self.header.p
+        frame, facts = self.frame.p, self.header.p
         flags = {
             Status.NO_CONTACT: ~frame.contact,
-            Status.NO_DIRECTION: frame.contact & known.angle.still,
-            Status.IMPLAUSIBLE: frame.contact & known.judged.implausible,
+            Status.NO_DIRECTION: frame.contact & facts.angle.still,
+            Status.IMPLAUSIBLE: frame.contact & facts.judged.implausible,
             Status.INPUT_SATURATED: frame.saturated,
-            Status.OUTPUT_SATURATED: known.judged.limited | known.friction.overflow | limited,
+            Status.OUTPUT_SATURATED: facts.judged.limited | facts.friction.overflow | limited,
         }
         return [flags.get(status, Const(0, 1)) for status in Status]
 

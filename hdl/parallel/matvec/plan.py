@@ -69,13 +69,13 @@ class Plan:
         return next(source for source in self.sources if stack in source.stacks)
 
     @property
-    def given(self) -> tuple[str, ...]:
+    def tokens_out(self) -> tuple[str, ...]:
         """Tokens for the senders of operands."""
         needed = {token for tokens in self.needs.values() for token in tokens}
         return tuple(source.token for source in self.sources if source.token and source.token not in needed)
 
     @property
-    def taken(self) -> tuple[str, ...]:
+    def tokens_in(self) -> tuple[str, ...]:
         """Tokens that others give to the unit."""
         own = {source.token for source in self.sources} | set(self.follows)
         return tuple(token for tokens in self.needs.values() for token in tokens if token not in own)

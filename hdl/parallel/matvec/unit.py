@@ -73,8 +73,8 @@ class MatVec(wiring.Component):
             **{source.name: In(self._operand(source)) for source in reversed(plan.sources)},
             # The result quads of a product's stack, operator by operator.
             "result": Out(always_ready_stream(product(design))),
-            **{name: In(stream.Signature(TOKEN)) for name in plan.taken},  # taken at the launch of a product
-            **{name: Out(stream.Signature(TOKEN)) for name in plan.given},  # one for each free bank of a source
+            **{name: In(stream.Signature(TOKEN)) for name in plan.tokens_in},  # taken at the launch of a product
+            **{name: Out(stream.Signature(TOKEN)) for name in plan.tokens_out},  # one for each free bank of a source
             **(self._load_ports() if design.images == "load" else {}),
         })
 
@@ -181,7 +181,7 @@ class MatVec(wiring.Component):
     def _wire_tokens(self, m: Module, buffers: dict[str, OperandBuffer], schedule: Schedule) -> None:
         """Operands that may be multiplied, because their results have a place."""
         plan = self._plan
-        tokens = {name: getattr(self, name) for name in plan.taken}
+        tokens = {name: getattr(self, name) for name in plan.tokens_in}
         banks = {source.name: Tokens(source.banks) for source in plan.sources if source.token}
         for source in plan.sources:
             if source.token:
@@ -191,7 +191,7 @@ class MatVec(wiring.Component):
         for name, begun in following.items():
             m.submodules[f"{name}s"] = begun
             tokens[name] = begun.o
-        for name in plan.given:
+        for name in plan.tokens_out:
             wiring.connect(m, tokens[name], wiring.flipped(getattr(self, name)))
         wanted = [self._wanted(m, source, buffers[source.name], tokens, schedule) for source in plan.sources]
         start = schedule.launch & schedule.new

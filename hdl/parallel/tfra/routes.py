@@ -32,7 +32,7 @@ def product_routes(blocks: Blocks, sums: SumsQueue) -> tuple[ProductRoute, ...]:
 
 
 def facts(blocks: Blocks) -> tuple[Fact, ...]:
-    """Every fact of a frame, in the order in which they are known."""
+    """Every fact of a frame, in the order of the blocks that compute them."""
     return (*_facts_of_the_input(blocks), *_facts_of_the_results(blocks))
 
 

@@ -193,6 +193,6 @@ def test_memories_hold_each_stack_where_it_begins():
         assert first.tolist() == op.rows[0, np.arange(4) ^ op.flip].tolist()
 
 
-def test_tokens_are_told_by_who_gives_and_takes_them():
-    assert PLAN.given == ("pair_token", "short_token")
-    assert PLAN.taken == ("place", "room", "frame")
+def test_tokens_in_and_out():
+    assert PLAN.tokens_out == ("pair_token", "short_token")
+    assert PLAN.tokens_in == ("place", "room", "frame")

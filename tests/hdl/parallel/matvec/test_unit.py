@@ -139,7 +139,7 @@ def test_ten_by_ten(lanes):
     check(make(10, 10, lanes=lanes), draw(make(10, 10, lanes=lanes), 1, 8), seed=8, stall_in=bursts)
 
 
-@pytest.mark.parametrize("design", [SMALL[3], SMALL[5], make(3, 5, lanes=24)], ids=label)
+@pytest.mark.parametrize("design", [SMALL[3], make(3, 5, lanes=24)], ids=label)
 def test_lanes_are_never_idle_while_operands_are_there(design):
     q = design.quads
     vectors = operands(design, draw(design, 4, 10))["vector"]
@@ -153,7 +153,7 @@ def test_lanes_are_never_idle_while_operands_are_there(design):
 
 @pytest.mark.parametrize("bits", [16, 17])
 def test_a_contact_begins_with_its_first_quad_where_codes_fit_an_operand(bits):
-    design = make(4, 4, lanes=16, bits=bits)
+    design = make(4, 4, bits=bits)
     assert PLAN.source("contact").flowing(design) == (bits == 16)
     frames = corners(design)[:2]
     seen = send(design, frames)
@@ -169,12 +169,12 @@ def test_a_contact_waits_for_its_frame_and_for_room_for_its_weights():
     seen = run(MatVec(design, PLAN), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both})
     assert len(seen.values["result"]) == both
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design, PLAN), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both + 1}, limit=400)
+        run(MatVec(design, PLAN), {"b": everything["b"], "frame_token": [0] * 4}, {"result": both + 1}, limit=200)
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design, PLAN), {"b": everything["b"]}, {"result": 1}, limit=400)
+        run(MatVec(design, PLAN), {"b": everything["b"]}, {"result": 1}, limit=200)
     d = everything["vector"][2 * design.quads : 3 * design.quads]
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design, PLAN), {"vector": d}, {"result": 1}, limit=400)
+        run(MatVec(design, PLAN), {"vector": d}, {"result": 1}, limit=200)
 
 
 def test_there_are_banks_for_two_vectors_and_again_when_one_is_multiplied():
@@ -183,7 +183,7 @@ def test_there_are_banks_for_two_vectors_and_again_when_one_is_multiplied():
     seen = run(MatVec(design, PLAN), {"vector": quads[: design.quads]}, {"bank_token": 3})
     assert seen.cycles["bank_token"][1] < seen.cycles["vector"][-1] < seen.cycles["bank_token"][2]
     with pytest.raises(AssertionError, match="no end"):
-        run(MatVec(design, PLAN), {"vector": quads[: design.quads]}, {"bank_token": 4}, limit=400)
+        run(MatVec(design, PLAN), {"vector": quads[: design.quads]}, {"bank_token": 4}, limit=200)
 
 
 def test_closed_forms_of_a_ten_by_ten_array():

@@ -75,7 +75,7 @@ def anything(design, seed, frames):
 @pytest.mark.parametrize("name", ["standard", "short", "operand over vector", *long("wide", "ten")])
 def test_real_frames(name):
     design = DESIGNS[name]
-    model = check(design, *real_sums(design, random_codes(design, 1, 16)), seed=1)
+    model = check(design, *real_sums(design, random_codes(design, 1, 24 if name == "short" else 12)), seed=1)
     assert model.alpha.any()
     assert model.beta.any()
 

@@ -7,7 +7,7 @@ from tfra.model.choices import Formats
 
 DESIGNS = [
     make(4, 4),
-    make(5, 7, "wide"),
+    make(3, 5, "wide"),
     make(2, 2),
     make(4, 6, Formats("long vectors", 12, 10, 16, 4), bits=10),
     make(3, 2, Formats("short vectors", 12, 27, 0, 0), bits=6),

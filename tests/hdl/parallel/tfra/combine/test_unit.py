@@ -7,17 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tests.hdl.parallel.designs import label, make
+from tests.hdl.parallel.designs import label
 from tests.hdl.parallel.tfra.combine.designs import DESIGNS
 from tests.marks import long
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
-from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.combine import combine
-from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.tfra.centroids import centroids
-from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.sim.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 
 RUNS = [
@@ -167,19 +163,6 @@ def test_equals_the_model(design, stall_in):
 def test_equals_the_model_for_more_seeds(design, seed):
     _, same = _check(design, _random(design, seed, number=8))
     assert same, f"seed {seed}"
-
-
-def test_real_frames():
-    design, rng = make(10, 10), np.random.default_rng(1)
-    codes = rng.integers(-(1 << 13), 1 << 13, (3, design.sensor.taxels), endpoint=False)
-    stages, q = FixedTfra(design)(codes).stages, design.quads
-    _, g, d1, d2 = np.split(matvec(design, "residual", stages["weights"]), (3, q + 3, 2 * q + 3), axis=1)
-    products = matvec(design, "force", stages["combine"][:, 2 * q :])
-    b, swap = butterfly(stages["normaliser"]), centroids(design, codes).sweep_y.astype(np.int64)
-    frames = Frames(b, stages["weights"], g, d1, d2, products, swap, *stages["dependent"].T, *stages["friction"].T)
-    seen, same = _check(design, frames)
-    assert same
-    assert words(design, seen, 3)["vector"] == stages["combine"].reshape(-1, 4).tolist()
 
 
 def test_a_corrupted_word_is_noticed():

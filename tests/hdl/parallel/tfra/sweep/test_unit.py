@@ -182,9 +182,8 @@ def test_a_large_array():
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 @pytest.mark.parametrize("design", [make(3, 4, 7, tolerance=0.7), make(2, 3, 3)])
 def test_any_stalls(design, stall_in, stall_out):
-    for seed in (6, 7):
-        frames = contacts(design, 2, seed) + small_numbers(design, 3, seed)
-        check(design, frames, seed, stall_in=stall_in, stall_out=stall_out)
+    frames = contacts(design, 2, 6) + small_numbers(design, 3, 6)
+    check(design, frames, 6, stall_in=stall_in, stall_out=stall_out)
 
 
 def test_the_data_reaches_ties_and_both_ends():
@@ -248,7 +247,7 @@ def test_frames_that_cannot_leave_wait_in_the_unit():
         yield from itertools.repeat(True, 900)
         yield from itertools.repeat(False)
 
-    for design in (make(2, 2, 3), make(2, 2, 3, tolerance=2.0), make(3, 3, 7)):
+    for design in (make(2, 2, 3), make(2, 2, 3, tolerance=2.0)):
         frames = small_numbers(design, 9, 13)
         assert Sweep(design).interval * len(frames.g) < 900
         check(design, frames, stall_out=late)
