@@ -135,19 +135,16 @@ class Normaliser(wiring.Component):
 
 
 class _Facts(Elaboratable):
-    """Sum of magnitudes and ORs over the codes of a frame, scaled at its end.
-
-    ``code`` counts while ``valid``; ``first`` starts anew.  ``steps`` as in :class:`Normaliser`; ``result`` is
-    complete four cycles after the last taxel, its exponent two.
-    """
+    """Sum of magnitudes and ORs over the codes of a frame, scaled at its end."""
 
     def __init__(self, design: Design) -> None:
         self._bits, self._magnitude = design.adc.bits, design.widths.magnitude
         self._threshold = design.adc.threshold
         self.code = Signal(signed(self._bits))
-        self.valid = Signal()
-        self.first = Signal(reset_less=True)
-        self.steps = Signal(4)
+        self.valid = Signal()  # the code counts
+        self.first = Signal(reset_less=True)  # ... as the first of its frame
+        self.steps = Signal(4)  # bit k: the frame's last taxel came k + 1 cycles ago
+        # Complete four cycles after the last taxel, its exponent two.
         self.result = Signal(frame_facts(design), reset_less=True)
 
     def elaborate(self, platform: Any) -> Module:
@@ -182,18 +179,14 @@ class _Facts(Elaboratable):
 
 
 class _Pages(Elaboratable):
-    """The folded frame in four banks, one for each place in a quad, and two pages.
-
-    ``code``: the taxel that moved the raster one cycle ago.  ``stored``: the quad number ``quad`` of the page that is
-    not loading, one cycle after ``read``.
-    """
+    """The folded frame in four banks, one for each place in a quad, and two pages: one loads, the other is read."""
 
     def __init__(self, design: Design, raster: Raster) -> None:
         self._design, self._raster = design, raster
-        self.code = Signal(signed(design.adc.bits))
-        self.quad = Signal(counter_shape(design.quads - 1))
+        self.code = Signal(signed(design.adc.bits))  # the taxel that moved the raster a cycle ago
+        self.quad = Signal(counter_shape(design.quads - 1))  # number of the quad to be read
         self.read = Signal()
-        self.stored = Signal(stress_quad(design))
+        self.stored = Signal(stress_quad(design))  # the quad, a cycle after ``read``
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -14,22 +14,18 @@ from tfra.model.fixed.design import Design
 
 
 class Raster(Elaboratable):
-    """Place of the next taxel of a row-major frame; ``transfer`` steps on, and frames follow each other.
-
-    All outputs are registers.  ``row``, ``column``: where; ``row_start``, ``row_end``: the ends of a row;
-    ``last``: the end of the frame; ``quad``: number of the quad that the taxel is in.
-    """
+    """Place of the next taxel of a row-major frame; frames follow each other.  All outputs are registers."""
 
     def __init__(self, design: Design) -> None:
         self._design, self._stride = design, design.quad_columns
         self._rows, self._columns = design.sensor.rows, design.sensor.columns
-        self.transfer = Signal()
+        self.transfer = Signal()  # in: step on
         self.row = Signal(counter_shape(self._rows - 1))
         self.column = Signal(counter_shape(self._columns - 1))
-        self.row_start = Signal(init=1)
-        self.row_end = Signal()
-        self.last = Signal()
-        self.quad = Signal(counter_shape(design.quads - 1))
+        self.row_start = Signal(init=1)  # it is the first of its row
+        self.row_end = Signal()  # ... the last
+        self.last = Signal()  # it is the last of its frame
+        self.quad = Signal(counter_shape(design.quads - 1))  # number of the quad that it is in
 
     @property
     def mirror(self) -> Value:

@@ -35,8 +35,7 @@ class Frame:
     """Cycles of one frame's events, in dataflow order; an estimator adds its own."""
 
     taxel: int = 0
-    b: int = 0
-    """Last quad of the folded codes at the matrix-vector unit."""
+    """Its last one."""
     words: list[int] = field(default_factory=list)
     """Every result word."""
 
@@ -169,7 +168,10 @@ class Timeline(ABC, Generic[F]):
     def run(self) -> None:
         """Follow the frames until no unit has work."""
         self.enter(0, -NEVER)
-        while (decision := min((unit.decide() for unit in self.units), key=lambda unit: unit.cycle)).cycle < NEVER:
+        while True:
+            decision = min((unit.decide() for unit in self.units), key=lambda each: each.cycle)
+            if decision.cycle >= NEVER:
+                return
             decision.act()
 
     def before(self, number: int) -> F | None:
@@ -182,10 +184,8 @@ class Timeline(ABC, Generic[F]):
             return
         before = self.before(number)
         normaliser = self._intake.last_taxel(before.taxel) if before else 0
-        frame = self.frames[number]
-        frame.taxel = max(normaliser, self.last_taxel(number))
-        frame.b = self._intake.last_quad(normaliser, bank_free)
-        self.products.add(self._codes, number, frame.b)
+        self.frames[number].taxel = max(normaliser, self.last_taxel(number))
+        self.products.add(self._codes, number, self._intake.last_quad(normaliser, bank_free))
 
     def last_taxel(self, number: int) -> int:
         """When other blocks than the normaliser have taken the last taxel of frame ``number``."""
