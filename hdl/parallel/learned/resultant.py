@@ -53,6 +53,7 @@ class Resultant(wiring.Component):
     def __init__(self, design: LearnedDesign) -> None:
         self._design = design
         self._digits = max(1, design.threshold_word.bit_length())
+        self._shift = design.formats.vector_fraction - design.formats.force_fraction
         super().__init__({
             "total": In(always_ready_stream(payloads.vector_quad(design))),  # two quads a frame
             "force": Out(always_ready_stream(payloads.total(design))),  # one a frame; stays until the next
@@ -104,7 +105,8 @@ class Resultant(wiring.Component):
         verdict = driver(m, self.judged)
         output = self._design.widths.output
         # TIMING: rounding -> limit
-        wide = [Signal(signed(len(word) + 1), name="wide", reset_less=True) for word in (*f, u)]
+        longer = 1 if self._shift > 0 else -self._shift  # for the carry of a rounding, or for a finer grid
+        wide = [Signal(signed(len(word) + longer), name="wide", reset_less=True) for word in (*f, u)]
         m.d.sync += [into.eq(self._on_result_grid(word)) for into, word in zip(wide, (*f, u), strict=True)]
         beyond = [register(m, ~(word[output - 1 :] == 0) & ~word[output - 1 :].all(), "beyond") for word in wide]
         f_z = f[-1]
@@ -123,7 +125,6 @@ class Resultant(wiring.Component):
 
     def _on_result_grid(self, word: Value) -> Value:
         """A word on the vector grid rounded to that of result words."""
-        shift = self._design.formats.vector_fraction - self._design.formats.force_fraction
-        if shift <= 0:
-            return (word << -shift).as_signed()
-        return round_off(word, shift)
+        if self._shift <= 0:
+            return (word << -self._shift).as_signed()
+        return round_off(word, self._shift)

@@ -105,7 +105,7 @@ def test_both_sides_of_the_threshold(threshold):
     check(design, np.clip(np.array(rows), -(1 << 24), 1 << 24))
 
 
-@pytest.mark.parametrize(("vector", "force"), [(4, 4), (5, 4), (4, 5)])
+@pytest.mark.parametrize(("vector", "force"), [(4, 4), (5, 4), (4, 5), (3, 6)])
 def test_result_words_on_the_vector_grid_and_beside_it(vector, force):
     """Without a shift nothing is rounded; a half goes up."""
     design = learned_design(2, 2, formats=Formats("grids", 16, 16, vector, force))
