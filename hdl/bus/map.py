@@ -1,4 +1,4 @@
-"""A map of registers as plain data: what the gateware, the tables and the tests are made from."""
+"""A map of registers as plain data: gateware, tables and tests follow from it."""
 
 from __future__ import annotations
 

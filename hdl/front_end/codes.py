@@ -6,11 +6,11 @@ from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, saturate
 from tfra.hdl.lib.pipeline import delayed, register
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.primitives.multiplier import Multiplier
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import DEVIATION, GAIN, PRODUCT_POINT, WEIGHT, WORD, repair_places
@@ -89,17 +89,11 @@ class Codes(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        layout, depth = stored_code(self._design.adc.bits), 2 << len(self.address)
-        m.submodules.memory = memory = Memory(shape=layout, depth=depth, init=[])
-        read, write = memory.read_port(), memory.write_port()
-        m.d.comb += [
-            read.addr.eq(Cat(self.address, self.page)),
-            read.en.eq(self.read),
-            self.stored.eq(read.data),
-        ]
-        product, is_term = self._multiply(m, read.data.code)
+        memory = Ram(m, "memory", stored_code(self._design.adc.bits), 2 << len(self.address))
+        m.d.comb += self.stored.eq(memory.read(Cat(self.address, self.page), self.read))
+        product, is_term = self._multiply(m, self.stored.code)
         code = self._round(m, self._accumulate(m, product, is_term))
-        self._store(m, write, code)
+        self._store(m, memory, code)
         return m
 
     def _multiply(self, m: Module, code: Value) -> tuple[Value, Value]:
@@ -143,7 +137,7 @@ class Codes(wiring.Component):
         """The code: ``total`` without the bits below its point, saturated."""
         return register(m, saturate(total[self._point :].as_signed(), self._design.adc.bits), "code")
 
-    def _store(self, m: Module, write: Any, code: Value) -> None:
+    def _store(self, m: Module, memory: Ram, code: Value) -> None:
         """Write the code of a taxel, or of the target of a repair, and compare it with both thresholds."""
         index = delayed(m, self.taxel.index, self.latency, "index")
         page = delayed(m, self.taxel.page, self.latency, "page")
@@ -151,16 +145,17 @@ class Codes(wiring.Component):
         is_taxel = Signal()
         is_repair = Signal()
         size = Signal(len(code))
+        stored = Signal.like(self.stored)
         reaches = size >= self.contact
         m.d.comb += [
             is_taxel.eq(delayed(m, self.taxel.valid, self.latency, "taxel", control=True)),
             is_repair.eq(delayed(m, self.term.valid & self.term.writes, FETCH + self.latency, "end", control=True)),
             size.eq(abs(code)),
-            write.en.eq(is_taxel | is_repair),
-            write.addr.eq(Mux(is_repair, Cat(self._target(m), self.page), Cat(index, page))),
-            write.data.code.eq(code),
-            write.data.small.eq(size < self.dead_band),
+            stored.code.eq(code),
+            stored.small.eq(size < self.dead_band),
         ]
+        address = Mux(is_repair, Cat(self._target(m), self.page), Cat(index, page))
+        memory.write(is_taxel | is_repair, address, stored)
         for number, reached in enumerate(self.reached):
             with m.If(is_taxel & (page == number)):
                 m.d.sync += reached.eq(reaches | (reached & ~first))

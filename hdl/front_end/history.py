@@ -6,13 +6,13 @@ from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, signed
 from amaranth.lib import data, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.front_end.means import PART
 from tfra.hdl.front_end.reading import reading
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
+from tfra.hdl.lib.ram import Ram
 from tfra.model.fixed.front_end import MOST_AVERAGED, OLDEST, WORD
 
 SUM = WORD + 1 + MOST_AVERAGED
@@ -74,8 +74,7 @@ class History(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.memory = memory = Memory(shape=STATE, depth=2 << len(self.index), init=[])
-        read, write = memory.read_port(), memory.write_port()
+        states = Ram(m, "states", STATE, 2 << len(self.index))
         page = Signal()
         stored = Signal(STATE, reset_less=True)
         updated = Signal(STATE, reset_less=True)
@@ -86,15 +85,13 @@ class History(wiring.Component):
         same = (stored.word == word) & ~part.fresh
         m.d.sync += [
             page.eq(page ^ self.good),
-            stored.eq(read.data),
+            stored.eq(states.read(Cat(self.index, page), self.entered)),
             updated.sum.eq(Mux(part.first, 0, stored.sum) + register(m, value, "value")),
             updated.word.eq(word),
             updated.age.eq(Mux(same, stored.age + ~stored.age.all(), 1)),
         ]
         o = self.o
         m.d.comb += [
-            read.addr.eq(Cat(self.index, page)),
-            read.en.eq(self.entered),
             o.valid.eq(delayed(m, self.entered, self.latency, "valid", control=True)),
             o.index.eq(delayed(m, self.index, self.latency, "index")),
             o.part.eq(register(m, part, "part")),
@@ -102,8 +99,6 @@ class History(wiring.Component):
             o.faults.stuck.eq((updated.age >= self.stuck_frames) & self.stuck_frames.any()),
             o.faults.saturated.eq(delayed(m, saturated, 2, "saturated")),
             o.faults.out_of_range.eq(delayed(m, outside, 2, "outside")),
-            write.addr.eq(Cat(o.index, ~delayed(m, page, self.latency, "page"))),
-            write.en.eq(o.valid),
-            write.data.eq(updated),
         ]
+        states.write(o.valid, Cat(o.index, ~delayed(m, page, self.latency, "page")), updated)
         return m

@@ -6,12 +6,12 @@ from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, signed
 from amaranth.lib import data, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.codes import FETCH, Codes, term_slot
 from tfra.hdl.lib.arithmetic import counter_shape
+from tfra.hdl.lib.ram import Ram
 from tfra.model.fixed.front_end import WEIGHT, repair_places
 
 _ENTRY = data.StructLayout({"weight": signed(WEIGHT), "taxel": BITS - 1 - WEIGHT, "header": 1})
@@ -52,8 +52,8 @@ class Repair(wiring.Component):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        m.submodules.table = table = Memory(shape=BITS, depth=self._places, init=[])
-        read, write = table.read_port(), table.write_port()
+        table = Ram(m, "table", BITS, self._places)
+        table.write(self.write, self.place, self.data)
         number = Signal(16)  # of the next word
         more = Signal()  # there is a next word
         fetched = Signal()  # a word is read
@@ -67,11 +67,6 @@ class Repair(wiring.Component):
         target = Signal.like(self.term.target, reset_less=True)
         pending = Signal(FETCH + Codes.latency)  # bit k: a sum ended k + 1 cycles ago, and its code is not written
         m.d.comb += [
-            write.addr.eq(self.place),
-            write.data.eq(self.data),
-            write.en.eq(self.write),
-            read.addr.eq(number),
-            read.en.eq(advance),
             more.eq(self.active & (number != self.repair_words)),
             empty.eq(~(more | fetched | valid)),
             end.eq(empty | entry.header),
@@ -85,13 +80,14 @@ class Repair(wiring.Component):
             self.term.target.eq(target),
             self.source.eq(entry.taxel),
         ]
+        word = table.read(number, advance)
         m.d.sync += pending.eq(Cat(issue & end & opened, pending))
         with m.If(advance):
             m.d.sync += [
                 number.eq(number + more),
                 fetched.eq(more),
                 valid.eq(fetched),
-                entry.eq(read.data),
+                entry.eq(word),
             ]
         with m.If(issue & end):
             m.d.sync += [opened.eq(valid), target.eq(entry.taxel)]

@@ -53,12 +53,12 @@ def wrapping_counter(m: Module, step: Value, length: int, name: str = "number") 
     return number, last
 
 
-def occupancy(m: Module, places: int, enter: Value, leave: Value, *, full: bool = False) -> Signal:
-    """Occupancy of ``places``, one bit each from the first; both ends are registers for use elsewhere.
+def occupancy(m: Module, size: int, enter: Value, leave: Value, *, full: bool = False) -> Signal:
+    """Occupancy of ``size`` places, one bit each from the first; both ends are registers for use elsewhere.
 
     ``enter`` counts only while there is a place.
     """
-    taken = Signal(places, init=-int(full) & ((1 << places) - 1), name="taken")
+    taken = Signal(size, init=-int(full) & ((1 << size) - 1), name="taken")
     with m.If(enter & ~leave):
         m.d.sync += taken.eq(Cat(1, taken))
     with m.Elif(leave & ~enter):
@@ -66,12 +66,12 @@ def occupancy(m: Module, places: int, enter: Value, leave: Value, *, full: bool 
     return taken
 
 
-def occupancy_flags(m: Module, places: int, enter: Value, leave: Value) -> tuple[Signal, Signal]:
-    """Whether some, and whether all, of many ``places`` are taken; registers, as in :func:`occupancy`.
+def occupancy_flags(m: Module, size: int, enter: Value, leave: Value) -> tuple[Signal, Signal]:
+    """Whether some, and whether all, of many places, ``size``, are taken; registers, as in :func:`occupancy`.
 
     ``enter`` counts only while there is a place, ``leave`` only while one is taken.
     """
-    taken = Signal(counter_shape(places))
+    taken = Signal(counter_shape(size))
     some = Signal()
     full = Signal()
     with m.If(enter & ~leave):
@@ -81,7 +81,7 @@ def occupancy_flags(m: Module, places: int, enter: Value, leave: Value) -> tuple
     # Without conditions, which would become an enable: one level of logic after the late inputs.
     m.d.sync += [
         some.eq(enter | (some & ~(leave & (taken == 1)))),
-        full.eq(~leave & (full | (enter & (taken == places - 1)))),
+        full.eq(~leave & (full | (enter & (taken == size - 1)))),
     ]
     return some, full
 

@@ -11,11 +11,11 @@ from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, unsigned
 from amaranth.lib import data, stream, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
 from tfra.hdl.lib.pipeline import occupancy, occupancy_flags, register, wrapping_counter
+from tfra.hdl.lib.ram import Ram
 
 TOKEN = unsigned(1)
 """Payload of a token, without meaning; words without bits would not be portable Verilog."""
@@ -192,30 +192,30 @@ class Fifo(wiring.Component):
         m = Module()
         word_in, word_out = self._stored(self.i.payload), self._stored(self.o.payload)
         size, depth = len(word_in) // self._beats, self._depth * self._beats
-        m.submodules.memory = memory = Memory(shape=unsigned(size), depth=depth, init=[])
-        write, read = memory.write_port(), memory.read_port()
+        memory = Ram(m, "memory", unsigned(size), depth)
+        push = Signal()
+        fetch = Signal()  # a beat moves from the memory to the output
         occupied = Signal()  # the output has a beat
         pop = Signal()  # that beat leaves it
-        fetch = Signal()
-        head, _ = wrapping_counter(m, write.en, depth, "head")
-        tail, _ = wrapping_counter(m, read.en, depth, "tail")
-        some, full = occupancy_flags(m, depth - 1, write.en, read.en)  # the output is the last place
-        beat, last_in = self._beat(m, write.en, "put")
+        advance = Signal()  # the output is free, or will be
+        head, _ = wrapping_counter(m, push, depth, "head")
+        tail, _ = wrapping_counter(m, fetch, depth, "tail")
+        some, full = occupancy_flags(m, depth - 1, push, fetch)  # the output is the last place
+        beat, last_in = self._beat(m, push, "put")
         _, last_out = self._beat(m, pop, "got")
-        earlier = self._earlier_beats(m, pop, read.data, len(word_in) - size)
+        memory.write(push, head, nth_slice(word_in, beat, self._beats))
+        latest = memory.read(tail, fetch)
+        earlier = self._earlier_beats(m, pop, latest, len(word_in) - size)
         m.d.comb += [
             self.i.ready.eq(~full & last_in),
-            write.addr.eq(head),
-            write.data.eq(nth_slice(word_in, beat, self._beats)),
-            write.en.eq(self.i.valid & ~full),
+            push.eq(self.i.valid & ~full),
             pop.eq(occupied & (self.o.ready | ~last_out)),
-            fetch.eq(~occupied | pop),
-            read.addr.eq(tail),
-            read.en.eq(fetch & some),
-            word_out.eq(Cat(earlier, read.data)),
+            advance.eq(~occupied | pop),
+            fetch.eq(advance & some),
+            word_out.eq(Cat(earlier, latest)),
             self.o.valid.eq(occupied & last_out),
         ]
-        with m.If(fetch):
+        with m.If(advance):
             m.d.sync += occupied.eq(some)
         return m
 

@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, signed, unsigned
+from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import stream, wiring
-from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out, connect, flipped
 
 from tfra.hdl.interface import ports
+from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import always_ready_stream
 from tfra.hdl.uart.rx import BYTE
 from tfra.hdl.uart.slip import FRAMED, Decoder, Encoder
@@ -56,13 +56,13 @@ class Incoming(wiring.Component):
     def elaborate(self, platform: Any) -> Module:
         m = Module()
         index_bits = (self._taxels - 1).bit_length()
-        m.submodules.frames = frames = Memory(shape=unsigned(len(self.taxel.p)), depth=2 << index_bits, init=[])
-        write, read = frames.write_port(), frames.read_port()
+        frames = Ram(m, "frames", self.taxel.p.shape(), 2 << index_bits)
         before = Signal(BYTE * max(CODE_BYTES - 1, self._bytes - 1), reset_less=True)
         index = Signal(range(max(CODE_BYTES, self._bytes)))  # of the byte in its code or coefficient
         number = Signal(range(self._taxels + 1))  # of the code in its frame
         loading = Signal()
         complete = Signal()
+        stores = Signal()
         bad = Signal()
         page = Signal()
         waiting = Signal()
@@ -72,19 +72,18 @@ class Incoming(wiring.Component):
             complete.eq(self.i.valid & (index == Mux(loading, self._bytes - 1, CODE_BYTES - 1))),
             self.load.valid.eq(loading & complete),
             self.load.payload.eq(word[-BYTE * self._bytes :]),
-            write.addr.eq(Cat(number[:index_bits], page)),
-            write.data.eq(word[-BYTE * CODE_BYTES :]),
-            write.en.eq(~loading & complete),
+            stores.eq(~loading & complete),
         ]
+        frames.write(stores, Cat(number[:index_bits], page), word[-BYTE * CODE_BYTES :])
         with m.If(self.i.valid):
             m.d.sync += [before.eq(word[BYTE:]), index.eq(Mux(complete, 0, index + 1))]
-        with m.If(write.en & (number != self._taxels)):
+        with m.If(stores & (number != self._taxels)):
             m.d.sync += number.eq(number + 1)
-        with m.If(self.fault | (write.en & (number == self._taxels))):
+        with m.If(self.fault | (stores & (number == self._taxels))):
             m.d.sync += bad.eq(1)
         good = ~bad & (index == 0) & (number == self._taxels) & ~waiting
         empty = ~bad & (index == 0) & (number == 0)
-        self._send(m, read, page, waiting)
+        self._send(m, frames, page, waiting)
         with m.If(self.end):
             m.d.comb += self.dropped.eq(~good & ~empty)
             m.d.sync += [index.eq(0), number.eq(0), bad.eq(0)]
@@ -92,13 +91,12 @@ class Incoming(wiring.Component):
                 m.d.sync += [page.eq(~page), waiting.eq(1)]
         return m
 
-    def _send(self, m: Module, read: Any, page: Signal, waiting: Signal) -> None:
+    def _send(self, m: Module, frames: Ram, page: Value, waiting: Signal) -> None:
         """Pass the frame of the other page to the core while it is ``waiting``, a code every second cycle."""
         index = Signal(range(self._taxels))
         valid = Signal()
         m.d.comb += [
-            read.addr.eq(Cat(index, ~page)),
-            self.taxel.payload.eq(read.data),
+            self.taxel.payload.eq(frames.read(Cat(index, ~page))),
             self.taxel.valid.eq(valid),
         ]
         with m.If(~valid):

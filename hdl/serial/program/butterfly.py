@@ -36,10 +36,10 @@ def butterfly_of_difference(w: Writer, sources: Sequence[Operand], distance: int
 
 
 def butterfly_of_registers(
-    w: Writer, words: Sequence[Operand], spare: Sequence[Operand], targets: Sequence[Operand]
+    w: Writer, words: Sequence[Operand], free: Sequence[Operand], targets: Sequence[Operand]
 ) -> None:
-    """``butterfly`` of four registers; changes them and the two ``spare`` ones."""
-    (one, two, three, four), (left, right), a = words, spare, w.assembler
+    """``butterfly`` of four registers; changes them and the two ``free`` ones."""
+    (one, two, three, four), (left, right), a = words, free, w.assembler
     a.add(left, one, two)
     a.sub(one, one, two)
     a.add(right, three, four)

@@ -98,11 +98,11 @@ def padded(design: Design, name: str) -> int:
 
 def bases(design: Design) -> dict[str, int]:
     """First address of every operator's coefficients, by name."""
-    found, start = {}, 0
+    addresses, start = {}, 0
     for operator in operators(design):
-        found[operator.name] = start
+        addresses[operator.name] = start
         start += 4 * groups(design, operator) * length(operator)
-    return found
+    return addresses
 
 
 def store_image(design: Design) -> Ints:

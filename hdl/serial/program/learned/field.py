@@ -14,15 +14,15 @@ from tfra.model.learned.field import MOST_FRICTION
 
 def shear(w: LearnedWriter) -> None:
     """The first pass, and its products: -K b + mu_x K G_x p0 + mu_y K G_y p0, folded, in place of -K b."""
-    places, bits = w.map, w.at("bits", 4)
-    activation(w, places.still, w.quads)
-    operand(w, places.vector, w.quads, places.operand, bits)
-    for name, result in (("shear_x", places.vector), ("shear_y", places.sheared)):
+    memory, bits = w.map, w.at("bits", 4)
+    activation(w, memory.still, w.quads)
+    operand(w, memory.vector, w.quads, memory.operand, bits)
+    for name, result in (("shear_x", memory.vector), ("shear_y", memory.sheared)):
         multiply(w, name, result)
-    for name, result in (("mu_x", places.vector), ("mu_y", places.sheared)):
-        operand(w, result, w.quads, places.operand, bits)
+    for name, result in (("mu_x", memory.vector), ("mu_y", memory.sheared)):
+        operand(w, result, w.quads, memory.operand, bits)
         _bounded(w, name)
-        combine(w, places.still, places.operand, bits)
+        combine(w, memory.still, memory.operand, bits)
 
 
 def unfold(w: LearnedWriter) -> None:

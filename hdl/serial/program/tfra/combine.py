@@ -10,11 +10,11 @@ from tfra.hdl.serial.program.tfra.memory import TfraWriter
 
 def residuals(w: TfraWriter) -> None:
     """e0 = d + alpha d_dep, in place of d, and e1 = d_ind + beta d_dep, in place of d_ind."""
-    a, places, bits = w.assembler, w.map, w.at("bits", 4)
-    operand(w, places.dependent, w.quads, places.operand, bits)
-    for scalar, vector in (("alpha", places.d), ("beta", places.independent)):
+    a, memory, bits = w.assembler, w.map, w.at("bits", 4)
+    operand(w, memory.dependent, w.quads, memory.operand, bits)
+    for scalar, vector in (("alpha", memory.d), ("beta", memory.independent)):
         a.move(Dest.Y, w.at(scalar))
-        combine(w, vector, places.operand, bits)
+        combine(w, vector, memory.operand, bits)
 
 
 def winner(w: TfraWriter) -> None:

@@ -103,12 +103,12 @@ def dependent(w: TfraWriter) -> None:
 
 def sum_words(w: TfraWriter, axis: str) -> tuple[Operand, Operand, Operand]:
     """A_p0, A_px and A_py of axis p (see :func:`tfra.model.fixed.tfra.dependent.gather_sums`)."""
-    places = {
+    sources = {
         "x": ((0, OX), (0, EE), (0, OO)),
         "y": ((0, OY), (1, OO), (1, EE)),
         "z": ((2, EE), (1, OX), (1, OY)),
     }
-    first, second, third = (_sum_of_n(w, *place) for place in places[axis])
+    first, second, third = (_sum_of_n(w, *place) for place in sources[axis])
     return first, second, third
 
 

@@ -16,10 +16,10 @@ _PLANES = (("pinv1", "mu_x", "tangential"), ("pinv2", "mu_y", "tangential"), ("p
 
 def forces(w: TfraWriter) -> None:
     """All planes, one after the other; in the normal one mu is -1."""
-    a, places = w.assembler, w.map
+    a, memory = w.assembler, w.map
     for operator, mu, factor in _PLANES:
-        w.points(p2=places.result)
-        product(w, operator, places.operand, w.at("bits", 4), w.quads)
+        w.points(p2=memory.result)
+        product(w, operator, memory.operand, w.at("bits", 4), w.quads)
         a.move(Dest.Y, w.at(mu) if mu else w.const(-1 << w.fraction))
         a.move(R5, w.at(f"{factor}_factor"))
         a.move(w.at("factor"), R5)
@@ -28,12 +28,12 @@ def forces(w: TfraWriter) -> None:
 
 def plane(w: TfraWriter) -> None:
     """One plane: A-dagger d + Y n, unfolded to d, rounded, and sent."""
-    a, places = w.assembler, w.map
-    w.points(p0=places.weights, p1=places.result, p2=w.at("bits_n", 4).immediate)
+    a, memory = w.assembler, w.map
+    w.points(p0=memory.weights, p1=memory.result, p2=w.at("bits_n", 4).immediate)
     add_scaled(w)
     a.move(Dest.SH, w.const(force_drop(w.design)))
-    with each_quad(w, places.d):
-        butterfly(w, quad(places.result, w.quads, 4), QUAD)
+    with each_quad(w, memory.d):
+        butterfly(w, quad(memory.result, w.quads, 4), QUAD)
         for taxel, place in zip(QUAD, mirrors(), strict=True):
             w.round_shift(place, taxel)
-    plane_words(w, places.d)
+    plane_words(w, memory.d)

@@ -1,4 +1,4 @@
-"""F* from the sums of the winner, ahead of the forces (Eq. 12)."""
+"""F* from the sums of the winner, before the forces (Eq. 12)."""
 
 from __future__ import annotations
 

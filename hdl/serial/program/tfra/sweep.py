@@ -42,11 +42,11 @@ from tfra.model.fixed.tfra.sweep import tolerance
 
 def unfold(w: TfraWriter) -> None:
     """p = C33 A-dagger_3 e0 - g and q = C33 A-dagger_3 e1, taxel by taxel, in place of the normal products."""
-    places = w.map
-    with each_quad(w, places.p):
-        butterfly_of_difference(w, quad(places.result, w.quads, 4), places.g - places.result, mirrors())
-    with each_quad(w, places.result):
-        butterfly(w, quad(places.dependent, w.quads, 4), mirrors())
+    memory = w.map
+    with each_quad(w, memory.p):
+        butterfly_of_difference(w, quad(memory.result, w.quads, 4), memory.g - memory.result, mirrors())
+    with each_quad(w, memory.result):
+        butterfly(w, quad(memory.dependent, w.quads, 4), mirrors())
 
 
 def clear(w: TfraWriter) -> None:
@@ -72,14 +72,14 @@ def terms(w: TfraWriter) -> None:
     the first candidate k with v - k |q| <= 0, the division (v + |q|) / |q| gives k, and its remainder the value of the
     term there.  F1: the sweep is over negative mu.
     """
-    a, places = w.assembler, w.map
+    a, memory = w.assembler, w.map
     w.set_flag(1, w.at("negative"))
     a.move(Dest.SH, imm(1 - sweep_bits(w.design)))
     w.points(p0=0)
     _fetch_taxel(w)
     with a.loop(w.design.sensor.taxels):
         a.sub(R0, R0, R1, When.F1)
-        a.act(Op.MUL, mem(places.stress, 0, Post.UP))
+        a.act(Op.MUL, mem(memory.stress, 0, Post.UP))
         a.act(Op.MUL, R0)
         a.op(Op.ABS, R2, ZERO, R1)
         a.move(R4, PRODUCT)
