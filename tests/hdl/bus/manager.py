@@ -65,21 +65,21 @@ def rules(bus: Any) -> Process:
         answers = {"b": ("resp",), "r": ("data", "resp")}
         outputs = [bus.awready, bus.wready, bus.arready, bus.bvalid, bus.bresp, bus.rvalid, bus.rresp, bus.rdata]
         inputs = [bus.awvalid, bus.wvalid, bus.arvalid, bus.bready, bus.rready]
-        held: dict[str, list[int]] = {}
+        offered: dict[str, list[int]] = {}
         while True:
-            shown, driven = [ctx.get(each) for each in outputs], [ctx.get(each) for each in inputs]
+            values, driven = [ctx.get(each) for each in outputs], [ctx.get(each) for each in inputs]
             for each, value in zip(inputs, driven, strict=True):
                 ctx.set(each, 1 - value)
-            assert [ctx.get(each) for each in outputs] == shown, "combinational path"
+            assert [ctx.get(each) for each in outputs] == values, "combinational path"
             for each, value in zip(inputs, driven, strict=True):
                 ctx.set(each, value)
             for channel, words in answers.items():
                 now = [ctx.get(getattr(bus, f"{channel}{word}")) for word in words]
                 valid = ctx.get(getattr(bus, f"{channel}valid"))
-                assert channel not in held or (valid and held[channel] == now), f"{channel}: changed"
-                held.pop(channel, None)
+                assert channel not in offered or (valid and offered[channel] == now), f"{channel}: changed"
+                offered.pop(channel, None)
                 if valid and not ctx.get(getattr(bus, f"{channel}ready")):
-                    held[channel] = now
+                    offered[channel] = now
             await ctx.tick()
 
     return process

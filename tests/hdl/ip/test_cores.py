@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-from amaranth.sim import Simulator
 
+from tests.hdl.bus.manager import simulated
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Architecture, Search
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -31,8 +31,5 @@ def test_ready_until_the_last_word(architecture: Architecture) -> None:
             await ctx.tick()
         ready.append(ctx.get(core.load.ready))
 
-    simulator = Simulator(core)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(drive)
-    simulator.run()
+    simulated(core, drive)
     assert ready == [1] * words.size + [0]

@@ -6,8 +6,8 @@ import random
 from itertools import pairwise
 
 from amaranth import Value
-from amaranth.sim import Simulator
 
+from tests.hdl.bus.manager import simulated
 from tfra.hdl.serial.isa import R0, Dest, imm, mem
 from tfra.hdl.serial.program.assembler import Assembler
 from tfra.hdl.serial.sequencer import Sequencer
@@ -55,7 +55,4 @@ def test_addresses_and_cycles():
         assert seen == addresses * 3
         assert {later - earlier for earlier, later in pairwise(turns)} == {cycles}
 
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(bench)
-    simulator.run()
+    simulated(dut, bench)
