@@ -110,8 +110,8 @@ class Uniform(RowTask):
 
     def row(self, job: int) -> dict[str, Any]:
         """The result of a length."""
-        found = self.evaluation(Space.uniform(self._plain, job))
-        return {"bits": job, "state": found.state, **found.values, "reason": found.reason}
+        trial = self.evaluation(Space.uniform(self._plain, job))
+        return {"bits": job, "state": trial.state, **trial.values, "reason": trial.reason}
 
     def fewest(self, table: pl.DataFrame) -> int | None:
         """The fewest bits that are close, of the table."""

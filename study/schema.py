@@ -70,14 +70,14 @@ class SearchSection(Section):
 
 
 class VerifySection(Section):
-    """``[verify]``: the designs that were found, in RTL, on held-out frames."""
+    """``[verify]``: the designs of the search, in RTL, on held-out frames."""
 
     frames: Annotated[int, Field(ge=1, le=100_000)] = 200
     simulator: Literal["icarus", "verilator", "amaranth"] | None = None
 
 
 class PlaceSection(Section):
-    """``[place]``: the designs that were found, and what they are compared with, placed and routed on the target."""
+    """``[place]``: the designs of the search, and those they are compared with, placed and routed on the target."""
 
     seeds: Annotated[int, Field(ge=1, le=99)] = 1
     clock_mhz: Annotated[float, Field(ge=1, le=1000)] | None = None

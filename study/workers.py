@@ -44,8 +44,8 @@ class Workers(Protocol):
 
 def one_after_another(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
     """Workers that are this process."""
-    for place, job in enumerate(jobs):
-        yield place, do(job)
+    for number, job in enumerate(jobs):
+        yield number, do(job)
 
 
 class SchedulerError(RuntimeError):
@@ -65,10 +65,10 @@ def processes(count: int) -> Iterator[Workers]:
     pool = ProcessPoolExecutor(count, mp_context=context, initializer=_serve, initargs=(os.getpid(),))
 
     def work(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
-        places = {pool.submit(do, job): place for place, job in enumerate(jobs)}
+        numbers = {pool.submit(do, job): number for number, job in enumerate(jobs)}
         try:
-            for future in as_completed(places):
-                yield places[future], future.result()
+            for future in as_completed(numbers):
+                yield numbers[future], future.result()
         except BrokenProcessPool:
             raise LostWorkerError("a worker process was killed: is there enough memory?") from None
 
@@ -121,9 +121,9 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
             raise LostWorkerError(f"the Dask scheduler at {address} has gone.") from None
 
     def send(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
-        places = {client.submit(do, job, pure=False): place for place, job in enumerate(jobs)}
-        for future in arrived(list(places)):  # type: ignore[no-untyped-call]
-            yield places[future], future.result()
+        numbers = {client.submit(do, job, pure=False): number for number, job in enumerate(jobs)}
+        for future in arrived(list(numbers)):  # type: ignore[no-untyped-call]
+            yield numbers[future], future.result()
             future.release()
 
     with client:
@@ -136,10 +136,10 @@ def _identity() -> tuple[str, str | None]:
     return fingerprint(), os.environ.get("OMP_NUM_THREADS")
 
 
-def _require_alike(found: Mapping[str, tuple[str, str | None]], address: str) -> None:
-    if not found:
+def _require_alike(identities: Mapping[str, tuple[str, str | None]], address: str) -> None:
+    if not identities:
         raise SchedulerError(f"the Dask scheduler at {address} has no workers")
-    for worker, (its, threads) in found.items():
+    for worker, (its, threads) in identities.items():
         if its != fingerprint():
             raise SchedulerError(f"the Dask worker {worker} has other sources of tfra")
         if threads != "1":

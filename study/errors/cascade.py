@@ -216,11 +216,11 @@ def _percent(part: Floats, whole: Floats) -> Floats:
     return 100.0 * np.divide(part, whole, out=np.full_like(part, np.nan), where=whole > 0)
 
 
-def _decisions(found: Result) -> dict[str, Ints | Bools]:
+def _decisions(result: Result) -> dict[str, Ints | Bools]:
     """Decisions after a direction in degrees, which float arithmetic keeps well within ``TIE``."""
-    cos, sin = np.cos(np.radians(found.phi_deg)), np.sin(np.radians(found.phi_deg))
+    cos, sin = np.cos(np.radians(result.phi_deg)), np.sin(np.radians(result.phi_deg))
     sweep_y = np.abs(sin) > np.abs(cos) * (1 + TIE)
-    quadrant = (found.phi_deg // 90.0).astype(np.int64)
+    quadrant = (result.phi_deg // 90.0).astype(np.int64)
     return {"quadrant": quadrant, "sweep_y": sweep_y, "negative": np.where(sweep_y, sin, cos) < 0}
 
 

@@ -79,16 +79,16 @@ def errors(scores: pl.DataFrame, compared: Sequence[Step] = tuple(Step)) -> pl.D
 def _spread(values: Floats, frames: Floats, signed: bool) -> dict[str, Any]:
     known = np.flatnonzero(~np.isnan(values))
     exact = values[known].astype(np.float64)
-    found: dict[str, Any] = {"count": len(exact)}
+    spread: dict[str, Any] = {"count": len(exact)}
     magnitudes = np.abs(exact)
     for column, permille in PERMILLES.items():
         if len(exact) * (1000 - permille) >= BEYOND * 1000:
-            found[column] = float(np.quantile(magnitudes, permille / 1000))
+            spread[column] = float(np.quantile(magnitudes, permille / 1000))
     if len(exact):
         worst = magnitudes.argmax()
-        found |= {"worst": float(magnitudes[worst]), "worst_frame": int(frames[known[worst]])}
-        found["bias"] = float(exact.mean()) if signed else None
-    return found
+        spread |= {"worst": float(magnitudes[worst]), "worst_frame": int(frames[known[worst]])}
+        spread["bias"] = float(exact.mean()) if signed else None
+    return spread
 
 
 def flagged(scores: pl.DataFrame) -> pl.DataFrame:

@@ -102,13 +102,14 @@ class Comparison:
         groups: dict[tuple[int, int], list[int]] = {}
         for number, job in enumerate(self.jobs):
             groups.setdefault((job.first, job.stop), []).append(number)
-        found: list[dict[str, Any]] = []
+        table_rows: list[dict[str, Any]] = []
         for group, numbers in groups.items():
             blocks = [from_parquet(data) for data in map(piece, numbers) if data]
             scores = pl.concat(blocks) if blocks else None
             for number in range(*group):
-                found += rows(self.variations[number], scores.filter(variation=number) if scores is not None else None)
-        return {self.name: pl.DataFrame(found, schema_overrides=ERRORS | _BEHIND, infer_schema_length=None)}
+                own = None if scores is None else scores.filter(variation=number)
+                table_rows += rows(self.variations[number], own)
+        return {self.name: pl.DataFrame(table_rows, schema_overrides=ERRORS | _BEHIND, infer_schema_length=None)}
 
 
 _BEHIND = {"frames": pl.Int64, "left_out": pl.Int64, "sweep_index_equal": pl.Float64, "reason": pl.String}

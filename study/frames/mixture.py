@@ -85,11 +85,11 @@ class Mixture:
     def _drawn(self, u: Floats) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.str_], dict[str, Floats]]:
         """Component, shape and quantities of each row of ``u``, uniform in [0, 1)."""
         weights = np.cumsum([component.weight for component in self.components])
-        found = np.searchsorted(weights / weights[-1], u[:, 0], side="right").astype(np.int32)
+        component_of = np.searchsorted(weights / weights[-1], u[:, 0], side="right").astype(np.int32)
         shapes = np.empty(len(u), dtype=f"U{max(map(len, ContactShape))}")
         values = {key: np.empty(len(u)) for key in LIMITS}
         for number, component in enumerate(self.components):
-            rows = np.flatnonzero(found == number)
+            rows = np.flatnonzero(component_of == number)
             shapes[rows] = _chosen(_listed(component.shape), u[rows, 1])
             for column, key in enumerate(LIMITS, 2):
                 given, at = getattr(component, key), u[rows, column]
@@ -97,7 +97,7 @@ class Mixture:
                     values[key][rows] = -1.0 if key == "force_n" else np.nan
                     continue
                 values[key][rows] = given.at(at) if isinstance(given, Range) else _chosen(_listed(given), at)
-        return found, shapes, values
+        return component_of, shapes, values
 
     def _contacts(self, shape: npt.NDArray[np.str_], values: dict[str, Floats]) -> Contacts:
         pitch = np.array([self.sensor.pitch_x, self.sensor.pitch_y])

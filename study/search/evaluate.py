@@ -19,7 +19,7 @@ from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
-from tfra.model.tfra import Result, Status, Tfra
+from tfra.model.tfra import Result, Status
 from tfra.study.errors.cascade import differences
 from tfra.study.errors.statistics import BEYOND
 from tfra.study.frames.block import Block, Part
@@ -72,19 +72,19 @@ class Sample:
     @classmethod
     def of(cls, design: TfraDesign, block: Block) -> Sample:
         """The sample of ``block`` for the converter and the search of ``design``."""
-        codes, tfra = convert(design, block.noisy), Tfra.of(design)
-        found = tfra(codes * design.adc.lsb)
-        status = tfra(block.stress).status | tfra(block.noisy).status | found.status
+        codes, in_float = convert(design, block.noisy), design.float_model
+        result = in_float(codes * design.adc.lsb)
+        status = in_float(block.stress).status | in_float(block.noisy).status | result.status
         counted = status & ~int(Status.INPUT_SATURATED) == 0
-        return cls(codes, block, counted, _magnitudes(block, found, counted))
+        return cls(codes, block, counted, _magnitudes(block, result, counted))
 
     def errors(self, design: TfraDesign) -> dict[str, Floats]:
         """The same as ``exact``, of ``design``."""
         return _magnitudes(self.block, decode(design, design.model(self.codes).words), self.counted)
 
 
-def _magnitudes(block: Block, found: Result, counted: Bools) -> dict[str, Floats]:
-    return {name: np.abs(values[counted]) for name, values in differences(block, block, found).items()}
+def _magnitudes(block: Block, result: Result, counted: Bools) -> dict[str, Floats]:
+    return {name: np.abs(values[counted]) for name, values in differences(block, block, result).items()}
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ class Evaluation:
     part: Part = Part.TRAIN
 
     def __call__(self, point: Point) -> Measured:
-        """``CHANGE``, the 95th percentile of each error that counts, and costs, as long as the limit is counted."""
+        """``CHANGE``, the 95th percentile of each error that counts, and costs, as long as the limit is met."""
         try:
             design = Space.design(self.base, point)
         except ValueError as error:
@@ -118,8 +118,8 @@ class Evaluation:
                     raise
                 continue
             if values[CHANGE] > self.limit + slack:
-                found = f"{values[CHANGE]:.4g} on {count} of {blocks} blocks"
-                return Measured(STOPPED, values, f"{CHANGE}: {found} is over {self.limit + slack:g}")
+                excess = f"{values[CHANGE]:.4g} on {count} of {blocks} blocks is over {self.limit + slack:g}"
+                return Measured(STOPPED, values, f"{CHANGE}: {excess}")
         return Measured(COMPLETE, values | self.cost_values(design))
 
     @property
@@ -131,33 +131,35 @@ class Evaluation:
         """``CHANGE``, and the 95th percentile of each error that counts, on the first blocks of the part."""
         samples = [self._sample(design, number) for number in range(count)]
         exact = self._percentiles([sample.exact for sample in samples])
-        found = self._percentiles([sample.errors(design) for sample in samples])
-        return {CHANGE: max(map(_change, exact.values(), found.values())), **found}
+        errors = self._percentiles([sample.errors(design) for sample in samples])
+        return {CHANGE: max(map(_change, exact.values(), errors.values())), **errors}
 
     def exact(self) -> dict[str, float]:
         """The 95th percentile of each error of float arithmetic on the codes, on all blocks."""
         return self._percentiles([self._sample(self.base, number).exact for number in range(self.blocks)])
 
-    def _percentiles(self, found: Sequence[Mapping[str, Floats]]) -> dict[str, float]:
-        return {name: percentile(np.concatenate([errors[name] for errors in found])) for name in self.quantities}
+    def _percentiles(self, blocks: Sequence[Mapping[str, Floats]]) -> dict[str, float]:
+        return {name: percentile(np.concatenate([errors[name] for errors in blocks])) for name in self.quantities}
 
     def _sample(self, design: TfraDesign, number: int) -> Sample:
         return _sample(replace(self.base, search=design.search), self.frames, self.part, number)
 
     def cost_values(self, design: TfraDesign) -> dict[str, float]:
         """The ``costs`` of a design."""
-        found = {"coefficient_kbit": coefficient_kbit(design), "DSP": float(dsp(design, self.target.family))}
+        values = {"coefficient_kbit": coefficient_kbit(design), "DSP": float(dsp(design, self.target.family))}
         if any(name in CYCLES for name in self.costs):
             core = microarchitecture(design)
-            found |= {"latency_cycles": float(core.latency), "interval_cycles": float(core.initiation_interval)}
+            values |= {"latency_cycles": float(core.latency), "interval_cycles": float(core.initiation_interval)}
         if any(name in ELABORATED for name in self.costs):
-            found |= {name: float(used) for name, used in estimate(design, self.target.family).total.items()}
-        return {name: found[name] for name in self.costs}
+            values |= {name: float(used) for name, used in estimate(design, self.target.family).total.items()}
+        return {name: values[name] for name in self.costs}
 
 
-def _change(exact: float, found: float) -> float:
+def _change(exact: float, error: float) -> float:
     """In percent; where float arithmetic has no error, any is too much."""
-    return 100 * (found / exact - 1) if exact else math.inf if found else 0.0
+    if not exact:
+        return math.inf if error else 0.0
+    return 100 * (error / exact - 1)
 
 
 class TooFewError(ValueError):

@@ -116,21 +116,21 @@ class Search:
                 waiting.setdefault(_key(trial), []).append(trial)
         again = [key for key in waiting if key in done]
         for key in again:
-            found = Measured(done[key].state, done[key].values, done[key].reason)
-            yield from _store(waiting.pop(key), found, trials, 0.0)
+            measured = Measured(done[key].state, done[key].values, done[key].reason)
+            yield from _store(waiting.pop(key), measured, trials, 0.0)
         groups, start = list(waiting.values()), time.perf_counter()
-        for place, found in workers(measure, [self.space.point(group[0].indices) for group in groups]):
-            yield from _store(groups[place], found, trials, time.perf_counter() - start)
+        for position, measured in workers(measure, [self.space.point(group[0].indices) for group in groups]):
+            yield from _store(groups[position], measured, trials, time.perf_counter() - start)
 
 
 def _key(trial: Trial) -> tuple[tuple[str, int], ...]:
     return tuple(sorted(trial.indices.items()))
 
 
-def _store(same: Sequence[Trial], found: Measured, trials: Trials, seconds: float) -> Iterator[Trial]:
+def _store(same: Sequence[Trial], measured: Measured, trials: Trials, seconds: float) -> Iterator[Trial]:
     """Trials of one point, each in the table before it is yielded."""
     for trial in same:
-        finished = replace(trial, state=found.state, values=dict(found.values), reason=found.reason)
+        finished = replace(trial, state=measured.state, values=dict(measured.values), reason=measured.reason)
         trials.add(finished, seconds)
         yield finished
 
@@ -149,9 +149,9 @@ def front(trials: Iterable[Trial], objectives: Sequence[str]) -> list[Trial]:
     """Complete trials that no other is at least as good as in every objective; of equal ones, the first."""
     complete = [trial for trial in trials if trial.state == COMPLETE]
     values = {trial.number: tuple(trial.values[name] for name in objectives) for trial in complete}
-    found: list[Trial] = []
+    best: list[Trial] = []
     for trial in sorted(complete, key=lambda trial: (values[trial.number], trial.number)):
-        mine = values[trial.number]
-        if not any(all(a <= b for a, b in zip(values[other.number], mine, strict=True)) for other in found):
-            found.append(trial)
-    return sorted(found, key=lambda trial: trial.number)
+        own = values[trial.number]
+        if not any(all(a <= b for a, b in zip(values[other.number], own, strict=True)) for other in best):
+            best.append(trial)
+    return sorted(best, key=lambda trial: trial.number)

@@ -84,8 +84,8 @@ class Ranges:
         return pl.DataFrame([_row(signal, word, self.signals[signal]) for signal, word in watched.catalogue.items()])
 
 
-def _row(signal: str, word: Word, found: Range) -> dict[str, object]:
-    needed = found.bits(word.signed)
+def _row(signal: str, word: Word, measured: Range) -> dict[str, object]:
+    needed = measured.bits(word.signed)
     return {
         "stage": str(word.stage),
         "signal": signal,
@@ -94,14 +94,14 @@ def _row(signal: str, word: Word, found: Range) -> dict[str, object]:
         "signed": word.signed,
         "bound": word.bound,
         "proven": word.proven,
-        "minimum": found.minimum,
-        "maximum": found.maximum,
-        "share": found.magnitude / word.bound,
+        "minimum": measured.minimum,
+        "maximum": measured.maximum,
+        "share": measured.magnitude / word.bound,
         "bits_needed": needed,
         "headroom_bits": word.bits - needed,
-        "words": found.words,
-        "rounded": found.rounded,
-        "saturated": found.saturated,
+        "words": measured.words,
+        "rounded": measured.rounded,
+        "saturated": measured.saturated,
     }
 
 

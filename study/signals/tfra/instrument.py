@@ -49,15 +49,15 @@ class TfraInstrument:
         """Float64 values and errors in LSB, by signal and reference."""
         trace = only(trace, frames)
         decided = Decisions.of(self._design, trace)
-        found, lsb = words(self._design, trace), last_bits(self._design, trace)
-        inputs: Values = {name: word * lsb.get(name, 1) for name, word in found.items()}
+        by_name, lsb = words(self._design, trace), last_bits(self._design, trace)
+        inputs: Values = {name: word * lsb.get(name, 1) for name, word in by_name.items()}
         inputs["codes"] = trace.codes
         references = {
             "codes": self._reference.from_codes(trace.codes, decided),
             "inputs": self._reference.from_inputs(inputs, decided),
         }
         compared = {}
-        for name, word in found.items():
+        for name, word in by_name.items():
             for reference, values in references.items():
                 exact = values[name] / lsb.get(name, 1)
                 error = np.asarray(word - exact, dtype=np.float64)

@@ -37,10 +37,10 @@ class Decisions:
     @classmethod
     def of(cls, design: TfraDesign, trace: Trace) -> Decisions:
         """Decisions of ``trace``."""
-        found = trace.direction
+        direction = trace.direction
         turn = np.ldexp(trace.phi, -next(f.fraction for f in design.layout if f.name == "phi"))
         return cls(
-            trace.frame.exponent, found.sweep_y, found.negative, found.vanishing, trace.affine.vanishing,
+            trace.frame.exponent, direction.sweep_y, direction.negative, direction.vanishing, trace.affine.vanishing,
             trace.chosen.index, turn,
         )  # fmt: skip
 
