@@ -250,8 +250,8 @@ def complaint(study: Path, out: Path, work: Path, **more: Any) -> str:
 
 def test_a_folder_of_somebody_else(place: Path, tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
-    said = complaint(place / "study.toml", tmp_path / "out", tmp_path)
-    assert said == f"{tmp_path}: is not the folder of a study: choose another one by --work"
+    line = complaint(place / "study.toml", tmp_path / "out", tmp_path)
+    assert line == f"{tmp_path}: is not the folder of a study: choose another one by --work"
     assert (tmp_path / "mine.txt").read_text() == "mine"
 
 
@@ -259,21 +259,21 @@ def test_a_folder_of_other_sources(place: Path, report: Path, tmp_path: Path) ->
     shutil.copytree(place / "work", tmp_path / "work")
     about = tmp_path / "work" / "study.json"
     about.write_text(about.read_text().replace('"sources": "', '"sources": "0'))
-    said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
-    assert "work: has work of tfra 0.1.0 with other sources, which is kept: choose another" in said
+    line = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
+    assert "work: has work of tfra 0.1.0 with other sources, which is kept: choose another" in line
 
 
 def test_a_folder_that_is_in_use(place: Path, report: Path, tmp_path: Path) -> None:
     with work_folder(place / "work", "study", fingerprint()):
-        said = complaint(place / "study.toml", tmp_path / "out", place / "work")
-    assert said == "work: is in use by another run: wait for it, or choose another folder by --work"
+        line = complaint(place / "study.toml", tmp_path / "out", place / "work")
+    assert line == "work: is in use by another run: wait for it, or choose another folder by --work"
 
 
 def test_a_corrupt_table_of_trials(place: Path, report: Path, tmp_path: Path) -> None:
     shutil.copytree(place / "work", tmp_path / "work")
     (tmp_path / "work" / "trials.sqlite").write_bytes(b"no database at all, but long enough to be taken for one" * 99)
-    said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
-    assert said == f"sqlite:///{tmp_path}/work/trials.sqlite: file is not a database"
+    line = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
+    assert line == f"sqlite:///{tmp_path}/work/trials.sqlite: file is not a database"
 
 
 def test_a_locked_table_of_trials(place: Path, report: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -286,43 +286,44 @@ def test_a_locked_table_of_trials(place: Path, report: Path, tmp_path: Path, mon
     before = other.execute("SELECT * FROM trials").fetchall()
     other.execute("BEGIN EXCLUSIVE")
     url = f"sqlite:///{table}"
-    said = complaint(place / "more.toml", tmp_path / "out", tmp_path / "work", trials=url)
-    assert said == f"{url}: database is locked"
+    line = complaint(place / "more.toml", tmp_path / "out", tmp_path / "work", trials=url)
+    assert line == f"{url}: database is locked"
     other.rollback()
     assert len(before) == 24
     assert other.execute("SELECT * FROM trials").fetchall() == before
     other.close()
 
 
-def test_a_table_that_can_not_be_reached_keeps_its_password(place: Path, tmp_path: Path) -> None:
+def test_a_table_that_can_not_be_reached_keeps_its_password(place: Path, report: Path, tmp_path: Path) -> None:
     for url, named in (("postgresql://me:secret@nowhere/x", "postgresql://me:***@nowhere/x: "), ("no url", "no url: ")):
-        said = complaint(place / "study.toml", tmp_path / "out", place / "work", trials=url)
-        assert said.startswith(named)
-        assert "secret" not in said
+        line = complaint(place / "study.toml", tmp_path / "out", place / "work", trials=url)
+        assert line.startswith(named)
+        assert "secret" not in line
 
 
 def test_a_damaged_piece(place: Path, report: Path, tmp_path: Path) -> None:
     shutil.copytree(place / "work", tmp_path / "work")
     piece = next((tmp_path / "work" / "pieces").glob("errors-*/*"))
     piece.write_bytes(piece.read_bytes()[:-1])
-    said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
-    assert said == f"{piece}: is not as it was written: remove it, to have it made again"
+    line = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
+    assert line == f"{piece}: is not as it was written: remove it, to have it made again"
 
 
 def test_frames_that_are_all_degenerate(place: Path, tmp_path: Path) -> None:
     """Contacts far below the threshold."""
     (place / "faint.toml").write_text(GOOD.replace("{from = 20.0, to = 150.0}", "0.01"))
-    said = complaint(place / "faint.toml", tmp_path / "out", tmp_path / "work")
-    assert said == (
+    line = complaint(place / "faint.toml", tmp_path / "out", tmp_path / "work")
+    assert line == (
         "faint.toml: frames: all 400 frames of train are flagged, most of them as no contact: no errors can be told"
     )
 
 
-def test_a_space_where_nothing_fits(place: Path, tmp_path: Path) -> None:
-    space = "[search]\ngenerations = 1\nsize = 4\n[search.space]\nmac_lanes = {from = 5, to = 7}\n"
-    (place / "empty.toml").write_text(GOOD + space)
-    said = complaint(place / "empty.toml", tmp_path / "out", tmp_path / "work")
-    assert said.startswith("empty.toml: search.space: none of 4 points fits together; of the last, architecture.mac_")
+def test_a_space_where_nothing_fits(place: Path, report: Path, tmp_path: Path) -> None:
+    search = "[uniform]\nbits = [8, 12, 18]\n[search]\ngenerations = 1\nsize = 4\n"
+    space = "[search.space]\nmac_lanes = {from = 5, to = 7}\n"
+    (place / "empty.toml").write_text(GOOD + search + space)
+    line = complaint(place / "empty.toml", tmp_path / "out", place / "work")
+    assert line.startswith("empty.toml: search.space: none of 4 points fits together; of the last, architecture.mac_")
 
 
 def test_a_full_disk(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -330,8 +331,8 @@ def test_a_full_disk(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(Path, "write_bytes", full)
-    said = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
-    assert said.endswith("work: cannot be written: No space left on device")
+    line = complaint(place / "study.toml", tmp_path / "out", tmp_path / "work")
+    assert line.endswith("work: cannot be written: No space left on device")
 
 
 def command(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
@@ -341,10 +342,10 @@ def command(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, s
 
 def test_nobody_answers_the_command(place: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     arguments = str(place / "study.toml"), "--out", str(tmp_path / "out"), "--scheduler"
-    code, said = command(capsys, *arguments, "nobody://")
+    code, line = command(capsys, *arguments, "nobody://")
     assert code == 2
-    assert said.startswith("--scheduler: no Dask scheduler answers at nobody://: ")
-    assert said.count("\n") == 1
+    assert line.startswith("--scheduler: no Dask scheduler answers at nobody://: ")
+    assert line.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 

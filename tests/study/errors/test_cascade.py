@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 
 import numpy as np
 import polars as pl
@@ -200,24 +198,6 @@ def test_percent_of_nothing_is_undefined():
 def test_rotation(start, end, way):
     assert rotation_deg(start, end) == way
     assert turn_deg(start, end) == abs(way)
-
-
-def table_of(number: int) -> pl.DataFrame:
-    wanted = definition(train=2 * BLOCK + 30)
-    return Cascade(SENSOR, wanted.make(Part.TRAIN, number))(design())
-
-
-@pytest.mark.long
-def test_tables_of_blocks_are_the_same_from_any_number_of_processes(monkeypatch):
-    monkeypatch.setenv("OMP_NUM_THREADS", "1")  # of the processes: with more, the sums of BLAS are shared otherwise
-    merged = []
-    for workers, order in ((1, [0, 1, 2]), (2, [2, 0, 1])):
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-            tables = dict(zip(order, pool.map(table_of, order), strict=True))
-        merged.append(pl.concat([tables[number] for number in range(3)]))
-    assert merged[0].equals(merged[1])
-    assert merged[0]["frame"].to_list() == list(range(2 * BLOCK + 30))
-    assert merged[0].estimated_size() < 300 * len(merged[0])
 
 
 def test_a_block_of_one_frame(block, scores):

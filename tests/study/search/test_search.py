@@ -52,6 +52,12 @@ def run(
     return trials()
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> list[Trial]:
+    """The trials of a search that nothing interrupts."""
+    return run(tmp_path_factory.mktemp("whole") / "trials.db")
+
+
 @pytest.mark.parametrize("sampler", ["nsga2", *long(*(name for name in SAMPLERS if name != "nsga2"))])
 def test_any_workers_give_the_same_trials(tmp_path: Path, sampler: str) -> None:
     search = Search(SPACE, ("error", "bits"), generations=3, size=6, seed=2, sampler=sampler)
@@ -62,9 +68,8 @@ def test_any_workers_give_the_same_trials(tmp_path: Path, sampler: str) -> None:
         assert run(tmp_path / "two.db", search, two) == alone
 
 
-@pytest.mark.parametrize("seen", [1, 5, 8, 13, 31])
-def test_an_interrupted_search_goes_on(tmp_path: Path, seen: int) -> None:
-    whole = run(tmp_path / "whole.db")
+@pytest.mark.parametrize("seen", [1, 8, 13, 31])
+def test_an_interrupted_search_continues(tmp_path: Path, whole: list[Trial], seen: int) -> None:
     assert len(run(tmp_path / "cut.db", most=seen)) == seen
     assert run(tmp_path / "cut.db") == whole
 
@@ -82,17 +87,15 @@ for number, trial in enumerate(this.SEARCH.run(this.measure, trials, one_after_a
 """
 
 
-def test_a_killed_search_goes_on(tmp_path: Path) -> None:
-    path = tmp_path / "killed.db"
-    root = Path(__file__).parents[3]
-    for last in (6, 20):
-        done = subprocess.run(
-            [sys.executable, "-c", KILLED.format(path=str(path), last=last)],
-            cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, check=False,
-        )  # fmt: skip
-        assert done.returncode == -signal.SIGKILL
-        assert len(Trials(sqlite(path), "search")()) == last + 1
-    assert run(path) == run(tmp_path / "whole.db")
+def test_a_killed_search_continues(tmp_path: Path, whole: list[Trial]) -> None:
+    path, root = tmp_path / "killed.db", Path(__file__).parents[3]
+    killed = subprocess.run(
+        [sys.executable, "-c", KILLED.format(path=str(path), last=12)],
+        cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, check=False,
+    )  # fmt: skip
+    assert killed.returncode == -signal.SIGKILL
+    assert len(Trials(sqlite(path), "search")()) == 13
+    assert run(path) == whole
 
 
 def test_what_is_in_the_table_is_not_measured_again(tmp_path: Path) -> None:
@@ -120,7 +123,7 @@ def test_another_seed_is_another_search(tmp_path: Path) -> None:
 
 def test_generations_get_better(tmp_path: Path) -> None:
     """Of the last generation more are within reach of the front of all than of the first, which is random."""
-    search = Search(SPACE, ("error", "bits"), generations=12, size=16, seed=3)
+    search = Search(SPACE, ("error", "bits"), generations=6, size=16, seed=3)
     trials = run(tmp_path / "trials.db", search)
     best = front(trials, search.objectives)
 
@@ -131,7 +134,7 @@ def test_generations_get_better(tmp_path: Path) -> None:
             for trial in some
         )
 
-    assert near(trials[-48:]) > near(trials[:48])
+    assert near(trials[-32:]) > near(trials[:32])
 
 
 def test_a_space_where_nothing_fits(tmp_path: Path) -> None:
