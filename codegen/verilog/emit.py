@@ -45,6 +45,7 @@ _LINT_OFF = {
     "DECLFILENAME": "every module of the core is in this file, whose name is that of the top module alone",
     "WIDTH": "operands are extended to the length of the longest, as Verilog does it",
     "UNUSED": "bits that are rounded off, and members of a payload that a block does not need, end nowhere",
+    "UNSIGNED": "the bounds of loops over a small array can be 0",
     "VARHIDDEN": "a register may have the name of the instance that it is in",
     "UNOPTFLAT": "some bits of a wire are driven by others of it",
 }

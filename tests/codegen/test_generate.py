@@ -1,8 +1,7 @@
-"""The generated directory: complete, the same every time, and clean in three readers."""
+"""The generated directory: complete, the same every time, clean in three readers, and checked by its own testbench."""
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import shutil
@@ -10,35 +9,40 @@ import subprocess
 import sys
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.codegen import lint
 from tests.marks import long
+from tests.model.fixed.learned.cases import learned_design as learned
+from tfra.codegen.config.read import load
 from tfra.codegen.generate import generate
 from tfra.codegen.sidecar.build import LOADED
-from tfra.codegen.verilog.emit import run_yosys
+from tfra.codegen.verilog.emit import run_yosys, to_verilog
 from tfra.hdl.cores import microarchitecture
-from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
+PRESETS = ("fast", "balanced", "small", "learned_fast", "learned_small", "learned_resultant")
+SMALL = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
+EVEN = TfraDesign(SensorArray(2, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(10), architecture=Architecture(4))
+ODD = SensorArray(3, 5, 2e-3, 2e-3, 2e-3)
 DESIGNS = {
-    "even": TfraDesign(SensorArray(4, 4, 4e-3, 2e-3, 3e-3), "even", search=Search(10), architecture=Architecture(4)),
-    "odd": TfraDesign(
-        SensorArray(3, 5, 2e-3, 2e-3, 2e-3),
-        "odd",
-        search=Search(7),
-        formats=FORMATS["wide"],
-        architecture=Architecture(4),
-    ),
+    "even": EVEN,
+    "odd": TfraDesign(ODD, "odd", search=Search(7), formats=FORMATS["wide"], architecture=Architecture(4)),
+    "serial": TfraDesign(SMALL, "serial", adc=Adc(8), search=Search(3), architecture=SERIAL),
+    "files": replace(EVEN, name="files", images="readmemh"),
+    "loaded": replace(EVEN, name="loaded", images="load"),
+    "narrow": replace(EVEN, name="narrow", architecture=Architecture(4, 1)),
+    "learned": replace(learned(2, 3, adc=Adc(8)), name="learned"),
+    "learned_serial": replace(learned(2, 3, adc=Adc(8), architecture=SERIAL), name="learned_serial"),
 }
-DESIGNS["serial"] = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), "serial", search=Search(3), architecture=SERIAL)
-DESIGNS["files"] = replace(DESIGNS["even"], name="files", images="readmemh")
-DESIGNS["loaded"] = replace(DESIGNS["even"], name="loaded", images="load")
-DESIGNS["narrow"] = replace(DESIGNS["even"], name="narrow", architecture=Architecture(4, 1))
+SERIAL_ONE = pytest.mark.parametrize("core", ["serial"], indirect=True)
 
 
 @contextmanager
@@ -49,31 +53,33 @@ def few_frames():
         yield
 
 
-@pytest.fixture(scope="module", params=["files", "serial", *long("even", "odd", "loaded", "narrow")], name="made")
-def _made(request, tmp_path_factory):
+@pytest.fixture(
+    scope="module",
+    params=["files", "serial", *long("even", "odd", "loaded", "narrow", "learned", "learned_serial")],
+    name="core",
+)
+def _core(request, tmp_path_factory):
+    """A design, its directory, the sidecar and the Verilog's file."""
     design = DESIGNS[request.param]
     directory = tmp_path_factory.mktemp(design.name) / "core"
     with few_frames():
-        generate(design, directory)
-    return design, directory
+        facts = generate(design, directory)
+    return design, directory, facts, directory / f"{design.name}.v"
 
 
-def test_sidecar_tells_what_the_core_is(made):
-    design, directory = made
-    facts = json.loads((directory / f"{design.name}.json").read_text())
-    assert facts["name"] == design.name
-    assert facts["latency_cycles"]["first_word"] == microarchitecture(design).latency
-    assert facts["result"]["transfers_per_frame"] == design.frame_words
-    assert {p["name"]: p["bits"] for p in facts["ports"]}["result_data"] == design.word_bits
-    verilog = (directory / f"{design.name}.v").read_text()
+def test_ports_are_those_of_the_sidecar(core):
+    _, _, facts, file = core
+    verilog = file.read_text()
+    (ports,) = re.findall(rf"^module {facts['name']}\(([^)]*)\);", verilog, re.M)
+    assert ports.split(", ") == [port["name"] for port in facts["ports"]]
     for port in facts["ports"]:
         width = f"[{port['bits'] - 1}:0] " if port["bits"] > 1 else ""
         assert f"{port['direction']}put {width}{port['name']};" in verilog.replace("signed ", "")
 
 
 @pytest.mark.long
-def test_same_bytes_whatever_the_hash_seed(made, tmp_path):
-    design, directory = made
+def test_same_bytes_whatever_the_hash_seed(core, tmp_path):
+    design, directory, *_ = core
     script = (
         "import pathlib, sys\nfrom tests.codegen.test_generate import DESIGNS, few_frames, generate\n"
         "with few_frames():\n    generate(DESIGNS[sys.argv[1]], pathlib.Path(sys.argv[2]))"
@@ -85,36 +91,107 @@ def test_same_bytes_whatever_the_hash_seed(made, tmp_path):
         assert file.read_bytes() == (again / file.relative_to(directory)).read_bytes(), file.name
 
 
-def test_no_traces_of_this_machine(made):
-    _, directory = made
-    for file in directory.rglob("*.*"):
+def test_no_traces_of_this_machine(core):
+    for file in core[1].rglob("*.*"):
         text = file.read_text()
         assert os.getcwd() not in text
         assert "amaranth/" not in text
 
 
-def test_the_file_to_load_holds_the_coefficients(made):
-    design, directory = made
-    bits, image = design.formats.coefficient, microarchitecture(design).loaded
-    assert (directory / LOADED).exists() == (image is not None)
+def test_the_file_to_load_holds_the_coefficients(core):
+    design, directory, facts, _ = core
+    bits, image = design.coefficient_word, microarchitecture(design).loaded
+    assert (directory / LOADED).exists() == ("load" in facts) == (image is not None)
     if image is not None:
         words = [int(line, 16) for line in (directory / LOADED).read_text().split()]
         signed = [word - (1 << bits) if word >> (bits - 1) else word for word in words]
         np.testing.assert_array_equal(signed, image)
+        assert (facts["load"]["transfers"], facts["load"]["file"]) == (len(words), LOADED)
 
 
-def test_the_sidecar_tells_what_to_load(made):
-    design, directory = made
-    facts = json.loads((directory / f"{design.name}.json").read_text())
-    assert ("load" in facts) == (design in (DESIGNS["serial"], DESIGNS["loaded"]))
-    if "load" in facts:
-        assert facts["load"]["transfers"] == len((directory / facts["load"]["file"]).read_text().split())
-        assert facts["interval_cycles"] == microarchitecture(design).initiation_interval
+def test_files_beside_the_verilog_are_in_the_sidecar(core):
+    design, directory, facts, _ = core
+    assert sorted(i["file"] for i in facts["images"]) == sorted(p.name for p in directory.glob("*.hex"))
+    assert bool(facts["images"]) == (design.images == "readmemh")
+    for image in facts["images"]:
+        lines = (directory / image["file"]).read_text().split()
+        assert len(lines) == image["words"]
+        assert {len(line) for line in lines} == {-(-image["bits"] // 4)}
+        assert max(int(line, 16) for line in lines) < 1 << image["bits"]
 
 
-def test_icarus_reads_it_without_a_word(made):
-    design, directory = made
-    assert lint.icarus(directory / f"{design.name}.v") == ""
+def test_no_name_is_escaped(core):
+    _, _, facts, file = core
+    text = file.read_text()
+    assert "\\" not in text
+    modules = re.findall(r"^module (\w+)", text, re.M)
+    assert len(modules) == len(set(modules)) > 10
+    assert modules[0] == facts["name"]
+    assert all(name.startswith(f"{facts['name']}__core") for name in modules[1:])
+
+
+def test_the_head_tells_what_the_sidecar_does(core):
+    _, _, facts, file = core
+    lines = file.read_text().partition("\n\n")[0].splitlines()
+    assert all(line.startswith("//") and len(line) <= 120 for line in lines)
+    head = " ".join(line[2:].strip() for line in lines)
+    assert all(text in head for text in (facts["configuration_sha256"], facts["computes"], *facts["rules"].values()))
+    assert "verilator" not in head.lower()
+    words = [line.split()[1:] for line in lines]
+    for port in facts["ports"]:
+        assert [port["name"], port["direction"], str(port["bits"]), *port["note"].split()] in words
+    for field in facts["result"]["fields"]:
+        assert any(line[1:2] == [field["name"]] and field["format"] in line for line in words)
+        assert [field["name"], *field["meaning"].split()] in words
+    for bit in facts["result"]["status_bits"]:
+        assert [str(bit["bit"]), f"{bit['name']}:", *bit["meaning"].split()] in words
+    latency = facts["latency_cycles"]
+    for cycles in (latency["first_word"], latency["last_word"], facts["interval_cycles"]):
+        assert re.search(rf": {cycles}\b", head), cycles
+
+
+def test_linters_and_yosys_are_silent(core, tmp_path):
+    design, directory, _, file = core
+    assert lint.verilator(file, tmp_path) == ""
+    assert lint.icarus(file) == ""
+    run_yosys(f"read_verilog {file.name}; hierarchy -check -top {design.name}; proc; check -assert", directory)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("target", ["its own", "portable"])
+@pytest.mark.parametrize("preset", PRESETS)
+def test_linters_are_silent_about_the_presets(preset, target, tmp_path):
+    design = load(EXAMPLES / f"{preset}.toml").design
+    design = design if target == "its own" else replace(design, target=target)
+    file = tmp_path / f"{design.name}.v"
+    file.write_text(to_verilog(design))
+    models = microarchitecture(design).cell_models
+    rules = [model.with_name("cells.vlt") for model in models[:1]]
+    assert lint.verilator(file, tmp_path, models, rules) == ""
+    assert lint.icarus(file, *models) == ""
+
+
+PLANTED = {
+    "UNDRIVEN": "wire dangling_in; wire unused_out; assign unused_out = dangling_in;",
+    "PROCASSINIT": "reg unused_out = 0; always @(posedge clk) unused_out <= rst;",
+    "SELRANGE": "wire unused_out = taxel_data[99];",
+}
+
+
+@SERIAL_ONE
+@pytest.mark.parametrize("rule", PLANTED)
+def test_verilator_finds_what_is_planted(rule, core, tmp_path):
+    planted = tmp_path / core[3].name
+    planted.write_text(core[3].read_text().replace("endmodule", f"{PLANTED[rule]}\nendmodule", 1))
+    assert f"%Warning-{rule}:" in lint.verilator(planted, tmp_path)
+
+
+@SERIAL_ONE
+def test_a_missing_pin_is_found_by_both(core, tmp_path):
+    planted = tmp_path / core[3].name
+    planted.write_text(core[3].read_text().replace("    .i__valid(taxel_valid),\n", "", 1))
+    assert "PINMISSING" in lint.verilator(planted, tmp_path)
+    assert "i__valid" in lint.icarus(planted)
 
 
 def run_testbench(directory, name, elsewhere=None):
@@ -139,69 +216,41 @@ def change_word(directory, name, kind, place, change):
     file.write_text("".join(lines))
 
 
-def test_the_testbench_passes(made, tmp_path):
-    design, directory = made
+def test_the_testbench_passes(core, tmp_path):
+    design, directory, *_ = core
     shutil.copytree(directory, tmp_path / "core")
     (tmp_path / "empty").mkdir()
     embedded = design.images != "readmemh"
-    said = run_testbench(tmp_path / "core", design.name, tmp_path / "empty" if embedded else None)
+    output = run_testbench(tmp_path / "core", design.name, tmp_path / "empty" if embedded else None)
     count = int(re.search(r"(\d+) result words", (directory / "testbench" / f"{design.name}_tb.v").read_text())[1])
-    assert f"PASSED: {count} words compared, 0 differ" in said
+    assert f"PASSED: {count} words compared, 0 differ" in output
     assert count % design.frame_words == 0
 
 
-def test_files_beside_the_verilog_are_in_the_sidecar(made):
-    design, directory = made
-    listed = json.loads((directory / f"{design.name}.json").read_text())["images"]
-    assert sorted(i["file"] for i in listed) == sorted(p.name for p in directory.glob("*.hex"))
-    assert bool(listed) == (design.images == "readmemh")
-    for image in listed:
-        lines = (directory / image["file"]).read_text().split()
-        assert len(lines) == image["words"]
-        assert {len(line) for line in lines} == {-(-image["bits"] // 4)}
-        assert max(int(line, 16) for line in lines) < 1 << image["bits"]
-
-
-@pytest.mark.long
-def test_the_testbench_notices_a_wrong_file(tmp_path):
-    design = DESIGNS["files"]
-    facts = generate(design, tmp_path / "core")
-    file = tmp_path / "core" / next(i["file"] for i in facts["images"] if "rom.memory0" in i["file"])
-    lines = file.read_text().splitlines()
-    lines[0] = f"{int(lines[0], 16) ^ 0x100:0{len(lines[0])}x}"
-    file.write_text("\n".join(lines) + "\n")
-    assert "FAILED" in run_testbench(tmp_path / "core", design.name)
-
-
-@pytest.mark.long
-def test_the_testbench_notices_a_wrong_load(made, tmp_path):
-    design, directory = made
-    if design not in (DESIGNS["serial"], DESIGNS["loaded"]):
-        return
-    shutil.copytree(directory, tmp_path / "core")
-    change_word(tmp_path / "core", design.name, "coefficient", 0, 0x4000)
-    assert "FAILED" in run_testbench(tmp_path / "core", design.name)
-
-
-@pytest.mark.parametrize("made", ["files", *long("serial", "even", "odd", "loaded", "narrow")], indirect=True)
-def test_the_testbench_notices_a_wrong_word(made, tmp_path):
-    design, directory = made
+@pytest.mark.parametrize("core", ["serial", *long("files", "even", "odd", "loaded", "narrow")], indirect=True)
+def test_the_testbench_notices_a_wrong_word(core, tmp_path):
+    design, directory, *_ = core
     shutil.copytree(directory, tmp_path / "core")
     change_word(tmp_path / "core", design.name, "result", 2, 1)
-    said = run_testbench(tmp_path / "core", design.name)
-    assert "1 differ" in said
-    assert "FAILED" in said
-    assert "word 20" in said
+    output = run_testbench(tmp_path / "core", design.name)
+    assert "1 differ" in output
+    assert "FAILED" in output
+    assert "word 20" in output
 
 
-def test_verilator_lints_it_without_a_word(made, tmp_path):
-    design, directory = made
-    assert lint.verilator(directory / f"{design.name}.v", tmp_path) == ""
-
-
-def test_yosys_finds_no_problem(made):
-    design, directory = made
-    run_yosys(f"read_verilog {design.name}.v; hierarchy -check -top {design.name}; proc; check -assert", directory)
+@pytest.mark.long
+@pytest.mark.parametrize("core", ["files", "serial", "loaded"], indirect=True)
+def test_the_testbench_notices_a_wrong_coefficient(core, tmp_path):
+    design, directory, facts, _ = core
+    shutil.copytree(directory, tmp_path / "core")
+    if design.images == "readmemh":
+        file = tmp_path / "core" / next(image["file"] for image in facts["images"] if "rom" in image["file"])
+        lines = file.read_text().splitlines()
+        lines[0] = f"{int(lines[0], 16) ^ 0x100:0{len(lines[0])}x}"
+        file.write_text("\n".join(lines) + "\n")
+    else:
+        change_word(tmp_path / "core", design.name, "coefficient", 0, 0x4000)
+    assert "FAILED" in run_testbench(tmp_path / "core", design.name)
 
 
 def test_an_unwritable_place_leaves_nothing(tmp_path):

@@ -174,15 +174,6 @@ def test_a_broken_rule_is_an_error(
     pytest.fail(f"fault {fault} went unseen")
 
 
-@pytest.mark.long
-def test_a_dropped_word_shifts_what_is_compared(cache: Path, codes: Ints, words: Ints, standin: Maker) -> None:
-    with pytest.raises(ProtocolError) as caught:
-        simulate(DESIGN, codes, "icarus", build_dir=cache, expected=words, core=standin(DROP, 7))
-    assert caught.value.compared == words.size - 1
-    assert caught.value.mismatches > 0
-    assert "no transfer in" in str(caught.value)
-
-
 def test_the_second_run_needs_no_build(
     cache: Path, codes: Ints, standin: Maker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -307,15 +298,6 @@ def test_the_core_in_every_simulator(cache: Path, codes: Ints, words: Ints) -> N
         assert (run.compared, run.mismatches) == (words.size, 0)
     assert runs["amaranth"].latency.tolist() == runs["icarus"].latency.tolist()
     assert runs["amaranth"].interval.tolist() == runs["icarus"].interval.tolist()
-
-
-@pytest.mark.long
-def test_amaranth_with_stalls(codes: Ints, words: Ints) -> None:
-    for pattern in ("random", "bursts"):
-        told: list[int] = []
-        run = simulate(DESIGN, codes, "amaranth", 2, pattern, pattern, progress=told.append, expected=words)
-        np.testing.assert_array_equal(run.words, words)
-        assert sum(told) == FRAMES
 
 
 def test_amaranth_sees_a_hang(codes: Ints, monkeypatch: pytest.MonkeyPatch) -> None:

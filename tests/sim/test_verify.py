@@ -163,14 +163,25 @@ def test_the_page_of_a_good_core(tmp_path: Path) -> None:
 
 
 def test_given_frames_and_references() -> None:
-    frames = np.random.default_rng(1).normal(0.0, 2e4, (4, 3, 2))
-    known = {"resultant_ref": np.full((4, 3), -1.0), "mu_ref": np.full(4, 0.5), "phi_ref_deg": np.zeros(4)}
+    """True values that are off by a known amount: every error is in the unit of its key."""
+    frames = np.random.default_rng(3).normal(0.0, 2e4, (6, 3, 2))
+    result = decode(DESIGN, FixedTfra(DESIGN)(quantise(DESIGN, frames)).words)
+    good = result.status == 0
+    assert good.sum() > 2
+    known = {"resultant_ref": np.add(result.resultant, (0.0, 0.0, 1.0)), "mu_ref": result.mu + 0.25}
+    known["phi_ref_deg"] = result.phi_deg - 36.0
     report = verify(DESIGN, frames, "icarus", random=3, references=known)
     assert report.passed
-    assert report.kinds == {"given": 4, "random": 3}
-    assert report.against_contact is not None
+    assert report.kinds == {"given": 6, "random": 3}
     assert report.timing.interval is None  # too few frames to tell
-    with pytest.raises(ValueError, match=r"mu_ref: shape \(4,\) is needed, got \(3,\)"):
+    errors = report.as_dict()["against_contact"]
+    assert errors["frames"] == good.sum()
+    expected = {"phi_deg": 36, "mu_abs": 0.25, "force_n": 1, "paper_phi_percent_of_turn": 10}
+    for part in (errors["median"], errors["largest"]):
+        assert {key: part[key] for key in expected} == pytest.approx(expected)
+    modulus = np.linalg.norm(known["resultant_ref"][good], axis=1)
+    assert errors["largest"]["force_percent_of_resultant"] == pytest.approx(100 / modulus.min())
+    with pytest.raises(ValueError, match=r"mu_ref: shape \(6,\) is needed, got \(3,\)"):
         verify(DESIGN, frames, "icarus", references=known | {"mu_ref": np.zeros(3)})
 
 
@@ -304,24 +315,3 @@ def test_directed_frames_reach_the_special_cases() -> None:
     status = FixedTfra(DESIGN)(directed_codes(DESIGN)).words[:, -1]
     for flag in (Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION, Status.INPUT_SATURATED):
         assert (status & flag != 0).any(), flag
-
-
-@pytest.mark.long
-def test_plain_units_in_json() -> None:
-    """True values that are off by a known amount: every error is in the unit of its key."""
-    frames = np.random.default_rng(3).normal(0.0, 2e4, (6, 3, 2))
-    found = decode(DESIGN, FixedTfra(DESIGN)(quantise(DESIGN, frames)).words)
-    good = found.status == 0
-    assert good.sum() > 2
-    known = {"resultant_ref": np.add(found.resultant, (0.0, 0.0, 1.0)), "mu_ref": found.mu + 0.25}
-    report = verify(DESIGN, frames, "icarus", random=0, references=known | {"phi_ref_deg": found.phi_deg - 36.0})
-    content = report.as_dict()["against_contact"]
-    assert content["frames"] == good.sum()
-    for part in ("median", "largest"):
-        assert content[part]["phi_deg"] == pytest.approx(36)
-        assert content[part]["mu_abs"] == pytest.approx(0.25)
-        assert content[part]["force_n"] == pytest.approx(1)
-        assert content[part]["paper_phi_percent_of_turn"] == pytest.approx(10)
-        assert content[part]["paper_mu_percent_of_one"] == pytest.approx(25)
-    modulus = np.linalg.norm(known["resultant_ref"][good], axis=1)
-    assert content["largest"]["force_percent_of_resultant"] == pytest.approx(100 / modulus.min())

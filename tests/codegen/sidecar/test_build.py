@@ -17,11 +17,10 @@ from tfra.codegen.config.read import load
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.sidecar.schema import schema
 from tfra.hdl.cores import microarchitecture
-from tfra.model.arrays import Ints
-from tfra.model.choices import Architecture
+from tfra.model.choices import Adc, Architecture, Search
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.words import decode, received
+from tfra.model.fixed.words import decode
 from tfra.model.sensor import SensorArray
 
 ROOT = Path(__file__).parents[3]
@@ -79,12 +78,8 @@ def read(folder: Path, frame: list[int]) -> dict[str, list[float]]:
     return found
 
 
-def frames() -> Ints:
-    return DESIGN.model(contact_codes(DESIGN, 12, 3)).words
-
-
 def test_the_sidecar_alone_gives_the_values(tmp_path: Path) -> None:
-    words = frames()
+    words = DESIGN.model(contact_codes(DESIGN, 12, 3)).words
     known = decode(DESIGN, words)
     assert (words < 0).any()
     for number, frame in enumerate(words):
@@ -95,46 +90,16 @@ def test_the_sidecar_alone_gives_the_values(tmp_path: Path) -> None:
         assert told["status"] == [known.status[number]]
 
 
-@pytest.mark.parametrize("bits", [DESIGN.word_bits, 32])
-@pytest.mark.parametrize("kind", [np.int64, np.uint64, np.uint32])
-def test_raw_words_are_extended(bits: int, kind: type) -> None:
-    words = frames()
-    raw = (words & ((1 << bits) - 1)).astype(kind)
-    np.testing.assert_array_equal(received(DESIGN, raw), words)
-
-
-def test_words_at_the_ends_of_a_field() -> None:
-    words = frames()[:1]
-    at, bits = {f.name: f for f in DESIGN.layout}["mu"].start, {f.name: f for f in DESIGN.layout}["mu"].bits
-    for value in (-(1 << (bits - 1)), (1 << (bits - 1)) - 1, -1):
-        words[0, at] = value
-        for raw in (value, value & ((1 << DESIGN.word_bits) - 1), value & 0xFFFFFFFF):
-            given = words.copy()
-            given[0, at] = raw
-            assert received(DESIGN, given)[0, at] == value
-    for value in (1 << (bits - 1), -(1 << (bits - 1)) - 1, (1 << bits) - 1, 1 << 32, -1 << 40):
-        words[0, at] = value
-        with pytest.raises(ValueError, match=r"words: frame 0: mu is from -\d+ to \d+, got"):
-            received(DESIGN, words)
-
-
-@pytest.mark.parametrize(
-    "words", [np.zeros((2, DESIGN.frame_words - 1), np.int64), np.zeros(DESIGN.frame_words, np.int64),
-              np.zeros((2, DESIGN.frame_words)), np.full((1, DESIGN.frame_words), 1 << 63, np.uint64)]
-)  # fmt: skip
-def test_other_words_are_refused(words: Ints) -> None:
-    with pytest.raises(ValueError, match="words: "):
-        received(DESIGN, words)
-
-
-def test_a_field_without_a_sign_has_no_negative_words() -> None:
-    words = frames()[:1]
-    words[0, 0] = -1
-    with pytest.raises(ValueError, match="words: frame 0: frame is from 0 to 65535, got -1"):
-        decode(DESIGN, words)
-
-
-def test_the_hash_covers_the_coefficients() -> None:
-    other = replace(DESIGN, sensor=replace(DESIGN.sensor, thickness=2.9e-3))
-    assert sidecar(other)["configuration_sha256"] != sidecar(DESIGN)["configuration_sha256"]
-    assert sidecar(replace(DESIGN))["configuration_sha256"] == sidecar(DESIGN)["configuration_sha256"]
+def test_the_hash_covers_every_choice() -> None:
+    """Any other choice, coefficient or kind of image gives another hash; the same design has the same."""
+    others = [
+        replace(DESIGN, name="other"),
+        replace(DESIGN, adc=Adc(9)),
+        replace(DESIGN, search=Search(7)),
+        replace(DESIGN, sensor=replace(DESIGN.sensor, thickness=2.9e-3)),
+        replace(DESIGN, target="ice40"),
+        replace(DESIGN, images="readmemh"),
+    ]
+    hashes = [sidecar(design)["configuration_sha256"] for design in (DESIGN, *others)]
+    assert len(set(hashes)) == len(hashes)
+    assert sidecar(replace(DESIGN))["configuration_sha256"] == hashes[0]
