@@ -66,7 +66,7 @@ def synth(
 
 def _show(work: Run, json: bool) -> None:
     """Print the report, complete or partial."""
-    from tfra.synth.report import render
+    from tfra.synth.page import render
 
     if not work.synthesis:
         return

@@ -23,22 +23,16 @@ def seed_name(seed: int) -> str:
 
 @dataclass
 class Forecast:
-    """Steps in their order, with the expected seconds of each; ``step`` is the current one.
-
-    ``clock`` returns seconds, as ``time.monotonic``.
-    """
+    """Seconds expected of ``step``, which runs, and of those after it; ``clock`` returns seconds, as ``time.monotonic``."""
 
     clock: Callable[[], float] = time.monotonic
     step: str = ESTIMATING
     expected: dict[str, float] = field(default_factory=dict)
-    taken: dict[str, float] = field(default_factory=dict)
-    """Seconds that finished steps took."""
-    kept: set[str] = field(default_factory=set)
-    """Steps whose results came from the cache; their times are ignored."""
-    _since: float = 0.0
+    cached: bool = False
+    """Did the result of ``step`` come from the cache?  Then its time says nothing of the machine."""
 
     def __post_init__(self) -> None:
-        self._since = self.clock()
+        self._start = self._since = self.clock()
 
     def plan(self, lookup_tables: float, seeds: int) -> None:
         """Expect the times of a core of ``lookup_tables``."""
@@ -47,32 +41,25 @@ class Forecast:
         self.expected = {step: _FIXED_S + seconds * lookup_tables for step, seconds in each.items()}
 
     def begin(self, step: str) -> None:
-        """Begin ``step``; the time of the step before corrects those to come."""
+        """Begin ``step``; measured over expected time of the step before scales the times of those to come."""
         now = self.clock()
-        before, self.step = self.step, step
-        self.taken[before], self._since = now - self._since, now
-        if before in self.expected and before not in self.kept:
-            self._correct(before)
-
-    def _correct(self, done: str) -> None:
-        """Scale the expected times of later steps by measured over expected time."""
-        ratio = self.taken[done] / self.expected[done]
-        later = [step for step in self.expected if step not in self.taken]
-        self.expected |= {step: self.expected[step] * ratio for step in later}
+        before = self.expected.pop(self.step, None)
+        if before and not self.cached:
+            self.expected = {name: seconds * (now - self._since) / before for name, seconds in self.expected.items()}
+        self.step, self.cached, self._since = step, False, now
 
     @property
     def left(self) -> float:
         """Seconds to the end.  A step that exceeds its expected time is given a tenth of its time so far."""
-        since = self.clock() - self._since
-        later = [step for step in self.expected if step not in self.taken and step != self.step]
-        here = max(self.expected.get(self.step, 0.0) - since, 0.1 * since)
-        return here + sum(self.expected[step] for step in later)
+        taken = self.clock() - self._since
+        expected = self.expected.get(self.step, 0.0)
+        return sum(self.expected.values()) - expected + max(expected - taken, 0.1 * taken)
 
     @property
     def share(self) -> float:
         """Elapsed share of the total time, 0 ... 1."""
-        over = sum(self.taken.values()) + self.clock() - self._since
-        return over / max(over + self.left, 1e-9)
+        elapsed = self.clock() - self._start
+        return elapsed / max(elapsed + self.left, 1e-9)
 
     def __str__(self) -> str:
         return f"{self.step}: {100 * self.share:.0f} %, about {spoken(self.left)} left"
@@ -83,4 +70,3 @@ def spoken(seconds: float) -> str:
     if seconds < 90:
         return f"{max(1, round(seconds))} s"
     return f"{round(seconds / 60)} min" if seconds < 90 * 60 else f"{seconds / 3600:.1f} h"
-

@@ -1,16 +1,12 @@
-"""The report of ``tfra synth``: one JSON object, and the same as text."""
+"""The report of ``tfra synth`` as facts: one JSON object."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
 from statistics import median_low
 from typing import Any
-
-from rich.console import Console
-from rich.table import Column, Table
 
 from tfra.families import Target
 from tfra.hdl.cores import microarchitecture
@@ -19,15 +15,6 @@ from tfra.model.fixed.design import Design
 from tfra.synth.estimate import Estimate
 from tfra.synth.flow import Route, Synthesis, options
 from tfra.synth.tools import versions
-
-WIDTH = 100  # columns of the text
-
-TIMES = {
-    "latency": "latency, last taxel to first word",
-    "frame_latency": "frame latency, last taxel to last word",
-    "interval": "initiation interval",
-}
-"""Times of a core, and their names in the report."""
 
 
 def median_route(routes: Sequence[Route]) -> Route:
@@ -113,77 +100,3 @@ def timing(core: Microarchitecture, mhz: float | None) -> dict[str, Any]:
         "multiplications_per_frame": products,
         "mac_utilisation": round(products / (core.lanes * core.initiation_interval), 4),
     }
-
-
-def render(found: Mapping[str, Any]) -> str:
-    """The report as text, lines of at most ``WIDTH`` characters."""
-    console = Console(file=io.StringIO(), width=WIDTH, color_system=None)
-    kind, lanes = found["architecture"]["kind"], found["mac_lanes"]
-    console.print(f"{found['name']} on {found['target']}: {kind} core, {lanes} MAC lanes")
-    if missing := unfinished(found):
-        console.print(missing)
-    console.print(_resources(found["resources"]))
-    if found["mapper"] == "abc":
-        console.print("ABC9 aborted on this netlist: ABC mapped it instead, without knowing delays.", soft_wrap=True)
-    if found["note"]:
-        console.print(f"Fmax: {found['note']}", soft_wrap=True)
-    if found["clock"]:
-        _render_clock(console, found["clock"])
-    console.print(_timing(found["timing"]))
-    console.print(", ".join(f"{name} {number}" for name, number in found["tools"].items()), soft_wrap=True)
-    if found["options"]:
-        console.print(f"place and route: {' '.join(found['options'])}", soft_wrap=True)
-    assert isinstance(console.file, io.StringIO)
-    return console.file.getvalue()
-
-
-def _resources(rows: Mapping[str, Mapping[str, Any]]) -> Table:
-    table = Table("resource", *_right("used", "available", "percent", "estimated"))
-    for name, row in rows.items():
-        table.add_row(name, *(cell(row[key]) for key in ("used", "available", "percent", "estimated")))
-    return table
-
-
-def _right(*titles: str) -> list[Column]:
-    return [Column(title, justify="right") for title in titles]
-
-
-def cell(value: float | None) -> str:
-    """A number as text; a dash for None."""
-    return "-" if value is None else f"{value:,}"
-
-
-def fmax(clock: Mapping[str, Any]) -> str:
-    """The frequency as text, with a range if there are several seeds."""
-    median, seeds = clock["median_mhz"], clock["seeds"]
-    if len(seeds) == 1:
-        return f"{median} MHz (seed {seeds[0]['seed']} alone)"
-    return f"{median} MHz (median of {len(seeds)} seeds, {clock['lowest_mhz']} to {clock['highest_mhz']})"
-
-
-def unfinished(found: Mapping[str, Any]) -> str:
-    """A line about missing seeds, or nothing."""
-    done = len(found["clock"]["seeds"]) if found["clock"] else 0
-    return "" if found["complete"] else f"not finished: yosys and {done} of {found['seeds_wanted']} seeds are done"
-
-
-def _render_clock(console: Console, clock: Mapping[str, Any]) -> None:
-    seeds = ", ".join(f"{row['mhz']} (seed {row['seed']}, aim {row['aim_mhz']:g})" for row in clock["seeds"])
-    console.print(f"Fmax: {fmax(clock)}\n  {seeds}", soft_wrap=True)
-    path = clock["critical_path"]
-    console.print(
-        f"critical path: {path['begin']} to {path['end']}, "
-        f"{path['logic_ns']} ns logic, {path['routing_ns']} ns routing\n"
-        f"  from {path['begin_cell']}\n  to   {path['end_cell']}",
-        soft_wrap=True,
-    )
-
-
-def _timing(rows: Mapping[str, Any]) -> Table:
-    table = Table("", *_right("cycles", "us"))
-    for name, text in TIMES.items():
-        table.add_row(text, cell(rows[f"{name}_cycles"]), cell(rows.get(f"{name}_us")))
-    table.add_row("frames per second", "", cell(rows.get("frames_per_second")))
-    table.add_row("multiplications per frame", cell(rows["multiplications_per_frame"]), "")
-    table.add_row("MAC utilisation", f"{rows['mac_utilisation']:.1%}", "")
-    return table

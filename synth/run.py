@@ -18,9 +18,9 @@ from tfra.sim.run import digest, sources, texts
 from tfra.synth.estimate import Estimate, estimate, misfits
 from tfra.synth.flow import NETLIST, CriticalPath, Route, Synthesis, options, pack, route, synthesise
 from tfra.synth.forecast import BITSTREAM, YOSYS, Forecast, seed_name
-from tfra.synth.page import page
+from tfra.synth.page import page, render
 from tfra.synth.pins import Pins
-from tfra.synth.report import median_route, render, report
+from tfra.synth.report import median_route, report
 from tfra.synth.tools import programs, require, versions
 
 SIDECAR = "report.json"
@@ -103,22 +103,20 @@ class Run:
         def step() -> dict[str, Any]:
             return asdict(synthesise(text, self.design.name, self.target, fresh))
 
-        self.synthesis = Synthesis(**self._kept("yosys", key, fresh, step))
+        self.synthesis = Synthesis(**self._cached("yosys", key, fresh, step))
         return key
 
     def _route(self, fresh: Path, key: str, seed: int) -> Route:
         def step() -> dict[str, Any]:
             return asdict(route(self.target, fresh, seed, self.clock_mhz))
 
-        found = self._kept("route", digest(key, str(seed), repr(self.clock_mhz)), fresh, step)
+        found = self._cached("route", digest(key, str(seed), repr(self.clock_mhz)), fresh, step)
         return Route(**{**found, "path": CriticalPath(**found["path"])})
 
-    def _kept(self, name: str, key: str, fresh: Path, step: Callable[[], dict[str, Any]]) -> dict[str, Any]:
+    def _cached(self, name: str, key: str, fresh: Path, step: Callable[[], dict[str, Any]]) -> dict[str, Any]:
         """The result of ``step``, new or from the cache; the forecast ignores the time of the latter."""
-        found, was_kept = cached_step(f"{name}-{self.design.name}", key, fresh, step)
-        if was_kept:
-            self.forecast.kept.add(self.forecast.step)
-        return found
+        result, self.forecast.cached = cached_step(f"{name}-{self.design.name}", key, fresh, step)
+        return result
 
 
 def netlist(design: Design, target: Target) -> str:

@@ -216,7 +216,7 @@ def stand_ins() -> Iterator[None]:
             "tfra.synth.run.Run.report": lambda work: {},
             "tfra.synth.run.render": str,
             "tfra.synth.run.page": str,
-            "tfra.synth.report.render": str,
+            "tfra.synth.page.render": str,
         }.items():
             stack.enter_context(mock.patch(name, substitute))
         yield
