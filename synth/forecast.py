@@ -23,7 +23,7 @@ def seed_name(seed: int) -> str:
 
 @dataclass
 class Forecast:
-    """Seconds expected of ``step``, which runs, and of those after it; ``clock`` returns seconds, as ``time.monotonic``."""
+    """Seconds expected of ``step``, which runs, and of those after it; ``clock`` is as ``time.monotonic``."""
 
     clock: Callable[[], float] = time.monotonic
     step: str = ESTIMATING
