@@ -39,11 +39,11 @@ def _answer(sizing: Sizing) -> str:
 def _estimated(sizing: Sizing) -> str:
     """The smallest first; a full bar is the part, or the largest core if the part's size is unknown."""
     fast = sorted((used["LUT"], core) for core in sizing.candidates if (used := core.resources))
-    full = sizing.target.available.get("LUT") or max(used for used, _ in fast)
+    full = sizing.target.available.get("LUT") or max(luts for luts, _ in fast)
     rows = []
-    for used, core in fast:
+    for luts, core in fast:
         verdict = ": chosen" if core is sizing.chosen else "".join(f": {reason}" for reason in core.objections[:1])
-        rows.append((core.title, used / full, f"{used:,} LUT{verdict}"))
+        rows.append((core.title, luts / full, f"{luts:,} LUT{verdict}"))
     return bars("Lookup tables", rows)
 
 
