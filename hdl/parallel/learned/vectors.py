@@ -34,9 +34,9 @@ class Vectors(wiring.Component):
         vector = taxel_quad(design)
         super().__init__({
             "write": In(always_ready_stream(vector)),  # quads of the vectors, frame by frame
-            "place": In(counter_shape(FRAMES - 1)),  # of the word that is read
-            "quad": In(counter_shape(design.quads - 1)),  # of the word that is read
-            "parity": In(2),  # of the word that is read
+            "place": In(counter_shape(FRAMES - 1)),  # frame of the word that is read
+            "quad": In(counter_shape(design.quads - 1)),  # its quad
+            "parity": In(2),  # its place in the quad
             "word": Out(vector.elem_shape),  # the word, ``WORD`` cycles later
             # Of its parity, beside it; zero where it is not asked for.
             "headroom": Out(counter_shape(design.widths.force - 1)),

@@ -209,8 +209,8 @@ class _Solver(Elaboratable):
 
     def __init__(self, design: Design) -> None:
         self._design, self._sizes = design, _sizes(design)
-        self.compression = Signal(_sums(design))  # sums of the zone
-        self.traction = Signal(_sums(design))  # sums of the zone
+        self.compression = Signal(_sums(design))  # sums of all compressed taxels
+        self.traction = Signal(_sums(design))  # ... of all stretched ones
         self.claim = Signal()  # pulse, with the frame's last taxel
         self.load_u = Signal()  # pulse: s and u are complete
         self.load_v = Signal()  # pulse, a cycle later: v is complete, too

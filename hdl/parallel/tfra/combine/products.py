@@ -31,7 +31,7 @@ class ProductBeats(wiring.Component):
             "words": Out(vector_beat(design)),  # the beat
             "place": Out(place),  # that of its frame
             "number": Out(beat_number(design)),  # its number in its product
-            # Mu_x, mu_y or -1, that of the beat that entered a cycle ago.
+            # One of mu_x, mu_y and -1: that of the beat that entered a cycle ago.
             "scalar": Out(signed(design.formats.bits("scalar"))),
             "frame_done": Out(1),  # pulse, a cycle after the entry of a frame's last beat
         })

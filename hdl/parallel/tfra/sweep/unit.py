@@ -115,9 +115,7 @@ class Sweep(wiring.Component):
     def latency(self) -> int:
         """Cycles from the last part of the frame's last normal quad (the 2Q-th) to the transfer of the index.
 
-        The unit waits for this quad, that is, the quads before it have entered as early as they may.  With k levels
-        of the product by K (:func:`product_latency`) and Z quotient bits: ``28 + k + Z + K``, and ``K + 3`` more with a
-        tolerance; for two candidates a cycle ``floor(K / 2) + 5`` instead of K, and ``floor(K / 2) + 5`` more.
+        The unit waits for this quad: those before it have entered as early as they may.
         """
         design = self._design
         last_row = first_row(design) + rows(design) - 1
