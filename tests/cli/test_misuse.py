@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -30,9 +31,8 @@ def test_misuse(case: Misuse, frames: bytes, tmp_path: Path, monkeypatch: pytest
 
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        code, out, err = answer(Misuse(case.name, make, case.arguments, case.fragment, case.code), frames)
+        code, out, err = answer(replace(case, make=make), frames)
     assert code == case.code
-    assert case.fragment in err
     assert err == PUBLISHED[case.name]
     assert all(len(line) < 400 for line in err.splitlines())
     after = {path: path.lstat().st_mtime_ns for path in Path().rglob("*")}
@@ -47,7 +47,7 @@ def test_misuse(case: Misuse, frames: bytes, tmp_path: Path, monkeypatch: pytest
         assert {path: after[path] for path in before} == before
 
 
-def test_cases_are_told_apart() -> None:
+def test_cases_have_names_of_their_own() -> None:
     names = [case.name for case in CASES]
     assert len(set(names)) == len(names) >= 80
     assert list(PUBLISHED) == names

@@ -14,7 +14,6 @@ import os
 import random
 import shutil
 import tempfile
-from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -260,14 +259,3 @@ def one_tree(seed: int) -> tuple[str, int, str]:
 def _silence() -> Iterator[None]:
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         yield
-
-
-def run(count: int, seed: int = 0) -> dict[str, dict[str, int]]:
-    """Try ``count`` trees; by command: how many ended with which exit code.  Raises ``AssertionError`` for a loss."""
-    found: dict[str, Counter[str]] = {}
-    for number in range(seed, seed + count):
-        command, code, wrong = one_tree(number)
-        if wrong:
-            raise AssertionError(f"tree {number}, tfra {command}: {wrong}")
-        found.setdefault(command, Counter())["written" if code == 0 else f"exit {code}"] += 1
-    return {command: dict(sorted(counts.items())) for command, counts in sorted(found.items())}

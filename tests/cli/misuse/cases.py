@@ -32,176 +32,103 @@ from tests.cli.misuse.recordings import GOOD, NPY, NPZ, RECORDINGS, WRONG
 from tests.cli.misuse.training import TRAINING
 from tests.cli.misuse.views import PAGES
 from tfra.cli.main import main as tfra
+from tfra.families import TARGETS
 from tfra.runtime.outputs import write_npz
 
 FILES = [
-    Misuse("a pipe as CONFIG", lambda: os.mkfifo("wrong.toml"), WRONG, "is not a regular file but a pipe"),
-    Misuse("a pipe as frames", lambda: os.mkfifo("wrong.npy"), NPY, "is not a regular file but a pipe"),
-    Misuse(
-        "a device as CONFIG", nothing, "generate /dev/zero --out core", "/dev/zero: is not a regular file but a device"
-    ),
-    Misuse("a folder as frames", lambda: os.mkdir("wrong.npz"), NPZ, "cannot be read: Is a directory"),
-    Misuse("links in a circle", lambda: os.symlink("wrong.npz", "wrong.npz"), NPZ, "Too many levels of symbolic links"),
-    Misuse("no such file", nothing, NPY, "wrong.npy: cannot be read: No such file or directory"),
+    Misuse("a pipe as CONFIG", lambda: os.mkfifo("wrong.toml"), WRONG),
+    Misuse("a pipe as frames", lambda: os.mkfifo("wrong.npy"), NPY),
+    Misuse("a device as CONFIG", nothing, "generate /dev/zero --out core"),
+    Misuse("a folder as frames", lambda: os.mkdir("wrong.npz"), NPZ),
+    Misuse("links in a circle", lambda: os.symlink("wrong.npz", "wrong.npz"), NPZ),
+    Misuse("no such file", nothing, NPY),
 ]
 
 DESCRIPTION = [
-    Misuse("a keyword as name", config("[sensor]", 'name = "module"\n[sensor]'), WRONG, 'name: "module" is a keyword'),
-    Misuse(
-        "a file called like a keyword",
-        config("", "", "always.toml"),
-        "generate always.toml --out core",
-        'name: is missing, and the file\'s own, "always", is a keyword of Verilog: set another one',
-    ),
+    Misuse("a keyword as name", config("[sensor]", 'name = "module"\n[sensor]'), WRONG),
+    Misuse("a file called like a keyword", config("", "", "always.toml"), "generate always.toml --out core"),
     Misuse(
         "a keyword of VHDL as name of a package",
         config("[sensor]", 'name = "signal"\n[sensor]'),
         "generate wrong.toml --out core --package",
-        'name: "signal" is a keyword of VHDL',
     ),
-    Misuse("a port as name", config("[sensor]", 'name = "clk"\n[sensor]'), WRONG, 'name: "clk" is a port of the core'),
-    Misuse(
-        "a mesh of 1e-6 mm",
-        extra('[layer]\nsolver = "fem"\nelement_mm = 1e-6\n'),
-        "frames wrong.toml --out f.npz",
-        "layer.element_mm: 1e-06 mm would take",
-    ),
-    Misuse(
-        "a cover of a micrometre",
-        config("thickness_mm = 3", "thickness_mm = 0.001"),
-        WRONG,
-        "sensor.thickness_mm: a cover this thin takes",
-    ),
-    Misuse(
-        "a slip of the unit", config("pitch_x_mm = 4", "pitch_x_mm = 4e-6"), WRONG, "sensor.pitch_x_mm: 0.001 or more"
-    ),
-    Misuse(
-        "a full scale of 1e200 Pa", extra("[adc]\nfull_scale_pa = 1e200\n"), WRONG, "adc.full_scale_pa: 1e+12 or less"
-    ),
-    Misuse(
-        "a misspelt key", config("rows", "rwos"), WRONG, 'sensor.rwos: unknown key, the nearest valid key is "rows"'
-    ),
-    Misuse(
-        "thousands of hexadecimal digits",
-        config("rows = 5", "rows = 0x" + "f" * 99_999),
-        WRONG,
-        "sensor.rows: a whole number of at most 64 bits is needed",
-    ),
-    Misuse("a key of a megabyte", extra("k" * 1_000_000 + " = 1\n"), WRONG, "contact#1.kkkk"),
-    Misuse("a million dots", extra("a" + ".a" * 900_000 + " = 1\n"), WRONG, "a key has more than 20 dots"),
-    Misuse(
-        "too many directions",
-        config("[0, 45, 120]", "{start = 0, stop = 360, step = 1e-6}"),
-        WRONG,
-        "at most 100000 directions are supported",
-    ),
-    Misuse("a huge description", raw("wrong.toml", b"#" * 3_000_000), WRONG, "at most 2,000,000 bytes of TOML"),
-    Misuse("UTF-16 TOML", lambda: Path("wrong.toml").write_text(CONFIG, "utf-16"), WRONG, "line 1: is not UTF-8 text"),
+    Misuse("a port as name", config("[sensor]", 'name = "clk"\n[sensor]'), WRONG),
+    Misuse("a mesh of 1e-6 mm", extra('[layer]\nsolver = "fem"\nelement_mm = 1e-6\n'), "frames wrong.toml --out f.npz"),
+    Misuse("a cover of a micrometre", config("thickness_mm = 3", "thickness_mm = 0.001"), WRONG),
+    Misuse("a slip of the unit", config("pitch_x_mm = 4", "pitch_x_mm = 4e-6"), WRONG),
+    Misuse("a full scale of 1e200 Pa", extra("[adc]\nfull_scale_pa = 1e200\n"), WRONG),
+    Misuse("a misspelt key", config("rows", "rwos"), WRONG),
+    Misuse("thousands of hexadecimal digits", config("rows = 5", "rows = 0x" + "f" * 99_999), WRONG),
+    Misuse("a key of a megabyte", extra("k" * 1_000_000 + " = 1\n"), WRONG),
+    Misuse("a million dots", extra("a" + ".a" * 900_000 + " = 1\n"), WRONG),
+    Misuse("too many directions", config("[0, 45, 120]", "{start = 0, stop = 360, step = 1e-6}"), WRONG),
+    Misuse("a huge description", raw("wrong.toml", b"#" * 3_000_000), WRONG),
+    Misuse("UTF-16 TOML", lambda: Path("wrong.toml").write_text(CONFIG, "utf-16"), WRONG),
 ]
 
 OPTIONS = [
-    Misuse("a billion random frames", nothing, "verify skin.toml --random 1000000000", "less than or equal to 100000"),
-    Misuse(
-        "nan frames a second",
-        nothing,
-        "size skin.toml --target xc7 --frames-per-second nan --latency-us 1",
-        "Invalid value for '--frames-per-second'",
-    ),
-    Misuse("an unknown target", nothing, "synth skin.toml --target x --out d", "--target: one of "),
+    Misuse("a billion random frames", nothing, "verify skin.toml --random 1000000000"),
+    Misuse("nan frames a second", nothing, "size skin.toml --target xc7 --frames-per-second nan --latency-us 1"),
+    Misuse("an unknown target", nothing, "synth skin.toml --target x --out d"),
     Misuse(
         "a frame rate that no core reaches",
         nothing,
         "size skin.toml --target ecp5-25 --frames-per-second 1e9 --latency-us 100",
-        "frames_per_second: 1e+09 are wanted, ",
     ),
-    Misuse("an output with another suffix", nothing, "frames skin.toml --out f.csv", "must end in .npz"),
-    Misuse("a result with another suffix", nothing, f"{GOOD[:-4]}.xlsx", "in .npz, .csv or .parquet"),
+    Misuse("an output with another suffix", nothing, "frames skin.toml --out f.csv"),
+    Misuse("a result with another suffix", nothing, f"{GOOD[:-4]}.xlsx"),
 ]
 
 _INIT = "init --rows 8 --columns 12 --pitch-x {} --pitch-y 2.5 --thickness {}"
 
 BEGINNING = [
-    Misuse("no thickness", nothing, _INIT.format(3, 0), "tfra init: --thickness: 0.001 or more is needed, got 0.0"),
-    Misuse("a line of taxels", nothing, _INIT.format(3, 3).replace("8", "1"), "--rows: at least 2 taxels are needed"),
-    Misuse("a converter of 24 bits", nothing, f"{_INIT.format(3, 3)} --adc-bits 24", "--adc-bits: 6 to 20 is"),
-    Misuse("a full scale that is no number", nothing, f"{_INIT.format(3, 3)} --full-scale nan", "a finite number"),
-    Misuse("a part that nobody knows", nothing, f"{_INIT.format(3, 3)} --target ecp5-99", "--target: one of ecp5-25-6"),
-    Misuse("a description with another suffix", nothing, f"{_INIT.format(3, 3)} --out s.txt", "must end in .toml"),
-    Misuse("a description in use", nothing, f"{_INIT.format(3, 3)} --out skin.toml", "tfra did not write it"),
-    Misuse("an unknown example", nothing, "examples skin", "no example 'skin', the nearest is skin_8x12"),
-    Misuse("examples over notes", folder("notes", thesis_tex="years"), "examples --out notes", "it holds thesis.tex"),
-    Misuse("a pitch in metres", nothing, _INIT.format(0.003, 3), "0.003 mm is unusual: was it given in m (3 mm)?", 0),
-    Misuse("a full scale in kPa", nothing, f"{_INIT.format(3, 3)} --full-scale 150", "was it given in kPa", 0),
-    Misuse("a pitch too fine for a core", nothing, _INIT.format(0.5, 9), "only the float engine supports", 0),
+    Misuse("no thickness", nothing, _INIT.format(3, 0)),
+    Misuse("a line of taxels", nothing, _INIT.format(3, 3).replace("8", "1")),
+    Misuse("a converter of 24 bits", nothing, f"{_INIT.format(3, 3)} --adc-bits 24"),
+    Misuse("a full scale that is no number", nothing, f"{_INIT.format(3, 3)} --full-scale nan"),
+    Misuse("a part that nobody knows", nothing, f"{_INIT.format(3, 3)} --target ecp5-99"),
+    Misuse("a description with another suffix", nothing, f"{_INIT.format(3, 3)} --out s.txt"),
+    Misuse("a description in use", nothing, f"{_INIT.format(3, 3)} --out skin.toml"),
+    Misuse("an unknown example", nothing, "examples skin"),
+    Misuse("examples over notes", folder("notes", thesis_tex="years"), "examples --out notes"),
+    Misuse("a pitch in metres", nothing, _INIT.format(0.003, 3), code=0),
+    Misuse("a full scale in kPa", nothing, f"{_INIT.format(3, 3)} --full-scale 150", code=0),
+    Misuse("a pitch too fine for a core", nothing, _INIT.format(0.5, 9), code=0),
 ]
 
 GENERATE = "generate skin.toml --out {}"
 
 OUTPUTS = [
-    Misuse("the current directory as output", nothing, GENERATE.format("."), "it is the current directory"),
-    Misuse("a directory above", nothing, GENERATE.format(".."), "it holds the current directory"),
-    Misuse(
-        "a folder of notes as output", folder("notes", thesis_tex="years"), GENERATE.format("notes"), "holds thesis.tex"
-    ),
+    Misuse("the current directory as output", nothing, GENERATE.format(".")),
+    Misuse("a directory above", nothing, GENERATE.format("..")),
+    Misuse("a folder of notes as output", folder("notes", thesis_tex="years"), GENERATE.format("notes")),
     Misuse(
         "a sidecar among notes",
         folder("notes", core_json='{"generator": "tfra 0.1.0"}', thesis_tex="years"),
         GENERATE.format("notes"),
-        "it holds core.json, and no tfra-manifest.json that says tfra wrote it",
     ),
     Misuse(
         "notes in an earlier output",
         written("generate", lambda core: (core / "notes.txt").write_text("mine")),
         GENERATE.format("core"),
-        "it holds notes.txt, which tfra did not write",
     ),
     Misuse(
         "an earlier output that was edited",
         written("generate", lambda core: (core / "core.v").write_text("mine")),
         GENERATE.format("core"),
-        "core.v in it has changed since tfra wrote it",
     ),
+    Misuse("another command's output", written("synth", lambda core: None), GENERATE.format("core")),
+    Misuse("the folder of CONFIG as output", folder("lab", skin_toml=CONFIG), "generate lab/skin.toml --out lab"),
+    Misuse("the input as output", nothing, "estimate skin.toml frames.npz --out frames.npz"),
     Misuse(
-        "another command's output",
-        written("synth", lambda core: None),
-        GENERATE.format("core"),
-        "tfra synth wrote it, not tfra generate",
+        "a recording as output", lambda: np.savez("recording.npz", frames=1), "frames skin.toml --out recording.npz"
     ),
-    Misuse(
-        "the folder of CONFIG as output",
-        folder("lab", skin_toml=CONFIG),
-        "generate lab/skin.toml --out lab",
-        "it holds lab/skin.toml, which this command reads",
-    ),
-    Misuse(
-        "the input as output",
-        nothing,
-        "estimate skin.toml frames.npz --out frames.npz",
-        "is not replaced: this command reads it",
-    ),
-    Misuse(
-        "a recording as output",
-        lambda: np.savez("recording.npz", frames=1),
-        "frames skin.toml --out recording.npz",
-        "is not replaced: tfra did not write it",
-    ),
-    Misuse(
-        "a table as the place of tables",
-        raw("r.csv", b"1,2\n"),
-        "estimate skin.toml frames.npz --out r.csv",
-        "r.csv: is not replaced: it is not a directory",
-    ),
-    Misuse(
-        "notes as the place of a page",
-        raw("page.html", b"<p>mine</p>"),
-        "verify skin.toml --page page.html",
-        "page.html: is not replaced: tfra did not write it",
-    ),
+    Misuse("a table as the place of tables", raw("r.csv", b"1,2\n"), "estimate skin.toml frames.npz --out r.csv"),
+    Misuse("notes as the place of a page", raw("page.html", b"<p>mine</p>"), "verify skin.toml --page page.html"),
     Misuse(
         "simulated frames as the place of results",
         lambda: write_npz("simulated.npz", {"frames": np.zeros(1)}, "frames"),
         "estimate skin.toml frames.npz --out simulated.npz",
-        "tfra frames wrote it, not tfra estimate",
     ),
 ]
 
@@ -229,40 +156,22 @@ def _study(more: str, old: str = "", new: str = "") -> Make:
 
 
 STUDIES = [
-    Misuse("no study", nothing, STUDY, "cannot be read"),
-    Misuse("an unknown section of a study", _study("[converters]"), STUDY, 'the nearest valid key is "converter"'),
-    Misuse("a study of another file", _study("", "skin.toml", "skln.toml"), STUDY, "skln.toml: cannot be read"),
-    Misuse("friction beyond one", _study("", "mu = 0.5", "mu = 1.5"), STUDY, "frames.mixture#1.mu: 0 to 1 is needed"),
-    Misuse(
-        "force and peak",
-        _study("force_n = -1.0"),
-        STUDY,
-        "frames.mixture#1.force_n: either this or peak_kpa is needed",
-    ),
-    Misuse(
-        "a footprint larger than the array",
-        _study("", "half_y_pitches = 1.0", "half_y_pitches = 9.0"),
-        STUDY,
-        "does not fit on the block",
-    ),
-    Misuse("a search without a choice", _study("[search.space]\nscalar = []"), STUDY, "options in rising order"),
-    Misuse(
-        "an unknown signal",
-        _study("[search.space]\ncoefficient.c34 = [9, 12]"),
-        STUDY,
-        "search.space.coefficient.c34: unknown signal, the nearest is coefficient.c33",
-    ),
-    Misuse(
-        "a contradictory space", _study("[search.space]\nscalar = {from = 9, to = 8}"), STUDY, "from 9 to 8 is no range"
-    ),
-    Misuse("an unknown cost", _study('[search]\ncosts = ["area"]'), STUDY, "search.costs: one of coefficient_kbit"),
-    Misuse("designs to place, but no search", _study("[place]"), STUDY, "a section [search], whose designs"),
-    Misuse("a scheduler that is none", _study(""), f"{STUDY} --scheduler nobody://", "no Dask scheduler answers"),
+    Misuse("no study", nothing, STUDY),
+    Misuse("an unknown section of a study", _study("[converters]"), STUDY),
+    Misuse("a study of another file", _study("", "skin.toml", "skln.toml"), STUDY),
+    Misuse("friction beyond one", _study("", "mu = 0.5", "mu = 1.5"), STUDY),
+    Misuse("force and peak", _study("force_n = -1.0"), STUDY),
+    Misuse("a footprint larger than the array", _study("", "half_y_pitches = 1.0", "half_y_pitches = 9.0"), STUDY),
+    Misuse("a search without a choice", _study("[search.space]\nscalar = []"), STUDY),
+    Misuse("an unknown signal", _study("[search.space]\ncoefficient.c34 = [9, 12]"), STUDY),
+    Misuse("a contradictory space", _study("[search.space]\nscalar = {from = 9, to = 8}"), STUDY),
+    Misuse("an unknown cost", _study('[search]\ncosts = ["area"]'), STUDY),
+    Misuse("designs to place, but no search", _study("[place]"), STUDY),
+    Misuse("a scheduler that is none", _study(""), f"{STUDY} --scheduler nobody://"),
     Misuse(
         "a work folder with notes",
         lambda: (_study("")(), folder("notes", thesis_tex="years")())[-1],
         f"{STUDY} --work notes",
-        "notes: is not the folder of a study",
     ),
 ]
 
@@ -270,13 +179,16 @@ CASES = RECORDINGS + PAGES + FILES + DESCRIPTION + LEARNED + TRAINING + BEGINNIN
 
 
 def answer(case: Misuse, frames: bytes) -> tuple[int, str, str]:
-    """Run ``case`` in the current folder, which is empty: exit code, standard output and standard error."""
+    """Run ``case`` in the current folder, which is empty: exit code, standard output and standard error.
+
+    The parts that synthesis knows stand as ``…``: a new family changes no answer.
+    """
     Path("skin.toml").write_text(CONFIG)
     Path("frames.npz").write_bytes(frames)
     case.make()
     with redirect_stdout(io.StringIO()) as out, redirect_stderr(io.StringIO()) as err:
         code = tfra(case.arguments.split())
-    return code, out.getvalue(), err.getvalue()
+    return code, out.getvalue(), err.getvalue().replace(", ".join(TARGETS), "…")
 
 
 def good_frames() -> bytes:

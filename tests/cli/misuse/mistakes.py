@@ -44,16 +44,14 @@ Make = Callable[[], object]
 
 @dataclass(frozen=True)
 class Misuse:
-    """One case.
+    """One case: files made, and ``arguments`` that follow ``tfra``, split at blanks.
 
-    ``arguments`` follow ``tfra``, split at blanks; ``fragment`` is in the one line on stderr, or, with exit ``code`` 0,
-    in one of its warnings.
+    ``answers.json`` has what stderr shows: one line, or, with exit ``code`` 0, warnings.
     """
 
     name: str
     make: Make
     arguments: str
-    fragment: str
     code: int = 2
 
 
