@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from tfra.hdl.serial.isa import (
     ADDRESS_BITS,
@@ -51,8 +52,7 @@ def wrap(value: int, bits: int) -> int:
     return (value + half) % (2 * half) - half
 
 
-@dataclass(frozen=True)
-class Step:
+class Step(NamedTuple):
     """An instruction that was executed in ``cycle``, from place ``pc`` of the program.
 
     ``value`` is the written value, as stored in the destination; ``None`` if it wrote nothing.  ``address`` is its
