@@ -51,13 +51,6 @@ def boussinesq(sensor: SensorArray) -> tuple[Floats, Floats, Floats]:
     return c0 * rx, c0 * ry, c0 * h
 
 
-def gram_inverse(sensor: SensorArray) -> Floats:
-    """(A A^T)^-1, shape ``(m, m)`` in m^4: A-dagger = A^T (A A^T)^-1 (Eq. 6)."""
-    h2 = sensor.thickness**2
-    inverse = np.linalg.inv(sum(h2 * c @ (h2 * c.T) for c in boussinesq(sensor)))
-    return np.asarray(inverse * h2**2, dtype=np.float64)
-
-
 @lru_cache(maxsize=32)
 def operators(sensor: SensorArray) -> Operators:
     """Every precomputed matrix of ``sensor``; read-only and cached.

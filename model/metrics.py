@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Floats
-from tfra.model.sensor import SensorArray
 
 ERRORS = {
     "phi_deg": "φ / °",
@@ -99,13 +98,3 @@ def error_force(reference: npt.ArrayLike, estimate: npt.ArrayLike) -> Floats:
     modulus = np.broadcast_to(np.linalg.norm(estimated, axis=-1, keepdims=True), difference.shape)
     undefined = np.where(difference > 0.0, np.inf, 0.0)
     return np.asarray(100.0 * np.divide(difference, modulus, out=undefined, where=modulus > 0.0))
-
-
-def tangential_stress(q_x: npt.ArrayLike, q_y: npt.ArrayLike) -> Floats:
-    """Return q_t = sqrt(q_x^2 + q_y^2) of Eq. 36, Pa; the arguments broadcast."""
-    return np.asarray(np.hypot(q_x, q_y), dtype=np.float64)
-
-
-def stress_from_force(sensor: SensorArray, forces: npt.ArrayLike) -> Floats:
-    """Return q = f / (s_x s_y) of Eq. 37, Pa, for forces per taxel in N; any shape."""
-    return np.asarray(np.asarray(forces, dtype=np.float64) / sensor.taxel_area)

@@ -10,18 +10,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.boussinesq import Operators, operators
+from tfra.model.choices import Choices
 from tfra.model.sensor import SensorArray
-
-if TYPE_CHECKING:  # a design has a filter, whose module needs this one
-    from tfra.model.choices import Choices
-
 
 COEFFICIENT_LIMIT = 2.0
 """Eqs. 17/18: a coefficient of the dependent friction at or over this means a vanishing denominator."""

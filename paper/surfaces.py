@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact
-from tfra.model.metrics import stress_from_force, tangential_stress
 from tfra.model.sensor import SensorArray
 from tfra.paper.picture import Columns, Picture, Text, rounded
 from tfra.paper.setups import Setup
@@ -34,7 +33,7 @@ def surfaces(name: str, setup: Setup) -> Picture:
     contacts = setup.contacts(DIRECTIONS)
     sensor = setup.project.design.sensor
     load = np.array([cell_means(sensor, contact) for contact in contacts])
-    found = stress_from_force(sensor, setup.tfra(setup.stress(contacts)).forces)
+    found = setup.tfra(setup.stress(contacts)).forces / sensor.taxel_area  # Eq. 37
     columns = _columns(sensor, load, found)
     text = Text(
         "Four directions of surfaces, similar to the reference in each; no numbers.",
@@ -65,7 +64,7 @@ def _columns(sensor: SensorArray, load: Floats, found: Floats) -> Columns:
         "y_mm": np.tile(1e3 * y, len(DIRECTIONS)),
     }
     for suffix, (q_x, q_y, q_z) in (("_ref", np.moveaxis(load, 1, 0)), ("", np.moveaxis(found, 1, 0))):
-        columns[f"q_t{suffix}_kPa"] = 1e-3 * tangential_stress(q_x, q_y).ravel()
+        columns[f"q_t{suffix}_kPa"] = 1e-3 * np.hypot(q_x, q_y).ravel()  # Eq. 36
         columns[f"q_z{suffix}_kPa"] = 1e-3 * q_z.ravel()
     return rounded(columns)
 

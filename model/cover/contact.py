@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -36,18 +37,19 @@ class ContactShape(StrEnum):
     def transform(self, s_x: npt.ArrayLike, s_y: npt.ArrayLike) -> Floats:
         """Return the cosine transform of the unit-force profile at s_x = kx half_x, s_y = ky half_y.
 
-        Dimensionless, 1 at s = 0 and never larger in magnitude.  The arguments broadcast against each other.
+        That is the integral of p(x, y) cos(kx x) cos(ky y) about the centre; the sine parts vanish, as every shape is
+        even in x and in y.  Dimensionless, 1 at s = 0 and never larger in magnitude.  The arguments broadcast.
         """
-        return _TRANSFORMS[self](np.asarray(s_x, dtype=np.float64), np.asarray(s_y, dtype=np.float64))
+        return _PROFILES[self].transform(np.asarray(s_x, dtype=np.float64), np.asarray(s_y, dtype=np.float64))
 
     def density(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return the profile at (u, v), scaled to integral 1 over the plane; zero off the footprint."""
-        return _DENSITIES[self](np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64))
+        return _PROFILES[self].density(np.asarray(u, dtype=np.float64), np.asarray(v, dtype=np.float64))
 
     def gathered(self, u: npt.ArrayLike, v: npt.ArrayLike) -> Floats:
         """Return the integral of the profile over [0, u] x [0, v]: odd in u and in v, 1/4 beyond the corner (1, 1)."""
         inside = (np.clip(np.asarray(w, dtype=np.float64), -1.0, 1.0) for w in (u, v))
-        return _INTEGRALS[self](*inside)
+        return _PROFILES[self].integral(*inside)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,14 +105,6 @@ class Contact:
         """Resultant (F_x, F_y, F_z) on the cover, N."""
         tangential = self.mu * abs(self.normal_force)
         return tangential * math.cos(self.phi), tangential * math.sin(self.phi), self.normal_force
-
-    def profile(self, kx: npt.ArrayLike, ky: npt.ArrayLike) -> Floats:
-        """Return the transform of the unit-force pressure profile about the contact's centre.
-
-        That is the integral of p(x, y) cos(kx x) cos(ky y) with the integral of p equal to 1; the sine parts
-        vanish because every shape is even in x and in y.  ``kx`` and ``ky`` (rad/m) broadcast; dimensionless.
-        """
-        return self.shape.transform(np.multiply(kx, self.half_x), np.multiply(ky, self.half_y))
 
     def pressure(self, x: npt.ArrayLike, y: npt.ArrayLike) -> Floats:
         """Return the contact pressure -q_z >= 0 at (x, y), Pa.
@@ -230,22 +224,16 @@ def _rounded_integral(u: Floats, v: Floats) -> Floats:
     return np.asarray(along_u * along_v / np.pi**2)
 
 
-_Function = Callable[[Floats, Floats], Floats]
+class _Profile(NamedTuple):
+    """A profile of unit force: its transform, the profile itself, and its integral from (0, 0)."""
 
-_TRANSFORMS: dict[ContactShape, _Function] = {
-    ContactShape.HERTZ: _hertz_transform,
-    ContactShape.UNIFORM: _uniform_transform,
-    ContactShape.ROUNDED: _rounded_transform,
-}
+    transform: Callable[[Floats, Floats], Floats]
+    density: Callable[[Floats, Floats], Floats]
+    integral: Callable[[Floats, Floats], Floats]
 
-_DENSITIES: dict[ContactShape, _Function] = {
-    ContactShape.HERTZ: _hertz_density,
-    ContactShape.UNIFORM: _uniform_density,
-    ContactShape.ROUNDED: _rounded_density,
-}
 
-_INTEGRALS: dict[ContactShape, _Function] = {
-    ContactShape.HERTZ: _hertz_integral,
-    ContactShape.UNIFORM: _uniform_integral,
-    ContactShape.ROUNDED: _rounded_integral,
+_PROFILES = {
+    ContactShape.HERTZ: _Profile(_hertz_transform, _hertz_density, _hertz_integral),
+    ContactShape.UNIFORM: _Profile(_uniform_transform, _uniform_density, _uniform_integral),
+    ContactShape.ROUNDED: _Profile(_rounded_transform, _rounded_density, _rounded_integral),
 }

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
@@ -132,11 +132,11 @@ class ElasticLayer:
         modes = _modes(self)
         waves_x = _sampled_cosines(modes.kx, x, width_x, self.origin_x, self.size_x, "x")
         waves_y = _sampled_cosines(modes.ky, y, width_y, self.origin_y, self.size_y, "y")
-        places = loads.center - (self.origin_x, self.origin_y)
+        loads = replace(loads, center=loads.center - (self.origin_x, self.origin_y))
         result = np.empty((len(loads), waves_y.shape[0], waves_x.shape[0]))
         step = max(1, _CHUNK // modes.normal.size)
         for shape, rows in _chunks(loads, step):
-            part = _Loads(places[rows], loads.half[rows], loads.force[rows])
+            part = Contacts(loads.shape[rows], loads.center[rows], loads.half[rows], loads.force[rows])
             result[rows] = _superpose(modes, shape, part, waves_x, waves_y)
         return result
 
@@ -205,14 +205,6 @@ class _Modes(NamedTuple):
     ky: Floats  # (q,) rad/m
     normal: Floats  # (p, q) 1/m^2
     tangential: Floats  # (p, q) 1/m
-
-
-class _Loads(NamedTuple):
-    """Contacts of one shape as arrays; places are relative to the block's corner."""
-
-    places: Floats  # (n, 2) m
-    halves: Floats  # (n, 2) m
-    forces: Floats  # (n, 3) N
 
 
 @lru_cache(maxsize=16)
@@ -307,18 +299,20 @@ def _chunks(loads: Contacts, step: int) -> Iterator[tuple[ContactShape, Ints]]:
             yield shape, indices[start : start + step]
 
 
-def _superpose(modes: _Modes, shape: ContactShape, loads: _Loads, waves_x: Floats, waves_y: Floats) -> Floats:
-    """Sum the series of n contacts of one shape at (rows, columns) points: shape ``(n, rows, columns)``.
+def _superpose(modes: _Modes, shape: ContactShape, loads: Contacts, waves_x: Floats, waves_y: Floats) -> Floats:
+    """Sum the series of n contacts of one ``shape`` at (rows, columns) points: shape ``(n, rows, columns)``.
+
+    Centres are relative to the block's corner.
 
     The load's phases and the samples' cosines are separable, so with the (n, p, q) spectrum in the middle
 
         b_z = F_z Cx N Cy' + F_x Sx T Cy' + F_y Cx T Sy',    Sx, Sy including kx, ky.
     """
-    sides = loads.halves[:, :, None]
+    sides = loads.half[:, :, None]
     spectrum = shape.transform((sides[:, 0] * modes.kx)[:, :, None], (sides[:, 1] * modes.ky)[:, None, :])
-    force = loads.forces[:, :, None, None]
-    phase_x = loads.places[:, :1] * modes.kx
-    phase_y = loads.places[:, 1:] * modes.ky
+    force = loads.force[:, :, None, None]
+    phase_x = loads.center[:, :1] * modes.kx
+    phase_y = loads.center[:, 1:] * modes.ky
     cos_x = np.cos(phase_x)[:, None, :] * waves_x
     sin_x = (np.sin(phase_x) * modes.kx)[:, None, :] * waves_x
     cos_y = (np.cos(phase_y)[:, None, :] * waves_y).transpose(0, 2, 1)

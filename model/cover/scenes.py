@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -54,20 +54,6 @@ def any_contacts(sensor: SensorArray, count: int, rng: np.random.Generator) -> C
     mu, phi, normal = rng.uniform(0, 1, count), rng.uniform(0, 2 * np.pi, count), rng.uniform(1, 8, count)
     force = np.stack([mu * normal * np.cos(phi), mu * normal * np.sin(phi), -normal], axis=1)
     return Contacts(rng.choice([shape.value for shape in ContactShape], count), center, half, force)
-
-
-def local_contacts(sensor: SensorArray, count: int, rng: np.random.Generator, span: int = 10) -> list[Contact]:
-    """Contacts as on an array of at most ``span x span`` taxels, anywhere on ``sensor``: small things, large arrays."""
-    rows, columns = min(span, sensor.rows), min(span, sensor.columns)
-    window = replace(sensor, rows=rows, columns=columns)
-    return [
-        replace(
-            contact,
-            center_x=contact.center_x + rng.integers(sensor.columns - columns + 1) * sensor.pitch_x,
-            center_y=contact.center_y + rng.integers(sensor.rows - rows + 1) * sensor.pitch_y,
-        )
-        for contact in random_contacts(window, count, rng)
-    ]
 
 
 def contact_codes(design: Choices, count: int, seed: Seed) -> Ints:

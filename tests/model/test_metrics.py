@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tfra.model import metrics
-from tfra.model.sensor import SensorArray
 
 # One row per printed column: Fx Fy Fz mu phi of the reference | of the estimate | printed errors in percent.
 TABLE_1 = """
@@ -87,7 +86,6 @@ def test_values_worked_out_by_hand() -> None:
     np.testing.assert_allclose(
         metrics.error_force([2.7, 3.0, -6.07], [2, 3, -6]), [10.0, 0.0, 1.0], atol=1e-12
     )
-    assert metrics.tangential_stress(3.0, -4.0) == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(
@@ -115,15 +113,6 @@ def test_force_without_estimated_resultant() -> None:
 def test_force_needs_three_components() -> None:
     with pytest.raises(ValueError, match="estimate"):
         metrics.error_force(np.zeros(3), np.zeros((3, 2)))
-
-
-def test_stress_times_area_is_force() -> None:
-    sensor = SensorArray(3, 4, 4e-3, 2e-3, 3e-3)
-    forces = np.arange(2 * 3 * 12, dtype=np.float64).reshape(2, 3, 3, 4)
-    stress = metrics.stress_from_force(sensor, forces)
-    assert stress.shape == forces.shape
-    np.testing.assert_allclose(stress * 4e-3 * 2e-3, forces, rtol=1e-15)
-    assert metrics.stress_from_force(sensor, 0.008) == pytest.approx(1000.0)
 
 
 def contact(resultant: list[list[float]], mu: list[float], phi_deg: list[float]) -> Any:

@@ -70,19 +70,6 @@ class TestMeaning:
     n = EMPTY.copy()
     n[1, 1] = n[1, 3] = 1.0  # two taxels, 2 * 5 mm apart
 
-    def test_compression_is_perfect_and_traction_is_not(self) -> None:
-        assert of_forces(np.stack([EMPTY, EMPTY, -self.n]), self.n)[0] == 1.0
-        pulled = EMPTY.copy()
-        pulled[3, 5] = 2.0
-        assert of_forces(np.stack([EMPTY, EMPTY, pulled - self.n]), self.n)[0] == pytest.approx(1 / (1 + 4 / 2))
-
-    def test_tangential_forces_proportional_to_normal_ones_are_perfect(self) -> None:
-        forces = np.stack([0.3 * self.n, -0.2 * self.n, -self.n])
-        np.testing.assert_allclose(of_forces(forces, self.n, 0.3, -0.2), 1.0)
-        elsewhere = np.stack([0.3 * self.n[::-1], -0.2 * self.n[::-1], -self.n])
-        expected = 1 / (1 + 2 * (0.3**2 + 0.2**2))
-        assert of_forces(elsewhere, self.n, 0.3, -0.2)[1] == pytest.approx(expected)
-
     @pytest.mark.parametrize("sign", [1, -1])
     def test_a_pinch_counts_by_its_moment(self, sign: int) -> None:
         pinch = EMPTY.copy()
@@ -136,7 +123,7 @@ def test_loss_and_its_gradient() -> None:
 def test_optimum_against_a_fine_grid(name: str) -> None:
     """No point of 401 x 401 is better; 0.05 away from the optimum, one is."""
     sensor = SENSORS[name]
-    stress = scenes(sensor, 15, 5)
+    stress = scenes(sensor, 7, 5)
     result = TwoVariable(sensor)(stress)
     axis = np.linspace(-1, 1, 401)
     for i, frame in enumerate(stress):
@@ -232,14 +219,6 @@ class TestDegenerate:
             TwoVariable(SMALL)(np.full((1, 4, 6), np.nan))
         with pytest.raises(ValueError, match="frames: shape"):
             check_frames(SMALL, EMPTY)
-
-    def test_noise_gives_finite_results(self) -> None:
-        rng = np.random.default_rng(0)
-        result = TwoVariable(SMALL)(rng.normal(size=(30, 4, 6)) * (rng.random((30, 4, 6)) < 0.3))
-        for values in (result.forces, result.phi_deg, result.mu, result.mu_x, result.mu_y):
-            assert np.isfinite(values).all()
-        assert ((result.phi_deg >= 0) & (result.phi_deg < 360)).all()
-
 
 TABLE = {
     ("10×10, 4×2 mm, h 3 mm", TwoVariable): (13.8, 24.0, 0.161, 0.278, 8.2, 26.6),

@@ -33,7 +33,7 @@ def read(text: str) -> Any:
 LENGTHS = st.decimals(0, 9, places=3).map(float).map(lambda x: x + 0.8)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     rows=st.integers(2, 12),
     columns=st.integers(2, 12),

@@ -71,7 +71,8 @@ def test_profile_is_the_transform_of_the_pressure(shape: ContactShape, k: tuple[
         phase = np.cos(kx * (x - load.center_x)) * np.cos(ky * (y - load.center_y))
         return np.asarray(load.pressure(x, y) / 5.73 * phase)
 
-    assert load.profile(kx, ky) == pytest.approx(integrate(load, integrand), abs=1e-10)
+    transform = shape.transform(kx * load.half_x, ky * load.half_y)
+    assert transform == pytest.approx(integrate(load, integrand), abs=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +127,6 @@ def test_transform_is_bounded_and_even(shape: ContactShape, s_x: float, s_y: flo
 
 def test_arguments_broadcast() -> None:
     load = contact()
-    assert load.profile(np.ones((3, 1)), np.ones(4)).shape == (3, 4)
     assert load.pressure(np.ones((3, 1)), np.ones(4)).shape == (3, 4)
     assert load.tractions(np.ones((3, 1)), np.ones(4)).shape == (3, 3, 4)
 

@@ -47,20 +47,18 @@ def worst(found: Floats, expected: Floats) -> float:
 # --- exact states ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.48, 0.499])
+@pytest.mark.parametrize("poisson", [0.0, 0.499])
 def test_uniform_compression_is_exact(poisson: float) -> None:
     x, y = SENSOR.size_x, SENSOR.size_y
     everywhere = Contact(ContactShape.UNIFORM, (x - 3e-3) / 2, (y - 3e-3) / 2, x / 2, y / 2, -2.0, 0.0, 0.0)
-    found = fem_frames(SENSOR, [everywhere], COARSE, poisson)
+    found = fem_frames(SENSOR, [everywhere], THIN, poisson)
     np.testing.assert_allclose(found, -2.0 / (x * y), rtol=1e-7)
 
 
-@pytest.mark.parametrize("axis", [0, 1, 2])
-def test_stress_at_the_base_carries_the_load(axis: int) -> None:
+def test_stress_at_the_base_carries_the_load() -> None:
     """The recovered stress is quadratic in each element: Simpson's rule integrates it exactly."""
-    x, y, _ = planes = COARSE.planes(SENSOR, CONTACT)
+    x, y, _ = planes = THIN.planes(SENSOR, CONTACT)
     block = fem._Block(planes, 0.48)
-    displacements = block.solve(block.load(CONTACT.pressure), axis)
 
     def simpson(p: Floats) -> tuple[Floats, Floats]:
         side = np.diff(p)[:, None]
@@ -68,18 +66,20 @@ def test_stress_at_the_base_carries_the_load(axis: int) -> None:
         return places, (side * [1 / 6, 4 / 6, 1 / 6]).ravel()
 
     (at_x, weights_x), (at_y, weights_y) = simpson(x), simpson(y)
-    force = weights_y @ block.base_stress(displacements, at_x, at_y) @ weights_x
-    assert force == pytest.approx(float(axis == 2), abs=1e-6)
+    for axis in range(3):
+        displacements = block.solve(block.load(CONTACT.pressure), axis)
+        force = weights_y @ block.base_stress(displacements, at_x, at_y) @ weights_x
+        assert force == pytest.approx(float(axis == 2), abs=1e-6)
 
 
 def test_mirrored_contact_gives_the_mirrored_frame() -> None:
     width, depth = 15e-3, 12e-3
-    flipped_x = replace(CONTACT, center_x=width - CONTACT.center_x, phi=math.pi - CONTACT.phi)
-    flipped_y = replace(CONTACT, center_y=depth - CONTACT.center_y, phi=-CONTACT.phi)
-    plain, in_x, in_y = fem_frames(SENSOR, [CONTACT, flipped_x, flipped_y], COARSE)
-    assert worst(in_x[:, ::-1], plain) < 1e-7
-    assert worst(in_y[::-1], plain) < 1e-7
-    assert worst(in_x, plain) > 0.01
+    flipped = replace(
+        CONTACT, center_x=width - CONTACT.center_x, center_y=depth - CONTACT.center_y, phi=math.pi + CONTACT.phi
+    )
+    plain, turned = fem_frames(SENSOR, [CONTACT, flipped], THIN)
+    assert worst(turned[::-1, ::-1], plain) < 1e-7
+    assert worst(turned, plain) > 0.01
 
 
 # --- other solutions ---------------------------------------------------------------------------------------
@@ -194,32 +194,6 @@ def test_other_inputs_have_other_entries(change: str, computed: list[Contact]) -
     fem_frames(**inputs)
     fem_frames(**inputs | {change: other[change]})
     assert len(computed) == 2
-
-
-@pytest.mark.parametrize("damage", ["empty", "short", "text", "other shape", "other array"])
-def test_damaged_entries_are_computed_again(cache: Path, computed: list[Contact], damage: str) -> None:
-    expected = fem_frames(SENSOR, [CONTACT], COARSE)
-    path = entry(cache)
-    content = path.read_bytes()
-    if damage.startswith("other"):
-        arrays = {"other shape": np.zeros((3, 2, 2)), "other array": np.zeros((3, 5, 6))}
-        with path.open("wb") as file:
-            np.savez(file, response=arrays[damage])
-    else:
-        path.write_bytes({"empty": b"", "short": content[:100], "text": b"nothing"}[damage])
-    for _ in range(2):
-        np.testing.assert_array_equal(fem_frames(SENSOR, [CONTACT], COARSE), expected)
-    assert len(computed) == 2
-    assert entry(cache) == path
-
-
-def test_no_wrong_bit_passes(cache: Path, computed: list[Contact]) -> None:
-    expected = fem_frames(SENSOR, [CONTACT], COARSE)
-    content = entry(cache).read_bytes()
-    for place in range(len(content)):
-        entry(cache).write_bytes(content[:place] + bytes([content[place] ^ 1 << place % 8]) + content[place + 1 :])
-        np.testing.assert_array_equal(fem_frames(SENSOR, [CONTACT], COARSE), expected)
-    assert len(computed) > 3 * SENSOR.taxels * 8  # at least the array's own bytes were seen to be wrong
 
 
 # --- meshes and errors -------------------------------------------------------------------------------------

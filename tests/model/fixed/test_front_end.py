@@ -168,7 +168,7 @@ def outcome(design: Design, chosen: Settings, tables: Tables, frames) -> tuple[l
 
 
 @given(st.sampled_from([8, 11, 14, 16]), chosen_settings, chosen_tables, chosen_frames)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 def test_the_model_is_the_exact_arithmetic(bits, chosen, tables, frames):
     found, expected = outcome(make(bits), chosen, tables, frames)
     assert found == expected

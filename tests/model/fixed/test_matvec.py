@@ -78,7 +78,7 @@ def hardest(design, op, row, parity):
     return vector, int(row @ words)
 
 
-@pytest.mark.parametrize("name", ["4×6, 5×3 mm, h 2 mm", "5×7, 3×3 mm, h 2 mm", "8×8, 2×2 mm, h 3 mm"])
+@pytest.mark.parametrize("name", ["4×6, 5×3 mm, h 2 mm", "5×7, 3×3 mm, h 2 mm"])
 def test_sums_beyond_doubles_are_exact(name):
     """The largest sums of every row, half of them odd ones beyond 2^53."""
     design, beyond = make(LONGEST, name), set()

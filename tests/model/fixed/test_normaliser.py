@@ -77,7 +77,7 @@ def test_it_is_the_folded_code_of_the_block_exponent(bits: int, data: st.DataObj
     assert facts.contact[0] == (min(codes) < 0 and largest >= threshold)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     threshold=st.integers(0, 8191),
     full_scale=st.floats(1e-3, 1e9),
@@ -102,7 +102,7 @@ def test_the_other_method_agrees() -> None:
     assert 2 < found.sum() < 30
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(threshold=st.integers(1, 8191), seed=st.integers(0, 2**32))
 def test_below_all_is_zero_and_above_nothing_changes(threshold: int, seed: int) -> None:
     made, off = design(14, threshold), design(14, 0)
