@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
 
 import polars as pl
+import pytest
 
 from tests.study.definitions import tables_of
 from tfra.families import find
 from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.study.designs import Described, Named
 from tfra.study.errors.comparisons import converters, sensitivity, uniform, variants
 from tfra.study.errors.variation import Comparison, Variation
-from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import Definition, FrameSet
-from tfra.study.report.labels import CLOSE_PERCENT
 from tfra.study.run import trial_table
+from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE, Evaluation
 from tfra.study.search.search import Search
 from tfra.study.search.space import Space
@@ -33,31 +34,23 @@ SIGNALS = ("coefficient.normal", "scalar", "cordic")
 """Those that are shortened; a shorter ``cordic`` does not fit."""
 
 
-def make(design: TfraDesign, definition: Definition, folder: Path, few: bool = True) -> dict[str, pl.DataFrame]:
-    """Every table; ``folder`` gets frames and trials.  A ``few`` of all variations, and of all trials."""
+def make(design: TfraDesign, definition: Definition, folder: Path) -> dict[str, pl.DataFrame]:
+    """Every table, of a few variations and trials; ``folder`` gets frames and trials."""
     frames = FrameSet.create(folder / "frames", definition)
     frames.complete()
-    comparisons = [Comparison(name, frames, some) for name, some in variations(design, few).items()]
+    comparisons = [Comparison(name, frames, some) for name, some in variations(design).items()]
     tables: dict[str, pl.DataFrame] = {}
     for task in (Errors(design, frames), Signals(design, frames), *comparisons):
         tables |= tables_of(task)
-    generations, size = (2, 4) if few else (8, 24)
     for name, sampler in (("trials", "nsga2"), ("baseline", "random")):
-        search = Search(SPACE, (CHANGE, *COSTS), generations, size, seed=1, sampler=sampler)
-        tables[name] = trials(search, evaluation(design, frames, Part.TRAIN), folder)
+        search = Search(SPACE, (CHANGE, *COSTS), generations=2, size=4, seed=1, sampler=sampler)
+        tables[name] = trials(search, evaluation(design, frames), folder)
     tables["designs"] = designs(design, frames)
     return tables
 
 
-def variations(design: TfraDesign, few: bool) -> dict[str, tuple[Variation, ...]]:
+def variations(design: TfraDesign) -> dict[str, tuple[Variation, ...]]:
     """What is compared, by table: each has one that does not fit, but for variants."""
-    if not few:
-        return {
-            "uniform": uniform(design, range(10, 29, 2)),
-            "sensitivity": sensitivity(design),
-            "converter": converters(design),
-            "variants": variants(design),
-        }
     chosen = tuple(
         each for each in sensitivity(design) if each.facts["signal"] in SIGNALS and each.facts["shorter"] != 2
     )
@@ -70,54 +63,28 @@ def variations(design: TfraDesign, few: bool) -> dict[str, tuple[Variation, ...]
     }
 
 
-def evaluation(design: TfraDesign, frames: FrameSet, part: Part) -> Evaluation:
-    return Evaluation(design, frames, COSTS, find("ecp5-45"), (FORCE, LIMIT), part=part)
+def evaluation(design: TfraDesign, frames: FrameSet) -> Evaluation:
+    return Evaluation(design, frames, COSTS, find("ecp5-45"), (FORCE, LIMIT))
 
 
-def trials(search: Search, evaluate: Evaluation, folder: Path) -> pl.DataFrame:
+def trials(search: Search, measure: Evaluation, folder: Path) -> pl.DataFrame:
     store = Trials(sqlite(folder / "trials.sqlite"), search.sampler)
-    found = sorted(search.run(evaluate, store, one_after_another), key=lambda trial: trial.number)
-    return trial_table(found, search, evaluate.quantities)
+    finished = sorted(search.run(measure, store, one_after_another), key=lambda trial: trial.number)
+    return trial_table(finished, search, measure.quantities)
 
 
 def designs(design: TfraDesign, frames: FrameSet) -> pl.DataFrame:
-    """Float arithmetic and named designs; what takes long, their resources, are figures of no core."""
-    known = {part: evaluation(design, frames, part) for part in Part}
-    exact = {part: known[part].exact() for part in Part}
-    rows = [design_row("float", "float64 on the same codes", exact, {}, exact)]
-    for name, coefficient, operand, placed in (
-        ("base", 18, 18, True),
-        ("uniform", 14, 14, False),
-        ("mixed", 10, 14, True),
-    ):
-        point = {"coefficient": coefficient, "operand": operand}
-        other = Space.design(design, point)
-        words = (
-            f"coefficients of {coefficient} bits, operands of {operand} bits, vectors with as many bits below one code"
-        )
-        found = {part: known[part].errors(other, frames.definition.blocks(part)) for part in Part}
-        lut, ff = 20e3 + 100 * coefficient, 15e3 + 90 * coefficient
-        costs = {**known[Part.TRAIN].cost_values(other), "LUT": lut, "FF": ff, "DSP": 17.0, "BRAM": 51.0}
-        costs |= (
-            {"placed_LUT": 1.2 * lut, "placed_FF": 1.1 * ff, "placed_DSP": 17.0, "placed_BRAM": 52.0} if placed else {}
-        )
-        costs |= {"fmax_mhz": 84.25 + coefficient} if placed else {}
-        rows.append(design_row(name, words, found, costs, exact))
-    return pl.DataFrame(rows, infer_schema_length=None)
-
-
-RESOURCES = ("LUT", "FF", "DSP", "BRAM")
-NOTHING: dict[str, Any] = dict.fromkeys(
-    [*COSTS, *RESOURCES, *(f"placed_{name}" for name in RESOURCES), "fmax_mhz", "part", "rtl_frames", "rtl_words"]
-)
-
-
-def design_row(
-    name: str, words: str, found: dict[Part, Any], costs: dict[str, float], exact: dict[Part, Any]
-) -> dict[str, Any]:
-    row = {"name": name, "formats": words, "file": None if name == "float" else f"designs/{name}.toml"}
-    row |= found[Part.TRAIN] | {f"{key}_held_out": value for key, value in found[Part.HELD_OUT].items()}
-    most = {key: value * (1 + CLOSE_PERCENT / 100) for key, value in exact[Part.HELD_OUT].items()}
-    rest = NOTHING | costs | {"part": "LFE5U-45F" if "fmax_mhz" in costs else None, "rtl_differ": None}
-    rest |= {"rtl_frames": 200, "rtl_words": 8_400, "rtl_differ": 0} if costs else {}
-    return row | rest | {"within": all(found[Part.HELD_OUT][key] <= value for key, value in most.items())}
+    """Float arithmetic and named designs, two of them placed; resources, which take long, are of no core."""
+    lengths = {"base": (18, 18), "uniform": (14, 14), "mixed": (10, 14)}
+    named = tuple(
+        Named(name, Space.design(design, {"coefficient": coefficient, "operand": operand}))
+        for name, (coefficient, operand) in lengths.items()
+    )
+    quick = SimpleNamespace(total={"LUT": 20_000, "FF": 15_000, "BRAM": 51})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(evaluate, "estimate", lambda design, family: quick)
+        table = tables_of(Described(named, evaluation(design, frames)))["designs"]
+    placed = pl.when(pl.col("name").is_in(["base", "mixed"]))
+    columns = {f"placed_{name}": placed.then(1.2 * pl.col(name)) for name in ("LUT", "FF", "DSP", "BRAM")}
+    columns |= {"fmax_mhz": placed.then(84.25), "part": placed.then(pl.lit("LFE5U-45F"))}
+    return table.with_columns(**columns, rtl_frames=pl.lit(200), rtl_words=pl.lit(8_400), rtl_differ=pl.lit(0))
