@@ -116,17 +116,10 @@ def _target(section: SearchSection, design: TfraDesign) -> Target:
 def _space(given: Mapping[str, Any]) -> Space:
     """The space of a table; raises ``ValueError`` that starts with the key."""
     options = dict(_options(given, ""))
-    with _as_key():
-        return Space(options)
-
-
-@contextmanager
-def _as_key() -> Iterator[None]:
     try:
-        yield
+        return Space(options)
     except ValueError as error:
-        reason = str(error)
-        raise ValueError(reason if reason.startswith("space") else f"space.{reason}") from None
+        raise ValueError(f"space.{error}" if options else str(error)) from None
 
 
 def _options(given: Mapping[str, Any], above: str) -> Iterator[tuple[str, tuple[int, ...]]]:

@@ -42,12 +42,6 @@ class Workers(Protocol):
         """Do every one of ``jobs``."""
 
 
-def one_after_another(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
-    """Workers that are this process."""
-    for number, job in enumerate(jobs):
-        yield number, do(job)
-
-
 class SchedulerError(RuntimeError):
     """A cluster can't be used; the message says why in one line."""
 

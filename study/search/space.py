@@ -37,14 +37,6 @@ class Space:
             if not options or list(options) != sorted(set(options)):
                 raise ValueError(f"{name}: options in rising order are needed, got {list(options)}")
 
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        size = 1
-        for options in self.options.values():
-            size *= len(options)
-        return size
-
     def point(self, indices: Mapping[str, int]) -> dict[str, int]:
         """The point with these indices of the options."""
         return {name: options[indices[name]] for name, options in self.options.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -69,3 +70,8 @@ def tables_of(task: Task) -> dict[str, pl.DataFrame]:
     """The tables of a task whose jobs are done here."""
     pieces = list(map(task, task.jobs))
     return dict(task.tables(pieces.__getitem__))
+
+
+def one_after_another(do: Callable[[Any], Any], jobs: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+    """Workers that are this process."""
+    yield from ((number, do(job)) for number, job in enumerate(jobs))

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import polars as pl
 import pytest
 
-from tests.study.definitions import tables_of
+from tests.study.definitions import one_after_another, tables_of
 from tfra.families import find
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.study.designs import Described, Named
@@ -23,7 +23,6 @@ from tfra.study.search.search import Search
 from tfra.study.search.space import Space
 from tfra.study.search.trials import Trials, sqlite
 from tfra.study.tasks import Errors, Signals
-from tfra.study.workers import one_after_another
 
 FORCE = "force_difference_percent_of_true_force"
 COSTS = ("coefficient_kbit", "latency_cycles")

@@ -22,6 +22,7 @@ import polars as pl
 import pytest
 from distributed import LocalCluster
 
+from tests.study.definitions import one_after_another
 from tests.study.test_studyfile import CONFIG, GOOD
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
@@ -32,7 +33,7 @@ from tfra.study.run import run
 from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE
 from tfra.study.studyfile import load_study
-from tfra.study.workers import ONE_THREAD, cluster, fingerprint, one_after_another, processes
+from tfra.study.workers import ONE_THREAD, cluster, fingerprint, processes
 
 STUDY = (
     GOOD

@@ -15,10 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.marks import long
+from tests.study.definitions import one_after_another
 from tfra.study.search.search import SAMPLERS, Measured, Search, front
 from tfra.study.search.space import Point, Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT, StoreError, Trial, Trials, sqlite
-from tfra.study.workers import one_after_another, processes
+from tfra.study.workers import processes
 
 BITS = tuple(range(6, 19))
 SPACE = Space({"coefficient": BITS, "operand.force": BITS, "coefficient.normal": BITS, "mac_lanes": (4, 8, 16)})
@@ -78,7 +79,7 @@ KILLED = """
 import os, signal
 from pathlib import Path
 from tests.study.search import test_search as this
-from tfra.study.workers import one_after_another
+from tests.study.definitions import one_after_another
 from tfra.study.search.trials import Trials, sqlite
 trials = Trials(sqlite(Path({path!r})), "search")
 for number, trial in enumerate(this.SEARCH.run(this.measure, trials, one_after_another)):
