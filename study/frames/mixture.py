@@ -71,7 +71,7 @@ class Mixture:
     def block(self, part: Part, number: int, count: int) -> Block:
         """Return the first ``count`` frames of block ``number``."""
         draws, noise = (generator(self.seed, part, number, stream) for stream in Stream)
-        component, shape, values = self._drawn(draws.random((count, 2 + len(LIMITS))))
+        component, shape, values = self._draw(draws.random((count, 2 + len(LIMITS))))
         contacts = self._contacts(shape, values)
         unscaled = frames(self.sensor, contacts, self.layer.sampling, self.layer.poisson)
         scale = _scale(unscaled, values["peak_kpa"])
@@ -82,7 +82,7 @@ class Mixture:
         shares = cell_shares(self.sensor, contacts).astype(np.float32)
         return Block(number * BLOCK, stress, noisy, shares, _truth(component, contacts, values))
 
-    def _drawn(self, u: Floats) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.str_], dict[str, Floats]]:
+    def _draw(self, u: Floats) -> tuple[npt.NDArray[np.int32], npt.NDArray[np.str_], dict[str, Floats]]:
         """Component, shape and quantities of each row of ``u``, uniform in [0, 1)."""
         weights = np.cumsum([component.weight for component in self.components])
         component_of = np.searchsorted(weights / weights[-1], u[:, 0], side="right").astype(np.int32)
@@ -90,13 +90,13 @@ class Mixture:
         values = {key: np.empty(len(u)) for key in LIMITS}
         for number, component in enumerate(self.components):
             rows = np.flatnonzero(component_of == number)
-            shapes[rows] = _chosen(_listed(component.shape), u[rows, 1])
+            shapes[rows] = _choose(_as_list(component.shape), u[rows, 1])
             for column, key in enumerate(LIMITS, 2):
                 given, at = getattr(component, key), u[rows, column]
                 if given is None:  # one newton, or as large as the force makes it
                     values[key][rows] = -1.0 if key == "force_n" else np.nan
                     continue
-                values[key][rows] = given.at(at) if isinstance(given, Range) else _chosen(_listed(given), at)
+                values[key][rows] = given.at(at) if isinstance(given, Range) else _choose(_as_list(given), at)
         return component_of, shapes, values
 
     def _contacts(self, shape: npt.NDArray[np.str_], values: dict[str, Floats]) -> Contacts:
@@ -139,18 +139,18 @@ def _truth(component: npt.NDArray[np.int32], contacts: Contacts, values: dict[st
     )
 
 
-def _listed(given: Any) -> list[Any]:
+def _as_list(given: Any) -> list[Any]:
     return given if isinstance(given, list) else [given]
 
 
-def _chosen(choices: list[Any], u: Floats) -> npt.NDArray[Any]:
+def _choose(choices: list[Any], u: Floats) -> npt.NDArray[Any]:
     return np.array(choices)[(u * len(choices)).astype(np.int64)]
 
 
 def _check(sensor: SensorArray, component: ComponentSection) -> None:
     if not component.weight > 0:
         raise ValueError(f"weight: a number above 0 is needed, got {component.weight:g}")
-    for shape in _listed(component.shape):
+    for shape in _as_list(component.shape):
         if shape not in list(ContactShape):
             raise ValueError(f"shape: one of {', '.join(ContactShape)} is needed, got {quoted(shape)}")
     if (component.force_n is None) == (component.peak_kpa is None):
@@ -178,4 +178,4 @@ def _check_range(key: str, given: Range) -> None:
 
 
 def _ends(given: Any) -> list[float]:
-    return [given.low, given.high] if isinstance(given, Range) else _listed(given)
+    return [given.low, given.high] if isinstance(given, Range) else _as_list(given)

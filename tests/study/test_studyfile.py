@@ -82,7 +82,7 @@ def test_a_space_may_be_written_in_three_ways(read: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "start"),
     [
         ("", "study.toml: config: is missing"),
         (GOOD + "[uniforms]", 'study.toml: uniforms: unknown key, the nearest valid key is "uniform"'),
@@ -108,9 +108,9 @@ def test_a_space_may_be_written_in_three_ways(read: Any) -> None:
         (SEARCH.replace("held_out = 300", "held_out = 0"), "study.toml: frames.held_out: [search] needs 200 or more"),
     ],
 )
-def test_bad_input_is_told_in_one_line(text: str, said: str, complaint: Any) -> None:
+def test_bad_input_is_one_line(text: str, start: str, complaint: Any) -> None:
     line = complaint(text)
-    assert line.startswith(said)
+    assert line.startswith(start)
     assert "\n" not in line
 
 
@@ -128,7 +128,7 @@ def test_a_part_of_another_family(complaint: Any) -> None:
     assert line.startswith("study.toml: search.target: ecp5-45-6 has no cells of ice40")
 
 
-def test_formats_that_overflow_are_told_before_any_frame(complaint: Any) -> None:
+def test_formats_that_overflow_are_refused_before_any_frame(complaint: Any) -> None:
     dense = CONFIG.replace("rows = 6", "rows = 12").replace("x_mm = 3.0", "x_mm = 0.6")
     line = complaint(GOOD, dense.replace("y_mm = 2.0", "y_mm = 0.6"))
     assert line.startswith("skin.toml: ")

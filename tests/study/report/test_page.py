@@ -136,8 +136,8 @@ def test_every_chart_is_drawn_and_answers(shown: Browser) -> None:
         box = tab.evaluate(WIDEST.replace("CHART", chart))
         assert box, chart
         tab.point(*box)
-        said = tab.until(f"document.querySelector('#{chart} .hoverlayer .hovertext')?.textContent")
-        assert re.search(r"\d", said), chart
+        label = tab.until(f"document.querySelector('#{chart} .hoverlayer .hovertext')?.textContent")
+        assert re.search(r"\d", label), chart
     assert tab.messages == []
     assert tab.requests == []
 

@@ -12,8 +12,7 @@ import pytest
 
 from tests.model.cases import make_design
 from tests.study.signals.measured import ranges
-from tests.study.signals.tfra import attaining as module
-from tests.study.signals.tfra.attaining import ENOUGH, Extremes, attaining, full_scale, replay, rows_as_taxels
+from tests.study.signals.tfra.attaining import ENOUGH, attaining, replay
 from tests.study.signals.tfra.ceilings import ceilings
 from tfra.hdl.parallel.matvec import unit
 from tfra.model.boussinesq import operators
@@ -176,30 +175,6 @@ def test_ceilings_are_not_far_from_what_all_extreme_frames_have():
         assert 0.5 * limits[signal] < largest <= limits[signal] * (1 + 1e-9), signal
 
 
-def test_a_row_is_met_by_its_own_signs():
-    """Codes with the signs of a row give an accumulator that is its sum of magnitudes, but for the largest code."""
-    design = DESIGNS["4×4"]
-    op = design.stacks["contact"].operators[0]
-    frames = full_scale(design, rows_as_taxels(design, op))
-    extremes = Extremes(design)
-    extremes.try_all(frames)
-    assert extremes.share("c33_inv.accumulator") > 0.9998
-
-
-def test_climbing_never_loses_and_ends(monkeypatch):
-    design = DESIGNS["3×3"]
-    extremes = Extremes(design)
-    extremes.try_all(wild_codes(design, 3, seed=1).reshape(3, -1))
-    before = {signal: best.magnitude for signal, best in extremes.best.items()}
-    extremes.climb("d", 100)
-    assert all(extremes.best[signal].magnitude >= magnitude for signal, magnitude in before.items())
-    assert extremes.best["d"].magnitude > before["d"]
-    tried = []
-    monkeypatch.setattr(extremes, "try_all", lambda frames: tried.append(len(frames)))
-    extremes.climb("d", 100)
-    assert tried == [27]
-
-
 SMALL = TfraDesign(SensorArray(2, 2, 8e-3, 8e-3, 2e-3), search=Search(5), architecture=Architecture(4))
 
 
@@ -233,20 +208,3 @@ def test_a_wrong_coefficient_is_noticed(monkeypatch):
     original = unit.lane_images
     monkeypatch.setattr(unit, "lane_images", corrupted)
     assert replay(SMALL, frames_of(SMALL, 2), "amaranth")
-
-
-def test_a_stage_that_differs_is_named(monkeypatch):
-    """Probes that show another word of one stage, of the second frame alone."""
-
-    def simulated(design, codes, simulator, build_dir=None, probes=False):
-        model = FixedTfra(design)(codes)
-        shown = {
-            name: words.reshape(len(codes), -1).copy() for name, words in model.stages.items() if name != "scaling"
-        }
-        if (codes == frames[1]).all():
-            shown["combine"][0, 0] += 1
-        return type("Run", (), {"simulator": "icarus", "words": model.words, "probes": shown})
-
-    frames = frames_of(SMALL, 3)
-    monkeypatch.setattr(module, "simulate", simulated)
-    assert replay(SMALL, frames) == [(1, "combine")]
