@@ -251,17 +251,17 @@ class Scaling(wiring.Component):
         # An unsigned factor is its signed word plus 2^bits where its top bit is set.
         top = register(m, Mux(into.factor[-1], word, 0).as_signed(), "top")
         width = len(word) + bits
-        total = register(m, reduce(add, (p << (CHUNK * k) for k, p in enumerate(partials)))[:width].as_signed(), "sum")
+        placed = (partial << (CHUNK * number) for number, partial in enumerate(partials))
+        total = register(m, reduce(add, placed)[:width].as_signed(), "sum")
         product = register(m, (total + (register(m, top, "top") << bits))[:width].as_signed(), "product")
-        shift, flags = into.shift, Cat(into.plain, into.last)
-        flags = delayed(m, flags, 3, "flags")
         reach = width.bit_length()  # a longer shift leaves the sign alone
-        limited = Mux(shift[reach:].any(), (1 << reach) - 1, shift[:reach])
+        limited = Mux(into.shift[reach:].any(), (1 << reach) - 1, into.shift[:reach])
         shift = delayed(m, register(m, limited, "shift"), 2, "shift")
         coarse, fine = two_steps(shift, FINE)
-        moved, flags = register(m, shift_right(product, coarse), "moved"), register(m, flags, "flags")
-        shifted, flags = register(m, moved >> register(m, fine, "fine"), "shifted"), register(m, flags, "flags")
-        rounded, flags = register(m, round_off(shifted, 1), "rounded"), register(m, flags, "flags")
+        moved = register(m, shift_right(product, coarse), "moved")
+        shifted = register(m, moved >> register(m, fine, "fine"), "shifted")
+        rounded = register(m, round_off(shifted, 1), "rounded")
+        flags = delayed(m, Cat(into.plain, into.last), 6, "flags")
         return rounded, flags[0], flags[1]
 
     def _finish(self, m: Module, result: data.View, rounded: Value, plain: Value, last: Value, valid: Value) -> None:
@@ -270,7 +270,8 @@ class Scaling(wiring.Component):
         limited = Signal()
         above = rounded[output - 1 :]
         beyond = register(m, ~plain & above.any() & ~above.all(), "beyond")
-        rounded, last = register(m, rounded, "rounded"), register(m, last, "ends")
+        rounded = register(m, rounded, "rounded")
+        last = register(m, last, "ends")
         top = Cat((~rounded[-1]).replicate(output - 1), rounded[-1]).as_signed()
         m.d.sync += result.data.eq(Mux(beyond, top, rounded))
         m.d.sync += result.last.eq(last)

@@ -62,7 +62,8 @@ class Total(wiring.Component):
         so_far = sums.look_up(Mux(arrives[2], Cat(third, 1), Cat(second, 0)))
         for word, part, before in zip(total, self.result.p.words, so_far, strict=True):
             # TIMING: memory -> sum
-            part, before = register(m, part, "part"), register(m, Mux(arrives[0], 0, before), "before")
+            part = register(m, part, "part")
+            before = register(m, Mux(arrives[0], 0, before), "before")
             m.d.sync += word.eq(Mux(no_contact, 0, part + before))
         again = delayed(m, arrives[0] | arrives[1], self.latency, "again", control=True)
         place = delayed(m, Mux(arrives[1], Cat(second, 1), Cat(first, 0)), self.latency, "write_place")

@@ -128,11 +128,10 @@ class Drain(wiring.Component):
             sum_marks.group.eq(group),
             sum_marks.kind.eq(placement.quad.kind),
         ]
-        rounded = [
-            on_grid(m, self._design, number, word, placement.quad.offset + headroom)
-            for number, word in enumerate(sums.words)
-            for headroom in [pick_word(self.headroom, group, number, self._words)]
-        ]
+        rounded = []
+        for number, word in enumerate(sums.words):
+            headroom = pick_word(self.headroom, group, number, self._words)
+            rounded.append(on_grid(m, self._design, number, word, placement.quad.offset + headroom))
         shifted_marks = delayed(m, sum_marks.as_value(), 2, "marks", control=True)
         self._send(m, data.View(sum_marks.shape(), shifted_marks), rounded)
         return m

@@ -54,12 +54,12 @@ class Tail:
 
 def tail(design: Design) -> Tail:
     """The tail that saves most bits; empty if no stack is shorter than the lanes' words."""
-    word, whole = design.coefficient_word, depth(design)
-
-    def cut(length: int) -> Tail:
-        return Tail(word - length, sum(words(design, name) for name in design.stacks if longest(design, name) > length))
-
-    return max((cut(longest(design, name)) for name in order(design)), key=lambda one: one.bits * (whole - one.depth))
+    tails = []
+    for stack in order(design):
+        length = longest(design, stack)
+        longer = [words(design, name) for name in design.stacks if longest(design, name) > length]
+        tails.append(Tail(design.coefficient_word - length, sum(longer)))
+    return max(tails, key=lambda one: one.bits * (depth(design) - one.depth))
 
 
 def depth(design: Design) -> int:

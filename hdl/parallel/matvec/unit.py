@@ -142,7 +142,8 @@ class MatVec(wiring.Component):
             m.submodules.loader = loader = Loader(design)
             wiring.connect(m, wiring.flipped(self.load), loader.load)
             address = Mux(loader.writing, loader.address, address)
-            write, data = register(m, loader.write, "write", control=True), register(m, loader.data, "data")
+            write = register(m, loader.write, "write", control=True)
+            data = register(m, loader.data, "data")
             m.d.comb += [
                 self.loading.eq(loader.loading),
                 rom.write.eq(write),

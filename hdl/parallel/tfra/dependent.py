@@ -242,7 +242,8 @@ class Dependent(wiring.Component):
         size = [Signal(bits, name=f"{name}_size", reset_less=True) for name in names]
         negative = [Signal(name=f"{name}_negative", reset_less=True) for name in names]
         aligned, _ = align(m, exact, exact[-1], lookahead(m, cycle, once(_ZEROS_U)))
-        sign, rounded = register(m, aligned[-1], "sign"), register(m, _round_magnitude(aligned, bits), "magnitude")
+        sign = register(m, aligned[-1], "sign")
+        rounded = register(m, _round_magnitude(aligned, bits), "magnitude")
         with m.If(lookahead(m, cycle, _LIMIT_U)):
             limited = Mux(rounded[-1] & ~sign, (1 << (bits - 1)) - 1, rounded)
             m.d.sync += size[0].eq(limited)

@@ -171,7 +171,8 @@ class Loader(wiring.Component):
         bits, quad = self._design.widths.vector, payloads.vector_quad(self._design)
         normal = register(m, self.normal.payload.as_value(), "normal")
         g = register(m, self.g.payload.as_value(), "g")
-        is_e0, is_e1 = register(m, e0.at(0), "is_e0", control=True), register(m, e1.at(0), "is_e1", control=True)
+        is_e0 = register(m, e0.at(0), "is_e0", control=True)
+        is_e1 = register(m, e1.at(0), "is_e1", control=True)
         vector = Signal(quad, reset_less=True)
         offset = Signal(quad, reset_less=True)
         minus_offset = Signal(reset_less=True)
@@ -209,7 +210,9 @@ class Loader(wiring.Component):
         read_address = register(m, Cat(read_word[word_bits:], read_number), "read_address")
         p = memory.read(read_address, e1.during(_READ_P, WORDS))
         beat_of_p = data.View(shape, register(m, p.as_value(), "beat_of_p"))
-        return Array(beat_of_p)[delayed(m, read_word[:word_bits], 1 + READ, "word_of_p")] if word_bits else beat_of_p[0]
+        if not word_bits:
+            return beat_of_p[0]
+        return Array(beat_of_p)[delayed(m, read_word[:word_bits], 1 + READ, "word_of_p")]
 
     def _taxels(self, m: Module, p: Value, q: list[Value], number: Value, word: Value, e1: _Taken) -> None:
         """Stage ``TAXEL`` of e1: one word after another of p, q and stress, with the facts of the frame."""

@@ -111,7 +111,8 @@ class Winner(wiring.Component):
             return Const(0, 1), Const(0, 1), first
         second = register(m, there & (other < first), "second_is_smaller")
         difference = register(m, other ^ first, "z_difference")
-        z = register(m, Mux(second, register(m, other, "second_z"), register(m, first, "first_z")), "smaller_z")
+        other, first = register(m, other, "second_z"), register(m, first, "first_z")
+        z = register(m, Mux(second, other, first), "smaller_z")
         equal = register(m, register(m, there, "second_is_there") & ~difference.any(), "pair_is_equal")
         return register(m, second, "second_counts"), equal, z
 
@@ -147,7 +148,8 @@ class Winner(wiring.Component):
         if self._ways == 1:
             return distances[0], number
         take = register(m, second | (equal & (distances[1] < distances[0])), "take_second")
-        first, other = register(m, distances[0], "first_xy"), register(m, distances[1], "second_xy")
+        first = register(m, distances[0], "first_xy")
+        other = register(m, distances[1], "second_xy")
         smaller = register(m, Mux(take, other, first), "smaller_xy")
         return smaller, register(m, Cat(take, register(m, number, "pair_number")), "candidate")
 
