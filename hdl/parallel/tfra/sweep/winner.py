@@ -111,7 +111,8 @@ class Winner(wiring.Component):
             return Const(0, 1), Const(0, 1), first
         second = register(m, there & (other < first), "second_is_smaller")
         difference = register(m, other ^ first, "z_difference")
-        other, first = register(m, other, "second_z"), register(m, first, "first_z")
+        other = register(m, other, "second_z")
+        first = register(m, first, "first_z")
         z = register(m, Mux(second, other, first), "smaller_z")
         equal = register(m, register(m, there, "second_is_there") & ~difference.any(), "pair_is_equal")
         return register(m, second, "second_counts"), equal, z
