@@ -30,8 +30,8 @@ _FILES = (
 
 def readme(contents: Contents) -> dict[str, str]:
     """Lists the files that are there."""
-    board = next(name.split("/")[1] for name in contents.texts if name.startswith("boards/") and name.count("/") > 1)
-    names = {"name": contents.name, "board": board}
+    board = contents.part.target.family.board
+    names = {"name": contents.name, "board": board.name if board else ""}
     rows = [(file.format(**names), text.format(**names)) for file, text in _FILES]
     table = "\n".join(f"| `{file}` | {text} |" for file, text in rows if file in contents.texts)
     values = {**names, "files": table, "computes": contents.facts["computes"], "generator": contents.facts["generator"]}

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 
-_MODULE = re.compile(r"^module (?P<module>\\\S+|\w+) ?\(.*?^endmodule", re.DOTALL | re.MULTILINE)
+_MODULE = re.compile(r"^module (?P<module>\w+)\(.*?^endmodule", re.DOTALL | re.MULTILINE)
 _BLOCK = re.compile(
     r"""
     ^\ \ initial\ begin\n
-    (?P<words>(?:\ {4}(?P<memory>\\\S+\ |\w+)\[0\]\ =\ .*\n)(?:\ {4}(?P=memory)\[\d+\]\ =\ .*\n)*)
+    (?P<words>(?:\ {4}(?P<memory>\w+)\[0\]\ =\ .*\n)(?:\ {4}(?P=memory)\[\d+\]\ =\ .*\n)*)
     \ \ end\n
     """,
     re.MULTILINE | re.VERBOSE,
@@ -29,8 +29,8 @@ class Image:
 
     @property
     def file(self) -> str:
-        """Name of the file, unique for memories of different modules."""
-        return re.sub(r"[^\w.]", "_", f"{self.module}.{self.memory}") + ".hex"
+        """Name of the file; other memories have others."""
+        return f"{self.module}.{self.memory}.hex"
 
     @property
     def facts(self) -> dict[str, str | int]:
@@ -46,18 +46,18 @@ class Image:
 
 
 def extract(verilog: str) -> tuple[str, list[Image]]:
-    """``verilog``, as yosys writes it, with every initialised memory read from a file; and what the files hold.
+    """``verilog`` of plain names with every initialised memory read from a file; and the files' contents.
 
-    Memories of nothing but zeros stay as they are: they hold no data and only avoid unknown values in
-    simulators.  Raises ``ValueError`` when two memories would share a file.
+    Memories of nothing but zeros stay as they are: they have no data and only avoid unknown values in simulators.
+    Raises ``ValueError`` for words that yosys does not write.
     """
     images: list[Image] = []
 
     def module(match: re.Match[str]) -> str:
-        name = match["module"].removeprefix("\\")
+        name = match["module"]
 
         def block(match: re.Match[str]) -> str:
-            image = _image(name, match["memory"].strip().removeprefix("\\"), match["words"])
+            image = _image(name, match["memory"], match["words"])
             if not any(image.words):
                 return match[0]
             images.append(image)
@@ -65,10 +65,7 @@ def extract(verilog: str) -> tuple[str, list[Image]]:
 
         return _BLOCK.sub(block, match[0])
 
-    text = _MODULE.sub(module, verilog)
-    if len({image.file for image in images}) < len(images):
-        raise ValueError("images: two memories would share a file")
-    return text, images
+    return _MODULE.sub(module, verilog), images
 
 
 def _image(module: str, memory: str, block: str) -> Image:

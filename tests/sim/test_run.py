@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +13,6 @@ import numpy as np
 import pytest
 
 from tests.marks import long
-from tests.runtime.damages import DAMAGES
 from tfra.hdl.interface import ports
 from tfra.model.arrays import Ints
 from tfra.model.choices import Architecture, Search
@@ -184,17 +182,6 @@ def test_the_second_run_needs_no_build(
     assert sorted(cache.iterdir()) == before
 
 
-@pytest.mark.parametrize("damage", ["a bit in the middle", *long("a full folder", "half an entry of a killed run")])
-def test_a_damaged_build_is_built_again(cache: Path, codes: Ints, words: Ints, standin: Maker, damage: str) -> None:
-    core = standin()
-    simulate(DESIGN, codes, "icarus", build_dir=cache, core=core)
-    entries = {path.name for path in cache.iterdir()}
-    DAMAGES[damage](next(cache.glob("build-standin-icarus-*")))
-    run = simulate(DESIGN, codes, "icarus", build_dir=cache, expected=words, core=core)
-    assert (run.compared, run.mismatches) == (words.size, 0)
-    assert {path.name for path in cache.iterdir()} == entries
-
-
 @pytest.mark.parametrize("change", ["verilog", "models", "probes", "programs"])
 def test_another_core_or_compiler_has_another_build(
     tmp_path: Path, standin: Maker, monkeypatch: pytest.MonkeyPatch, change: str
@@ -236,15 +223,6 @@ def test_a_full_disk_is_told_in_a_line(
     with pytest.raises(InputError) as told:
         simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin())
     assert str(told.value) == f"{cache}: cannot be written: No space left on device"
-
-
-def test_two_at_once_share_one_build(tmp_path: Path, codes: Ints, words: Ints, standin: Maker) -> None:
-    core = standin()
-    with ThreadPoolExecutor(2) as pool:
-        pair = [pool.submit(simulate, DESIGN, codes, "icarus", build_dir=tmp_path / "c", core=core) for _ in range(2)]
-    for future in pair:
-        np.testing.assert_array_equal(future.result().words, words)
-    assert [place.name.partition("-")[0] for place in (tmp_path / "c").iterdir()] == ["build"]
 
 
 def test_a_build_that_fails_tells_why_and_leaves_nothing(tmp_path: Path, codes: Ints, standin: Maker) -> None:

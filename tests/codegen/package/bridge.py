@@ -1,9 +1,8 @@
 """A driver with a simulated device: every access of the driver is one of AXI4-Lite in a Verilog simulator.
 
-``python -m tests.codegen.package.bridge SIMULATOR FOLDER`` compiles the Verilog of FOLDER as ``world.json`` there says,
-and plays the scenario with the driver of FOLDER's package.  ``outcome.json`` says what went wrong, or nothing.
-``world.json``: ``top`` and ``sources`` of the device, ``name`` of the design, ``driver``: c or python,
-``taxels_per_beat``, ``sidecar``, and the coefficients, frames and results of ``scenario.World``.
+It plays the scenario with the driver of the package in the working directory; ``outcome.json`` says what went wrong, or
+nothing.  ``world.json``: ``name`` of the design, ``driver``: c or python, ``taxels_per_beat``, ``sidecar``, and the
+coefficients, frames and results of ``scenario.World``.
 """
 
 from __future__ import annotations
@@ -20,13 +19,10 @@ import cocotb
 from cocotb.clock import Clock
 from cocotb.task import bridge, resume
 from cocotb.triggers import ClockCycles, with_timeout
-from cocotb_tools.runner import VerilatorControlFile, get_runner
 from cocotbext.axi import AxiLiteBus, AxiLiteMaster, AxiStreamBus, AxiStreamFrame, AxiStreamSink, AxiStreamSource
 
 from tests.codegen.package.c_driver import CCore, compiled
 from tests.codegen.package.scenario import play
-from tfra.sim.launch import BUILD_ARGUMENTS, TIMESCALE
-from tfra.sim.tools import public_signals
 
 POLLS = 1000
 """Enough for everything that a driver waits for here, so that a fault ends soon."""
@@ -127,21 +123,3 @@ def _played(world: Simulated) -> str:
     except Exception:
         return traceback.format_exc()
     return ""
-
-
-def main(simulator: str, folder: Path) -> None:
-    """Compile and run; raises ``SystemExit`` or ``RuntimeError`` for what fails."""
-    facts = json.loads((folder / "world.json").read_text())
-    sources: list[Any] = [folder / name for name in facts["sources"]]
-    if simulator == "verilator":
-        (folder / "device.vlt").write_text(public_signals(facts["top"], ()))
-        sources.append(VerilatorControlFile(folder / "device.vlt"))
-    runner, places = get_runner(simulator), {"build_dir": folder, "hdl_toplevel": facts["top"]}
-    arguments = {"build_args": BUILD_ARGUMENTS[simulator], "timescale": TIMESCALE}
-    runner.build(sources=sources, always=True, **arguments, **places)
-    module = "tests.codegen.package.bridge"
-    runner.test(test_module=module, hdl_toplevel_lang="verilog", test_dir=folder, **places)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1], Path(sys.argv[2]))

@@ -14,6 +14,7 @@ from amaranth.lib.wiring import In
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
+from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.bus.bank import hardware_ports
 from tfra.hdl.bus.registers import Registers
 from tfra.hdl.cores import microarchitecture
@@ -21,14 +22,6 @@ from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 
 MODEL = Path(__file__).with_name("device.v")
-
-CHANNELS: dict[str, tuple[str, ...]] = {"aw": ("addr", "prot"), "w": ("data", "strb"), "b": ("resp",)}
-CHANNELS |= {"ar": ("addr", "prot"), "r": ("data", "resp")}
-BITS = {"addr": 8, "prot": 3, "data": 32, "strb": 4, "resp": 2}
-STREAMS = {
-    "s_axis": {"tdata": 16, "tuser": 16, "tlast": 1, "tvalid": 1},
-    "m_axis": {"tdata": 32, "tuser": 1, "tlast": 1, "tvalid": 1},
-}
 
 
 def device(design: Design, words: Ints) -> dict[str, str]:
@@ -47,26 +40,12 @@ def device(design: Design, words: Ints) -> dict[str, str]:
                 wired.append(f".hardware__{register.name}__{name}({wire})")
                 if port.flow == In and not re.search(rf"assign {wire}\b", model):
                     declared.append(f"assign {wire} = 0;")
-    bus = {f"{c}{word}": f"s_axi_{c}{word}" for c, texts in CHANNELS.items() for word in (*texts, "valid", "ready")}
-    wired += [f".bus__{name}({wire})" for name, wire in bus.items()]
+    ports = ports_of(design)
+    wired += [f".bus__{p.name.removeprefix('s_axi_')}({p.name})" for p in ports if p.name.startswith("s_axi_")]
     wired += [".clk(aclk)", ".rst(!aresetn)", ".interrupt(irq)"]
     instance = f"registers registers ({', '.join(wired)});"
-    body = "\n".join([f"module device({_ports()});", *declared, instance, model, "endmodule", ""])
+    pins = ", ".join(f"{port.direction}put wire [{port.bits - 1}:0] {port.name}" for port in ports)
+    body = "\n".join([f"module device({pins});", *declared, instance, model, "endmodule", ""])
     own = plain_verilog(to_rtlil(Registers(registers), "registers"), "registers")
     results = "".join(f"{int(word) & 0xFFFFFFFF:08x}\n" for word in words.ravel())
     return {"device.v": own + body, "results.hex": results}
-
-
-def _ports() -> str:
-    """Ports of the wrapper."""
-    found = ["input wire aclk", "input wire aresetn", "output wire irq"]
-    for channel, texts in CHANNELS.items():
-        answer = channel in ("b", "r")
-        for word in (*texts, "valid", "ready"):
-            flow = "output" if answer != (word == "ready") else "input"
-            found.append(f"{flow} wire [{BITS.get(word, 1) - 1}:0] s_axi_{channel}{word}")
-    for stream, texts in STREAMS.items():
-        flow, back = ("input", "output") if stream == "s_axis" else ("output", "input")
-        found += [f"{flow} wire [{bits - 1}:0] {stream}_{word}" for word, bits in texts.items()]
-        found.append(f"{back} wire {stream}_tready")
-    return ", ".join(found)

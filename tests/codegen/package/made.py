@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from tests.codegen.test_generate import few_frames
 from tfra.codegen.generate import generate
 from tfra.codegen.package.part import Part
 from tfra.families import find
@@ -34,5 +35,6 @@ DESIGNS = {
 def made(name: str, folder: Path) -> tuple[Design, Path]:
     """A design, and its package in ``folder``."""
     design, part = DESIGNS[name]
-    generate(design, folder / "package", (), part)
+    with few_frames():
+        generate(design, folder / "package", (), part)
     return design, folder / "package"

@@ -15,7 +15,6 @@ import pytest
 from tests.codegen.package.c_driver import SOURCES, STRICT
 from tests.codegen.package.test_drivers import beats, written
 from tests.codegen.package.test_simulated import DESIGN
-from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.source import register_map
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar.build import LOADED
@@ -90,9 +89,3 @@ def test_the_page_has_every_error_and_function() -> None:
     functions = set(re.findall(r"^(?:tfra_error_t|uint32_t) tfra_(\w+)\(", header, re.M))
     named = set(re.findall(r"`(\w+)`", page))
     assert functions - named == {"crc32", "repair_target", "repair_source"}
-
-
-def test_the_example_of_a_core_that_is_not_loaded() -> None:
-    text = driver_files(replace(DESIGN, images="inline"))["driver/example.c"]
-    assert "tfra_load" not in text
-    assert "coefficients" not in text

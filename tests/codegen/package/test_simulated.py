@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.codegen.cocotb_run import outcome
 from tests.codegen.package.device import device
 from tests.marks import long
 from tfra.codegen.package.drivers import driver_files
@@ -28,9 +27,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status
-from tfra.sim.tools import choose, environment
 
-ROOT = Path(__file__).parents[3]
 DESIGN = TfraDesign(SensorArray(3, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4), images="load")
 
 
@@ -56,7 +53,7 @@ def simulated(
     Returns what went wrong.
     """
     loaded, codes = microarchitecture(design).loaded, frames(design)
-    world: dict[str, Any] = {"top": top, "sources": sources, "name": design.name, "driver": driver}
+    world: dict[str, Any] = {"name": design.name, "driver": driver}
     world |= {"sidecar": sidecar(design), "frames": codes.tolist()}
     world |= {"taxels_per_beat": parameters(design)["TAXELS_PER_BEAT"]}
     world |= {"coefficients": [] if loaded is None else loaded.ravel().tolist()}
@@ -64,11 +61,7 @@ def simulated(
     for name, text in {**texts, "world.json": json.dumps(world)}.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
-    variables = {**environment(choose(simulator), folder), "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "tests.codegen.package.bridge", simulator, str(folder)]
-    done = subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True, check=False)
-    assert (folder / "outcome.json").exists(), (done.stdout + done.stderr)[-4000:]
-    return str(json.loads((folder / "outcome.json").read_text()))
+    return str(outcome("tests.codegen.package.bridge", simulator, folder, top, *sources))
 
 
 @pytest.mark.parametrize(("simulator", "driver"), [("icarus", "c"), ("icarus", "python"), *long(("verilator", "c"))])
@@ -128,5 +121,5 @@ def test_a_wrong_result_is_noticed(tmp_path: Path, package: dict[str, str]) -> N
     words = DESIGN.model(frames(DESIGN)).words
     words[1, 4] ^= 1
     texts = {**package, **device(DESIGN, words)}
-    outcome = simulated("icarus", tmp_path, DESIGN, texts, "python", "device", "device.v")
-    assert "dict(frame.words) == expected" in outcome
+    error = simulated("icarus", tmp_path, DESIGN, texts, "python", "device", "device.v")
+    assert "dict(frame.words) == expected" in error

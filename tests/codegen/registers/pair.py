@@ -1,7 +1,6 @@
 """Two implementations of a register map side by side in a Verilog simulator, driven by cocotbext-axi.
 
-``python -m tests.codegen.registers.pair SIMULATOR FOLDER`` compiles ``pair.v``, ``ours.v`` and ``etana.sv`` of FOLDER,
-plays the accesses of ``script.json`` on both and writes ``outcome.json``: how many answers were compared, and those
+It plays the accesses of ``script.json`` on both and writes ``outcome.json``: how many answers were compared, and those
 that differ.
 """
 
@@ -10,18 +9,13 @@ from __future__ import annotations
 import itertools
 import json
 import random
-import sys
 from pathlib import Path
 from typing import Any
 
 import cocotb
 from cocotb.clock import Clock
 from cocotb.triggers import ClockCycles, Combine, RisingEdge
-from cocotb_tools.runner import VerilatorControlFile, get_runner
 from cocotbext.axi import AxiLiteBus, AxiLiteMaster
-
-from tfra.sim.launch import BUILD_ARGUMENTS
-from tfra.sim.tools import public_signals
 
 SIDES = ("ours", "etana")
 
@@ -96,20 +90,3 @@ async def ask(manager: AxiLiteMaster, access: list[Any], results: list[Any], sid
         results[side] = [int.from_bytes(answer.data, "little"), int(answer.resp)]
     else:
         results[side] = int((await manager.write(access[1], bytes(access[2]))).resp)
-
-
-def main(simulator: str, folder: Path) -> None:
-    """Compile and run; raises ``SystemExit`` or ``RuntimeError`` for what fails."""
-    sources: list[Any] = [folder / name for name in ("pair.v", "ours.v", "etana.sv")]
-    if simulator == "verilator":
-        (folder / "pair.vlt").write_text(public_signals("pair", ()))
-        sources.append(VerilatorControlFile(folder / "pair.vlt"))
-    runner, arguments = get_runner(simulator), BUILD_ARGUMENTS[simulator]
-    places = {"build_dir": folder, "hdl_toplevel": "pair"}
-    runner.build(sources=sources, build_args=arguments, defines={"SYNTHESIS": 1}, always=True, **places)
-    module = "tests.codegen.registers.pair"
-    runner.test(test_module=module, hdl_toplevel_lang="verilog", test_dir=folder, **places)
-
-
-if __name__ == "__main__":
-    main(sys.argv[1], Path(sys.argv[2]))

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import random
-import subprocess
-import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,15 +15,14 @@ from peakrdl_etana.exporter import RegblockExporter
 from peakrdl_etana.udps import ALL_UDPS
 from systemrdl.compiler import RDLCompiler
 
+from tests.codegen.cocotb_run import outcome
 from tests.hdl.bus.model import Access, accesses, bits
 from tests.marks import long
 from tfra.codegen.registers.source import SOURCE, register_map
 from tfra.codegen.verilog.emit import plain_verilog, to_rtlil
 from tfra.hdl.bus.map import Kind
 from tfra.hdl.bus.registers import Registers
-from tfra.sim.tools import choose, environment
 
-ROOT = Path(__file__).parents[3]
 VALUES = {"ROWS": 9, "COLUMNS": 14, "HASH_HIGH": 0xDEADBEEF, "ESTIMATOR": 1, "LATENCY_CYCLES": 1234}
 MAP = register_map(VALUES)
 STROBES = {1 << first: 1 for first in range(4)} | {15: 4, 3: 2, 12: 2, 6: 2, 7: 3, 14: 3}
@@ -128,28 +125,25 @@ def side_by_side(simulator: str, folder: Path, script: Iterable[Access], source:
     names |= {"outputs": [port.name for port in ports() if port.is_output and not port.is_pulse]}
     names |= {"pulses": [port.name for port in ports() if port.is_pulse]}
     (folder / "script.json").write_text(json.dumps({"accesses": told(script), **names}))
-    variables = {**environment(choose(simulator), folder), "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "tests.codegen.registers.pair", simulator, str(folder)]
-    done = subprocess.run(command, cwd=folder, env=variables, capture_output=True, text=True, check=False)
-    assert (folder / "outcome.json").exists(), (done.stdout + done.stderr)[-4000:]
-    outcome: dict[str, Any] = json.loads((folder / "outcome.json").read_text())
-    return outcome
+    sources = ("pair.v", "ours.v", "etana.sv")
+    result: dict[str, Any] = outcome("tests.codegen.registers.pair", simulator, folder, "pair", *sources)
+    return result
 
 
 @pytest.mark.parametrize("simulator", ["icarus", *long("verilator")])
 def test_random_accesses(tmp_path: Path, simulator: str) -> None:
     number = 300 if simulator == "icarus" else 2000
-    outcome = side_by_side(simulator, tmp_path, accesses(MAP, random.Random(1), number))
-    assert outcome["differ"] == []
-    assert outcome["compared"] > number
-    assert all(ours > 0 for ours, _ in outcome["pulses"].values()), outcome["pulses"]
+    result = side_by_side(simulator, tmp_path, accesses(MAP, random.Random(1), number))
+    assert result["differ"] == []
+    assert result["compared"] > number
+    assert all(ours > 0 for ours, _ in result["pulses"].values()), result["pulses"]
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("simulator", ["icarus", "verilator"])
 def test_every_bit(tmp_path: Path, simulator: str) -> None:
-    outcome = side_by_side(simulator, tmp_path, bits(MAP))
-    assert outcome["differ"] == []
+    result = side_by_side(simulator, tmp_path, bits(MAP))
+    assert result["differ"] == []
 
 
 @pytest.mark.long
@@ -167,5 +161,5 @@ def test_a_planted_difference_is_noticed(tmp_path: Path, stated: str, other: str
     source = tmp_path / "other.rdl"
     source.write_text(text.replace(stated, other))
     script = [("happen", "FRAMES_OUT.count", 1), ("write", 0x40, 4, 15), ("read", 0x64), ("read", 0x80)]
-    outcome = side_by_side("icarus", tmp_path, script, source)
-    assert {name for _, name, *_ in outcome["differ"]} == {seen}
+    result = side_by_side("icarus", tmp_path, script, source)
+    assert {name for _, name, *_ in result["differ"]} == {seen}
