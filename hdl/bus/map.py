@@ -13,22 +13,14 @@ BYTES = BITS // 8
 class Kind(Enum):
     """What software and hardware do with a field; the value says so in a word."""
 
-    CONSTANT = "constant"
-    """Software reads the reset value."""
-    STATUS = "status"
-    """Software reads an input."""
-    SETTING = "setting"
-    """Software reads and writes; an output."""
-    PULSE = "pulse"
-    """Software writes 1 for a pulse of one cycle on an output, and reads 0."""
-    PORT = "port"
-    """Software writes a word; an output, with a pulse for each write."""
-    EVENT = "event"
-    """An input sets it, and wins; software reads, and clears by writing 1."""
-    COUNTER = "counter"
-    """An input counts it up, and it wraps; software reads."""
-    CAPTURED = "captured"
-    """An input is stored when another is high; software reads."""
+    CONSTANT = "constant"  # software reads the reset value
+    STATUS = "status"  # software reads an input
+    SETTING = "setting"  # software reads and writes; an output
+    PULSE = "pulse"  # software writes 1 for a pulse of one cycle on an output, and reads 0
+    PORT = "port"  # software writes a word; an output, with a pulse for each write
+    EVENT = "event"  # an input sets it, and wins; software reads, and clears by writing 1
+    COUNTER = "counter"  # an input counts it up, and it wraps; software reads
+    CAPTURED = "captured"  # an input is stored when another is high; software reads
 
     @property
     def readable(self) -> bool:

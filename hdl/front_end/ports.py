@@ -44,12 +44,12 @@ SETTINGS = wiring.Signature(
 
 TABLES = wiring.Signature(
     {
-        "place_written": Out(1),
-        "index": Out(16),
-        "kind": Out(2),
-        "data_written": Out(1),
+        "place_written": Out(1),  # pulse: there is a new place ...
+        "index": Out(16),  # ... in the table
+        "kind": Out(2),  # ... of this kind
+        "data_written": Out(1),  # pulse: there is a word for the place
         "data": Out(BITS),
-        "value": In(BITS),
+        "value": In(BITS),  # the word at the place, extended by its sign
     }
 )
 """The way of software to the tables of offsets, gains and repairs: registers ``CALIBRATION_...``."""

@@ -47,38 +47,22 @@ SETTLE, STORED = 3, 4
 class Op(IntEnum):
     """Operations; those outside ``NO_RESULT`` write their result to the destination."""
 
-    ADD = 0
-    """left + source"""
-    SUB = 1
-    """left - source"""
-    PLUS = 2
-    """left + max(source, 0)"""
-    LESS = 3
-    """left - min(source, 0)"""
-    ABS = 4
-    """left + |source|"""
-    OR = 5
-    """left | (source ^ sign of source): collects the bits that words need beside their sign"""
-    AND = 6
-    """left & source"""
-    FIT = 7
-    """T rounded half up to a multiplier operand; saturates where rounding makes it too long"""
-    LIMIT = 8
-    """source saturated to a result word; LIMITED becomes -1 if that changed it"""
-    DIV = 9
-    """one step of a division: left - T / 2, not written if it is negative; K takes the quotient's bit, T is halved"""
-    SHIFT = 10
-    """T = source shifted right by SH (left if negative), with one bit below the point; K = 0"""
-    LENGTH = 11
-    """T, rounded, = bit length of the source; K = 0"""
-    MUL = 12
-    """product = source * Y"""
-    MAC = 13
-    """start the sums of products: operands from the address, coefficients from SP on; left numbers how many"""
-    DO = 14
-    """the loop that starts after this instruction runs immediate + 1 times"""
-    JUMP = 15
-    """jump to the immediate; a call if the left operand is R0; a return to after the last call if it is T"""
+    ADD = 0  # left + source
+    SUB = 1  # left - source
+    PLUS = 2  # left + max(source, 0)
+    LESS = 3  # left - min(source, 0)
+    ABS = 4  # left + |source|
+    OR = 5  # left | (source ^ sign of source): collects the bits that words need beside their sign
+    AND = 6  # left & source
+    FIT = 7  # T rounded half up to a multiplier operand; saturates where rounding makes it too long
+    LIMIT = 8  # source saturated to a result word; LIMITED becomes -1 if that changed it
+    DIV = 9  # a step of a division: left - T / 2, not written if negative; K takes the quotient's bit, T is halved
+    SHIFT = 10  # T = source shifted right by SH (left if negative), with one bit below the point; K = 0
+    LENGTH = 11  # T, rounded, = bit length of the source; K = 0
+    MUL = 12  # product = source * Y
+    MAC = 13  # start the sums of products: operands from the address, coefficients from SP on; left numbers how many
+    DO = 14  # the loop that starts after this instruction runs immediate + 1 times
+    JUMP = 15  # jump to the immediate; a call if the left operand is R0; a return to after the last call if it is T
 
 
 LATE = (Op.PLUS, Op.LESS, Op.ABS, Op.OR, Op.AND, Op.LIMIT, Op.SHIFT, Op.LENGTH, Op.MUL)
@@ -104,15 +88,11 @@ class Src(IntEnum):
     R0 = 2
     IMM = 8
     PRODUCT = 9
-    SUM = 10
-    """sum of the next lane, in the order of the lanes"""
-    IN = 11
-    """the next taxel; waits for it"""
+    SUM = 10  # sum of the next lane, in the order of the lanes
+    IN = 11  # the next taxel; waits for it
     K = 12
-    LIMITED = 13
-    """-1 if LIMIT changed a word since this was read last, else 0"""
-    NOTHING = 14
-    """zero"""
+    LIMITED = 13  # -1 if LIMIT changed a word since this was read last, else 0
+    NOTHING = 14  # zero
 
 
 class Dest(IntEnum):
@@ -121,12 +101,9 @@ class Dest(IntEnum):
     NONE = 0
     M = 1
     R0 = 2
-    OUT = 8
-    """result stream; waits for it"""
-    LAST = 9
-    """result stream, as the last word of a frame"""
-    P = 10
-    """the pointer that the address names"""
+    OUT = 8  # result stream; waits for it
+    LAST = 9  # result stream, as the last word of a frame
+    P = 10  # the pointer that the address names
     Y = 11
     SH = 12
     SP = 13
@@ -138,8 +115,7 @@ class Post(IntEnum):
     KEEP = 0
     UP = 1
     DOWN = 2
-    MOVE = 3
-    """the pointer becomes the address"""
+    MOVE = 3  # the pointer becomes the address
 
 
 class When(IntEnum):

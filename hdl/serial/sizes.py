@@ -15,28 +15,17 @@ STORE_BITS, STORE_DEPTH = 64, 1 << 14
 class Sizes:
     """Bits of signed words unless noted."""
 
-    word: int
-    """Data word: holds every exact integer of the model."""
-    coefficient: int
-    """Word of an operator in the store."""
-    operand: int
-    """Word of a vector in a product."""
-    result: int
-    """Forces and resultants."""
-    lanes: int
-    """Number of coefficients in a word of the store, and so of sums at a time."""
-    accumulator: int
-    """Sum of a lane."""
-    multiplicand: int
-    """Source of MUL."""
-    multiplier: int
-    """Y."""
-    reach: int
-    """Longest shift to the left, in bits; a power of two, so that adding it is cheap."""
-    shift: int
-    """SH."""
-    quotient: int
-    """K, unsigned."""
+    word: int  # data word: holds every exact integer of the model
+    coefficient: int  # word of an operator in the store
+    operand: int  # word of a vector in a product
+    result: int  # forces and resultants
+    lanes: int  # number of coefficients in a word of the store, and so of sums at a time
+    accumulator: int  # sum of a lane
+    multiplicand: int  # source of MUL
+    multiplier: int  # Y
+    reach: int  # longest shift to the left, in bits; a power of two, so that adding it is cheap
+    shift: int  # SH
+    quotient: int  # K, unsigned
 
 
 def lane_count(design: Design) -> int:

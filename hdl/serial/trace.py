@@ -57,12 +57,9 @@ class TracedStep:
     """An executed instruction; ``str`` gives a line: cycle, place in the program, stage, text, what is written."""
 
     step: Step
-    stage: str
-    """Stage of the frame; a subroutine's name stands after its caller's: ``gain.mu, routines.quotient``."""
-    text: str
-    """The instruction, with the memory's words by name."""
-    destination: str
-    """The value that it writes if its condition holds; a memory word by its address."""
+    stage: str  # of the frame; a subroutine's name stands after its caller's: ``gain.mu, routines.quotient``
+    text: str  # the instruction, with the memory's words by name
+    destination: str  # what it writes to if its condition holds; a memory word by its address
 
     def __str__(self) -> str:
         step = self.step

@@ -6,19 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
-from tfra.hdl.serial.isa import (
-    NO_POINTER,
-    STORED,
-    ZERO,
-    Dest,
-    Instruction,
-    Left,
-    Op,
-    Operand,
-    Post,
-    Src,
-    When,
-)
+from tfra.hdl.serial.isa import NO_POINTER, STORED, ZERO, Dest, Instruction, Left, Op, Operand, Post, Src, When
 
 _SHORTEST_BODY = 2
 """Least number of instructions in a loop's body: the one that ends it, and its delay slot."""

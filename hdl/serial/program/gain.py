@@ -2,23 +2,7 @@
 
 from __future__ import annotations
 
-from tfra.hdl.serial.isa import (
-    FLOOR,
-    MUL_DELAY,
-    NOTHING,
-    PRODUCT,
-    R0,
-    R1,
-    R2,
-    R3,
-    R4,
-    R5,
-    ZERO,
-    Dest,
-    Op,
-    When,
-    imm,
-)
+from tfra.hdl.serial.isa import FLOOR, MUL_DELAY, NOTHING, PRODUCT, R0, R1, R2, R3, R4, R5, ZERO, Dest, Op, When, imm
 from tfra.hdl.serial.program.cordic import cordic
 from tfra.hdl.serial.program.routines import Writer
 from tfra.model.fixed.gain import gain_constants, normal_gain

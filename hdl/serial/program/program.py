@@ -19,25 +19,16 @@ class Program:
     """The program of a frame, and its cycles, none of which depends on data."""
 
     sizes: Sizes
-    lengths: tuple[int, ...]
-    """Numbers of products of a row, which MAC chooses from."""
+    lengths: tuple[int, ...]  # numbers of products of a row, which MAC chooses from
     instructions: tuple[Instruction, ...]
-    subroutines: int
-    """Instructions before the first subroutine; after it there are only subroutines."""
-    memory: tuple[int, ...]
-    """Initial contents of the data memory."""
-    operands: int
-    """The lowest words of the memory, of which the lanes have a copy."""
-    names: dict[int, str]
-    """Names of words of the memory, by address."""
-    first: int
-    """Cycles from the instruction that takes a frame's last taxel to that of its first result word."""
-    last: int
-    """Cycles from the instruction that takes a frame's last taxel to that of its last result word."""
-    interval: int
-    """Cycles from frame to frame."""
-    taxel: int
-    """Cycles from a taxel to the next one of its row."""
+    subroutines: int  # instructions before the first subroutine; after it there are only subroutines
+    memory: tuple[int, ...]  # initial contents of the data memory
+    operands: int  # the lowest words of the memory, of which the lanes have a copy
+    names: dict[int, str]  # names of words of the memory, by address
+    first: int  # cycles from the instruction that takes a frame's last taxel to that of its first result word
+    last: int  # cycles from the instruction that takes a frame's last taxel to that of its last result word
+    interval: int  # cycles from frame to frame
+    taxel: int  # cycles from a taxel to the next one of its row
 
 
 def write(

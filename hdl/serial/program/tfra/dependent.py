@@ -2,24 +2,7 @@
 
 from __future__ import annotations
 
-from tfra.hdl.serial.isa import (
-    NOTHING,
-    R0,
-    R1,
-    R2,
-    R3,
-    R4,
-    R5,
-    ZERO,
-    Dest,
-    Op,
-    Operand,
-    Post,
-    T,
-    When,
-    imm,
-    mem,
-)
+from tfra.hdl.serial.isa import NOTHING, R0, R1, R2, R3, R4, R5, ZERO, Dest, Op, Operand, Post, T, When, imm, mem
 from tfra.hdl.serial.program.memory import padded
 from tfra.hdl.serial.program.tfra.memory import TfraWriter
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
