@@ -1,6 +1,6 @@
-"""Rounding of the bits that a shift to the right cuts off: a named value, which the model and the gateware share.
+"""Rounding and overflow: named values, which the model, the gateware and the sidecar share.
 
-Another mode is one member here, its line in :func:`tfra.model.fixed.numbers.round_shift`, its line in
+Another rounding is one member here, its line in :func:`tfra.model.fixed.numbers.round_shift`, its line in
 :func:`tfra.hdl.lib.arithmetic.round_off`, and its row in the tests of both.
 """
 
@@ -32,3 +32,14 @@ class Rounding(StrEnum):
         if self.sticky:
             raise ValueError(f"rounding: {self} adds no constant")
         return 1 << drop >> 1 if self is Rounding.HALF_UP else 0
+
+
+class Overflow(StrEnum):
+    """What becomes of a result that its word does not hold."""
+
+    SATURATE = "saturate"
+    """The nearest word."""
+    WRAP = "wrap"
+    """The low bits: a counter or an angle begins again."""
+    NEVER = "never"
+    """It does not occur: the word is long enough by proof."""

@@ -152,6 +152,7 @@ def _results(design: Design) -> form.Results:
                 bits=field.bits,
                 signed=field.signed,
                 fraction_bits=field.fraction,
+                overflow=field.overflow,
                 format=fixed_point(field),
                 unit=field.unit,
                 lsb=field.lsb,

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from tfra.model.choices import Images
 from tfra.model.estimators import ESTIMATORS
-from tfra.model.rounding import Rounding
+from tfra.model.rounding import Overflow, Rounding
 from tfra.model.sensor import sensor_keys
 
 FORM: Literal["tfra-core-2"] = "tfra-core-2"
@@ -112,6 +112,7 @@ class ResultField(Part):
     bits: Annotated[int, Field(description="the low bits of a transfer; those above repeat the sign, or are 0")]
     signed: bool
     fraction_bits: int
+    overflow: Annotated[Overflow, Field(description="what becomes of a result that is too long for its word")]
     format: Annotated[str, Field(description="as fxpmath writes it")]
     unit: Annotated[str, Field(description="of the value; 1 is a number")]
     lsb: Annotated[float, Field(description="value of a word of 1, in `unit`")]

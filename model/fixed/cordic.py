@@ -8,8 +8,8 @@ import numpy as np
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.numbers import round_shift
-from tfra.model.rounding import Rounding
+from tfra.model.fixed.numbers import fit, round_shift
+from tfra.model.rounding import Overflow, Rounding
 
 ANGLE_GUARD = 4
 """Bits of the angle beyond those of a result word."""
@@ -45,4 +45,4 @@ def cordic(design: Design, x: Ints, y: Ints) -> tuple[Ints, Ints]:
         x_shifted, y_shifted = (round_shift(word, i, Rounding.TRUNCATE) for word in (x, y))
         x, y = x + np.where(up, -y_shifted, y_shifted), y + np.where(up, x_shifted, -x_shifted)
         angle = angle + np.where(up, -step, step)
-    return x, round_shift(angle, ANGLE_GUARD) & ((1 << iterations(design)) - 1)
+    return x, fit(round_shift(angle, ANGLE_GUARD), iterations(design), Overflow.WRAP)

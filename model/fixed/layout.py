@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from tfra.model.choices import Choices
 from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.rounding import Overflow
 
 COUNTER_BITS = 16
 STATUS_BITS = 8
@@ -24,6 +25,7 @@ class Field:
     fraction: int
     scale: float
     unit: str
+    overflow: Overflow
 
     @property
     def lsb(self) -> float:
@@ -39,22 +41,22 @@ def make_layout(choices: Choices, out: int, names: Sequence[str]) -> tuple[Field
     scalar, angle, m = choices.formats.bits("scalar"), choices.formats.bits("cordic"), choices.sensor.taxels
     fraction, grid = scalar_fraction(choices), choices.formats.force_fraction
     force = choices.adc.lsb * choices.sensor.taxel_area
-    rows = [
-        ("frame", 1, COUNTER_BITS, False, 0, 1.0, "1"),
-        ("exponent", 1, choices.adc.bits.bit_length(), False, 0, 1.0, "1"),
-        ("sweep_index", 1, choices.search.steps.bit_length(), False, 0, 1.0, "1"),
-        ("phi", 1, angle, False, angle, 360.0, "deg"),
-        ("mu", 1, scalar, True, fraction, 1.0, "1"),
-        ("mu_x", 1, scalar, True, fraction, 1.0, "1"),
-        ("mu_y", 1, scalar, True, fraction, 1.0, "1"),
-        ("resultant", 3, out, True, grid, force, "N"),
-        ("uncertainty", 1, out, True, grid, force, "N"),
-        ("forces", 3 * m, out, True, grid, force, "N"),
-        ("status", 1, STATUS_BITS, False, 0, 1.0, "1"),
+    known = [  # each from word 0 on
+        Field("frame", 0, 1, COUNTER_BITS, False, 0, 1.0, "1", Overflow.WRAP),
+        Field("exponent", 0, 1, choices.adc.bits.bit_length(), False, 0, 1.0, "1", Overflow.NEVER),
+        Field("sweep_index", 0, 1, choices.search.steps.bit_length(), False, 0, 1.0, "1", Overflow.NEVER),
+        Field("phi", 0, 1, angle, False, angle, 360.0, "deg", Overflow.WRAP),
+        Field("mu", 0, 1, scalar, True, fraction, 1.0, "1", Overflow.SATURATE),
+        Field("mu_x", 0, 1, scalar, True, fraction, 1.0, "1", Overflow.SATURATE),
+        Field("mu_y", 0, 1, scalar, True, fraction, 1.0, "1", Overflow.SATURATE),
+        Field("resultant", 0, 3, out, True, grid, force, "N", Overflow.SATURATE),
+        Field("uncertainty", 0, 1, out, True, grid, force, "N", Overflow.SATURATE),
+        Field("forces", 0, 3 * m, out, True, grid, force, "N", Overflow.SATURATE),
+        Field("status", 0, 1, STATUS_BITS, False, 0, 1.0, "1", Overflow.NEVER),
     ]
+    by_name = {field.name: field for field in known}
     fields, start = [], 0
-    by_name = {row[0]: row for row in rows}
-    for name, count, bits, signed, point, scale, unit in (by_name[name] for name in names):
-        fields.append(Field(name, start, count, bits, signed, point, scale, unit))
-        start += count
+    for name in names:
+        fields.append(replace(by_name[name], start=start))
+        start += by_name[name].count
     return tuple(fields)

@@ -1,7 +1,7 @@
 """Exact integer primitives shared by every block; the hardware uses the same definitions.
 
-Rounding is half up unless :class:`tfra.model.rounding.Rounding` says otherwise.  Overflow is saturation wherever a
-format is not wide enough by proof.
+Rounding is half up, and overflow is saturation wherever a format is not wide enough by proof, unless
+:mod:`tfra.model.rounding` says otherwise.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Ints
-from tfra.model.rounding import Rounding
+from tfra.model.rounding import Overflow, Rounding
 
 
 def signed_bits(magnitude: float) -> int:
@@ -37,6 +37,17 @@ def round_shift(value: npt.ArrayLike, shift: npt.ArrayLike, rounding: Rounding =
 def saturate(value: npt.ArrayLike, bits: int) -> Ints:
     """``value`` limited to a signed word of ``bits``."""
     return np.clip(np.asarray(value, dtype=np.int64), -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
+
+
+def fit(value: Ints, bits: int, overflow: Overflow) -> Ints:
+    """``value`` as a word of ``bits``: signed if it saturates, unsigned if it wraps."""
+    match overflow:
+        case Overflow.SATURATE:
+            return saturate(value, bits)
+        case Overflow.WRAP:
+            return value & ((1 << bits) - 1)
+        case Overflow.NEVER:
+            return value
 
 
 def bit_length(value: npt.ArrayLike) -> Ints:

@@ -6,6 +6,7 @@ import numpy as np
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.numbers import fit
 from tfra.model.tfra import Result
 
 _BEAT = 32
@@ -13,8 +14,8 @@ _BEAT = 32
 
 
 def encode(design: Design, values: dict[str, Ints]) -> Ints:
-    """Result frames ``(n, frame_words)`` from one array ``(n,)`` or ``(n, count)`` for each field."""
-    columns = [values[f.name].reshape(-1, f.count) for f in design.layout]
+    """Result frames ``(n, frame_words)`` from one array ``(n,)`` or ``(n, count)`` for each field, as its words fit."""
+    columns = [fit(values[f.name].reshape(-1, f.count), f.bits, f.overflow) for f in design.layout]
     return np.concatenate(columns, axis=1)
 
 

@@ -11,7 +11,6 @@ from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.butterfly import butterfly, to_quads
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant
-from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.learned.activation import activation
 from tfra.model.fixed.learned.field import field
 from tfra.model.fixed.learned.friction import Angle, Friction, angle, friction
@@ -106,7 +105,7 @@ class FixedLearned(FixedModel[Trace]):
         frame, mu, at_taxels = trace.frame, trace.friction, trace.field
         count = len(frame.exponent)
         values = {
-            "frame": (first_frame + np.arange(count)) % (1 << COUNTER_BITS),
+            "frame": first_frame + np.arange(count),
             "exponent": frame.exponent,
             "phi": trace.turned.phi,
             "mu": mu.mu,

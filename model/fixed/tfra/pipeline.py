@@ -11,7 +11,6 @@ from tfra.model.fixed.butterfly import butterfly, to_quads, to_taxels
 from tfra.model.fixed.combine import combine
 from tfra.model.fixed.cordic import cordic
 from tfra.model.fixed.gain import Gain, Resultant, gain
-from tfra.model.fixed.layout import COUNTER_BITS
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.model import FixedModel
 from tfra.model.fixed.normaliser import Normalised, normaliser
@@ -108,7 +107,7 @@ class FixedTfra(FixedModel[Trace]):
         return encode(
             self.design,
             {
-                "frame": (first_frame + np.arange(count)) % (1 << COUNTER_BITS),
+                "frame": first_frame + np.arange(count),
                 "exponent": frame.exponent,
                 "sweep_index": chosen.index,
                 "phi": np.where(frame.regular, trace.phi, 0),

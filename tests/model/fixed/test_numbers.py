@@ -15,12 +15,13 @@ from tfra.model.fixed.numbers import (
     bit_length,
     block_normalize,
     divide,
+    fit,
     round_shift,
     saturate,
     signed_bits,
     significant_bits,
 )
-from tfra.model.rounding import Rounding
+from tfra.model.rounding import Overflow, Rounding
 
 words = st.integers(-(2**40), 2**40)
 
@@ -76,6 +77,15 @@ def test_rounding_and_saturation_agree_with_fxpmath(rounding, value, shift, bits
 
 def test_saturate_literally():
     assert saturate([-129, -128, 127, 128], 8).tolist() == [-128, -128, 127, 127]
+
+
+@given(st.sampled_from(Overflow), words, st.integers(8, 16))
+def test_overflow_agrees_with_fxpmath(overflow, value, bits):
+    if overflow is Overflow.NEVER:
+        assert fit(value, bits, overflow) == value
+        return
+    signed = overflow is Overflow.SATURATE
+    assert fit(value, bits, overflow) == int(Fxp(value, signed, bits, 0, overflow=str(overflow)).val)
 
 
 @given(st.integers(0, 2**62 - 1))
