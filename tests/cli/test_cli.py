@@ -82,15 +82,14 @@ def test_help_lists_the_commands_and_an_example(capsys: pytest.CaptureFixture[st
     assert "tfra frames examples/hertz_40x20.toml --out frames.npz" in text
 
 
-@pytest.mark.parametrize("command", ["frames", "estimate", "generate", "verify"])
-def test_help_of_a_command_shows_examples(capsys: pytest.CaptureFixture[str], command: str) -> None:
-    assert main([command, "--help"]) == 0
-    assert f"tfra {command} examples/hertz_40x20.toml" in capsys.readouterr().out
+def test_help_of_a_command_shows_examples(capsys: pytest.CaptureFixture[str]) -> None:
+    for command in ("frames", "estimate", "generate", "verify"):
+        assert main([command, "--help"]) == 0
+        assert f"tfra {command} examples/hertz_40x20.toml" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("program", [["-m", "tfra.cli"], ["-c", "from tfra.cli.main import main; exit(main())"]])
-def test_as_a_program(program: list[str], tmp_path: Path) -> None:
-    command = [sys.executable, *program, "frames", "none.toml", "--out", "f.npz"]
+def test_as_a_program(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "tfra.cli", "frames", "none.toml", "--out", "f.npz"]
     found = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
     assert found.returncode == 2
     assert found.stderr == "none.toml: cannot be read: No such file or directory\n"
@@ -161,15 +160,6 @@ def test_estimate_by_the_two_variable_search(folder: Path) -> None:
         assert found["sweep_index"].tolist() == [-1, -1, -1]
         for key in KEYS:
             np.testing.assert_array_equal(found[key], getattr(expected, key))
-
-
-def test_estimate_from_all_formats_is_byte_identical(folder: Path) -> None:
-    frames = np.load("frames.npz")["frames"]
-    np.save("frames.npy", frames)
-    np.savetxt("frames.csv", frames.reshape(3, -1), delimiter=",", fmt="%.17g")
-    for suffix in ("npz", "npy", "csv"):
-        assert main(["estimate", "skin.toml", f"frames.{suffix}", "--out", f"{suffix}.npz"]) == 0
-    assert Path("npz.npz").read_bytes() == Path("npy.npz").read_bytes() == Path("csv.npz").read_bytes()
 
 
 def test_estimate_by_the_simulated_core(

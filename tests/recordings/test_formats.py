@@ -19,6 +19,7 @@ from hypothesis import strategies as st
 
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
+from tfra.recordings import formats as all_formats
 from tfra.recordings.formats import suffixes
 from tfra.recordings.frames import Recording, read_recording
 from tfra.recordings.input import PLAIN, Input
@@ -162,6 +163,29 @@ def test_times_of_an_archive(tmp_path: Path) -> None:
         np.savez(path, frames=FRAMES, time=other)
         assert read(path).time is None
         np.testing.assert_array_equal(read(path).frames, FRAMES)
+
+
+# A format of its own
+
+
+def test_a_new_format_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No other file has to know it; its packages are asked for before it reads."""
+    (tmp_path / "raw.py").write_text(
+        "import numpy as np\n"
+        "from tfra.recordings.format import Format, Values\n"
+        "def read(file, sensor, given):\n"
+        "    return Values(np.fromfile(file).reshape(-1, sensor.taxels))\n"
+        "FORMAT = Format(('.raw',), read, needs=('raw', 'numpy'))\n"
+    )
+    monkeypatch.setattr(all_formats, "__path__", [*all_formats.__path__, str(tmp_path)])
+    all_formats.formats.cache_clear()
+    try:
+        FRAMES.tofile(tmp_path / "f.raw")
+        np.testing.assert_array_equal(read(tmp_path / "f.raw").frames, FRAMES)
+        monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None)
+        assert refusal(tmp_path / "f.raw") == "numpy is missing, please run: pip install 'tfra[raw]'"
+    finally:
+        all_formats.formats.cache_clear()
 
 
 # Parquet

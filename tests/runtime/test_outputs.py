@@ -169,13 +169,6 @@ def test_an_archive_that_is_not_as_it_was_written_stays(tmp_path: Path, foreign:
     assert refusal(path, lambda: write(path)) == line
 
 
-def test_an_archive_of_another_command_stays(tmp_path: Path) -> None:
-    path = tmp_path / "out.npz"
-    write(path, command="frames")
-    line = "is not replaced: tfra frames wrote it, not tfra estimate: move it away, or choose another place"
-    assert refusal(path, lambda: write(path)) == line
-
-
 def test_an_empty_file_is_replaced(tmp_path: Path) -> None:
     (tmp_path / "out.npz").touch()
     write(tmp_path / "out.npz")
@@ -366,12 +359,6 @@ def test_an_output_that_changes_meanwhile_stays(tmp_path: Path, how: str) -> Non
         run()
     assert said[0] in str(caught.value)
     assert tree(out) == before
-
-
-def test_an_output_of_another_command_stays(tmp_path: Path) -> None:
-    generate(tmp_path / "out", command="synth")
-    line = "is not replaced: tfra synth wrote it, not tfra generate: move it away, or choose another place"
-    assert refusal(tmp_path / "out", lambda: generate(tmp_path / "out")) == line
 
 
 @pytest.mark.parametrize("where", ["current", "home", "input"])

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import doctest
 import importlib
-import io
 import math
-import pydoc
 import subprocess
 import sys
 import warnings
-from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -75,15 +72,6 @@ def test_every_name_is_there_and_documented() -> None:
         getattr(importlib.import_module("tfra"), "laod")  # noqa: B009
     for name, value in vars(tfra.Sensor).items():
         assert name.startswith("_") or name == "project" or value.__doc__, name
-
-
-def test_help_teaches() -> None:
-    top, call = pydoc.render_doc(tfra, renderer=pydoc.plaintext), pydoc.render_doc(tfra.load, renderer=pydoc.plaintext)
-    assert "sensor.estimate(frames, engine=" in top
-    assert "load(path:" in top
-    assert "class Sensor" in top
-    assert "InputError" in call
-    assert ">>> sensor = tfra.load(" in call
 
 
 @pytest.mark.parametrize("name", ["tfra", "tfra.sensor", "tfra.result"])
@@ -343,9 +331,3 @@ def test_forces_mirror_and_scale(
     else:
         found, signs = sensor.estimate(scale * stress).forces, np.array([1, 1, 1])
     np.testing.assert_allclose(found, expected * signs[:, None, None], atol=1e-6 * np.abs(expected).max())
-
-
-def test_nothing_is_printed(sensor: tfra.Sensor, simulated: tuple[Any, tfra.Truth], tmp_path: Path) -> None:
-    with redirect_stdout(io.StringIO()) as out:
-        sensor.estimate(simulated[0]).save(tmp_path / "r.npz")
-    assert out.getvalue() == ""

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.accessibility import faults, faults_at_all_widths
+from tests.accessibility import faults
 from tests.browser import Browser, browser
 from tests.marks import long
 from tests.view.made import CONFIG, KEYS, NO_CONTACT, project, recording, write
@@ -158,7 +158,7 @@ def test_the_uncertainty_and_its_threshold(tab: Browser, folder: Path) -> None:
     summary = tab.evaluate("document.getElementById('summary').textContent")
     assert "uncertainty, median25 % of |Fz|implausible over25 % of |Fz|" in summary
     go(tab, 1)
-    assert faults_at_all_widths(tab) == []
+    assert faults(tab) == []
     assert tab.messages == []
 
 
