@@ -167,13 +167,12 @@ def _require_codes(file: Path, frames: Floats, adc: Adc, given: Input) -> None:
     if not len(bad := no_codes(frames, given, adc)):
         return
     value, (first, last) = frames[tuple(bad[0])], codes_of(given.coding, adc.bits)
-    hint = ""
-    if value % 1 or not -(2**adc.bits) <= value < 2**adc.bits:
-        hint = ": is the unit Pa or kPa? (--unit)"
-    elif given.coding == "signed" and frames.min() >= 0:
-        hint = ": are they offset binary? (--coding offset)"
-    elif frames.min() < 0:
-        hint = ": are they signed? (--coding signed)"
+    hints = (
+        (value % 1 or not -(2**adc.bits) <= value < 2**adc.bits, ": is the unit Pa or kPa? (--unit)"),
+        (given.coding == "signed" and frames.min() >= 0, ": are they offset binary? (--coding offset)"),
+        (frames.min() < 0, ": are they signed? (--coding signed)"),
+    )
+    hint = next((hint for holds, hint in hints if holds), "")
     place = "frame {}, row {}, column {}".format(*bad[0])
     reason = f"{place} is {value:g}, {given.coding} codes of {adc.bits} bits are whole numbers from {first} to {last}"
     raise InputError(file, FRAMES, f"{reason}{hint}")

@@ -39,14 +39,12 @@ def wrong_shape(sensor: SensorArray, given: Input, shape: Shape) -> str | None:
     if (len(shape) == 3 and shape[1:] == frame) or (len(shape) == 2 and shape[1] == width):
         return None
     other = "columns" if given.order == "rows" else "rows"
-    hint = ""
-    if shape[-2:] == frame[::-1] and len(shape) in (2, 3):
-        hint = f": is every frame transposed? (--order {other})"
-    elif len(shape) == 3 and shape[:2] == frame:
-        hint = ": are frames along the last axis? they must be along the first"
-    elif len(shape) == 2 and skip and shape[1] == sensor.taxels:
-        hint = ": are all columns taxels? (--skip-columns 0)"
-    elif len(shape) == 2 and shape[1] == sensor.taxels + 1:
-        hint = ": is the first column a time stamp? (--skip-columns 1)"
-    needed = f"shape (n, {frame[0]}, {frame[1]}) or (n, {width})"
-    return f"{needed} is needed, got {shortened(str(shape))}{hint}"
+    axes, cells = len(shape), shape[1] if len(shape) == 2 else 0
+    hints = (
+        (shape[-2:] == frame[::-1] and axes in (2, 3), f": is every frame transposed? (--order {other})"),
+        (axes == 3 and shape[:2] == frame, ": are frames along the last axis? they must be along the first"),
+        (skip and cells == sensor.taxels, ": are all columns taxels? (--skip-columns 0)"),
+        (cells == sensor.taxels + 1, ": is the first column a time stamp? (--skip-columns 1)"),
+    )
+    hint = next((hint for holds, hint in hints if holds), "")
+    return f"shape (n, {frame[0]}, {frame[1]}) or (n, {width}) is needed, got {shortened(str(shape))}{hint}"

@@ -35,6 +35,16 @@ _PERIOD = 0.01
 """Seconds between two pieces; screens are not faster."""
 
 
+_MESSAGES = {
+    "waiting": "Waiting for the first frame of {source}.",
+    "running": "Receiving frames from {source}.",
+    "ended": "{source} has ended.",
+    "empty": "{source} has ended without a frame.",
+    "broken": "{source} broke: {reason}.",
+}
+"""What a page says of the source, by its state."""
+
+
 @dataclass(frozen=True)
 class Arrival:
     """A frame ``(rows, columns)`` in Pa, its number, and its time of arrival in s since 1970."""
@@ -174,14 +184,8 @@ class Feed:
             self.counts["drawn"] += count
 
     def _message(self) -> str:
-        match self._state:
-            case "waiting":
-                return f"Waiting for the first frame of {self.source}."
-            case "running":
-                return f"Receiving frames from {self.source}."
-            case "ended":
-                return f"{self.source} has ended{'' if self.counts['came'] else ' without a frame'}."
-        return f"{self.source} broke: {self._reason}."
+        state = "empty" if self._state == "ended" and not self.counts["came"] else self._state
+        return _MESSAGES[state].format(source=self.source, reason=self._reason)
 
     def totals(self) -> str:
         """The counts of frames, in a line."""

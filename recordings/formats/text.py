@@ -171,16 +171,17 @@ def _require_numbers(table: Table, line: Line, lines: list[Line]) -> None:
 
 def _hint(table: Table, cells: list[str], lines: list[Line]) -> str:
     """Return the probable cause of a wrong number of ``cells``."""
-    taxels, more = table.sensor.taxels, len(cells) - table.width
-    if len(cells) == 2 * taxels and table.separator == ",":
-        return "are these decimal commas? then numbers need another separator"
-    if table.skip and len(cells) == taxels:
-        return "are all columns taxels? (--skip-columns 0)"
-    if more == 1 and not table.skip and _may_be_time([cells[0] for _, cells in lines]):
-        return "is the first column a time stamp? (--skip-columns 1)"
-    if 1 < more <= _LIKE_A_TIME or (more == 1 and table.skip):
-        return f"are the first {table.skip + more} columns no taxels? (--skip-columns {table.skip + more})"
-    return ""
+    taxels, skip, more = table.sensor.taxels, table.skip, len(cells) - table.width
+    commas = len(cells) == 2 * taxels and table.separator == ","
+    time = more == 1 and not skip and _may_be_time([cells[0] for _, cells in lines])
+    other_columns = 1 < more <= _LIKE_A_TIME or (more == 1 and skip)
+    hints = (
+        (commas, "are these decimal commas? then numbers need another separator"),
+        (skip and len(cells) == taxels, "are all columns taxels? (--skip-columns 0)"),
+        (time, "is the first column a time stamp? (--skip-columns 1)"),
+        (other_columns, f"are the first {skip + more} columns no taxels? (--skip-columns {skip + more})"),
+    )
+    return next((hint for holds, hint in hints if holds), "")
 
 
 def _may_be_time(column: list[str]) -> bool:
