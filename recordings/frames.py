@@ -77,11 +77,6 @@ def read_recording(path: str | Path, sensor: SensorArray, adc: Adc, given: Input
         raise no_memory(file, error) from None
 
 
-def read_frames(path: str | Path, sensor: SensorArray) -> Floats:
-    """Return the frames at ``path`` of a recording as ``tfra frames`` writes it: in Pa, compression negative."""
-    return read_recording(path, sensor, Adc(), PLAIN).frames
-
-
 def read_references(path: str | Path, count: int) -> dict[str, Floats]:
     """Return the ground truth in a .npz file of ``count`` frames: those of ``REFERENCES`` that it has.
 

@@ -35,11 +35,6 @@ def cell(value: object) -> str:
     return str(value)
 
 
-def percent(share: float, digits: int = 0) -> str:
-    """A ``share`` of 1 as percent, with ``digits`` after the point: 0.25 is 25 %."""
-    return f"{100 * share:.{digits}f} %"
-
-
 def listed(words: Sequence[str]) -> str:
     """Words as in a sentence: ``a, b and c``."""
     *first, last = words or ("",)

@@ -15,12 +15,20 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tfra.model.arrays import Floats
+from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
-from tfra.recordings.frames import read_frames, read_references
+from tfra.recordings.frames import read_recording, read_references
+from tfra.recordings.input import PLAIN
 from tfra.runtime.errors import InputError
 
 SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
 FRAMES = np.arange(24.0).reshape(4, 2, 3) - 7.25
+
+
+def read_frames(path: Path, sensor: SensorArray) -> Floats:
+    """The frames of a recording as ``tfra frames`` writes it."""
+    return read_recording(path, sensor, Adc(), PLAIN).frames
 
 
 def refusal(path: Path) -> str:

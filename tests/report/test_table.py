@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from tfra.report.numbers import cell, listed, number, percent
+from tfra.report.numbers import cell, listed, number
 from tfra.report.table import Table
 
 ROWS = [("LUT", 1200, 0.5, "a<b"), ("DSP", None, -1.0, "")]
@@ -66,6 +66,5 @@ def test_cells(value: object, words: str) -> None:
     assert cell(value) == words
 
 
-def test_shares_and_lists() -> None:
-    assert [percent(0.256), percent(0.256, 1)] == ["26 %", "25.6 %"]
+def test_lists() -> None:
     assert [listed(["a", "b", "c"][:n]) for n in range(4)] == ["", "a", "a and b", "a, b and c"]

@@ -17,13 +17,16 @@ import tfra.view.feed as module
 from tests.accessibility import faults, faults_at_all_widths
 from tests.browser import Browser, browser
 from tests.view.made import project, recording
-from tests.view.test_page import UNNAMED, WIDER, at, cells, fill, numbers
+from tests.view.test_page import WIDER, at, cells, fill, numbers
 from tfra.model.arrays import Floats
 from tfra.model.tfra import Tfra
 from tfra.view.feed import Feed
 from tfra.view.page import render_live
 from tfra.view.server import serving
 
+UNNAMED = """[...document.querySelectorAll('button, input, select, canvas, [role=img], [role=group]')]
+  .filter(e => !e.getAttribute('aria-label')?.trim() && !e.textContent.trim() && !e.labels?.[0]?.textContent.trim())
+  .map(e => e.id)"""
 
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
