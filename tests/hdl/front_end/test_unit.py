@@ -7,7 +7,7 @@ from copy import deepcopy
 import numpy as np
 import pytest
 
-from tests.hdl.front_end.bench import Frame, Seen, Session, words
+from tests.hdl.front_end.session import Frame, Seen, Session, words
 from tests.marks import long
 from tfra.hdl.front_end.repair import Repair
 from tfra.hdl.front_end.tables import GAINS, OFFSETS, REPAIRS
@@ -321,12 +321,12 @@ def test_nothing_is_taken_while_the_unit_does_not_run():
     session = transparent(make())
     session.frames(*numbered(1))
     session.set(Settings(14))
-    session.steps.append(lambda ctx: held(ctx, session))
+    session.steps.append(lambda ctx: stopped(ctx, session))
     session.frames(*numbered(1))
     assert len(session.play().codes) == 2
 
 
-async def held(ctx, session: Session) -> None:
+async def stopped(ctx, session: Session) -> None:
     ctx.set(session.unit.settings.run, 0)
     await ctx.tick()
     assert not ctx.get(session.unit.i.ready)

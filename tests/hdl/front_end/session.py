@@ -185,9 +185,7 @@ class Session:
         unit, names = self.unit, list(EVENTS.members)
         while True:
             ports = [getattr(unit.events, name) for name in names]
-            _, _, store, faulty, *events = await ctx.tick().sample(
-                unit.faulty_store, unit.faulty, *ports
-            )
+            _, _, store, faulty, *events = await ctx.tick().sample(unit.faulty_store, unit.faulty, *ports)
             self.cycle += 1
             assert self.cycle < LIMIT, "no end"
             self.seen.events.update(name for name, event in zip(names, events, strict=False) if event)
@@ -195,7 +193,7 @@ class Session:
                 self.seen.faulty.append(plain(faulty))
 
     async def _take(self, ctx: Any) -> None:
-        unit, held = self.unit, None
+        unit, offered = self.unit, None
         while True:
             ready = [not next(self._out), not next(self._out)]
             ctx.set(unit.facts.ready, ready[0])
@@ -203,8 +201,8 @@ class Session:
             _, _, facts_valid, facts, code_valid, code = await ctx.tick().sample(
                 unit.facts.valid, unit.facts.payload, unit.codes.valid, unit.codes.payload
             )
-            assert held is None or (code_valid and code == held), "changed before it was taken"
-            held = code if code_valid and not ready[1] else None
+            assert offered is None or (code_valid and code == offered), "changed before it was taken"
+            offered = code if code_valid and not ready[1] else None
             if facts_valid and ready[0]:
                 self.seen.facts.append(plain(facts))
                 self.seen.codes.append([])
