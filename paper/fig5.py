@@ -58,8 +58,8 @@ def _measured(setup: Setup) -> str:
     reference = Contacts(forces, mu, np.array(DIRECTIONS))
     parts = []
     for name in ("TFRA, float", "TFRA, bit-accurate"):
-        found = setup.engines[name](stress)
-        worst = largest(errors(reference, Contacts(found.resultant, found.mu, found.phi_deg)))
+        estimate = setup.engines[name](stress)
+        worst = largest(errors(reference, Contacts(estimate.resultant, estimate.mu, estimate.phi_deg)))
         parts.append(
             f"{name}: φ {worst['phi_deg']:.2f}°, μ {worst['mu_abs']:.3f}, F {worst['force_n']:.2f} N (by the paper's "
             f"measures e(F) {worst['force']:.2f}, e(μ) {worst['mu']:.2f}, e(φ) {worst['phi']:.2f} %)"

@@ -39,13 +39,13 @@ def fig8(setups: Sequence[Setup]) -> Picture:
 def _columns(setup: Setup) -> Columns:
     sensor = setup.project.design.sensor
     contacts = [setup.contacts([PHI], shift)[0] for shift in SHIFTS]
-    found = setup.tfra(setup.stress(contacts))
+    estimate = setup.tfra(setup.stress(contacts))
     dx, dy = np.array(SHIFTS).T
     columns: Columns = {
         "dx_mm": 1e3 * sensor.pitch_x * dx,
         "dy_mm": 1e3 * sensor.pitch_y * dy,
-        "mu": found.mu,
-        "phi_deg": near(found.phi_deg, np.full(len(SHIFTS), float(PHI))),
+        "mu": estimate.mu,
+        "phi_deg": near(estimate.phi_deg, np.full(len(SHIFTS), float(PHI))),
     }
     return rounded(columns)
 

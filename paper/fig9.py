@@ -68,15 +68,15 @@ def _median(model: Engine, frame: Floats, repeats: int) -> float:
 def _measured(title: str, columns: Columns) -> str:
     slow, literal, fast = (columns[name] for name in COLUMNS.values())
 
-    def said(name: str, times: Column) -> str:
+    def median_and_longest(name: str, times: Column) -> str:
         return f"{name} {np.median(times):.2f} ms ({times.max():.2f})"
 
     def ratio(one: Column, other: Column) -> str:
         return f"{np.median(one) / np.median(other):.1f}"
 
     return (
-        f"{title}, median (longest) over the directions: {said('two-variable', slow)}, "
-        f"{said('TFRA literal', literal)}, {said('TFRA', fast)}. Ratios of medians: "
+        f"{title}, median (longest) over the directions: {median_and_longest('two-variable', slow)}, "
+        f"{median_and_longest('TFRA literal', literal)}, {median_and_longest('TFRA', fast)}. Ratios of medians: "
         f"two-variable to literal {ratio(slow, literal)}, to TFRA {ratio(slow, fast)}; "
         f"literal to TFRA {ratio(literal, fast)}."
     )

@@ -35,10 +35,10 @@ class LiteralTfra:
     def __call__(self, frames: npt.ArrayLike) -> Result:
         """Forces of ``frames (n, rows, columns)`` in Pa; raises ``ValueError`` for a wrong shape or NaN."""
         b = check_frames(self.sensor, frames).reshape(-1, self.sensor.taxels)
-        found = [self._frame(row) for row in b]
-        forces = np.array([f for f, *_ in found]).reshape(len(b), 3, self.sensor.rows, self.sensor.columns)
-        phi, mu_x, mu_y = (np.array([row[k] for row in found], dtype=np.float64) for k in (1, 2, 3))
-        index, status = (np.array([row[k] for row in found], dtype=np.int64) for k in (4, 5))
+        results = [self._frame(row) for row in b]
+        forces = np.array([f for f, *_ in results]).reshape(len(b), 3, self.sensor.rows, self.sensor.columns)
+        phi, mu_x, mu_y = (np.array([row[k] for row in results], dtype=np.float64) for k in (1, 2, 3))
+        index, status = (np.array([row[k] for row in results], dtype=np.int64) for k in (4, 5))
         resultant = forces.sum(axis=(2, 3))  # Eq. 12
         tangential, normal = np.hypot(resultant[:, 0], resultant[:, 1]), np.abs(resultant[:, 2])
         mu = np.divide(tangential, normal, out=np.zeros(len(b)), where=normal > 0)  # Eq. 15
@@ -88,7 +88,7 @@ class LiteralTfra:
         u0, u_x, u_y = sums[0] * sin - sums[1] * cos
         along_y = abs(sin) > abs(cos) * (1 + TIE)  # Fig. 3
         start = self.steps if (sin if along_y else cos) < 0 else 0
-        best, found = (np.inf, np.inf), (a[:, 0], 0.0, 0.0, 0)
+        best, chosen = (np.inf, np.inf), (a[:, 0], 0.0, 0.0, 0)
         for index in range(self.steps + 1):
             mu = (index - start) / self.steps
             mu_x, mu_y = (-(u0 + mu * u_y) / u_x, mu) if along_y else (mu, -(u0 + mu * u_x) / u_y)  # Eqs. 17, 18
@@ -98,5 +98,5 @@ class LiteralTfra:
             b_z = float(normal[normal > 0].sum())  # Eq. 23
             b_xy = float(abs(tangential[tangential > 0].sum() - traction))  # Eq. 25
             if (b_z, b_xy) < best:
-                best, found = (b_z, b_xy), (f, float(mu_x), float(mu_y), index)
-        return found
+                best, chosen = (b_z, b_xy), (f, float(mu_x), float(mu_y), index)
+        return chosen

@@ -60,8 +60,8 @@ def index(folder: Path, tables: Sequence[Table], pictures: Sequence[Picture], ve
     items: list[Picture | Table] = [*pictures, *tables]
     titles = {item.name: _heading(item) for item in items}
     links = {**titles, "fig9": "Fig. 9: Execution time", "versions": "Made with"}
-    shown = [*(_picture(folder, picture) for picture in pictures), TIMING, *(_table(table) for table in tables)]
-    parts = [INTRODUCTION, *map(_summary, tables), NOTES, contents(links), *shown, _versions(versions)]
+    sections = [*(_picture(folder, picture) for picture in pictures), TIMING, *(_table(table) for table in tables)]
+    parts = [INTRODUCTION, *map(_summary, tables), NOTES, contents(links), *sections, _versions(versions)]
     return document("The paper's tables and figures, computed again", parts, STYLE)
 
 
@@ -118,7 +118,7 @@ def _row(cells: Sequence[str], place: int) -> str:
 
 def _text(read: Text) -> str:
     names = {"Published": read.published, "Measured": read.measured, "Difference": read.why}
-    return "<dl>" + "".join(f"<dt>{name}</dt><dd>{text(said)}</dd>" for name, said in names.items()) + "</dl>"
+    return "<dl>" + "".join(f"<dt>{name}</dt><dd>{text(note)}</dd>" for name, note in names.items()) + "</dl>"
 
 
 def _versions(versions: dict[str, str]) -> str:

@@ -42,11 +42,11 @@ def table(name: str) -> list[dict[str, str]]:
         return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
-def errors(reference: Contacts, found: Contacts) -> dict[str, Floats]:
+def errors(reference: Contacts, estimate: Contacts) -> dict[str, Floats]:
     """Errors by the keys of ``PAPER`` and of ``PLAIN``, each ``(n,)``, and of each component as ``axes (n, 3)``."""
-    every = metrics.errors(reference, found)
+    every = metrics.errors(reference, estimate)
     ours = {key: every[name] for key, name in PAPER.items()} | {key: every[key] for key in PLAIN}
-    return ours | {"axes": metrics.error_force(reference.resultant, found.resultant)}
+    return ours | {"axes": metrics.error_force(reference.resultant, estimate.resultant)}
 
 
 def largest(every: dict[str, Floats]) -> dict[str, float]:

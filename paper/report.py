@@ -63,10 +63,10 @@ def report(
 def _fill(folder: Path, versions: dict[str, str], repeats: int, advance: Callable[[int], None]) -> dict[str, Any]:
     """Write every table, figure and page into ``folder``, and return their summary."""
     contacts = setups()
-    made = []
+    results = []
     for name, setup in zip(("table1", "table2"), contacts, strict=True):
-        made.append(tables.make(name, setup))
-        _write_table(made[-1], folder)
+        results.append(tables.build(name, setup))
+        _write_table(results[-1], folder)
         advance(1)
     pictures = []
     for figure in FIGURES:
@@ -76,8 +76,8 @@ def _fill(folder: Path, versions: dict[str, str], repeats: int, advance: Callabl
     timing = fig9(contacts, repeats, advance)
     write(timing, folder)
     (folder / "fig9.html").write_text(page.alone(folder, timing, versions), encoding="utf-8")
-    (folder / "index.html").write_text(page.index(folder, made, pictures, versions), encoding="utf-8")
-    return _summary(made, versions, sorted(path.name for path in folder.iterdir()))
+    (folder / "index.html").write_text(page.index(folder, results, pictures, versions), encoding="utf-8")
+    return _summary(results, versions, sorted(path.name for path in folder.iterdir()))
 
 
 def _write_table(table: tables.Table, folder: Path) -> None:
@@ -88,16 +88,16 @@ def _write_table(table: tables.Table, folder: Path) -> None:
         (folder / f"{table.name}{suffix}.csv").write_text(stream.getvalue(), encoding="utf-8")
 
 
-def _summary(made: Sequence[tables.Table], versions: dict[str, str], files: list[str]) -> dict[str, Any]:
+def _summary(results: Sequence[tables.Table], versions: dict[str, str], files: list[str]) -> dict[str, Any]:
     def worst(keys: Sequence[str]) -> dict[str, Any]:
         """By table and method, where all of these errors are known."""
         return {
             table.name: {
-                method: {key: round(found[key], 4) for key in keys}
-                for method, found in table.largest.items()
-                if found.keys() >= set(keys)
+                method: {key: round(errors[key], 4) for key in keys}
+                for method, errors in table.largest.items()
+                if errors.keys() >= set(keys)
             }
-            for table in made
+            for table in results
         }
 
     return {

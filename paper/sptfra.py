@@ -66,8 +66,8 @@ def _rows(setup: Setup) -> list[dict[str, Any]]:
     stress, forces = setup.stress(contacts), [contact.force for contact in contacts]
     sensor, full = setup.project.design.sensor, operators(setup.project.design.sensor)
 
-    def row(series: str, strength: float, products: int, found: Result) -> dict[str, Any]:
-        worst = float(error_force(forces, found.resultant).max())
+    def row(series: str, strength: float, products: int, estimate: Result) -> dict[str, Any]:
+        worst = float(error_force(forces, estimate.resultant).max())
         return {
             "contact": setup.key,
             "series": series,
@@ -86,8 +86,8 @@ def _rows(setup: Setup) -> list[dict[str, Any]]:
         adc = Adc(16, setup.project.design.adc.full_scale)
         given = {f.name: getattr(setup.project.design, f.name) for f in fields(Choices)} | {"adc": adc}
         design = SparseDesign(**given, sparse=Filter("F2", strength))
-        found = decode(design, FixedTfra(design)(quantise(design, stress)).words)
-        rows.append(row("F2, bit-accurate, mirror-folded", strength, design.nonzero_products, found))
+        estimate = decode(design, FixedTfra(design)(quantise(design, stress)).words)
+        rows.append(row("F2, bit-accurate, mirror-folded", strength, design.nonzero_products, estimate))
     return rows
 
 

@@ -33,8 +33,8 @@ def surfaces(name: str, setup: Setup) -> Picture:
     contacts = setup.contacts(DIRECTIONS)
     sensor = setup.project.design.sensor
     load = np.array([cell_means(sensor, contact) for contact in contacts])
-    found = setup.tfra(setup.stress(contacts)).forces / sensor.taxel_area  # Eq. 37
-    columns = _columns(sensor, load, found)
+    estimate = setup.tfra(setup.stress(contacts)).forces / sensor.taxel_area  # Eq. 37
+    columns = _columns(sensor, load, estimate)
     text = Text(
         "Four directions of surfaces, similar to the reference in each; no numbers.",
         _measured(columns),
@@ -56,14 +56,14 @@ def cell_means(sensor: SensorArray, contact: Contact) -> Floats:
     return np.asarray(values.reshape(3, sensor.rows, FINE, sensor.columns, FINE).mean(axis=(2, 4)))
 
 
-def _columns(sensor: SensorArray, load: Floats, found: Floats) -> Columns:
+def _columns(sensor: SensorArray, load: Floats, estimate: Floats) -> Columns:
     x, y = sensor.positions()
     columns: Columns = {
         "phi_ref_deg": np.repeat(DIRECTIONS, sensor.taxels),
         "x_mm": np.tile(1e3 * x, len(DIRECTIONS)),
         "y_mm": np.tile(1e3 * y, len(DIRECTIONS)),
     }
-    for suffix, (q_x, q_y, q_z) in (("_ref", np.moveaxis(load, 1, 0)), ("", np.moveaxis(found, 1, 0))):
+    for suffix, (q_x, q_y, q_z) in (("_ref", np.moveaxis(load, 1, 0)), ("", np.moveaxis(estimate, 1, 0))):
         columns[f"q_t{suffix}_kPa"] = 1e-3 * np.hypot(q_x, q_y).ravel()  # Eq. 36
         columns[f"q_z{suffix}_kPa"] = 1e-3 * q_z.ravel()
     return rounded(columns)

@@ -48,7 +48,7 @@ class Table:
     text: Text
 
 
-def make(name: str, setup: Setup) -> Table:
+def build(name: str, setup: Setup) -> Table:
     """The table of one contact: for each direction what was published, then each engine."""
     contacts = setup.contacts(TABLE_DIRECTIONS)
     stress = setup.stress(contacts)
@@ -56,8 +56,8 @@ def make(name: str, setup: Setup) -> Table:
     parts, worst = _published(setup)
     reference = Contacts(forces, mu, np.array(TABLE_DIRECTIONS, dtype=float))
     for engine, run in setup.engines.items():
-        found = run(stress)
-        estimate = Contacts(found.resultant, found.mu, near(found.phi_deg, reference.phi_deg))
+        result = run(stress)
+        estimate = Contacts(result.resultant, result.mu, near(result.phi_deg, reference.phi_deg))
         every = errors(reference, estimate)
         worst[engine] = largest(every)
         parts += _rows(engine, reference, estimate, every)
@@ -91,12 +91,12 @@ def _published(setup: Setup) -> tuple[list[tuple[str, ...]], dict[str, dict[str,
     return rows, worst
 
 
-def _rows(engine: str, reference: Contacts, found: Contacts, every: dict[str, Floats]) -> list[tuple[str, ...]]:
+def _rows(engine: str, reference: Contacts, estimate: Contacts, every: dict[str, Floats]) -> list[tuple[str, ...]]:
     rows = []
     for n, direction in enumerate(TABLE_DIRECTIONS):
-        pairs = np.stack([reference.resultant[n], found.resultant[n]], axis=1).ravel()
-        mu = number(reference.mu[n], 2), number(found.mu[n], 3)
-        values = [str(direction), *(number(f, 2) for f in pairs), *mu, number(found.phi_deg[n], 2)]
+        pairs = np.stack([reference.resultant[n], estimate.resultant[n]], axis=1).ravel()
+        mu = number(reference.mu[n], 2), number(estimate.mu[n], 3)
+        values = [str(direction), *(number(f, 2) for f in pairs), *mu, number(estimate.phi_deg[n], 2)]
         rows.append(_row(engine, values, every, n))
     return rows
 

@@ -62,15 +62,15 @@ def sensors(design: Design, count: int, rng: np.random.Generator) -> list[dict[s
     exact = scaled(Cover()(sensor, contacts, rng), rng.uniform(*LEVELS, count) * full)
     noisy = exact.stress + NOISE * peak(exact.stress) * rng.standard_normal(exact.stress.shape)
     shape = (sensor.rows, sensor.columns)
-    made = []
+    drawn = []
     for few in np.array_split(np.arange(count), SENSORS):
         dead = np.zeros(sensor.taxels, dtype=bool)
         dead[rng.choice(sensor.taxels, round(DEAD * sensor.taxels), replace=False)] = True
         rest = NOISE * full * rng.standard_normal((1 << LOG2_TARE, *shape))
         offset = TILT * full * plane(rng, shape)
         one = {"stress": noisy[few], "force": exact.force[few], "rest": rest}
-        made.append(one | {"offset": offset, "dead": dead.reshape(shape)})
-    return made
+        drawn.append(one | {"offset": offset, "dead": dead.reshape(shape)})
+    return drawn
 
 
 def observe(design: Design, one: Mapping[str, Any]) -> dict[str, Ints]:

@@ -94,9 +94,9 @@ def _agreements(every: Record) -> Iterator[list[str]]:
 
 def short(record: Record) -> str:
     """Pooled medians of the float estimators."""
-    shown = NOISES[1:]
-    rows = ([who, *(_cell(record["pooled"][noise][who]) for noise in shown)] for who in FLOAT)
-    return markdown(["medians of all sensors", *(f"{noise}: {', '.join(SYMBOLS.values())}" for noise in shown)], rows)
+    noises = NOISES[1:]
+    rows = ([who, *(_cell(record["pooled"][noise][who]) for noise in noises)] for who in FLOAT)
+    return markdown(["medians of all sensors", *(f"{noise}: {', '.join(SYMBOLS.values())}" for noise in noises)], rows)
 
 
 def _cell(row: Mapping[str, Sequence[float]]) -> str:

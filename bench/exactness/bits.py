@@ -115,8 +115,8 @@ def designs(names: tuple[str, ...]) -> str:
 def sentence(out: str) -> str:
     """The answer on top of a report."""
     tables = {path.stem: pl.read_parquet(path) for path in (PLACE / out / "tables").iterdir()}
-    said: str = summary(tables, load_study(ROOT / example(out)).design)
-    return "> " + said
+    text: str = summary(tables, load_study(ROOT / example(out)).design)
+    return "> " + text
 
 
 def main() -> None:

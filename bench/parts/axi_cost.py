@@ -41,10 +41,10 @@ def interval(design: Design) -> dict[str, Any]:
     return {"alone": core.initiation_interval, "behind_axi": measured, "latency": core.latency}
 
 
-def size(made: Any) -> dict[str, int]:
+def size(component: Any) -> dict[str, int]:
     """Cells of a component on the target."""
     with tempfile.TemporaryDirectory() as folder:
-        return dict(synthesise(to_rtlil(made, "part"), "part", find(TARGET), Path(folder)).resources)
+        return dict(synthesise(to_rtlil(component, "part"), "part", find(TARGET), Path(folder)).resources)
 
 
 def main() -> None:

@@ -46,8 +46,8 @@ def executed(notebook: dict[str, Any]) -> list[list[Output]]:
 
 def _outputs(source: str, names: dict[str, Any], number: int) -> Iterator[Output]:
     """Run one cell; an error in it is an error here."""
-    told, value = io.StringIO(), None
-    with redirect_stdout(told), warnings.catch_warnings(record=True) as warned:
+    printed, value = io.StringIO(), None
+    with redirect_stdout(printed), warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("error")
         warnings.simplefilter("always", Notice)
         tree = ast.parse("\n".join(_python(line) for line in source.splitlines()))
@@ -56,7 +56,7 @@ def _outputs(source: str, names: dict[str, Any], number: int) -> Iterator[Output
         if isinstance(last, ast.Expr):
             value = eval(compile(ast.Expression(last.value), f"cell {number}", "eval"), names)
     doubts = "".join(f"{each.category.__name__}: {each.message}\n" for each in warned)
-    for name, text in {"stdout": told.getvalue(), "stderr": doubts}.items():
+    for name, text in {"stdout": printed.getvalue(), "stderr": doubts}.items():
         if text:
             yield {"name": name, "output_type": "stream", "text": text.splitlines(keepends=True)}
     for figure in map(pyplot.figure, pyplot.get_fignums()):
