@@ -28,6 +28,7 @@ UNNAMED = """[...document.querySelectorAll('button, input, select, canvas, [role
   .filter(e => !e.getAttribute('aria-label')?.trim() && !e.textContent.trim() && !e.labels?.[0]?.textContent.trim())
   .map(e => e.id)"""
 
+
 @pytest.fixture(scope="module")
 def tab(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     with browser(tmp_path_factory.mktemp("browser")) as tab:
