@@ -1,7 +1,7 @@
 """Resources of a design before synthesis.
 
 Multipliers and memories follow yosys' mapping rules; lookup tables and flip-flops are sums of the
-operators in the design's :mod:`census <tfra.synth.census>`, each kind at the price fitted to syntheses: of parallel
+operators that :mod:`tfra.synth.cell_count` finds in the design, each kind at the price fitted to syntheses: of parallel
 cores for ECP5 (``python -m bench.parts.estimates``), of serial cores for iCE40 (``python -m bench.parts.serial``).
 Other families have other rules for memories and carry chains: for them the estimate is a guide, not a proof.
 """
@@ -21,7 +21,7 @@ from tfra.families import FAMILIES, Family, Target
 from tfra.families.family import HardMultiplier
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
-from tfra.synth.census import Census, Memory, census
+from tfra.synth.cell_count import CellCount, Memory, cell_counts
 
 KINDS = ("add", "shift", "logic", "reduce", "mux")
 """Operators with a price in lookup tables per bit."""
@@ -119,7 +119,7 @@ def _no_luts(a: int, b: int) -> float:
     return 0.0
 
 
-def features(counts: Census, family: Family, kind: str = "parallel") -> dict[str, float]:
+def features(counts: CellCount, family: Family, kind: str = "parallel") -> dict[str, float]:
     """Features that prices multiply: bits by kind, lookup tables of memories ``table``, register bits ``ff``.
 
     ``DSP``, ``BRAM`` and ``SPRAM`` are counts.  Where registers move into multipliers and memories, each takes one
@@ -180,11 +180,11 @@ class Estimate:
 
 def estimate(design: Design, family: Family) -> Estimate:
     """Resources of ``design`` on ``family``; elaborates the core, which takes half a second."""
-    kind, blocks, counted = design.architecture.kind, {}, census(design)
+    kind, blocks, counted = design.architecture.kind, {}, cell_counts(design)
     for name, counts in counted.items():
         priced = price(features(counts, family, kind), prices(kind))
         blocks[name] = {resource: priced[resource] for resource in family.cells}
-    lanes = counted.get("matvec", Census())
+    lanes = counted.get("matvec", CellCount())
     return Estimate(blocks, sum(place(memory, family).tables for memory in lanes.memories if memory.rom))
 
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bench.parts.baseline import entry, key
 from bench.parts.flat import Flat
 from bench.publish import ROOT
 from tfra.codegen.verilog.emit import to_rtlil
@@ -22,7 +23,6 @@ from tfra.model.choices import Architecture
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.synth.baseline import entry, key
 from tfra.synth.flow import route, synthesise
 from tfra.synth.report import clock_facts, median_route, resource_facts
 from tfra.synth.run import netlist
@@ -58,7 +58,7 @@ SUBJECTS = {
 
 
 def measure(subject: Subject) -> dict[str, Any]:
-    """The parts of a report that :func:`tfra.synth.baseline.compare` looks at."""
+    """The parts of a report that :func:`bench.parts.baseline.compare` looks at."""
     target = find(subject.target)
     with tempfile.TemporaryDirectory() as folder:
         synthesis = synthesise(subject.text(), subject.top, target, Path(folder))

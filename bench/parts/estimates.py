@@ -22,7 +22,7 @@ from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.synth.census import Census, census
+from tfra.synth.cell_count import CellCount, cell_counts
 from tfra.synth.estimate import KINDS, Prices, features, price
 from tfra.synth.flow import synthesise
 from tfra.synth.run import netlist
@@ -62,8 +62,8 @@ def measure(subject: Design) -> dict[str, Any]:
 
 def asked(subject: Design, family: Family = TARGET.family) -> dict[str, float]:
     """Features of one design on ``family``, all blocks together."""
-    total = Census()
-    for block in census(subject).values():
+    total = CellCount()
+    for block in cell_counts(subject).values():
         total += block
     return features(total, family, subject.architecture.kind)
 

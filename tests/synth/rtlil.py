@@ -1,4 +1,4 @@
-"""Counts of a core in the text of its RTLIL: the oracle of :mod:`tfra.synth.census`, which never makes any."""
+"""Counts of a core in the text of its RTLIL: the oracle of :mod:`tfra.synth.cell_count`, which never makes any."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from tfra.families.hierarchy import block_of
-from tfra.synth.census import Census, Memory
+from tfra.synth.cell_count import CellCount, Memory
 
 _ADD = ("$add", "$sub", "$neg", "$lt", "$le", "$gt", "$ge")
 _SHIFT = ("$shl", "$shr", "$sshl", "$sshr", "$shift", "$shiftx")
@@ -15,13 +15,13 @@ _LOGIC = ("$and", "$or", "$xor", "$xnor")
 _REDUCE = ("$eq", "$ne", "$reduce_or", "$reduce_and", "$reduce_xor", "$reduce_bool")
 
 
-def count(rtlil: str) -> dict[str, Census]:
+def count(rtlil: str) -> dict[str, CellCount]:
     """Counts by block in the text of a top module's RTLIL; see :func:`block_of` for the names."""
-    blocks: dict[str, Census] = {}
+    blocks: dict[str, CellCount] = {}
     modules = list(_modules(rtlil))
     own = {name for name, _ in modules}
     for name, body in modules:
-        found = blocks.setdefault(block_of(name.partition(".")[2]), Census())
+        found = blocks.setdefault(block_of(name.partition(".")[2]), CellCount())
         found += _count_module(body, own)
     return blocks
 
@@ -32,8 +32,8 @@ def _modules(rtlil: str) -> Iterator[tuple[str, list[str]]]:
         yield head.strip().lstrip("\\"), [line.strip() for line in lines]
 
 
-def _count_module(lines: list[str], own: set[str]) -> Census:
-    found, reads, writes, memories = Census(), Counter[str](), Counter[str](), dict[str, tuple[int, int]]()
+def _count_module(lines: list[str], own: set[str]) -> CellCount:
+    found, reads, writes, memories = CellCount(), Counter[str](), Counter[str](), dict[str, tuple[int, int]]()
     resets: list[bool] = []  # for every open switch: does it look at the reset?
     cell, facts = "", dict[str, str]()
     for line in lines:
@@ -69,7 +69,7 @@ def _slice_bits(assignment: str) -> int:
     return int(match[1]) - int(match[2] or match[1]) + 1
 
 
-def _count_cell(found: Census, cell: str, facts: dict[str, str], own: set[str]) -> None:
+def _count_cell(found: CellCount, cell: str, facts: dict[str, str], own: set[str]) -> None:
     def bits(*keys: str) -> int:
         return max(int(facts.get(f"\\{key}", "0")) for key in keys)
 

@@ -13,7 +13,7 @@ from tfra.families import FAMILIES, Family, find
 from tfra.model.choices import SERIAL, Architecture, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.synth.census import Census, Memory
+from tfra.synth.cell_count import CellCount, Memory
 from tfra.synth.estimate import KINDS, Prices, estimate, features, misfits, multipliers, place, price, prices
 
 ECP5, ICE40, GOWIN, XILINX = (FAMILIES[name] for name in ("ecp5", "ice40", "gowin", "xilinx"))
@@ -85,7 +85,7 @@ def test_multipliers(widths: tuple[int, int], family: Family, cells: int) -> Non
 
 
 def test_instances_count_as_what_they_are() -> None:
-    counts = Census()
+    counts = CellCount()
     counts.instances.update({"MULT18X18D": 7, "DP16KD": 2})
     found = features(counts, ECP5)
     assert (found["DSP"], found["BRAM"]) == (7, 2)

@@ -6,8 +6,8 @@ import json
 
 import pytest
 
+from bench.parts.baseline import compare
 from bench.parts.baselines import FOLDER, SUBJECTS, measure
-from tfra.synth.baseline import compare
 
 
 @pytest.mark.long

@@ -18,7 +18,7 @@ from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.synth.census import Census, Memory, census, count
+from tfra.synth.cell_count import CellCount, Memory, cell_counts, count
 
 
 class Part(Elaboratable):
@@ -56,12 +56,12 @@ class Whole(Elaboratable):
         return m
 
 
-def both(part: Elaboratable) -> tuple[Census, Census]:
+def both(part: Elaboratable) -> tuple[CellCount, CellCount]:
     """Counts of ``part``, a fresh one each: as they are made, and in its RTLIL."""
     ports = part.inputs
     found = count(Fragment.get(Whole(part), None))
     text = count_text(rtlil.convert(Whole(part), name="whole", ports=ports, emit_src=False))
-    assert found["top"] == text["top"] == Census()
+    assert found["top"] == text["top"] == CellCount()
     return found["part"], text["part"]
 
 
@@ -154,7 +154,7 @@ digits where multipliers need none."""
 def test_cores_as_their_text(name: str) -> None:
     """Block by block.  A constant that a wire brings shortens an operand in the text, by a bit or two."""
     design = DESIGNS[name]
-    found, text = census(design), count_text(to_rtlil(Top(design), design.name))
+    found, text = cell_counts(design), count_text(to_rtlil(Top(design), design.name))
     assert found.keys() == text.keys()
     for block, one in found.items():
         other = text[block]
@@ -185,12 +185,12 @@ def test_blocks_by_name(path: str, block: str) -> None:
 @pytest.mark.long
 def test_a_core() -> None:
     design = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
-    blocks = census(design)
+    blocks = cell_counts(design)
     assert {"normaliser", "matvec", "combine", "sweep", "scaling"} <= blocks.keys()
     coefficients = [memory for memory in blocks["matvec"].memories if memory.rom]
     lanes = len(blocks["matvec"].multipliers) + blocks["matvec"].instances["MULT18X18D"]
     assert lanes == 4
     assert sum(memory.reads for memory in coefficients) == 4
-    more = census(TfraDesign(design.sensor, architecture=Architecture(8)))
+    more = cell_counts(TfraDesign(design.sensor, architecture=Architecture(8)))
     assert len(more["matvec"].multipliers) + more["matvec"].instances["MULT18X18D"] == 8
     assert more["gain"] == blocks["gain"]

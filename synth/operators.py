@@ -30,14 +30,14 @@ class _Register:
     """The expression that it takes in every cycle, if there is one."""
 
     @property
-    def holds(self) -> tuple[Any, ...]:
-        """Registers that hold the same word count once."""
+    def content(self) -> tuple[Any, ...]:
+        """Registers of the same content are one."""
         if self.copies is None:
             return (id(self.signal),)
         return id(self.copies), self.signal.init, self.signal.reset_less
 
 
-class Counting:
+class OperatorCount:
     """Counts of one module; ``operators`` in bits by kind: add, shift (bits times levels), logic, reduce, mux.
 
     ``multipliers`` are the widths of both operands of every multiplication.
@@ -50,11 +50,11 @@ class Counting:
 
     @property
     def registers(self) -> int:
-        """Flip-flops in bits: none for a register that stays zero, and one register for all that hold the same."""
+        """Flip-flops in bits: none for a register that stays zero, and one register for all of the same content."""
         bits: dict[tuple[Any, ...], int] = {}
         for register in self._registers.values():
             if register.varies:
-                bits[register.holds] = max(bits.get(register.holds, 0), len(register.signal))
+                bits[register.content] = max(bits.get(register.content, 0), len(register.signal))
         return sum(bits.values())
 
     def module(self, fragment: Fragment) -> None:
@@ -102,7 +102,7 @@ class Counting:
             raise TypeError(f"{left!r} is not counted")
 
     def _store(self, statement: Any, conditional: bool) -> None:
-        """What the written registers hold from now on."""
+        """What the written registers contain from now on."""
         for signal in statement._lhs_signals():
             register = self._registers[id(signal)]
             register.varies |= bool(signal.init) or not _is_zero(statement.rhs)
