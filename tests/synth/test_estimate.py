@@ -92,7 +92,7 @@ def test_instances_count_as_what_they_are() -> None:
 
 
 def test_price_is_the_sum_of_its_parts() -> None:
-    rates = Prices("ecp5", dict.fromkeys(KINDS, 0.5), 0.9, {})
+    rates = Prices("ecp5", "tfra", dict.fromkeys(KINDS, 0.5), 0.9, {})
     found = dict.fromkeys((*KINDS, "table", "ff", "DSP", "BRAM", "SPRAM"), 10.0)
     assert price(found, rates) == {"LUT": 35.0, "FF": 9.0, "DSP": 10, "BRAM": 10, "SPRAM": 10}
 
