@@ -47,8 +47,8 @@ class PlaceAndRoute:
     packer: str
     bitstream: str
     """Suffix of the bitstream's file."""
-    bels: Mapping[str, str]
-    """nextpnr's name of a resource."""
+    bels: Mapping[str, Mapping[str, int]]
+    """Resources of nextpnr's bels, and the number of the resource that each is."""
     layout: tuple[str, ...]
     """Options that write the layout to ``{file}``."""
     routing: tuple[str, ...] = ()

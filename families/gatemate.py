@@ -15,8 +15,8 @@ FAMILY = Family(
     name="gatemate",
     title="GateMate",
     lut="half CPE",
-    # nextpnr has no cell for CC_MX8, and places trees of lookup tables.
-    synthesis="synth_gatemate -luttree -nomx8 -top {top}",
+    # nextpnr has no cell for CC_MX8, and places trees of lookup tables.  Cells get the names of their wires.
+    synthesis="synth_gatemate -luttree -nomx8 -top {top}; autoname",
     cells={
         "LUT": {"CC_L(UT[1-4]|2T4)|CC_MX2|CC_ADDF": 1, "CC_L2T5|CC_MX4": 2, "CC_MULT": 312},  # of 18 x 18 bits
         "FF": {"CC_DFF": 1},
@@ -29,7 +29,7 @@ FAMILY = Family(
         program="yowasp-nextpnr-himbaechel-gatemate",
         packer="yowasp-gmpack",
         bitstream=".bit",
-        bels={"LUT": "CPE_LT", "FF": "CPE_FF", "BRAM": "RAM_HALF"},
+        bels={"LUT": {"CPE_LT": 1, "CPE_MULT": 2}, "FF": {"CPE_FF": 1}, "BRAM": {"RAM_HALF": 1}},
         layout=("--vopt", "out={file}"),
         routing=("--vopt", "allow-unconstrained"),
         stages=False,  # read again, a placed netlist has lost the clocks of its memories

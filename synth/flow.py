@@ -173,8 +173,15 @@ def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float)
     if len(inner) != 1:
         raise ValueError(f"nextpnr: one critical path of {clock} is expected, got {len(inner)}")
     used, tool = report["utilization"], target.family.place_and_route
-    resources = {name: used[bel]["used"] for name, bel in tool.bels.items()} if tool else {}
+    bels = tool.bels if tool else {}
+    resources = {name: _used(row, used) for name, row in bels.items()}
     return Route(seed, aim, report["fmax"][clock]["achieved"], resources, read_path(inner[0]))
+
+
+def _used(bels: Mapping[str, int], utilization: Mapping[str, Any]) -> int:
+    """Bels as ``bels`` weighs them.  Only the first is in every report: nextpnr makes the others of it where it needs."""
+    first, *made = bels
+    return sum(bels[bel] * utilization[bel]["used"] for bel in [first, *(bel for bel in made if bel in utilization)])
 
 
 def read_path(steps: list[Mapping[str, Any]]) -> CriticalPath:

@@ -58,7 +58,7 @@ def measure(subject: Design) -> dict[str, Any]:
         tool = TARGET.family.place_and_route
         assert tool
         run(tool.program, [*TARGET.device, "--json", NETLIST, "--pack-only"], folder, "pack.log")
-        (cells,) = re.findall(rf"{tool.bels['LUT']}: +(\d+)/", (folder / "pack.log").read_text())
+        (cells,) = re.findall(rf"{''.join(tool.bels['LUT'])}: +(\d+)/", (folder / "pack.log").read_text())
     return {"name": subject.name, "features": asked(subject, TARGET.family), "measured": found | {"LUT": int(cells)}}
 
 

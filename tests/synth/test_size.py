@@ -78,12 +78,11 @@ def smallest(name: str, part: str, bounds: Bounds) -> int | None:
 
 
 QUESTIONS = [
-    ("2x4", "ecp5-25", 1e5, 5.2),
+    ("2x2", "ecp5-25", 3e5, 1e4),
     *long(
-        ("2x4", "ecp5-25", 1e3, 1e4),
+        ("2x4", "ecp5-25", 1e5, 5.2),
         ("2x4", "ecp5-25", 4e5, 1e4),
         ("2x2", "ecp5-25", 1e3, 1e4),
-        ("2x2", "ecp5-25", 3e5, 1e4),
         ("2x2", "ice40up5k", 1e3, 1e4),
         ("3x4", "ecp5-45", 1e5, 1e4),
         ("3x4", "ecp5-45", 4e5, 5.2),
@@ -146,7 +145,7 @@ def test_the_smallest_of_all(name: str, part: str, fps: float, latency: float) -
 def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """The enumeration does not follow the search: a core whose estimate goes wrong in it alone is not the smallest."""
     bounds = Bounds(98.0, 1e5, 1e4)
-    least = smallest("2x4", "ecp5-25", bounds)
+    least = smallest("2x2", "ecp5-25", bounds)
 
     class Wrong:
         def __init__(self, one: Design, family: Any) -> None:
@@ -154,14 +153,14 @@ def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
             self.total["LUT"] *= 4 if one.architecture.vector_words == 1 else 1
 
     monkeypatch.setattr(module, "estimate", Wrong)
-    chosen = size(SUBJECTS["2x4"], find("ecp5-25"), bounds).chosen
+    chosen = size(SUBJECTS["2x2"], find("ecp5-25"), bounds).chosen
     assert chosen
     assert chosen.resources
     assert chosen.resources["LUT"] != least
 
 
 FAMILIES = [
-    ("2x4", "ecp5"),
+    ("2x2", "ecp5"),
     *long(
         ("3x4", "gowin"),
         ("5x5", "ecp5"),
@@ -186,7 +185,7 @@ def test_more_lanes_take_more(name: str, family: str) -> None:
             assert fewer.total["DSP"] < more.total["DSP"]
 
 
-@pytest.mark.parametrize("name", ["3x4", *long("5x5", "6x6 wide", "10x10")])
+@pytest.mark.parametrize("name", ["2x4", *long("3x4", "5x5", "6x6 wide", "10x10")])
 def test_lanes_that_share_their_blocks(name: str) -> None:
     """Cycles of a core among the choices are those of the core alone; more lanes are not always faster."""
     for words in VECTOR_WORDS:
