@@ -29,9 +29,14 @@ FAMILY = Family(
         program="yowasp-nextpnr-himbaechel-gatemate",
         packer="yowasp-gmpack",
         bitstream=".bit",
-        bels={"LUT": {"CPE_LT": 1, "CPE_MULT": 2}, "FF": {"CPE_FF": 1}, "BRAM": {"RAM_HALF": 1}},
+        bels={
+            "LUT": {"CPE_LT": 1, "CPE_ADDF": 1, "CPE_ADDF2": 2, "CPE_MX4": 2, "CPE_MULT": 2},
+            "FF": {"CPE_FF": 1},
+            "BRAM": {"RAM_HALF": 1},
+        },
         layout=("--vopt", "out={file}"),
-        routing=("--vopt", "allow-unconstrained"),
+        # With passages through its logic, nextpnr 0.11.1 aborts after it has routed a core.
+        routing=("--vopt", "allow-unconstrained", "--vopt", "no-bridges", "--vopt", "no-cpe-cp"),
         stages=False,  # read again, a placed netlist has lost the clocks of its memories
     ),
 )

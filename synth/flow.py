@@ -179,7 +179,7 @@ def read_route(report: Mapping[str, Any], target: Target, seed: int, aim: float)
 
 
 def _used(bels: Mapping[str, int], utilization: Mapping[str, Any]) -> int:
-    """Bels as ``bels`` weighs them.  Only the first is in every report: nextpnr makes the others of it where it needs."""
+    """Bels as ``bels`` weighs them; only the first is in every report, since nextpnr makes the others of it."""
     first, *made = bels
     return sum(bels[bel] * utilization[bel]["used"] for bel in [first, *(bel for bel in made if bel in utilization)])
 
