@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,6 +17,7 @@ from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface import microarchitecture as hdl
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
+from tfra.runtime.digest import digest, sources, texts
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError, beyond, running
 from tfra.runtime.scratch import scratch, writing
@@ -32,7 +31,6 @@ Progress = Callable[[int], None]
 
 _LOG_TAIL = 2000  # characters of a log in an error
 _POLL = 0.05  # seconds
-_SOURCES = (".py", ".v", ".json", ".toml")
 _LAUNCHER = Path(__file__).with_name("launch.py")
 
 
@@ -325,25 +323,3 @@ def _launch(
         reason = beyond(process.returncode, tail)
         raise SimulationError(f"{what} failed: {reason}" if reason else f"{what} failed:\n{tail}")
     return tail
-
-
-def digest(*parts: str) -> str:
-    """Return a short hash of texts, for the name of a result made from them."""
-    hashed = hashlib.sha256()
-    for part in parts:
-        hashed.update(f"{len(part)} {part}".encode())
-    return hashed.hexdigest()[:16]
-
-
-def sources(*packages: ModuleType) -> list[Path]:
-    """Return every file of ``packages`` that determines their output, Verilog and tables included.
-
-    Temporary files of an editor may be in the folder, and need not be text.
-    """
-    files = (file for package in packages for file in Path(package.__path__[0]).rglob("*"))
-    return sorted(file for file in files if file.suffix in _SOURCES)
-
-
-def texts(files: Iterable[Path]) -> list[str]:
-    """Return the contents of ``files``."""
-    return [file.read_text() for file in files]

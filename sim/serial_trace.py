@@ -129,7 +129,8 @@ def _comparer(
                 _, _, advances, *signals = await tick
                 if advances:
                     break
-            difference = _compare(traced, _Executed(*signals), size) if advances else _standstill(traced)
+            standstill = None if advances else Difference(traced, "its execution", "a standstill")
+            difference = standstill or _compare(traced, _Executed(*signals), size)
             if difference:
                 differences.append(difference)
                 return
@@ -147,10 +148,6 @@ def _compare(traced: TracedStep, executed: _Executed, size: Sizes) -> Difference
     if value == step.value and (value is None or i.written != Dest.M or executed.address == step.address):
         return None
     return Difference(traced, _write(i, step.value, step.address), _write(i, value, executed.address))
-
-
-def _standstill(traced: TracedStep) -> Difference:
-    return Difference(traced, "its execution", "a standstill")
 
 
 def _write(i: Instruction, value: int | None, address: int) -> str:

@@ -14,10 +14,10 @@ import polars as pl
 
 from tfra.codegen.config.write import config_text
 from tfra.families import DEFAULT
+from tfra.runtime.digest import digest
 from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import Store, put, work_folder
-from tfra.sim.run import digest
 from tfra.study.designs import Described, Named, Placed, Uniform, Verified, cheapest
 from tfra.study.errors.comparisons import UNIFORM, converters, sensitivity, uniform, variants
 from tfra.study.errors.variation import Comparison, Variation

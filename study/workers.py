@@ -19,7 +19,7 @@ from importlib.metadata import version
 from typing import Protocol, TypeVar
 
 from tfra import codegen, families, hdl, model, recordings, runtime, study, synth
-from tfra.sim.run import digest, sources, texts
+from tfra.runtime.digest import digest, sources, texts
 
 Job = TypeVar("Job")
 Done = TypeVar("Done")

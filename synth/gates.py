@@ -16,12 +16,13 @@ from tfra.codegen.verilog.emit import Top, run_yosys, to_rtlil, with_free_collis
 from tfra.families import FAMILIES, Family
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
+from tfra.runtime.digest import digest, sources, texts
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import ToolError
 from tfra.runtime.scratch import scratch, temporary
 from tfra.runtime.store import Files, cached
 from tfra.sim import tools
-from tfra.sim.run import Netlist, SimulationError, digest, sources, texts
+from tfra.sim.run import Netlist, SimulationError
 
 _INCLUDE = re.compile(r'^`include "(.*)"$', re.MULTILINE)
 

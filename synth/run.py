@@ -12,9 +12,9 @@ from tfra import families, synth
 from tfra.codegen.verilog.emit import Top, to_rtlil, with_free_collisions
 from tfra.families import Target
 from tfra.model.fixed.design import Design
+from tfra.runtime.digest import digest, sources, texts
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import cached_step
-from tfra.sim.run import digest, sources, texts
 from tfra.synth.estimate import Estimate, estimate, misfits
 from tfra.synth.flow import NETLIST, CriticalPath, Route, Synthesis, options, pack, route, synthesise
 from tfra.synth.forecast import BITSTREAM, YOSYS, Forecast, seed_name

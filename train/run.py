@@ -19,8 +19,8 @@ from tfra import codegen, model, runtime, train
 from tfra.codegen.config.weights import Trained
 from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
+from tfra.runtime.digest import digest, sources, texts
 from tfra.runtime.store import Store, work_folder
-from tfra.sim.run import digest, sources, texts
 from tfra.train import augment, pool, prior
 from tfra.train.errors import held_out, threshold
 from tfra.train.loop import BATCH, CHUNKS, COVERS, RATE, State, Trainer

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tfra.model.cover.scenes import known_contacts
@@ -16,27 +14,20 @@ CONTACTS, SEED = 60, 1
 
 _ERRORS = {"phi_deg": "φ / °", "mu_abs": "μ", "force_percent_of_resultant": "F / % of |F|"}
 
-
-@dataclass(frozen=True)
-class Error:
-    """Median and 95th percentile of an error ``name`` against ``reference``."""
-
-    reference: str
-    name: str
-    median: float
-    high: float
+Errors = dict[tuple[str, str], tuple[float, float]]
+"""Median and 95th percentile, by the reference and the name of an error."""
 
 
-def accuracy(design: Design) -> tuple[int, list[Error]]:
+def accuracy(design: Design) -> tuple[int, Errors]:
     """How many contacts have a direction, and the errors of the bit-accurate model on these."""
     contacts = known_contacts(design, CONTACTS, SEED)
     exact = design.float_model(contacts.codes * design.adc.lsb)
     fixed = decode(design, design.model(contacts.codes).words)
     clear = exact.status == 0
-    rows = []
+    table: Errors = {}
     against = {"double precision, same codes": errors(exact, fixed), "the simulated contact": errors(contacts, fixed)}
     for reference, by_name in against.items():
         for key, name in _ERRORS.items():
             median, high = np.percentile(by_name[key][clear], (50, 95)) if clear.any() else (0.0, 0.0)
-            rows.append(Error(reference, name, float(median), float(high)))
-    return int(clear.sum()), rows
+            table[reference, name] = float(median), float(high)
+    return int(clear.sum()), table

@@ -36,8 +36,7 @@ WRITERS: tuple[Callable[[Contents], dict[str, str]], ...] = (
     datasheet,
     readme,
 )
-"""Each makes texts of files by their names, and sees those of the writers before it: some list the others' files.
-"""
+"""Each makes texts of files by their names, and sees those of the writers before it: some list the others' files."""
 
 
 def package(design: Design, texts: Mapping[str, str], part: Part) -> dict[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from tfra.codegen.package.accuracy import Error
+from tfra.codegen.package.accuracy import Errors
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.sidecar.schema import Port
 from tfra.codegen.verilog.wrapper import ports_of, wrapper
@@ -81,7 +81,7 @@ def resources(contents: Contents) -> Table:
     return Table("Resources", ("", "core", part.name, ""), rows)
 
 
-def accuracies(errors: Iterable[Error]) -> Table:
+def accuracies(errors: Errors) -> Table:
     """Errors of the core."""
-    rows = [(error.reference, error.name, f"{error.median:.3g}", f"{error.high:.3g}") for error in errors]
+    rows = [(*names, f"{median:.3g}", f"{high:.3g}") for names, (median, high) in errors.items()]
     return Table("Accuracy", ("against", "error of", "median", "95th percentile"), rows, (0, 1))

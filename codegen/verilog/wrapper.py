@@ -82,27 +82,34 @@ class Top(wiring.Component):
         m = Module()
         m.domains.sync = sync = ClockDomain()
         m.submodules.core = inner = self._wrapper
-        m.d.comb += [sync.clk.eq(self.aclk), sync.rst.eq(~self.aresetn)]
-        inputs, outputs = self._wired(inner)
-        m.d.comb += [inputs[name].eq(getattr(self, name)) for name in inputs]
-        m.d.comb += [getattr(self, name).eq(value) for name, value in outputs.items()]
+        m.d.comb += sync.clk.eq(self.aclk)
+        m.d.comb += sync.rst.eq(~self.aresetn)
+        signals = _signals(inner)
+        for port in self.ports:
+            if port.name in signals:
+                pin, signal = getattr(self, port.name), signals[port.name]
+                m.d.comb += signal.eq(pin) if port.direction == "in" else pin.eq(signal)
         m.submodules.instance = core_instance(self._design, inner, inner.core_reset)
         return m
 
-    @staticmethod
-    def _wired(inner: Wrapper) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Inputs and outputs of the wrapper by the names of the ports."""
-        axi, frames, results = inner.axi, inner.frames, inner.results
-        inputs: dict[str, Any] = {}
-        outputs: dict[str, Any] = {"irq": inner.interrupt}
-        for name, member in axi.signature.members.items():
-            (inputs if member.flow is In else outputs)[f"s_axi_{name}"] = getattr(axi, name)
-        inputs |= {"s_axis_tdata": frames.p.words.as_value(), "s_axis_tuser": frames.p.user}
-        inputs |= {"s_axis_tlast": frames.p.last, "s_axis_tvalid": frames.valid, "m_axis_tready": results.ready}
-        outputs |= {"s_axis_tready": frames.ready, "m_axis_tvalid": results.valid}
-        outputs |= {f"m_axis_t{name}": results.p[name] for name in ("data", "user", "last")}
-        return inputs, outputs
 
+def _signals(inner: Wrapper) -> dict[str, Any]:
+    """Signals of the wrapper by the names of their ports."""
+    frames, results = inner.frames, inner.results
+    return {
+        **{f"s_axi_{name}": getattr(inner.axi, name) for name in inner.axi.signature.members},
+        "s_axis_tdata": frames.p.words.as_value(),
+        "s_axis_tuser": frames.p.user,
+        "s_axis_tlast": frames.p.last,
+        "s_axis_tvalid": frames.valid,
+        "s_axis_tready": frames.ready,
+        "m_axis_tdata": results.p.data,
+        "m_axis_tuser": results.p.user,
+        "m_axis_tlast": results.p.last,
+        "m_axis_tvalid": results.valid,
+        "m_axis_tready": results.ready,
+        "irq": inner.interrupt,
+    }
 
 
 def wrapper_verilog(design: Design) -> str:

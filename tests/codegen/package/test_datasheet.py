@@ -114,14 +114,13 @@ def test_loads_are_told_with_their_checksum(sheet: tuple[Design, str]) -> None:
 
 def test_accuracy_is_that_of_the_model() -> None:
     """Percentiles over the contacts that have a direction."""
-    count, found = accuracy(PARALLEL)
+    count, by_name = accuracy(PARALLEL)
     drawn = known_contacts(PARALLEL, CONTACTS, SEED)
     result = decode(PARALLEL, PARALLEL.model(drawn.codes).words)
     clear = PARALLEL.float_model(drawn.codes * PARALLEL.adc.lsb).status == 0
     assert count == clear.sum()
     friction = np.abs(result.mu - drawn.mu)[clear]
     angle = turn_deg(result.phi_deg, drawn.phi_deg)[clear]
-    by_name = {(error.reference, error.name): (error.median, error.high) for error in found}
     truth = "the simulated contact"
     assert by_name[truth, "μ"] == pytest.approx(tuple(np.percentile(friction, (50, 95))))
     assert by_name[truth, "φ / °"] == pytest.approx(tuple(np.percentile(angle, (50, 95))))

@@ -87,13 +87,6 @@ def test_the_scenario_on_the_core(tmp_path: Path, simulator: str, driver: str, c
     assert simulated(simulator, tmp_path, design, texts, driver, "skin_axi", "skin_axi.v", "skin.v") == ""
 
 
-@pytest.mark.long
-def test_a_core_that_needs_no_load(tmp_path: Path) -> None:
-    design = replace(DESIGN, images="inline")
-    texts = {**register_files(design), **driver_files(design), **device(design, design.model(frames(design)).words)}
-    assert simulated("icarus", tmp_path, design, texts, "c", "device", "device.v") == ""
-
-
 PLANTED = [
     ("c", "driver/tfra_driver.c", "0xEDB88320u", "0xEDB88330u", "another checksum"),
     ("python", "python/tfra_host/constants.json", '"address": 104', '"address": 100', "frames_dropped"),

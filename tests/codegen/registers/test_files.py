@@ -34,10 +34,6 @@ def files() -> dict[str, str]:
     return register_files(DESIGN)
 
 
-def test_names_of_the_files(files: dict[str, str]) -> None:
-    assert set(files) == {"registers/tfra.h", "registers/tfra.html", "registers/tfra.xml"}
-
-
 def test_the_header_in_c(files: dict[str, str], tmp_path: Path) -> None:
     """Offsets, masks, places and reset values, as a strict compiler sees them."""
     (tmp_path / "tfra.h").write_text(files["registers/tfra.h"])
