@@ -56,7 +56,7 @@ def test_a_row_each_quantity_step_and_view():
     assert all(name == "mu" or name.endswith(("_deg", "_n", "_force", "_forces")) for name in SIGNED)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.integers(20, 400), st.integers(0, 5))
 def test_quantiles_are_those_of_all_blocks_together(count, seed):
     blocks = [made_up(count, seed), made_up(11, seed + 1), made_up(count, seed + 2)]
