@@ -25,7 +25,7 @@ from tfra.model.learned.network import Network
 from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError
 from tfra.runtime.store import work_folder
-from tfra.train import errors, loop
+from tfra.train import errors, loop, pool
 from tfra.train import run as running
 from tfra.train.loop import DivergedError, State, Trainer
 from tfra.train.run import Advance, Budget, fingerprint, run
@@ -42,7 +42,7 @@ class Cut(Exception):
 @pytest.fixture(autouse=True)
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     for module, name, value in (
-        (loop, "CHUNKS", 4), (loop, "VALIDATION", 1), (loop, "CHECK", 20), (loop, "WARM", 10),
+        (pool, "CHUNK", 128), (loop, "CHUNKS", 4), (loop, "VALIDATION", 1), (loop, "CHECK", 20), (loop, "WARM", 10),
         (loop, "PATIENCE", 1.0), (running, "SAVE_EVERY", 0.0), (running, "TRIED", 20),
         (running, "held_out", partial(errors.held_out, count=50)),
         (running, "threshold", partial(errors.threshold, count=50)),
@@ -87,9 +87,9 @@ def complaint(folder: Path, budget: Budget = BUDGET) -> str:
 def test_a_short_training_halves_the_loss() -> None:
     training = trainer()
     state = training.first()
-    training.run(600, state, nothing)
+    training.run(400, state, nothing)
     steps, losses, checks = zip(*state.curve, strict=True)
-    assert steps == tuple(range(20, 601, 20))
+    assert steps == tuple(range(20, 401, 20))
     assert losses[-1] < losses[0] / 2
     assert checks[-1] < 0.5
 
