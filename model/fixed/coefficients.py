@@ -39,6 +39,11 @@ class Operator:
         """Result quads."""
         return len(self.rows)
 
+    @property
+    def row_sum(self) -> int:
+        """Largest sum of a row's magnitudes: the exact sum of a product is as many times its largest operand word."""
+        return int(np.abs(self.rows).sum(axis=-1).max())
+
     def longer(self, bits: int) -> Operator:
         """The same with ``bits`` more low bits in each coefficient, which are zero."""
         return replace(self, rows=self.rows << bits, fraction=self.fraction + bits)

@@ -6,12 +6,19 @@ vector can overflow its word, only the result words and one scalar can saturate.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from tfra.model.choices import Choices
+from tfra.model.fixed.coefficients import Stack
+from tfra.model.fixed.numbers import signed_bits
 
 MU_LIMIT = 4
 """Scalars (alpha, beta, mu_x, mu_y) lie in [-4, 4)."""
+
+LONGEST = 63
+"""Bits of the model's integers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,3 +56,32 @@ class Widths:
 def force_drop(choices: Choices) -> int:
     """Bits below the vector grid times four that unscaled forces do not keep: two beyond the result's own."""
     return max(0, choices.formats.vector_fraction - choices.formats.force_fraction)
+
+
+def widths_of(choices: Choices, stacks: Mapping[str, Stack], vector: int, **own: Any) -> Widths:
+    """Word lengths of a core whose vectors have ``vector`` bits; ``own`` are those that the estimator proves itself."""
+    fmt, adc, m = choices.formats, choices.adc, choices.sensor.taxels
+    operators = [o for s in stacks.values() for o in s.operators]
+    word = max(fmt.bits(f"operand.{name}") for name in stacks)
+    return Widths(
+        stress=adc.bits,
+        vector=vector,
+        accumulator=signed_bits(max(o.row_sum for o in operators) << (word - 1)),
+        alignment=max(0, *(vector - word - o.fraction for o in operators)),
+        magnitude=(m << (adc.bits - 1)).bit_length(),
+        division=fmt.bits("division"),
+        output=adc.bits + (m - 1).bit_length() + fmt.force_fraction,
+        **own,
+    )
+
+
+def require_exact(widths: Widths, scalar: int, **longest: int) -> None:
+    """Raise ``ValueError`` naming ``formats`` for words that the model's integers do not hold.
+
+    They are those of every core, products of a force by words of ``scalar`` bits included, and an estimator's
+    ``longest``.
+    """
+    longest |= {"accumulator": widths.accumulator + widths.alignment + 1, "force": widths.force + scalar + 1}
+    for name, bits in longest.items():
+        if bits > LONGEST:
+            raise ValueError(f"formats: {name} can overflow: {bits} bits are needed, {LONGEST} are supported")

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from tfra.model.choices import Choices
 from tfra.model.fixed.coefficients import Operator, Stack
 from tfra.model.fixed.numbers import signed_bits
-from tfra.model.fixed.widths import MU_LIMIT, Widths, force_drop
+from tfra.model.fixed.widths import LONGEST, MU_LIMIT, Widths, force_drop, require_exact, widths_of
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 
@@ -31,7 +31,7 @@ def bounds(choices: Choices, stacks: Mapping[str, Stack]) -> dict[str, dict[str,
     return {
         "stress": {"stress": code},
         "vector": {**folded, "sums_b": sums_b, "sums_n": sums_n, "sums": sums_b + sums_n},
-        "accumulator": {name: _row_sum(o) * operand for name, o in operators.items()},
+        "accumulator": {name: float(o.row_sum * operand) for name, o in operators.items()},
         "moment": {"moment": moment},
         "direction": {"direction": 2 * moment * m * code},  # a difference of two moments times sums
         "candidate": {"candidate": candidate},
@@ -81,49 +81,27 @@ def _product(operator: Operator, lane: int, operand: float) -> float:
     return (operator.gain + 4 * slack * operator.folded_gain) * operand + 2
 
 
-def _row_sum(operator: Operator) -> float:
-    return float(abs(operator.rows).sum(axis=-1).max())
-
-
 def make_widths(choices: Choices, stacks: Mapping[str, Stack]) -> Widths:
     """Word lengths of a core with these ``choices`` and coefficients.
 
     Raises ``ValueError`` naming ``formats``, or ``sensor``, when exact integers would not fit the 63 bits that the
     model can hold, that is when the formats could overflow.
     """
-    fmt, m = choices.formats, choices.sensor.taxels
     most = {name: max(quantities.values()) for name, quantities in bounds(choices, stacks).items()}
     vector = signed_bits(most["vector"] + 4)
-    fractions = [o.fraction for s in stacks.values() for o in s.operators]
-    word = max(fmt.bits(f"operand.{name}") for name in stacks)
-    result = Widths(
-        stress=choices.adc.bits,
-        vector=vector,
-        accumulator=signed_bits(most["accumulator"]),
-        alignment=max(0, *(vector - word - fraction for fraction in fractions)),
+    direction = signed_bits(most["direction"])
+    if direction > LONGEST:
+        raise ValueError(f"sensor: direction can overflow: {direction} bits are needed, {LONGEST} are supported")
+    result = widths_of(
+        choices,
+        stacks,
+        vector,
         moment=int(most["moment"]).bit_length(),
-        direction=signed_bits(most["direction"]),
+        direction=direction,
         candidate=signed_bits(most["candidate"]),
         b_z=int(most["b_z"]).bit_length(),
         b_xy=int(most["b_xy"]).bit_length(),
         force=vector - force_drop(choices),
-        magnitude=int(most["magnitude"]).bit_length(),
-        division=fmt.bits("division"),
-        output=choices.adc.bits + (m - 1).bit_length() + fmt.force_fraction,
     )
-    _check(result, fmt.bits("scalar"))
+    require_exact(result, choices.formats.bits("scalar"), b_xy=result.b_xy + 1)
     return result
-
-
-def _check(widths: Widths, scalar: int) -> None:
-    """Raise where the model's integers would overflow, products by words of ``scalar`` bits included."""
-    longest_word = {
-        "direction": widths.direction,
-        "b_xy": widths.b_xy + 1,
-        "accumulator": widths.accumulator + widths.alignment + 1,
-        "force": widths.force + scalar + 1,
-    }
-    for name, bits in longest_word.items():
-        if bits > 63:
-            key = "sensor" if name == "direction" else "formats"
-            raise ValueError(f"{key}: {name} can overflow: {bits} bits are needed, 63 are supported")
