@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntFlag
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -143,44 +142,29 @@ def unit_scaled(vectors: Floats) -> tuple[Floats, Ints]:
     return np.ldexp(vectors, -exponents[:, None]), exponents
 
 
-class Products(Protocol):
-    """Interface of the products of a frame with the operators; every vector is ``(n, m)``, SI."""
-
-    @property
-    def sums(self) -> tuple[Floats, Floats]:
-        """Column sums ``(m,)`` of A1-dagger and A2-dagger, for Eq. 12."""
-
-    def solve(self, b: Floats) -> Floats:
-        """C33^-1 b (Eq. 9)."""
-
-    def stress(self, n: Floats) -> tuple[Floats, Floats, Floats]:
-        """C31 n, C32 n, C33 n."""
-
-    def normal(self, e: Floats) -> Floats:
-        """C33 A3-dagger e."""
-
-    def forces(self, d: Floats) -> tuple[Floats, Floats, Floats]:
-        """A1-dagger d, A2-dagger d, A3-dagger d."""
-
-
-class Dense:
-    """:class:`Products` by the matrices themselves."""
+class Products:
+    """The products of a frame with the operators; every vector is ``(n, m)``, SI."""
 
     def __init__(self, ops: Operators) -> None:
         self._ops = ops
         self._normal = ops.c33 @ ops.pinv3
         self.sums = ops.pinv1.sum(axis=0), ops.pinv2.sum(axis=0)
+        """Column sums ``(m,)`` of A1-dagger and A2-dagger, for Eq. 12."""
 
     def solve(self, b: Floats) -> Floats:
+        """C33^-1 b (Eq. 9)."""
         return b @ self._ops.c33_inv.T
 
     def stress(self, n: Floats) -> tuple[Floats, Floats, Floats]:
+        """C31 n, C32 n, C33 n."""
         return n @ self._ops.c31.T, n @ self._ops.c32.T, n @ self._ops.c33.T
 
     def normal(self, e: Floats) -> Floats:
+        """C33 A3-dagger e."""
         return e @ self._normal.T
 
     def forces(self, d: Floats) -> tuple[Floats, Floats, Floats]:
+        """A1-dagger d, A2-dagger d, A3-dagger d."""
         return d @ self._ops.pinv1.T, d @ self._ops.pinv2.T, d @ self._ops.pinv3.T
 
 
@@ -188,8 +172,7 @@ class Tfra:
     """The algorithm for one sensor and one sweep grid of ``steps`` + 1 candidates.
 
     ``plateau_tolerance`` and ``contact_threshold`` in Pa; frames within [-threshold, threshold) are no contact.
-    ``ops`` replaces the sensor's own operators, for instance by filtered ones, or the
-    multiplication method (:mod:`bench.large.separable`, :mod:`bench.large.toeplitz`).
+    ``ops`` replaces the sensor's own operators, for instance by filtered ones.
     """
 
     def __init__(
@@ -197,7 +180,7 @@ class Tfra:
         sensor: SensorArray,
         steps: int = 100,
         plateau_tolerance: float = 0.0,
-        ops: Operators | Products | None = None,
+        ops: Operators | None = None,
         contact_threshold: float = 0.0,
     ) -> None:
         if steps < 1:
@@ -210,8 +193,7 @@ class Tfra:
         self.steps = steps
         self.plateau_tolerance = plateau_tolerance
         self.contact_threshold = contact_threshold
-        ops = ops or operators(sensor)
-        self._products: Products = Dense(ops) if isinstance(ops, Operators) else ops
+        self._products = Products(ops or operators(sensor))
         self._x, self._y = sensor.positions()
 
     @classmethod
