@@ -10,7 +10,6 @@ import pytest
 from tests.hdl.serial.designs import LEARNED
 from tests.marks import long
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.serial.serial import Serial
 from tfra.model.choices import SERIAL, Adc, Formats, Search
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
@@ -60,17 +59,6 @@ def test_in_amaranth() -> None:
     assert (run.compared, run.mismatches) == (run.words.size, 0)
     with pytest.raises(InputError, match="can't run Verilog"):
         simulate(replace(DESIGN, target="ice40"), codes, "amaranth")
-
-
-@pytest.mark.long
-def test_a_wrong_coefficient_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    image = microarchitecture(DESIGN).loaded
-    assert image is not None
-    image[0] ^= 1 << 7
-    monkeypatch.setattr(Serial, "loaded", image)
-    found = verified(DESIGN)
-    assert not found.passed
-    assert found.mismatches > 0
 
 
 @pytest.mark.long
