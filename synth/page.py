@@ -17,54 +17,54 @@ _TIMES = {
 _COLUMNS = ("used", "available", "percent", "estimated")
 
 
-def render(found: Mapping[str, Any]) -> str:
+def render(report: Mapping[str, Any]) -> str:
     """The report as text; lines of at most ``report.table.WIDTH`` characters, but for names and lists of seeds."""
-    clock, tables = found["clock"], _tables(found)
-    lines = [_title(found), *_notes(found), tables["resources"].text()]
+    clock, tables = report["clock"], _tables(report)
+    lines = [_title(report), *_notes(report), tables["resources"].text()]
     if clock:
         seeds = ", ".join(f"{row['mhz']} (seed {row['seed']}, aim {row['aim_mhz']:g})" for row in clock["seeds"])
         path = clock["critical_path"]
         lines += [f"Fmax: {fmax(clock)}", f"  {seeds}", f"critical path: {_path(path)}"]
         lines += [f"  from {path['begin_cell']}", f"  to   {path['end_cell']}"]
-    lines += [tables["timing"].text(), *_tools(found)]
+    lines += [tables["timing"].text(), *_tools(report)]
     return "\n".join(line.rstrip("\n") for line in lines) + "\n"
 
 
-def page(found: Mapping[str, Any]) -> str:
+def page(report: Mapping[str, Any]) -> str:
     """The report as a self-contained page."""
-    tables, clock = {name: table.html() for name, table in _tables(found).items()}, found["clock"]
-    tools = "; ".join([found["generator"], *_tools(found)])
+    tables, clock = {name: table.html() for name, table in _tables(report).items()}, report["clock"]
+    tools = "; ".join([report["generator"], *_tools(report)])
     note = paragraph("Estimates from before synthesis, since yosys flattens the blocks.", "note")
     sections = [
-        Section("resources", "Resources", [*_shares(found["resources"]), tables["resources"]]),
+        Section("resources", "Resources", [*_shares(report["resources"]), tables["resources"]]),
         *([Section("clock", "Clock", list(_clock(clock)))] if clock else []),
         Section("timing", "Timing", [tables["timing"]]),
         Section("blocks", "Blocks", [note, tables["blocks"]]),
         Section("cells", "Cells", [tables["cells"], paragraph(tools, "note")]),
     ]
-    return document(_title(found), _answer(found), sections)
+    return document(_title(report), _answer(report), sections)
 
 
-def _title(found: Mapping[str, Any]) -> str:
-    kind = found["architecture"]["kind"]
-    return f"{found['name']} on {found['target']}: {kind} core, {found['mac_lanes']} MAC lanes"
+def _title(report: Mapping[str, Any]) -> str:
+    kind = report["architecture"]["kind"]
+    return f"{report['name']} on {report['target']}: {kind} core, {report['mac_lanes']} MAC lanes"
 
 
-def _notes(found: Mapping[str, Any]) -> Iterator[str]:
+def _notes(report: Mapping[str, Any]) -> Iterator[str]:
     """What a reader must know of the numbers."""
-    if not found["complete"]:
-        done = len(found["clock"]["seeds"]) if found["clock"] else 0
-        yield f"not finished: yosys and {done} of {found['seeds_wanted']} seeds are done"
-    if found["mapper"] == "abc":
+    if not report["complete"]:
+        done = len(report["clock"]["seeds"]) if report["clock"] else 0
+        yield f"not finished: yosys and {done} of {report['seeds_wanted']} seeds are done"
+    if report["mapper"] == "abc":
         yield "ABC9 aborted on this netlist: ABC mapped it instead, without knowing delays"
-    if found["note"]:
-        yield f"no Fmax: {found['note']}"
+    if report["note"]:
+        yield f"no Fmax: {report['note']}"
 
 
-def _tables(found: Mapping[str, Any]) -> dict[str, Table]:
+def _tables(report: Mapping[str, Any]) -> dict[str, Table]:
     """Resources, timing, blocks, the largest first, and cells."""
-    resources, times, names = found["resources"], found["timing"], list(found["resources"])
-    largest_first = sorted(found["estimated_blocks"].items(), key=lambda item: -item[1][names[0]])
+    resources, times, names = report["resources"], report["timing"], list(report["resources"])
+    largest_first = sorted(report["estimated_blocks"].items(), key=lambda item: -item[1][names[0]])
     blocks = [[block, *(used[name] for name in names)] for block, used in largest_first]
     timing = [[title, times[f"{name}_cycles"], _exact(times.get(f"{name}_us"))] for name, title in _TIMES.items()]
     timing += [
@@ -80,7 +80,7 @@ def _tables(found: Mapping[str, Any]) -> dict[str, Table]:
         ),
         "timing": Table("Timing", ("", "cycles", "µs"), timing),
         "blocks": Table("Blocks", ("block", *names), blocks),
-        "cells": Table("Cells", ("cell", "number"), list(found["cells"].items())),
+        "cells": Table("Cells", ("cell", "number"), list(report["cells"].items())),
     }
 
 
@@ -101,25 +101,25 @@ def _path(path: Mapping[str, Any]) -> str:
     return f"{path['begin']} to {path['end']}, {path['logic_ns']} ns logic, {path['routing_ns']} ns routing"
 
 
-def _tools(found: Mapping[str, Any]) -> Iterator[str]:
+def _tools(report: Mapping[str, Any]) -> Iterator[str]:
     """Versions, and options of place and route."""
-    yield ", ".join(f"{name} {number}" for name, number in found["tools"].items())
-    if found["options"]:
-        yield f"place and route: {' '.join(found['options'])}"
+    yield ", ".join(f"{name} {number}" for name, number in report["tools"].items())
+    if report["options"]:
+        yield f"place and route: {' '.join(report['options'])}"
 
 
-def _answer(found: Mapping[str, Any]) -> Iterator[str]:
-    times, clock = found["timing"], found["clock"]
+def _answer(report: Mapping[str, Any]) -> Iterator[str]:
+    times, clock = report["timing"], report["clock"]
     if clock:
         speed = f"{times['frames_per_second']:,.0f} frames a second"
         latency = f"a frame’s last result word comes {times['frame_latency_us']:,.1f} µs after its last taxel"
         yield paragraph(f"{fmax(clock)}: {speed}; {latency}.", "answer")
     used = (
         f"{facts['used']:,} {name}" + (f" ({facts['percent']} %)" if facts["percent"] is not None else "")
-        for name, facts in found["resources"].items()
+        for name, facts in report["resources"].items()
     )
     yield paragraph(f"{', '.join(used)}.", "answer")
-    for note in _notes(found):
+    for note in _notes(report):
         yield paragraph(f"{note[0].upper()}{note[1:]}.", "note")
 
 

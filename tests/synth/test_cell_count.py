@@ -180,17 +180,3 @@ def test_cores_as_their_text(name: str) -> None:
 )
 def test_blocks_by_name(path: str, block: str) -> None:
     assert block_of(path) == block
-
-
-@pytest.mark.long
-def test_a_core() -> None:
-    design = TfraDesign(SensorArray(2, 3, 4e-3, 2e-3, 3e-3), architecture=Architecture(4))
-    blocks = cell_counts(design)
-    assert {"normaliser", "matvec", "combine", "sweep", "scaling"} <= blocks.keys()
-    coefficients = [memory for memory in blocks["matvec"].memories if memory.rom]
-    lanes = len(blocks["matvec"].multipliers) + blocks["matvec"].instances["MULT18X18D"]
-    assert lanes == 4
-    assert sum(memory.reads for memory in coefficients) == 4
-    more = cell_counts(TfraDesign(design.sensor, architecture=Architecture(8)))
-    assert len(more["matvec"].multipliers) + more["matvec"].instances["MULT18X18D"] == 8
-    assert more["gain"] == blocks["gain"]

@@ -162,6 +162,7 @@ def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
 FAMILIES = [
     ("2x2", "ecp5"),
     *long(
+        ("3x4", "gatemate"),
         ("3x4", "gowin"),
         ("5x5", "ecp5"),
         ("5x5", "gowin"),
@@ -182,7 +183,7 @@ def test_more_lanes_take_more(name: str, family: str) -> None:
         assert len(line) == SUBJECTS[name].quads
         for fewer, more in pairwise(line):
             assert fewer.total["LUT"] - fewer.constants < more.total["LUT"] - more.constants
-            assert fewer.total["DSP"] < more.total["DSP"]
+            assert "DSP" not in fewer.total or fewer.total["DSP"] < more.total["DSP"]
 
 
 @pytest.mark.parametrize("name", ["2x4", *long("3x4", "5x5", "6x6 wide", "10x10")])
