@@ -86,14 +86,14 @@ def test_quotients_and_the_grid_count_as_rounded_when_they_are():
 
 
 def test_saturations_are_those_that_the_status_tells():
-    codes = wild_codes(DESIGN, 60, seed=3)
+    codes = wild_codes(DESIGN, 30, seed=3)
     flagged = 0
     for frame in codes[:, None]:
         trace, seen = observed(DESIGN, frame)
         limited = sum(seen[signal].saturated for signal in ("resultant", "forces", "gain", "mu"))
         assert (limited > 0) == bool(trace.scaled.saturated[0])
         flagged += bool(FixedTfra(DESIGN)(frame).words[0, -1] & Status.OUTPUT_SATURATED)
-    assert flagged > 3
+    assert flagged > 1
 
 
 @pytest.mark.parametrize(

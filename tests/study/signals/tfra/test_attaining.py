@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from tests.marks import long
 from tests.model.cases import make_design
 from tests.study.signals.measured import ranges
 from tests.study.signals.tfra.attaining import ENOUGH, attaining, replay
@@ -27,6 +28,8 @@ from tfra.study.signals.tfra.observation import catalogue
 COARSE = SensorArray(4, 4, 8e-3, 8e-3, 2e-3)
 SENSORS_HERE = {"3×3": SensorArray(3, 3, 4e-3, 2e-3, 3e-3), "4×4": COARSE, "5×4": SensorArray(5, 4, 4e-3, 2e-3, 3e-3)}
 DESIGNS = {name: make_design(sensor, steps=10) for name, sensor in SENSORS_HERE.items()}
+LARGE_SENSORS = [name for name, sensor in SENSORS.items() if sensor.taxels > 100]
+SMALL_SENSORS = [name for name in SENSORS if name not in LARGE_SENSORS]
 TOLERANCE = 2e-3
 """What rounding may add to a ceiling."""
 
@@ -145,7 +148,7 @@ def test_frames_come_near_the_bounds_and_never_over_them(name):
         assert signal in reached | near or ceiling < ENOUGH * word.bound
 
 
-@pytest.mark.parametrize("name", SENSORS)
+@pytest.mark.parametrize("name", [*SMALL_SENSORS, *long(*LARGE_SENSORS)])
 def test_no_frame_is_over_a_ceiling(name):
     design = make_design(SENSORS[name])
     limits = ceilings(design)
