@@ -113,7 +113,7 @@ def measure(count: int) -> dict[str, Any]:
         record[who] = {}
         for scene in seen[0]:
             codes = np.concatenate([one[scene] for one in seen])
-            found = compared(truth, decode(design, design.model.words(codes)))
+            found = compared(truth, decode(design, design.model(codes).words))
             record[who][scene] = {key: np.percentile(found[key], PERCENTILES).round(5).tolist() for key in MEASURES}
         print(who, flush=True)
     return record

@@ -57,7 +57,7 @@ def main() -> None:
     """Write all of them."""
     friction = rows()
     (ROOT / "model" / "truth.json").write_text(json.dumps(medians(friction), indent=1) + "\n")
-    truth.found.cache_clear()
+    truth.medians.cache_clear()
     insert("right", table(friction))
     insert("truth", textwrap.fill(f"- {truth.sentence()}", 120, subsequent_indent="  "), "README.md")
 
