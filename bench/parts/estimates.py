@@ -84,7 +84,8 @@ def fit(rows: list[dict[str, Any]], family: str) -> Prices:
     certain = np.array([row["features"]["table"] for row in rows])
     rates, _ = nnls(lut / wanted[:, None], (wanted - certain) / wanted)
     ff = float(np.mean([row["measured"]["FF"] / row["features"]["ff"] for row in rows]))
-    return Prices(family, TfraDesign.estimator, dict(zip(KINDS, rates.round(4).tolist(), strict=True)), round(ff, 4), {})
+    lut_prices = dict(zip(KINDS, rates.round(4).tolist(), strict=True))
+    return Prices(family, TfraDesign.estimator, lut_prices, round(ff, 4), {})
 
 
 def errors(rows: list[dict[str, Any]], rates: Prices) -> dict[str, Any]:
