@@ -120,14 +120,14 @@ def measure(count: int) -> dict[str, Any]:
 
 
 def errors(record: Mapping[str, Any]) -> str:
-    """Rows: estimators and scenes; columns: median and 95th percentile of the errors."""
-    heads = ["estimator", "sensor", *(f"{SYMBOLS[key]}{UNITS[key] and f', {UNITS[key].strip()}'}" for key in SYMBOLS)]
-    rows = [
-        [who, scene, *(both(one[key], DIGITS[key]) for key in SYMBOLS)]
-        for who in DESIGNS
-        for scene, one in record[who].items()
-    ]
-    return markdown(heads, rows, words=2)
+    """Rows: scenes; columns: median and 95th percentile of the errors of each estimator."""
+    names = [f"{SYMBOLS[key]}{UNITS[key] and f', {UNITS[key].strip()}'}" for key in SYMBOLS]
+    heads = ["sensor", *(f"{who}: {name}" for who in DESIGNS for name in names)]
+    scenes = record[next(iter(DESIGNS))]
+    rows = (
+        [scene, *(both(record[who][scene][key], DIGITS[key]) for who in DESIGNS for key in SYMBOLS)] for scene in scenes
+    )
+    return markdown(heads, rows)
 
 
 def both(values: Sequence[float], digits: int) -> str:
