@@ -86,5 +86,4 @@ def _files(facts: dict[str, Any], cells: Sequence[str]) -> Iterator[str]:
     if facts["images"]:
         yield "*.hex: initial contents of memories, searched for in the tool's working directory"
     if cells:
-        text = f"models of {', '.join(cells)}: from the vendor, or from tfra's hdl/primitives/models"
-        yield from wrapped(text, 2)
+        yield from wrapped(f"models of {', '.join(cells)}: from the vendor, or from tfra's hdl/primitives/models", 2)

@@ -15,7 +15,7 @@ from tfra.model.choices import Architecture, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 
-DESIGN = TfraDesign(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), "small", search=Search(9), architecture=Architecture(4))
+DESIGN = TfraDesign(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), "lanes", search=Search(9), architecture=Architecture(4))
 
 MODULE = """\
 module top__lane(clk);
