@@ -86,7 +86,7 @@ def test_cells_know_their_lanes(gates: Netlist) -> None:
     assert sorted(kinds[multipliers[0]]) == list(lanes)
     assert all(Counter(found) == dict.fromkeys(lanes, len(found) // len(lanes)) for found in kinds.values())
     sums = r"\.matvec\.lane\d+\.sum|\.drain\.(?:register\.)?sums__\d"  # a sum has all these names
-    for register in (sums, r"\.drain\.register\.held\d"):
+    for register in (sums, r"\.drain\.register\.captured\d"):
         assert {lane_of(name) for _, name in cells if re.search(register, name)} == set(lanes), register
 
 
