@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from amaranth import Module, Value
@@ -18,7 +19,7 @@ class Ram:
 
     def write(self, enable: Any, address: Value, word: Any) -> None:
         """Store ``word`` at ``address`` at the end of every cycle in which ``enable`` is high."""
-        self._write = port = self._memory.write_port()
+        self._write = port = self._unnamed(self._memory.write_port)
         self._m.d.comb += [
             port.en.eq(enable),
             port.addr.eq(address),
@@ -27,7 +28,8 @@ class Ram:
 
     def read(self, address: Value, enable: Any = None, *, transparent: bool = False) -> Any:
         """The word at ``address``, a cycle later; if ``transparent``, the one that is written in the same cycle."""
-        port = self._memory.read_port(transparent_for=[self._write] if transparent else [])
+        transparent_for = [self._write] if transparent else []
+        port = self._unnamed(self._memory.read_port, transparent_for=transparent_for)
         self._m.d.comb += port.addr.eq(address)
         if enable is not None:
             self._m.d.comb += port.en.eq(enable)
@@ -35,6 +37,11 @@ class Ram:
 
     def look_up(self, address: Value) -> Any:
         """The word at ``address``, in the same cycle."""
-        port = self._memory.read_port(domain="comb")
+        port = self._unnamed(self._memory.read_port, domain="comb")
         self._m.d.comb += port.addr.eq(address)
         return port.data
+
+    @staticmethod
+    def _unnamed(make: Callable[..., Any], **options: Any) -> Any:
+        """A port whose wires have no names: synthesis then names cells after the registers at the port."""
+        return make(**options)
