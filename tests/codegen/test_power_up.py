@@ -17,7 +17,7 @@ from tests.marks import long
 from tests.model.fixed.learned.cases import learned_design
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import to_verilog
-from tfra.codegen.verilog.testbench import testbench
+from tfra.codegen.verilog.testbench import testbench as written_testbench
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Architecture, Search
 from tfra.model.cover.scenes import directed_codes
@@ -78,7 +78,7 @@ def ends(design, folder, verilog):
     """The testbench's last line, behind a reset of one cycle; running sums begin with anything but X."""
     choose("icarus")
     name = design.name
-    bench = testbench(design, sidecar(design)).replace("repeat (4)", "repeat (1)")
+    bench = written_testbench(design, sidecar(design)).replace("repeat (4)", "repeat (1)")
     (folder / f"{name}_tb.v").write_text(bench)
     (folder / f"{name}.v").write_text(verilog)
     lanes = range(design.architecture.mac_lanes)
