@@ -43,7 +43,7 @@ demo: $(READY) icarus
 test: $(READY) icarus chromium
 	@mkdir -p build
 	$(VENV)/bin/ruff check
-	$(VENV)/bin/mypy --strict -p tfra >build/types.txt 2>&1 & types=$$!; \
+	$(VENV)/bin/mypy --strict -p tfra -p bench >build/types.txt 2>&1 & types=$$!; \
 	  $(PYTEST) -m "not long"; tests=$$?; \
 	  wait $$types; types=$$?; cat build/types.txt; exit $$((tests | types))
 

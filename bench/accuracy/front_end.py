@@ -82,7 +82,7 @@ def observe(design: Design, one: Mapping[str, Any]) -> dict[str, Ints]:
         "dead taxels, no front end": _raw(design, one["stress"], dead),
         "both, no front end": _raw(design, one["stress"] + one["offset"], dead),
         "offsets, front end": calibrated(design, one, still),
-        "dead taxels, front end": calibrated(design, one | {"offset": 0.0}, dead),
+        "dead taxels, front end": calibrated(design, {**one, "offset": 0.0}, dead),
         "both, front end": calibrated(design, one, dead),
     }
 

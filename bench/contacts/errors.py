@@ -292,8 +292,10 @@ def _mark_outside(axes: Axes, values: Sequence[float], color: str) -> None:
     """An arrow at the edge and the value, for each that lies above what is shown."""
     for place, value in enumerate(values):
         if value > SHOWN[1]:
-            looks = {"color": color, "arrowprops": {"arrowstyle": "->", "color": color}, "annotation_clip": False}
-            axes.annotate(f"{value:.0f} %", (place, SHOWN[1]), xytext=(8, -24), textcoords="offset points", **looks)
+            axes.annotate(
+                f"{value:.0f} %", (place, SHOWN[1]), xytext=(8, -24), textcoords="offset points", color=color,
+                arrowprops={"arrowstyle": "->", "color": color}, annotation_clip=False,
+            )  # fmt: skip
 
 
 def main() -> None:

@@ -112,7 +112,8 @@ def main(simulator: str, top: str, folder: Path) -> None:
     if simulator == "verilator":
         (folder / "visible.vlt").write_text(public_signals(top, ()))
         sources.append(VerilatorControlFile(folder / "visible.vlt"))
-    runner, places = get_runner(simulator), {"build_dir": folder, "hdl_toplevel": top}
+    runner = get_runner(simulator)
+    places: dict[str, Any] = {"build_dir": folder, "hdl_toplevel": top}
     runner.build(sources=sources, build_args=BUILD_ARGUMENTS[simulator], timescale=TIMESCALE, always=True, **places)
     runner.test(test_module="bench.exactness.axi_play", hdl_toplevel_lang="verilog", test_dir=folder, **places)
 

@@ -84,8 +84,9 @@ def designs_of(name: str) -> list[dict[str, Any]]:
     rows = table(name, "designs").rows(named=True)
     plain = next((row for row in rows if row["name"] == "uniform"), None)
     for row in rows:
-        saves = plain and row["coefficient_kbit"]
-        row["saves_percent"] = 100 * (1 - row["coefficient_kbit"] / plain["coefficient_kbit"]) if saves else None
+        row["saves_percent"] = None
+        if plain and row["coefficient_kbit"]:
+            row["saves_percent"] = 100 * (1 - row["coefficient_kbit"] / plain["coefficient_kbit"])
     return rows
 
 

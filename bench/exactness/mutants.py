@@ -22,6 +22,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from bench.exactness.mutations import Mutation, choose
 from bench.publish import ROOT, insert, store
@@ -88,9 +89,10 @@ class Copy:
         shutil.rmtree(self._scratch, ignore_errors=True)
         self._scratch.mkdir()
         more = {"PYTHONPATH": str(self._root), "TFRA_CACHE": str(self._scratch / "cache"), "OMP_NUM_THREADS": "1"}
-        how = {"cwd": self._root, "env": {**os.environ, **more}, "start_new_session": True, "stderr": subprocess.STDOUT}
+        how: dict[str, Any] = {"cwd": self._root, "env": {**os.environ, **more}, "start_new_session": True}
         with (self._scratch / "output").open("w+") as output:
-            process = subprocess.Popen([sys.executable, "-m", *arguments], stdout=output, **how)
+            command = [sys.executable, "-m", *arguments]
+            process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT, **how)
             code: int | None = None
             with suppress(subprocess.TimeoutExpired):
                 code = process.wait(SECONDS[arguments[0]])
@@ -129,7 +131,7 @@ def main() -> int:
     options = parser.parse_args()
     chosen = choose(sources(options.room), options.count, options.seed)
     path = ROOT / "bench" / "results" / "mutants.json"
-    before = json.loads(path.read_text()) if options.keep and path.exists() else {"seed": None}
+    before: dict[str, Any] = json.loads(path.read_text()) if options.keep and path.exists() else {"seed": None}
     known = before["mutants"] if before["seed"] == options.seed else []
     record = [{"file": file, **vars(mutation)} for file, mutation in chosen]
     for one in record:

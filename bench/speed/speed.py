@@ -14,6 +14,7 @@ import statistics
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 FRAMES, REPEATS = 10_000, 5
@@ -32,7 +33,8 @@ def run(engine: str) -> dict[str, Any]:
     design = TfraDesign(SensorArray(10, 10, 4e-3, 2e-3, 3e-3), formats=formats)
     codes = contact_codes(design, FRAMES, seed=1)
     frames = codes * design.adc.lsb
-    model, data = (Tfra(design.sensor), frames) if engine == "float" else (FixedTfra(design), codes)
+    model: Callable[[Any], Any] = Tfra(design.sensor) if engine == "float" else FixedTfra(design)
+    data: Any = frames if engine == "float" else codes
     model(data[:100])
     rates = []
     for _ in range(REPEATS):
