@@ -49,7 +49,7 @@ def _found(row: dict[str, Any]) -> str:
 
 
 def _phi(row: dict[str, Any]) -> str:
-    """Degrees of a percentage of a full turn; flagged frames, where they are most, have no direction."""
+    """Degrees of a percentage of a full turn; none where most frames are flagged, since these have no direction."""
     return "–" if 2 * row["flagged"] > row["frames"] else f"{3.6 * row['phi']['median']:.0f}"
 
 

@@ -48,7 +48,7 @@ def measure(sensor: SensorArray, formats: str, contacts: int) -> dict[str, Any]:
 
 
 def table(results: dict[str, dict[str, Any]]) -> str:
-    """Markdown: one row for each format set and sensor, and their totals."""
+    """Markdown: totals of each format set, and its sensors if a winner differs by more than a step."""
     lines = [
         "| formats | sensor | swept contacts | index equal | one step off | further | φ, worst | taxel force, worst |",
         "|---|---|---:|---:|---:|---:|---:|---:|",
@@ -56,7 +56,8 @@ def table(results: dict[str, dict[str, Any]]) -> str:
     for formats, rows in results.items():
         total = {key: sum(row[key] for row in rows.values()) for key in ("swept", "equal", "one_step", "more")}
         worst = {key: max(row[key] for row in rows.values()) for key in ("largest_step", "phi_deg", "force")}
-        for sensor, row in [*rows.items(), ("**all**", total | worst)]:
+        single = rows.items() if total["more"] else ()
+        for sensor, row in [*single, ("**all**", total | worst)]:
             further = f"{row['more']}" + (f" (≤ {row['largest_step']})" if row["more"] else "")
             lines.append(
                 f"| `{formats}` | {sensor} | {row['swept']} | {row['equal'] / row['swept']:.2%} | {row['one_step']} "
