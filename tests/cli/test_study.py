@@ -57,6 +57,7 @@ def command(folder: Path, *more: str) -> list[str]:
     return [sys.executable, "-m", "tfra.cli", "study", str(study), "--out", str(out), "--workers", "1", *more]
 
 
+@pytest.mark.long
 def test_without_a_terminal_each_task_is_a_line(folder: Path) -> None:
     done = subprocess.run(command(folder, "--json"), capture_output=True, text=True, check=True)
     tasks = [line.partition(":")[0] for line in done.stderr.splitlines()]

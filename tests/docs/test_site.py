@@ -16,6 +16,8 @@ from tests.browser import browser
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 
+pytestmark = pytest.mark.long
+
 FOREIGN = r"""["']?(?:https?:)?//"""
 LOADS = re.compile(rf"<(?:script|img|iframe|link)\b[^>]*(?:src|href)={FOREIGN}|url\({FOREIGN}|@import")
 """What makes a browser load a file of another host."""
@@ -74,7 +76,6 @@ def test_no_file_names_another_host_to_load_from(site: Path) -> None:
     assert LOADS.search('<link rel="stylesheet" href="https://fonts.example/font.css">')
 
 
-@pytest.mark.long
 def test_a_browser_asks_for_nothing_from_other_hosts(site: Path, tmp_path: Path) -> None:
     with browser(tmp_path) as tab:
         for name in ("index", "tutorial", "api", "search"):

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from tests.hdl.serial.designs import LEARNED
-from tests.marks import long
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Formats, Search
 from tfra.model.cover.scenes import contact_codes
@@ -44,7 +43,8 @@ def verified(design: Design) -> Report:
     return verify(design, contact_codes(design, FRAMES, 1) * design.adc.lsb, "icarus", random=0)
 
 
-@pytest.mark.parametrize("design", [DESIGN, *long(replace(LEARNED["2×3, forces"], name="learned"))])
+@pytest.mark.long
+@pytest.mark.parametrize("design", [DESIGN, replace(LEARNED["2×3, forces"], name="learned")])
 def test_verify(design: Design) -> None:
     """Words under all stalls, and the timing as stated; the coefficients in a model of the target's memories."""
     found = verified(replace(design, target="ice40"))

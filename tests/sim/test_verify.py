@@ -162,6 +162,7 @@ def test_the_page_of_a_good_core(tmp_path: Path) -> None:
         assert (tab.messages, tab.requests) == ([], [])
 
 
+@pytest.mark.long
 def test_given_frames_and_references() -> None:
     """True values that are off by a known amount: every error is in the unit of its key."""
     frames = np.random.default_rng(3).normal(0.0, 2e4, (6, 3, 2))

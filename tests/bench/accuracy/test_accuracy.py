@@ -71,6 +71,7 @@ def test_today_the_learned_estimators_are_as_accurate(kept: dict[str, Any], monk
                 assert both == pytest.approx(kept["sensors"][case.name]["scenes"][name][who][key], rel=0.01), key
 
 
+@pytest.mark.long
 def test_a_whole_record(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(estimators, "FITTED", 50)
     monkeypatch.setattr(measure, "PAPER", ("small",))

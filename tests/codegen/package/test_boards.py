@@ -86,6 +86,7 @@ def answers(design: Any, package: Path, folder: Path, line: bytes, due: int) -> 
     return frames(found), ("dropped 1" in said) != board.inverted
 
 
+@pytest.mark.long
 def test_the_board_answers_with_the_models_words(package: tuple[Any, Path], tmp_path: Path) -> None:
     """After a break and the load; short and long frames between the good ones have no answer and shift nothing."""
     design, folder = package

@@ -64,6 +64,7 @@ def test_the_example_in_c(tmp_path: Path, images: str) -> None:
 
 
 @pytest.mark.parametrize("images", ["load", "inline"])
+@pytest.mark.long
 def test_the_example_in_python(tmp_path: Path, images: str) -> None:
     """With registers mapped from a file, which has afterwards what was written."""
     lines = board(tmp_path, replace(DESIGN, images=images))

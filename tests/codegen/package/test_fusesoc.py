@@ -33,6 +33,7 @@ def fusesoc(target: str, name: str, package: Path, folder: Path, *options: str) 
     )
 
 
+@pytest.mark.long
 def test_sim_compares_every_word(package: tuple[str, Path], tmp_path: Path) -> None:
     choose("icarus")
     name, folder = package

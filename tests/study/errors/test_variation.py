@@ -124,6 +124,7 @@ def test_types_of_columns_do_not_hang_on_values(frames, table):
     assert {name: alone.schema[name] for name in alone.columns} == {name: table.schema[name] for name in alone.columns}
 
 
+@pytest.mark.long
 def test_any_split_gives_the_same(frames, table):
     assert measured(frames, some(), together=3).equals(table)
 

@@ -118,6 +118,7 @@ def sweeps(design, parts, frame):
     return {"candidate": int(np.abs(terms).max()), "b_z": int(b_z.max()), "b_xy": int(np.abs(b_xy).max())}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", DESIGNS)
 def test_every_share_is_that_of_its_frame(name):
     design, found = DESIGNS[name], found_of(name)
