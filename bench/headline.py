@@ -2,16 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from typing import Any
-
 from bench.parts.presets import PUBLISHED_MS
-from bench.publish import ROOT, insert
-
-
-def stored(name: str) -> Any:
-    """The results of a campaign."""
-    return json.loads((ROOT / "bench" / "results" / f"{name}.json").read_text())
+from bench.publish import insert, stored
 
 
 def exact() -> str:

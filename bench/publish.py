@@ -23,6 +23,11 @@ def store(name: str, record: dict[str, Any]) -> None:
     (results / f"{name}.json").write_text(json.dumps(record, indent=1, ensure_ascii=False) + "\n")
 
 
+def stored(name: str) -> Any:
+    """The content of ``bench/results/NAME.json``."""
+    return json.loads((ROOT / "bench" / "results" / f"{name}.json").read_text())
+
+
 def insert(name: str, table: str, page: str = "docs/measured.md") -> None:
     """Print ``table`` and put it between its marks in ``page``, relative to the root.
 

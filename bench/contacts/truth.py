@@ -10,7 +10,7 @@ import json
 import textwrap
 from typing import Any
 
-from bench.publish import ROOT, insert
+from bench.publish import ROOT, insert, stored
 from tfra.model import truth
 
 TOLD = ("0.3", "0.5", "0.7")
@@ -19,8 +19,7 @@ TOLD = ("0.3", "0.5", "0.7")
 
 def rows() -> dict[str, Any]:
     """Results of the random contacts, by their true friction coefficient."""
-    study = json.loads((ROOT / "bench" / "results" / "errors.json").read_text())
-    friction: dict[str, Any] = study["results"]["friction"]["random"]
+    friction: dict[str, Any] = stored("errors")["results"]["friction"]["random"]
     return friction
 
 

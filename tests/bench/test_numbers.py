@@ -1,6 +1,5 @@
 """Cycles, products and lanes in prose are those of the design object."""
 
-import json
 import re
 from functools import cache
 
@@ -9,7 +8,7 @@ import pytest
 
 from bench import headline
 from bench.cycles import cores
-from bench.publish import ROOT
+from bench.publish import ROOT, stored
 from tfra.codegen.config.read import MOST_TAXELS, load
 from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.cores import microarchitecture
@@ -119,9 +118,9 @@ def test_headline():
 def test_table_of_cores():
     record, lines = cores.rows()
     assert "\n".join(lines) in (ROOT / "docs" / "measured.md").read_text()
-    stored = json.loads((ROOT / "bench" / "results" / "cores.json").read_text())
-    assert stored["rows"] == record
-    assert stored["multiplications"] == products()
+    kept = stored("cores")
+    assert kept["rows"] == record
+    assert kept["multiplications"] == products()
 
 
 @pytest.mark.parametrize("lanes", [16, 64])

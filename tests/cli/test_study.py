@@ -14,25 +14,17 @@ import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
+from tests.study.definitions import ONE_MIXTURE
 
 ROOT = Path(__file__).parents[2]
 QUICK = ROOT / "examples" / "study_quick.toml"
 
-SHORT = """
+SHORT = f"""
 config = "skin.toml"
 [frames]
 train = 300
 held_out = 100
-[[frames.mixture]]
-shape = "hertz"
-half_x_pitches = {from = 0.6, to = 1.5}
-half_y_pitches = 1.0
-center_x_share = 0.5
-center_y_share = 0.5
-peak_kpa = {from = 20.0, to = 150.0}
-mu = 0.5
-phi_deg = {from = 0.0, to = 360.0}
-[uniform]
+{ONE_MIXTURE}[uniform]
 bits = [8, 18]
 """
 CONFIG = """

@@ -20,6 +20,19 @@ from tfra.study.task import Task
 SENSOR = SensorArray(6, 8, 3e-3, 2e-3, 2e-3)
 LAYER = LayerSpec(poisson=0.48, sampling="point")
 
+ONE_MIXTURE = """\
+[[frames.mixture]]
+shape = "hertz"
+half_x_pitches = {from = 0.6, to = 1.5}
+half_y_pitches = 1.0
+center_x_share = 0.5
+center_y_share = 0.5
+peak_kpa = {from = 20.0, to = 150.0}
+mu = 0.5
+phi_deg = {from = 0.0, to = 360.0}
+"""
+"""The only mixture of a STUDY file."""
+
 MIXTURE = """
 train = 40
 held_out = 12

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.study.definitions import ONE_MIXTURE
 from tfra.runtime.errors import InputError
 from tfra.study.errors.comparisons import CONVERTER_BITS
 from tfra.study.frames.block import Part
@@ -24,23 +25,14 @@ pitch_y_mm = 2.0
 thickness_mm = 2.0
 """
 
-GOOD = """
+GOOD = f"""
 config = "skin.toml"
 
 [frames]
 train = 400
 held_out = 300
 
-[[frames.mixture]]
-shape = "hertz"
-half_x_pitches = {from = 0.6, to = 1.5}
-half_y_pitches = 1.0
-center_x_share = 0.5
-center_y_share = 0.5
-peak_kpa = {from = 20.0, to = 150.0}
-mu = 0.5
-phi_deg = {from = 0.0, to = 360.0}
-"""
+{ONE_MIXTURE}"""
 
 SEARCH = GOOD + "\n[search]\ngenerations = 2\n"
 

@@ -16,14 +16,14 @@ from bench.accuracy.estimators import FIXED, LEARNED, NAMES
 from bench.accuracy.scenes import NOISES, QUIET, SCENES, scenes
 from bench.accuracy.tables import tables
 from bench.accuracy.targets import Target, furthest, verdict
-from bench.publish import ROOT
+from bench.publish import ROOT, stored
 from tests.bench.accuracy.random_case import random_case
 from tfra.train.errors import Resultants
 
 
 @pytest.fixture(scope="module")
 def kept() -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((ROOT / "bench" / "results" / "accuracy.json").read_text())
+    found: dict[str, Any] = stored("accuracy")
     return found
 
 

@@ -31,6 +31,7 @@ from tests.cli.misuse.mistakes import (
 from tests.cli.misuse.recordings import GOOD, NPY, NPZ, RECORDINGS, WRONG
 from tests.cli.misuse.training import TRAINING
 from tests.cli.misuse.views import PAGES
+from tests.study.definitions import ONE_MIXTURE
 from tfra.cli.main import main as tfra
 from tfra.families import TARGETS
 from tfra.runtime.outputs import write_npz
@@ -133,21 +134,12 @@ OUTPUTS = [
 ]
 
 STUDY = "study study.toml --out report"
-_STUDY = """
+_STUDY = f"""
 config = "skin.toml"
 [frames]
 train = 400
 held_out = 400
-[[frames.mixture]]
-shape = "hertz"
-half_x_pitches = {from = 0.6, to = 1.5}
-half_y_pitches = 1.0
-center_x_share = 0.5
-center_y_share = 0.5
-peak_kpa = {from = 20.0, to = 150.0}
-mu = 0.5
-phi_deg = {from = 0.0, to = 360.0}
-"""
+{ONE_MIXTURE}"""
 
 
 def _study(more: str, old: str = "", new: str = "") -> Make:
