@@ -141,7 +141,7 @@ class _Driver:
 
     async def drive(self, ctx: Any) -> None:
         """Drive the ports in their order, cycle by cycle, until every output has seen its transfers."""
-        ports = [(port(ctx), len(read)) for port, read in self.ports]
+        ports = [(drives(ctx), len(read)) for drives, read in self.ports]
         for one, _ in ports:
             next(one, None)
         with ctx.critical():

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-_NEVER = 1 << 62
+NEVER = 1 << 62
+"""A cycle that does not come; its negative is before all others."""
 
 
 class Intake:
@@ -10,7 +11,7 @@ class Intake:
 
     def __init__(self, taxels: int, quads: int, latency: int) -> None:
         self._taxels, self._quads, self._latency = taxels, quads, latency
-        self._last_quad = -_NEVER
+        self._last_quad = -NEVER
         """Of the frame before, out of the normaliser."""
         self._fold: list[tuple[int, int]] = []
         """Of every quad: the cycle in which it moves to the fold's second register, and in which it leaves that."""

@@ -15,12 +15,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
-from tfra.hdl.parallel.core.intake import Intake
+from tfra.hdl.parallel.core.intake import NEVER, Intake
 from tfra.hdl.parallel.matvec.passes import Passes, full
 from tfra.hdl.parallel.matvec.plan import Plan
 from tfra.model.fixed.design import Design
-
-NEVER = 1 << 62
 
 BANK_FREE = 2
 """Cycles from a launch to the first quad of the next operand, or to the token of its bank: the bank is freed, then

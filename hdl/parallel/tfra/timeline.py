@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 from tfra.hdl.lib.streams import Buffer, PerFrameFifo, Router
 from tfra.hdl.parallel.core import timeline as engine
-from tfra.hdl.parallel.core.timeline import NEVER, SEEN, last_entry
+from tfra.hdl.parallel.core.intake import NEVER
+from tfra.hdl.parallel.core.timeline import SEEN, last_entry
 from tfra.hdl.parallel.tfra.combine.store import FRAMES
 from tfra.hdl.parallel.tfra.forces import PLANES
 from tfra.hdl.parallel.tfra.plan import PLAN

@@ -6,7 +6,8 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from tfra.hdl.lib.streams import Buffer, PerFrameFifo
-from tfra.hdl.parallel.core.timeline import IDLE, NEVER, SEEN, Decision
+from tfra.hdl.parallel.core.intake import NEVER
+from tfra.hdl.parallel.core.timeline import IDLE, SEEN, Decision
 from tfra.hdl.parallel.tfra.combine.store import MEASURE
 
 if TYPE_CHECKING:
