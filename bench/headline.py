@@ -1,7 +1,5 @@
 """The README's table of what was measured, from the results of the campaigns: ``python -m bench.headline``."""
 
-from __future__ import annotations
-
 from bench.parts.presets import PUBLISHED_MS
 from bench.publish import insert, stored
 

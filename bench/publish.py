@@ -1,7 +1,5 @@
 """Measurements become ``bench/results/NAME.json`` and the table between ``<!-- NAME -->`` marks in a page."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -6,8 +6,6 @@ bit-accurate model, and the errors of Eqs. 33-35 with the largest ones of the pa
 initiation interval is not the design's.
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import sys
@@ -49,7 +47,7 @@ class Errors:
     mu: float
     phi: float
 
-    def within(self, other: Errors) -> bool:
+    def within(self, other: "Errors") -> bool:
         """True if no error is larger than the other's."""
         return self.force <= other.force and self.mu <= other.mu and self.phi <= other.phi
 

@@ -1,7 +1,5 @@
 """``tfra examples``: files to start from."""
 
-from __future__ import annotations
-
 import difflib
 from pathlib import Path
 from typing import Annotated

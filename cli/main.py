@@ -1,7 +1,5 @@
 """The command line.  Exit codes: 0 success, 1 a check failed, 2 bad input, with one line on stderr."""
 
-from __future__ import annotations
-
 import sys
 import warnings
 from collections.abc import Callable, Sequence

@@ -1,7 +1,5 @@
 """Lines on standard error."""
 
-from __future__ import annotations
-
 import sys
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """``tfra paper``: the paper's tables and figures, recomputed."""
 
-from __future__ import annotations
-
 import typer
 
 from tfra.cli.common import Json, OutDirectory, print_json, progress

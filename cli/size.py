@@ -1,7 +1,5 @@
 """``tfra size``: the smallest core that is fast enough."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Annotated
 

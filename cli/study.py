@@ -1,7 +1,5 @@
 """``tfra study``: quantization error studies."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """``tfra view``: an interactive page of results."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

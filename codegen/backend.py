@@ -4,8 +4,6 @@ A new one takes a folder ``codegen/NAME/`` with a function ``files``, an entry i
 end's files include the sidecar ``NAME.json`` of :mod:`tfra.codegen.sidecar.build`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """``tfra generate``: a directory with the files of a back end."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from pathlib import Path

@@ -3,8 +3,6 @@
 Resources of a part are the totals that nextpnr 0.11.1 reports as ``utilization``.
 """
 
-from __future__ import annotations
-
 from tfra.families import ecp5, gatemate, gowin, ice40, xilinx
 from tfra.families.family import Family, Target
 from tfra.runtime.errors import quoted

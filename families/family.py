@@ -1,7 +1,5 @@
 """What is known of a device family: its cells, the tools that make a core of them, its parts and its board."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Cologne Chip GateMate: yosys and nextpnr; multipliers are made of its logic, in rows of two bits a cell."""
 
-from __future__ import annotations
-
 from tfra.families.family import BlockMemory, Family, PlaceAndRoute, Target
 
 

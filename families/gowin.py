@@ -1,7 +1,5 @@
 """Gowin GW2A: yosys alone."""
 
-from __future__ import annotations
-
 from tfra.families.family import BlockMemory, Family, HardMultiplier, Target
 
 FAMILY = Family(

@@ -1,7 +1,5 @@
 """The block and the lane of the core that a cell belongs to, by its name in a flat netlist."""
 
-from __future__ import annotations
-
 import re
 
 

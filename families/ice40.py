@@ -1,7 +1,5 @@
 """Lattice iCE40 UltraPlus: yosys and nextpnr."""
 
-from __future__ import annotations
-
 from tfra.families.family import BlockMemory, Board, Family, Gates, HardMultiplier, PlaceAndRoute, Target
 
 FAMILY = Family(

@@ -1,7 +1,5 @@
 """Xilinx 7 series: yosys alone."""
 
-from __future__ import annotations
-
 from tfra.families.family import BlockMemory, Family, HardMultiplier, Target
 
 FAMILY = Family(

@@ -1,7 +1,5 @@
 """The cores of every estimator.  Only this module reads ``design.architecture.kind``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Arrays by the type of their numbers."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

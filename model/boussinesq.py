@@ -1,7 +1,5 @@
 """Boussinesq operators of a taxel array: Eqs. 1-6 and 9 of doi:10.1016/j.mechatronics.2023.103070."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

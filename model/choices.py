@@ -3,8 +3,6 @@
 :class:`tfra.model.fixed.design.Design` derives everything else from them.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Literal

@@ -1,7 +1,5 @@
 """The converter behind every taxel."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

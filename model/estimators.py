@@ -4,8 +4,6 @@ An estimator is a subclass of :class:`tfra.model.fixed.design.Design`, which sta
 cores are a line in :mod:`tfra.hdl.cores`.
 """
 
-from __future__ import annotations
-
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import TfraDesign

@@ -1,7 +1,5 @@
 """Errors of an estimate, in plain units and by Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070; Eqs. 36, 37."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Friction and direction of a resultant (Eqs. 15, 16), for estimators that find the resultant itself."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Bools, Floats

@@ -4,8 +4,6 @@ Another rounding is one member here, its line in :func:`tfra.model.fixed.numbers
 :func:`tfra.hdl.lib.arithmetic.round_off`, and its row in the tests of both.
 """
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

@@ -1,7 +1,5 @@
 """The tactile array: a grid of normal-stress taxels under an elastic cover."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields

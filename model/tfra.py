@@ -6,8 +6,6 @@ The dependent friction is affine in the independent one (Eqs. 17, 18), so the re
 the normal part of the stress C33 f_z = p + mu q: p and q once per frame, then one addition per candidate.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntFlag
 
@@ -197,7 +195,7 @@ class Tfra:
         self._x, self._y = sensor.positions()
 
     @classmethod
-    def of(cls, choices: Choices, ops: Operators | None = None) -> Tfra:
+    def of(cls, choices: Choices, ops: Operators | None = None) -> "Tfra":
         """The algorithm with the search and the contact threshold of ``choices``."""
         search, adc = choices.search, choices.adc
         tolerance, threshold = search.tolerance * adc.lsb, adc.threshold * adc.lsb

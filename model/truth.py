@@ -1,7 +1,5 @@
 """Accuracy of TFRA's friction coefficient: one sentence for the README, the demo and ``tfra estimate``."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from importlib.resources import files

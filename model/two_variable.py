@@ -5,8 +5,6 @@ The paper states the condition and the variables of each functional, not its for
 derives the formulas used here.  Each is Pi = 1 / (1 + |r|^2) with a residual r that is affine in u = (1, mu_x, mu_y).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,7 +45,7 @@ class Conditions:
     pinch: Floats
 
     @classmethod
-    def of(cls, sensor: SensorArray, a: Floats, n: Floats) -> Conditions:
+    def of(cls, sensor: SensorArray, a: Floats, n: Floats) -> "Conditions":
         """From a_pq of Eq. 10, ``(3, 3, m)`` as force p, power q, taxel, and n = -w_z >= 0, ``(m,)``, both in N.
 
         A frame with n = 0 has residuals of zero.
@@ -115,7 +113,7 @@ class TwoVariable:
         self._ops = operators(sensor)
 
     @classmethod
-    def of(cls, choices: Choices) -> TwoVariable:
+    def of(cls, choices: Choices) -> "TwoVariable":
         """The search with the contact threshold of ``design``."""
         return cls(choices.sensor, choices.adc.threshold * choices.adc.lsb)
 

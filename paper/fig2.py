@@ -1,7 +1,5 @@
 """Fig. 2: normal stress under a Hertz contact, and the centroids of compression and traction (Eqs. 19-22)."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import TwoSlopeNorm

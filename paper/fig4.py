@@ -1,7 +1,5 @@
 """Fig. 4: the objective functions B^z (Eq. 23) and B^xy (Eq. 25) over the independent friction coefficient."""
 
-from __future__ import annotations
-
 from matplotlib.figure import Figure
 
 from tfra.paper.picture import Columns, Picture, Text, rounded

@@ -1,7 +1,5 @@
 """Fig. 5: friction coefficient and direction while the tangential force turns once around."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

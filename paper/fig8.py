@@ -1,7 +1,5 @@
 """Fig. 8: the contact moves by half a pitch to either side, along x, y or both; phi = 45 degrees."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fig. 9: execution time for one frame, by the paper's loop, by this project's TFRA and by the two-variable search."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 

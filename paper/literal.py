@@ -6,8 +6,6 @@ candidate, 3.2 million for a frame of 10 x 10 taxels and 101 candidates.  Cosine
 everywhere in this project.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

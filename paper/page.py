@@ -1,7 +1,5 @@
 """The report: self-contained pages without script or outside resource, pictures first."""
 
-from __future__ import annotations
-
 import base64
 from collections.abc import Sequence
 from html import escape

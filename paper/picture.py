@@ -1,7 +1,5 @@
 """The data, the style and the files of a figure; the files have the same bytes in every run."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Iterator, Mapping

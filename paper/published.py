@@ -1,7 +1,5 @@
 """Tables 1 and 2 as published, and errors by Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070."""
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from pathlib import Path

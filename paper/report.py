@@ -1,7 +1,5 @@
 """``tfra paper``: every table and figure, in one directory."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -3,8 +3,6 @@
 The contacts are defined in ``examples/*.toml``.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

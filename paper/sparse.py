@@ -10,8 +10,6 @@ b - C33 f_z is no longer C31 f_x + C32 f_y (Eq. 24).  TFRA keeps using b - C33 f
 forces do not explain, needs no further matrix, and is what the hardware computes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 

@@ -1,7 +1,5 @@
 """SpTFRA: largest force error over the real products that filters F1, F2 and F3 leave (doi:10.3390/s24237829)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any

@@ -1,7 +1,5 @@
 """Figs. 6 and 7: stress on the cover as loaded and as reconstructed (Eqs. 36, 37)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables 1 and 2: published numbers and this project's, errors by Eqs. 33-35 and in plain units, and the largest."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ NumPy reads the header.  Type, shape, and that the file holds exactly the bytes 
 before anything is allocated or read.
 """
 
-from __future__ import annotations
-
 import lzma
 import math
 import os

@@ -4,8 +4,6 @@ TFRA gives forces for any numbers, also for those of the wrong sign or unit, or 
 result; their thresholds lie outside of the values that contacts under a cover show.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import cached_property
 from itertools import islice

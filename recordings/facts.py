@@ -1,7 +1,5 @@
 """Summary of a recording and its results in a few numbers, for the terminal and for JSON."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -39,12 +37,12 @@ class Spread:
     max: float
 
     @classmethod
-    def of(cls, values: Floats) -> Spread | None:
+    def of(cls, values: Floats) -> "Spread | None":
         """The spread of ``values (n,)``; None without any."""
         return cls(len(values), *(float(f(values)) for f in (np.median, np.min, np.max))) if len(values) else None
 
     @classmethod
-    def of_angles(cls, degrees: Floats) -> Spread | None:
+    def of_angles(cls, degrees: Floats) -> "Spread | None":
         """Along the smallest arc that holds all ``degrees (n,)``; each number in [0, 360)."""
         if not len(degrees):
             return None

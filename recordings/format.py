@@ -1,7 +1,5 @@
 """What a format of recordings is: the files of the folder ``formats`` have an object of this class each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reading recordings, and the ground truth of simulated frames, from files of any supported format."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """From the numbers of a recording to stress in Pa, by their unit, sign and order."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path

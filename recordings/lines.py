@@ -1,7 +1,5 @@
 """Frames from lines of text as they come, each read as a line of a recording is."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Frames of a recording at the rate at which they were recorded, or another."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 

@@ -5,8 +5,6 @@
     RESULT.parquet/frames.parquet, forces.parquet   the same
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -6,8 +6,6 @@
 No shape is ambiguous: a sensor has at least two rows and two columns, so neither number equals that of the taxels.
 """
 
-from __future__ import annotations
-
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import Array, Shape

@@ -1,7 +1,5 @@
 """Streams of text: standard input, a connection, a serial port.  Their lines come as they are sent."""
 
-from __future__ import annotations
-
 import os
 import re
 import socket

@@ -1,7 +1,5 @@
 """Pages of HTML: each is one file that loads nothing."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Numbers as text: significant digits, thousands separators, a dash where there is none."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 DASH = "–"

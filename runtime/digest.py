@@ -1,7 +1,5 @@
 """Names of results: hashes of all that they are made from, the sources of packages included."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterable
 from pathlib import Path

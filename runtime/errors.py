@@ -1,7 +1,5 @@
 """The exception for every mistake of a user, and the warning."""
 
-from __future__ import annotations
-
 import reprlib
 from pathlib import Path
 
@@ -22,7 +20,7 @@ class InputError(ValueError):
         parts = shortened(str(file), LONGEST_FILE), shortened(key, LONGEST_KEY), shortened(reason, LONGEST_REASON)
         super().__init__(": ".join(part for part in parts if part))
 
-    def __reduce__(self) -> tuple[type[InputError], tuple[str, str, str]]:
+    def __reduce__(self) -> "tuple[type[InputError], tuple[str, str, str]]":
         """Pickles as its line, to pass between processes."""
         return InputError, (str(self), "", "")
 

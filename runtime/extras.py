@@ -1,7 +1,5 @@
 """Optional packages: the extra that installs each is told before one is missed."""
 
-from __future__ import annotations
-
 from importlib.util import find_spec
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Opening a user's file: regular files only, with one line for every failure."""
 
-from __future__ import annotations
-
 import os
 import stat
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """Output that is complete or absent, and never replaces a file that this program did not write."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence

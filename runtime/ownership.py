@@ -4,8 +4,6 @@ A directory holds a manifest with the hash of every file; an archive (.npz), wav
 (.toml) a seal after the last byte.  Only files that match them are ever replaced or removed; all others are the user's.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

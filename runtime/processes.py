@@ -1,7 +1,5 @@
 """Programs that this one starts: none of them outlives it, and all temporary files of theirs go with them."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -4,8 +4,6 @@ A folder ``.tfra-NAME.part`` belongs to the process that holds the lock file ``.
 owner removes both at the end.  The system releases the lock of a killed owner, so a later run can remove its folder.
 """
 
-from __future__ import annotations
-
 import errno
 import fcntl
 import os

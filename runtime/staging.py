@@ -10,8 +10,6 @@ A staging directory ``.tfra-TOKEN-CHECK`` holds, at most,
 and is locked while its owner lives.  Every later output beside it removes those whose owner has died.
 """
 
-from __future__ import annotations
-
 import ctypes
 import errno
 import fcntl

@@ -5,8 +5,6 @@ their size; the modification time of such a file is its last use.  :func:`work_f
 which goes on there after any interruption.
 """
 
-from __future__ import annotations
-
 import atexit
 import errno
 import json

@@ -1,7 +1,5 @@
 """Reading TOML: returns tables, or raises an error of one line for any other file."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The numbers of a verification's report: which comparisons were made, and why frames were left out."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,7 +28,7 @@ class Returned:
     words: Ints
 
     @classmethod
-    def of(cls, design: Design, count: int, runs: Sequence[PatternRun]) -> Returned:
+    def of(cls, design: Design, count: int, runs: Sequence[PatternRun]) -> "Returned":
         """What ``runs`` returned of ``count`` frames."""
         length = design.frame_words
         words = np.zeros((count, length), dtype=np.int64)

@@ -1,7 +1,5 @@
 """Drive one block in Amaranth's simulator: streams in with idle cycles, streams out with backpressure."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext, suppress

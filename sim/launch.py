@@ -5,8 +5,6 @@ program that starts a simulation.  Arguments: ``build|test SIMULATOR TOP``, then
 and ``test+waves`` for a simulation that writes ``waves.vcd``.  All happens in the directory that it is started in.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

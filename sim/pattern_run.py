@@ -1,7 +1,5 @@
 """Frames through the core with one pattern of stalls, compared with the model; the first wrong word and its stage."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any

@@ -3,8 +3,6 @@
 Nothing here depends on a simulator, so all of it can be tested without one.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random
@@ -160,7 +158,7 @@ class Job:
         path.write_text(json.dumps(asdict(self)))
 
     @classmethod
-    def load(cls, path: Path) -> Job:
+    def load(cls, path: Path) -> "Job":
         """Read what ``save`` wrote."""
         values = json.loads(path.read_text())
         return cls(**values | {"probes": [Probe(**probe) for probe in values["probes"]]})
@@ -190,7 +188,7 @@ class Outcome:
         os.replace(fresh, path)
 
     @classmethod
-    def load(cls, path: Path) -> Outcome:
+    def load(cls, path: Path) -> "Outcome":
         """Read what ``save`` wrote."""
         return cls(**json.loads(path.read_text()))
 

@@ -1,7 +1,5 @@
 """The testbench for Amaranth's own simulator: the core without Verilog or other tools."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Simulate a core: frames in, result words and cycle counts out, by any of the simulators."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

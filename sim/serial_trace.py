@@ -1,7 +1,5 @@
 """The serial core's gateware against its interpreter: the first instruction that writes a different value."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Frames for verification: simulated contacts, random codes, and the corners of the input space."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -31,7 +29,7 @@ class Stimuli:
     phi_deg: Floats
 
     @classmethod
-    def of(cls, codes: Ints, kind: str, references: Mapping[str, npt.ArrayLike] | None = None) -> Stimuli:
+    def of(cls, codes: Ints, kind: str, references: Mapping[str, npt.ArrayLike] | None = None) -> "Stimuli":
         """Frames of one kind, with the references of a frames file if there are any."""
         n, truth = len(codes), []
         for key, shape in zip(REFERENCES, ((n, 3), (n,), (n,)), strict=True):
@@ -41,7 +39,7 @@ class Stimuli:
             truth.append(value)
         return cls(codes, np.full(n, kind), *truth)
 
-    def __add__(self, other: Stimuli) -> Stimuli:
+    def __add__(self, other: "Stimuli") -> "Stimuli":
         pairs = ((getattr(self, name), getattr(other, name)) for name in self.__dataclass_fields__)
         return Stimuli(*(np.concatenate(pair) for pair in pairs))
 
@@ -50,7 +48,7 @@ class Stimuli:
         """Whether the true values of each frame are known."""
         return np.asarray(np.isfinite(self.resultant).all(axis=1))
 
-    def __getitem__(self, part: slice | Bools) -> Stimuli:
+    def __getitem__(self, part: slice | Bools) -> "Stimuli":
         return Stimuli(*(getattr(self, name)[part] for name in self.__dataclass_fields__))
 
 

@@ -5,8 +5,6 @@ of finished frames.  One coroutine serves each port and sleeps until valid or re
 waking Python costs more than simulating a cycle.  The clock itself is cocotb's own in C++.
 """
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable

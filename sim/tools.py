@@ -1,7 +1,5 @@
 """Usable simulators, and the environment that each one needs."""
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import shlex

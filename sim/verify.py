@@ -1,7 +1,5 @@
 """Verify a core: every word of every frame against the bit-accurate model, its timing, and the float reference."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence

@@ -5,8 +5,6 @@ whose total error stays close to float's; and for each cost ``least_COST``, the 
 close.  Closeness is judged on the training frames; the table also has the errors on the held-out frames.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -36,7 +34,7 @@ class Named:
     design: TfraDesign
 
     @classmethod
-    def of(cls, base: TfraDesign, name: str, design: TfraDesign) -> Named:
+    def of(cls, base: TfraDesign, name: str, design: TfraDesign) -> "Named":
         """``design`` as a module with its own name, distinct from ``base``."""
         return cls(name, replace(design, name=f"{base.name[:40]}_{name}"))
 

@@ -1,7 +1,5 @@
 """A study from its file to its report: tasks one after the other, each in pieces that workers compute."""
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -3,8 +3,6 @@
 Only ``config`` and ``[frames]`` are required.  Every section in the file is run; an empty one has its defaults.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any, Literal
 
 from pydantic import Field

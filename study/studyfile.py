@@ -1,7 +1,5 @@
 """From a STUDY file to a design, frames, and a search space, each checked."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass

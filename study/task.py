@@ -4,8 +4,6 @@ The result of a job, its piece, is a string of bytes that depends only on the ta
 the time.
 """
 
-from __future__ import annotations
-
 import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The tasks that measure the design of a study: errors by step, and signals inside the core."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Duration of a study, on a separate page, because the rest of a report is the same in every run."""
 
-from __future__ import annotations
-
 import resource
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Sums of BLAS depend on the number of threads.  So every worker has one thread, a
 process: then results are the same, bit for bit, for all workers.
 """
 
-from __future__ import annotations
-
 import ctypes
 import multiprocessing
 import os

@@ -1,7 +1,5 @@
 """Candidate cores for a part and two bounds: speed, size, and why each was chosen or not."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -28,7 +26,7 @@ class Speed:
     frame_latency: int
 
     @classmethod
-    def of(cls, core: Microarchitecture) -> Speed:
+    def of(cls, core: Microarchitecture) -> "Speed":
         """As ``core`` states it, without being built."""
         return cls(core.initiation_interval, core.frame_latency)
 

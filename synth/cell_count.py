@@ -4,8 +4,6 @@ The core is elaborated, but no netlist is made: that would take ten times as lon
 :class:`CellCount` for each block of ``hdl/parallel/tfra/core.py``.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass, field
 
@@ -41,7 +39,7 @@ class CellCount:
     instances: Counter[str] = field(default_factory=Counter)
     """Cells of the target that the design instantiates, by type."""
 
-    def __iadd__(self, other: CellCount) -> CellCount:
+    def __iadd__(self, other: "CellCount") -> "CellCount":
         self.registers += other.registers
         self.operators += other.operators
         self.multipliers += other.multipliers

@@ -6,8 +6,6 @@ cores for ECP5 (``python -m bench.parts.estimates``), of serial cores for iCE40 
 Other families have other rules for memories and carry chains: for them the estimate is a guide, not a proof.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Synthesis, place and route, bitstream: runs each tool once, in one directory, and reads its results."""
 
-from __future__ import annotations
-
 import json
 import re
 import sys

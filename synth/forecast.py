@@ -1,7 +1,5 @@
 """Progress of the tools and time left: guessed from the core's size, corrected by the times of finished steps."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field

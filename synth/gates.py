@@ -3,8 +3,6 @@
 No place and route is needed: what is compared is what synthesis made of the core.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from importlib.resources import files

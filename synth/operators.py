@@ -4,8 +4,6 @@ Kinds and bits are those of the cells that Amaranth's RTLIL would have: operands
 assignment under a condition is a multiplexer of the bits that it writes, and a reset is none.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The report of ``tfra synth`` to read, as text and as a page: the same tables and sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from typing import Any
 

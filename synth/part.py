@@ -1,7 +1,5 @@
 """The part that a package describes its core for: the smallest one of the design's family that it fits."""
 
-from __future__ import annotations
-
 from tfra.codegen.package.part import Part
 from tfra.families import DEFAULT, FAMILIES, targets_of
 from tfra.model.fixed.design import Design

@@ -1,7 +1,5 @@
 """Shift registers between a core's ports and one pin each: it fits small packages, and its paths end at registers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Shape, Signal, Value

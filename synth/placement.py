@@ -1,7 +1,5 @@
 """A placement that can be routed: the best of some, where how well one ends is chance."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

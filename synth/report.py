@@ -1,7 +1,5 @@
 """The report of ``tfra synth`` as facts: one JSON object."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version

@@ -1,7 +1,5 @@
 """``tfra synth``: writes a directory of the report, the logs and, if the tools can make one, the bitstream."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field

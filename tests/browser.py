@@ -1,7 +1,5 @@
 """Chromium without a window, driven over its debugging pipe: what a page shows, says and asks for."""
 
-from __future__ import annotations
-
 import base64
 import json
 import os

@@ -1,7 +1,5 @@
 """What all tests share: one hypothesis profile, and one cache of generated cores and simulators' executables."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

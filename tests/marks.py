@@ -1,7 +1,5 @@
 """Cases that only the long tests run."""
 
-from __future__ import annotations
-
 from itertools import product
 from typing import Any
 

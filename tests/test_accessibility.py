@@ -1,7 +1,5 @@
 """Faults that are planted in a page are found, and nothing else."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tests.accessibility import faults_at_all_widths

@@ -1,7 +1,5 @@
 """``tfra.load`` and the sensor that it returns."""
 
-from __future__ import annotations
-
 import re
 import warnings
 from collections.abc import Iterator, Sequence
@@ -35,7 +33,7 @@ EngineName = Literal["float", "fixed", "rtl", "two-variable"]
 _OPTION = re.compile(r"--([a-z][a-z-]*)( [A-Za-z0-9]+)?")
 
 
-def load(path: str | Path) -> Sensor:
+def load(path: str | Path) -> "Sensor":
     """Read the CONFIG file at ``path``: the sensor, its converter, the arithmetic of its core, and contacts.
 
     ``tfra init`` writes such a file, ``tfra examples --out examples`` those of this example:

@@ -3,8 +3,6 @@
 Offsets that differ from taxel to taxel can't be told from noise in a single frame, so both are one white term.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

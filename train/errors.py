@@ -1,7 +1,5 @@
 """Errors on held-out frames of the exact series, whose contacts, shapes and seeds no training sees."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -65,7 +63,7 @@ class Series:
     step: Floats
 
     @classmethod
-    def of(cls, sensor: SensorArray, count: int, seed: int) -> Series:
+    def of(cls, sensor: SensorArray, count: int, seed: int) -> "Series":
         """Random contacts anywhere on ``sensor``."""
         rng = np.random.default_rng(seed)
         contacts = any_contacts(sensor, count, rng)

@@ -5,8 +5,6 @@ continuation needs.  A second thread prepares the next batch; matrix products ta
 depend on the number of threads.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

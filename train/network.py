@@ -4,8 +4,6 @@ The parameters are those of :class:`tfra.model.learned.network.Folded`: a matrix
 takes a quarter of the products that a matrix over all mirrors would take.  The parity is the first axis of all vectors.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple

@@ -3,12 +3,10 @@
 Mirrored loads would teach nothing, since the network commutes with the mirrors exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 
@@ -46,7 +44,7 @@ class Pool:
     wrong: Bools
 
     @classmethod
-    def simulate(cls, sensor: SensorArray, chunks: int, seed: tuple[int, ...], advance: Callable[[int], None]) -> Pool:
+    def simulate(cls, sensor: SensorArray, chunks: int, seed: tuple[int, ...], advance: Callable[[int], None]) -> Self:
         """Loads of ``chunks`` covers; each chunk follows from ``seed`` and its number, on any number of threads."""
         every, wrong = np.empty((chunks * CHUNK, 3, sensor.taxels), np.float32), np.empty(chunks, np.bool_)
 

@@ -8,8 +8,6 @@ A body that sticks in the middle of its footprint and slips at the edge transfer
 of some loads is the pressure times 1 - s (1 - u^2 - v^2)^b, and s (1 - u^2)^b (1 - v^2)^b on a rectangle.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A training from its budget to the weights, with their errors on held-out frames."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager

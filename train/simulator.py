@@ -7,8 +7,6 @@ Three stresses are kept for a load, those of unit forces along each axis, since 
 combines them linearly.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -4,8 +4,6 @@ The momentum of a layer's matrix is replaced by the nearest matrix with equal si
 the loss is flat are learned as fast as steep ones: the same loss takes a third of Adam's steps.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

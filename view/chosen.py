@@ -1,7 +1,5 @@
 """The frames of a page: those requested, thinned evenly if there is no room for all."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -24,7 +22,7 @@ class Chosen:
     full: bool
 
     @classmethod
-    def of(cls, results: list[Recorded], wanted: range) -> Chosen:
+    def of(cls, results: list[Recorded], wanted: range) -> "Chosen":
         """The frames ``wanted``, or every second, third … of them where the results are too large."""
         total, taxels = len(results[0].stress), results[0].design.sensor.taxels
         frame = sum(frame_bytes(taxels, result.found.resultant_alone) for result in results)

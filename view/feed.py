@@ -3,8 +3,6 @@
     read, a thread ──▶ waiting: the latest frames ──▶ run, the main thread ──▶ pieces: seconds ──▶ since, each page
 """
 
-from __future__ import annotations
-
 import json
 import time
 from collections import deque

@@ -1,7 +1,5 @@
 """From arrays to what a page's script reads: numbers of few bytes, in base64, with their type."""
 
-from __future__ import annotations
-
 import base64
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The page of results: one self-contained file, whose script shows any of its frames."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from html import escape
 from importlib.resources import files

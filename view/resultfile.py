@@ -1,7 +1,5 @@
 """Reads the inputs of a page: results of ``tfra estimate``, and frames with reference values."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

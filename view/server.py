@@ -1,7 +1,5 @@
 """A server of one page and its data, for browsers on this machine only."""
 
-from __future__ import annotations
-
 import errno
 import threading
 from collections.abc import Iterator

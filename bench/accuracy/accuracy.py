@@ -4,8 +4,6 @@
 docs/accuracy.md, and the shortest in README.md.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 from collections.abc import Sequence

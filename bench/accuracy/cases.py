@@ -1,7 +1,5 @@
 """The sensors of the comparison: a CONFIG each, with a file of weights beside it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The estimators of the comparison: functions of converter codes that find resultants."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -42,7 +40,7 @@ class Mapped:
     true: Floats
 
     @classmethod
-    def fitted(cls, tfra: Tfra, stress: Floats, force: Floats) -> Mapped:
+    def fitted(cls, tfra: Tfra, stress: Floats, force: Floats) -> "Mapped":
         """The map that is nearest to the friction of ``force (n, 3)`` by least squares, from ``stress`` in Pa."""
         found, where, count = np.unique(tfra(stress).mu, return_inverse=True, return_counts=True)
         mean = np.bincount(where, friction(force)) / count

@@ -1,7 +1,5 @@
 """The figure of docs/accuracy.md: friction found against the true one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import matplotlib as mpl

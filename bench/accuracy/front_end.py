@@ -6,8 +6,6 @@ which read zero; each sensor has a direction of the plane and dead taxels of its
 with noise, gives the offsets; the dead taxels are known.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Every frame is a sum of the exact series of `model/cover/layer.py`; nothing comes from the simulator of the training.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Errors of every estimator in every scene, of single sensors and pooled."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """What the estimators see: contacts on covers, by the exact series, through arrays that are never perfect."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """The tables of docs/accuracy.md, from the record of a measurement."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What the learned estimator is to reach on every single sensor, and whether it does."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -5,8 +5,6 @@ tables of friction in docs/studies/errors.md; :mod:`bench.contacts.truth` update
 Eqs. 33-35 of doi:10.1016/j.mechatronics.2023.103070.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -60,7 +58,7 @@ class Group:
         """Middle of the array ``(2,)``, m."""
         return self.pitch * (self.sensor.columns - 1, self.sensor.rows - 1) / 2
 
-    def moved(self, halves: Floats, centres: Floats) -> Group:
+    def moved(self, halves: Floats, centres: Floats) -> "Group":
         """The same loads with half sizes and centres ``(n, 2)`` or ``(2,)``, m."""
         sizes, places = (np.broadcast_to(value, (len(self.contacts), 2)) for value in (halves, centres))
         rows = zip(self.contacts, sizes, places, strict=True)

@@ -1,7 +1,5 @@
 """Stress under contacts by TFRA's own kernel (Eq. 5), as an elastic half-space would have it, by quadrature."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@
 README.md from ``bench/results/errors.json``; ``bench.contacts.errors`` also does this after its measurement.
 """
 
-from __future__ import annotations
-
 import json
 import textwrap
 from typing import Any

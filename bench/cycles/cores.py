@@ -3,8 +3,6 @@
 ``python -m bench.cycles.cores`` writes ``bench/results/cores.json`` and the table in docs/measured.md.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from bench.publish import publish

@@ -5,8 +5,6 @@ driven by cocotbext-axi.  Every good frame has to be answered once, in order and
 counted.  Writes ``bench/results/axi.json`` and the table in docs/ip.md, and exits with 1 for any difference.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import subprocess

@@ -5,8 +5,6 @@
 came back, and the registers at the end.
 """
 
-from __future__ import annotations
-
 import json
 import random
 import sys

@@ -1,7 +1,5 @@
 """Frames for a core behind AXI, malformed ones among them, and what has to come back."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

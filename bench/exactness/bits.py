@@ -4,8 +4,6 @@
 reports are there are not run again.
 """
 
-from __future__ import annotations
-
 import argparse
 import shutil
 import subprocess

@@ -6,8 +6,6 @@ bursty stalls on both ports.  It prints what was compared, writes ``bench/result
 docs/measured.md, or ``campaign_learned.json`` and the table in docs/learned.md, and exits with 1 if a bit differs.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

@@ -5,8 +5,6 @@
 friction, direction and strength; none was used to choose a format.
 """
 
-from __future__ import annotations
-
 import argparse
 from typing import Any
 

@@ -3,8 +3,6 @@
 Synthesis of a 10 x 10 core takes minutes, and its gates run at some tens of cycles a second in Icarus.
 """
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 

@@ -7,8 +7,6 @@ sim and codegen.  A mutant that the nearest tests don't notice and that leaves t
 changes nothing.  ``bench/results/mutants.json`` has every mutant, and ``--keep`` continues from there.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

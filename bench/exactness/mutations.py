@@ -1,7 +1,5 @@
 """Small wrong changes of a source file: another operator, constant, arm or handshake, a register left out."""
 
-from __future__ import annotations
-
 import ast
 import random
 from collections.abc import Iterable, Iterator

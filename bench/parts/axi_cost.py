@@ -4,8 +4,6 @@
 the wrapper without its core, and writes ``bench/results/axi_cost.json`` and the table in docs/ip.md.
 """
 
-from __future__ import annotations
-
 import tempfile
 from dataclasses import replace
 from pathlib import Path

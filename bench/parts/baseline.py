@@ -3,8 +3,6 @@
 A file of baselines is an object: a key made of versions, then ``resources`` and ``mhz``, of one subject and target.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

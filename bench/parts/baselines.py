@@ -3,8 +3,6 @@
 A baseline is a file in ``bench/baselines``; new versions of tools are added to it.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

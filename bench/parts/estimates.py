@@ -3,8 +3,6 @@
 Every design of the grid is synthesised for ECP5; those of ``UNSEEN`` are not fitted but compared with the fit.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

@@ -1,7 +1,5 @@
 """A block with plain ports, which synthesis can take for a whole design."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Const, Module, Value

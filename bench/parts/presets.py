@@ -6,8 +6,6 @@ parts and tools, and writes the table in docs/measured.md.  It measures nothing 
 hours.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -4,8 +4,6 @@ A lookup table of the estimate is a logic cell here, as nextpnr packs them: ther
 tables, since flip-flops behind block memories, multipliers and carries take cells of their own.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import tempfile

@@ -4,8 +4,6 @@
 ``bench/results/speed.json`` and the table in docs/measured.md.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import platform

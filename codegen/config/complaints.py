@@ -1,7 +1,5 @@
 """Pydantic's errors in the terms of a CONFIG file."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterator
 from typing import Any, get_args

@@ -1,7 +1,5 @@
 """The elastic cover of a CONFIG file: the solver of simulated frames, and its limits of memory and time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The example CONFIG and STUDY files, the recording and the weights that are installed with the program."""
 
-from __future__ import annotations
-
 import tomllib
 from importlib.resources import files
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Words that can't be names in the generated Verilog."""
 
-from __future__ import annotations
-
 import keyword
 
 KEYWORDS = frozenset(

@@ -1,7 +1,5 @@
 """The name of a core: a Verilog identifier that is neither a keyword nor the name of a port."""
 
-from __future__ import annotations
-
 import re
 
 from tfra.codegen.config.keywords import KEYWORDS, PACKAGED, SIMULATORS

@@ -4,8 +4,6 @@ The keys carry units (``pitch_x_mm``, ``full_scale_pa``, ``phi_deg``); the objec
 Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double nearest to 0.0041.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager

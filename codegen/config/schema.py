@@ -4,8 +4,6 @@ It checks only the form (keys, types, finite numbers).  The objects that :mod:`t
 values check whether they fit together.
 """
 
-from __future__ import annotations
-
 import math
 from fractions import Fraction
 from typing import Annotated, Any, Literal

@@ -1,7 +1,5 @@
 """A commented CONFIG file for a sensor: the example that explains every key, with this sensor's values."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterator, Mapping

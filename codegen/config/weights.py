@@ -7,8 +7,6 @@
 The archive is sealed as all outputs are, so one that has changed is refused.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """From a design to a CONFIG file of that design."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Accuracy of a core on simulated contacts: against double precision, and against the forces that were simulated."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.cover.scenes import known_contacts

@@ -1,7 +1,5 @@
 """Boards: the core behind a serial line, the way to a bitstream, and a program for the host."""
 
-from __future__ import annotations
-
 import json
 
 import numpy as np

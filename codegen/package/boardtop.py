@@ -1,7 +1,5 @@
 """The top module of a board: UART, bridge and core at the board's own clock."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import ClockDomain, ClockSignal, DomainRenamer, Module, ResetSignal, Signal

@@ -1,7 +1,5 @@
 """Numbers that drivers need and that are no registers: the header of output frames, faults, tables, limits."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

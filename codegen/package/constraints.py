@@ -1,7 +1,5 @@
 """``constraints/NAME.sdc``: the clock's period, for tools that read Synopsys' format."""
 
-from __future__ import annotations
-
 from tfra.codegen.package.contents import Contents, fill
 
 

@@ -1,7 +1,5 @@
 """What every writer of a package's files reads."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

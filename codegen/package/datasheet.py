@@ -1,7 +1,5 @@
 """``datasheet.html``: all that an engineer needs who has the package alone, on one page that loads nothing."""
 
-from __future__ import annotations
-
 import zlib
 from html import escape
 from string import Template

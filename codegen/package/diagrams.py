@@ -1,7 +1,5 @@
 """Timing diagrams of the datasheet, as SVG."""
 
-from __future__ import annotations
-
 import json
 
 from tfra.codegen.package.contents import template

@@ -1,7 +1,5 @@
 """Drivers of a core with registers: files in C and in Python for a host."""
 
-from __future__ import annotations
-
 import json
 from importlib.resources import files
 

@@ -1,7 +1,5 @@
 """All files of a package, which drops into the FPGA project of a user."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """``NAME.core``: the package for FuseSoC, in CAPI2."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """``litex/NAME.py``: the wrapper as a LiteX module."""
 
-from __future__ import annotations
-
 from tfra.codegen.package.contents import Contents, fill
 from tfra.codegen.verilog.wrapperports import input_bits
 

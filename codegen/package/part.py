@@ -1,7 +1,5 @@
 """The device that a package describes its core for."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """``README.md`` of a package: what each file is for, and the first commands."""
 
-from __future__ import annotations
-
 from tfra.codegen.package.contents import Contents, fill
 from tfra.codegen.sidecar.build import LOADED
 

@@ -1,7 +1,5 @@
 """Tables of the datasheet: ports, words, cycles, resources, accuracy."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

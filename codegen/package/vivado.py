@@ -1,7 +1,5 @@
 """``vivado``: a script that packages the wrapper as an IP core, and its constraints."""
 
-from __future__ import annotations
-
 from tfra.codegen.package.constraints import timing
 from tfra.codegen.package.contents import Contents, fill
 from tfra.codegen.registers.files import VENDOR

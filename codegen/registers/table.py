@@ -1,7 +1,5 @@
 """The register map of a design as a table and as a page."""
 
-from __future__ import annotations
-
 from tfra.hdl.bus.map import Field, Kind, RegisterMap
 from tfra.report.html import Section, page, paragraph
 from tfra.report.table import Table

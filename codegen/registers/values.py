@@ -1,7 +1,5 @@
 """What the constant registers of a design say."""
 
-from __future__ import annotations
-
 import re
 from importlib.metadata import version
 

@@ -1,7 +1,5 @@
 """The JSON sidecar of the Verilog: all data of a core that a driver, a testbench or a report needs."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ A key ends in its unit: ``_m``, ``_pa``, ``_codes``, ``_bits``, ``_cycles``.  Ke
 texts.  ``python -m tfra.codegen.sidecar.schema`` prints the schema, which ``docs/core.schema.json`` publishes.
 """
 
-from __future__ import annotations
-
 import json
 from typing import Annotated, Any, Literal
 

@@ -1,7 +1,5 @@
 """Portable Verilog of a design: Amaranth to RTLIL, RTLIL to Verilog by yosys."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """All files of a core in Verilog: the core, its sidecar, its memories' contents, a testbench."""
 
-from __future__ import annotations
-
 from tfra.codegen.sidecar.build import LOADED, sidecar, sidecar_text
 from tfra.codegen.verilog.emit import to_verilog
 from tfra.codegen.verilog.header import header

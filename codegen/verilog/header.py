@@ -1,7 +1,5 @@
 """The comment at the head of the generated Verilog: what an engineer needs who has this file alone."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any

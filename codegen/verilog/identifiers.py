@@ -1,7 +1,5 @@
 """Names of a netlist as plain Verilog identifiers, which no tool has to escape."""
 
-from __future__ import annotations
-
 import re
 
 from tfra.codegen.config.keywords import KEYWORDS, SIMULATORS

@@ -1,7 +1,5 @@
 """Initial contents of memories: out of the Verilog, into files for ``$readmemh``."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

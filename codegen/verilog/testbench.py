@@ -1,7 +1,5 @@
 """A testbench in plain Verilog: a few frames, the expected words, stalls on both ports."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from string import Template

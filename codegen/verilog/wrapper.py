@@ -1,7 +1,5 @@
 """Verilog of the core behind buses: ``NAME_axi``, with registers on AXI4-Lite and frames on AXI4-Stream."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from typing import Any
 

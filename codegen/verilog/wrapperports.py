@@ -1,7 +1,5 @@
 """Ports of the wrapper NAME_axi; names are those of AMBA."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 from tfra.codegen.sidecar.schema import Port

@@ -1,7 +1,5 @@
 """Lines of Python outside tests, of tests, of docs and of README, and their limits: ``python -m docs.tools.counts``."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable

@@ -4,8 +4,6 @@ A notebook is run here as Jupyter runs it, cell by cell in one namespace, withou
 figures and the value of the last line are the outputs of a cell.  Lines that begin with ``!tfra`` are commands.
 """
 
-from __future__ import annotations
-
 import ast
 import base64
 import io

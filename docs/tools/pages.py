@@ -4,8 +4,6 @@
 warns, only the warnings stand on the page: they say what to do next.  What changes with the version stands as ``…``.
 """
 
-from __future__ import annotations
-
 import io
 import os
 import re

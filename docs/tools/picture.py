@@ -4,8 +4,6 @@ model.
 ``python -m docs.tools.picture`` draws ``docs/page.png`` in Chromium.
 """
 
-from __future__ import annotations
-
 import subprocess
 import tempfile
 from dataclasses import replace

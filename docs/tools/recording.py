@@ -4,8 +4,6 @@
 lifted.  Time stamps come first, compression is positive, the unit is kPa, and every taxel has an offset.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math

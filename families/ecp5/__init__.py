@@ -1,7 +1,5 @@
 """Lattice ECP5: yosys, nextpnr and rules for the netlist between them."""
 
-from __future__ import annotations
-
 from tfra.families.ecp5.floorplan import Floor
 from tfra.families.ecp5.prepare import prepare
 from tfra.families.family import BlockMemory, Board, Family, Gates, HardMultiplier, PlaceAndRoute, Target

@@ -4,8 +4,6 @@ yosys merges registers that hold the same, and one driver of all lanes has wires
 drives the copies of the next has copies, too, fewer: a tree.
 """
 
-from __future__ import annotations
-
 import copy
 from collections import defaultdict
 from typing import Any

@@ -4,8 +4,6 @@ nextpnr's analytic placer pulls cells together and towards what stands still.  T
 floorplan all cells begin in one heap, and how that is spread decides how long the wires are.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

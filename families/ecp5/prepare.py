@@ -1,7 +1,5 @@
 """What vendors' tools do to an ECP5's netlist and yosys does not: netlist in, netlist out."""
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import Any
 

@@ -4,8 +4,6 @@ A block memory of the ECP5 without its output register takes 5.6 ns to answer at
 much of a cycle.  Both have registers of their own, which cost nothing.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
 from collections.abc import Iterable
 from typing import Any

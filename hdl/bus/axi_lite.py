@@ -1,7 +1,5 @@
 """AXI4-Lite: the bus, the port of registers, and the subordinate between them (AMBA IHI 0022, part B)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value

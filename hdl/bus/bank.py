@@ -1,7 +1,5 @@
 """The registers of a map: what software accesses by a register port, and hardware by a port for each field."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from functools import reduce
 from operator import or_

@@ -1,7 +1,5 @@
 """A map of registers as plain data: gateware, tables and tests follow from it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 

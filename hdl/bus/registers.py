@@ -1,7 +1,5 @@
 """A bank of registers behind AXI4-Lite."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module

@@ -1,7 +1,5 @@
 """The mean of a taxel's words less its offset, with the gain that it is multiplied by."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, signed

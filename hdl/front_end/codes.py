@@ -1,7 +1,5 @@
 """Codes of two frames, computed by one multiplier: a taxel's word times its gain, or a sum of codes times weights."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed

@@ -1,7 +1,5 @@
 """Faults of taxels become flags of a frame, and events."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux, Signal

@@ -1,7 +1,5 @@
 """The state of every taxel: the sum of a mean, its last word, and for how many frames it had that."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, signed

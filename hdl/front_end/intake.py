@@ -1,7 +1,5 @@
 """Lengths and numbers of frames: complete frames go on, others are dropped whole."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Signal, Value

@@ -1,7 +1,5 @@
 """Which frames are averaged: for a code, or for the offsets."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal

@@ -1,7 +1,5 @@
 """A frame on its way to the core: its repairs, then its facts, then its codes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux, Signal

@@ -1,7 +1,5 @@
 """Ports of the front end: words of the converters in, codes of the core and facts of a frame out."""
 
-from __future__ import annotations
-
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 

@@ -1,7 +1,5 @@
 """A converter's word as a number, with what is wrong with it."""
 
-from __future__ import annotations
-
 from amaranth import Cat, Const, Value
 
 from tfra.model.fixed.front_end import LEAST_WORD, WORD

@@ -1,7 +1,5 @@
 """The table of repairs, term by term."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, signed

@@ -1,7 +1,5 @@
 """Offsets and gains of all taxels, and the way of software to them and to the table of repairs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, signed

@@ -1,7 +1,5 @@
 """The front end: words of the converters become codes of the core."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux, Signal, Value, signed

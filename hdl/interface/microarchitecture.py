@@ -1,7 +1,5 @@
 """The interface of a core for the other packages, whatever its microarchitecture."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -72,7 +70,7 @@ class Microarchitecture(Protocol):
     def lane_choices(self) -> tuple[int, ...]:
         """Numbers of lanes that the sensor allows, ascending; empty if there is no choice."""
 
-    def choices(self) -> Iterator[Microarchitecture]:
+    def choices(self) -> "Iterator[Microarchitecture]":
         """This core with every number of lanes that the sensor allows, upwards; itself if they are not to be chosen."""
 
     @property

@@ -1,7 +1,5 @@
 """Payloads of a core's ports, for every microarchitecture."""
 
-from __future__ import annotations
-
 from amaranth import Shape, signed
 from amaranth.lib import data
 

@@ -1,7 +1,5 @@
 """A core with everything around it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, ResetInserter

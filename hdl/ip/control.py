@@ -1,7 +1,5 @@
 """What the registers mean: settings, commands, events and counters of the blocks around the core."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value

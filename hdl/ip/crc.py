@@ -1,7 +1,5 @@
 """CRC-32 of words."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Signal

@@ -1,7 +1,5 @@
 """Facts and results of a frame become an output frame of 32-bit words."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Signal

@@ -1,7 +1,5 @@
 """Words that software writes load a core."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, signed

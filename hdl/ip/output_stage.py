@@ -1,7 +1,5 @@
 """The last stage of the output frames."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux, Signal

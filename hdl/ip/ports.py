@@ -1,7 +1,5 @@
 """Payloads of the streams around a core."""
 
-from __future__ import annotations
-
 from amaranth.lib import data
 
 from tfra.hdl.bus.map import BITS

@@ -1,7 +1,5 @@
 """Beats of several taxels become taxels."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux, Signal, Value

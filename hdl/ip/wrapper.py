@@ -1,7 +1,5 @@
 """Everything around a core: streams of frames, front end, registers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, ResetInserter, signed

@@ -1,7 +1,5 @@
 """Amaranth expressions for the primitives of :mod:`tfra.model.fixed.numbers`; all combinational."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from amaranth import Array, Cat, Const, Mux, Shape, Value, signed, unsigned

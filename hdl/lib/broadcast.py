@@ -1,7 +1,5 @@
 """A stream without backpressure to several sinks."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module

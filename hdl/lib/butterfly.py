@@ -1,7 +1,5 @@
 """Mirror folding in hardware: four mirror taxels to four parities and back, one quad per cycle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Signal

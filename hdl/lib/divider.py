@@ -1,7 +1,5 @@
 """Quotients of magnitudes, one bit a cycle, rounded as :func:`tfra.model.fixed.numbers.divide` rounds."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned

@@ -1,7 +1,5 @@
 """Functions that add registers to a module: delays, counters, occupancy, normalization, products without multiplier."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import reduce
 from operator import or_

@@ -1,7 +1,5 @@
 """Memories with a write port and a read port."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Cycles of a fixed schedule, which begins at cycle 0; a register is loaded at the end of its cycle."""
 
-from __future__ import annotations
-
 
 def once(cycle: int) -> range:
     """One cycle, as a window."""

@@ -4,8 +4,6 @@ Per-frame facts travel as streams with one transfer a frame.  A block reads such
 accepts it (``ready``) in the last cycle of use, so the sender keeps the payload and no block stores a copy.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from typing import Any
 

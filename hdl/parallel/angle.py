@@ -1,7 +1,5 @@
 """The angle of a frame's tangential force, and the moduli of its gain, from one CORDIC."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, unsigned

@@ -4,8 +4,6 @@ A quad is ``design.cycles_per_quad`` beats, a vector is Q quads.  Streams carry 
 of a quad's first beat, and the payload stands until the cycle of its last one.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Shape, Signal, Value

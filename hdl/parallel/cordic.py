@@ -1,7 +1,5 @@
 """CORDIC in vectoring mode: bit-exact hardware of :mod:`tfra.model.fixed.cordic`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Const, Module, Mux, Shape, Signal, Value, signed, unsigned

@@ -1,7 +1,5 @@
 """|F*|, mu and the gain F_sens / F*: bit-exact hardware of :mod:`tfra.model.fixed.gain`."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from amaranth import Const, Module, Mux, Shape, Signal, Value, unsigned

@@ -1,7 +1,5 @@
 """Block-floating input of a frame, as quads of mirror taxels."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Elaboratable, Module, Mux, Signal, Value, signed
@@ -100,7 +98,7 @@ class Normaliser(wiring.Component):
             m.d.sync += quads_left.eq(1)
         return m
 
-    def _leave(self, m: Module, pages: _Pages, start: Value, exponent: Value) -> Value:
+    def _leave(self, m: Module, pages: "_Pages", start: Value, exponent: Value) -> Value:
         """Read the quads of a frame and shift them in two steps; true when the last one is taken."""
         quad = stress_quad(self._design)
         m.submodules.skid = skid = SkidBuffer(data.StructLayout({"quad": quad, "end": 1}))  # a register lets all go

@@ -1,7 +1,5 @@
 """Payloads of the streams between blocks, all from the design's widths."""
 
-from __future__ import annotations
-
 from amaranth import Shape, signed, unsigned
 from amaranth.lib import data
 

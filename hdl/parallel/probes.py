@@ -1,7 +1,5 @@
 """Streams between blocks that a simulation may watch."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Shape, Signal

@@ -1,7 +1,5 @@
 """Places of taxels, row by row, and reads of taxels at the pace of their sink."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Elaboratable, Module, Mux, Signal, Value

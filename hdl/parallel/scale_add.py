@@ -1,7 +1,5 @@
 """``z + s * x``: W multipliers between two shifts, and an adder that rounds."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Any
 

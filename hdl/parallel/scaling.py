@@ -3,8 +3,6 @@
 The layout of a frame is that of :mod:`tfra.model.fixed.words`.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import reduce
 from operator import add, or_

@@ -4,8 +4,6 @@ The design's target chooses the variant.  ``"portable"`` is plain Amaranth; the 
 the family's cells, whose simulation models are in ``models``.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tfra.families import FAMILIES

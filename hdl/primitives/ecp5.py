@@ -1,7 +1,5 @@
 """Cells of the Lattice ECP5, with their registers in use (Lattice FPGA-TN-02204 and FPGA-TN-02205)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import reduce
@@ -104,7 +102,7 @@ class _Rom:
         above = self.address[(size - 1).bit_length() :]
         return [self.write[number] & (above == block if len(above) else 1) for number in numbers]
 
-    def _block(self, images: Ints, bits: int, writes: list[Value], data: Value | None) -> Words:
+    def _block(self, images: Ints, bits: int, writes: list[Value], data: Value | None) -> "Words":
         """One memory of up to two images: the second, read by the second port, starts in the middle."""
         size = _MEMORY_WORDS[bits]
         starts = range(0, size, size // len(images))

@@ -3,8 +3,6 @@
 A family that has no cells of its own in the gateware needs no row.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any

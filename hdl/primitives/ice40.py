@@ -1,7 +1,5 @@
 """Cells of the Lattice iCE40 UltraPlus: its large memories."""
 
-from __future__ import annotations
-
 from amaranth import ClockSignal, Const, Instance, Module, Signal, Value
 
 _WIDTH, _DEPTH = 16, 1 << 14

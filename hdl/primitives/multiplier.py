@@ -1,7 +1,5 @@
 """Signed multiplier with registers on both sides."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Signal, signed

@@ -1,7 +1,5 @@
 """Memory of many words at one address: the coefficients of the lanes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Signal, signed

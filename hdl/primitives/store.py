@@ -1,7 +1,5 @@
 """The coefficient store: one port, written once after reset, then read."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, unsigned

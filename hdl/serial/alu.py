@@ -1,7 +1,5 @@
 """Arithmetic of one instruction; all combinational, bit-exact to :mod:`tfra.hdl.serial.program.interpreter`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed

@@ -1,7 +1,5 @@
 """The serial core: one instruction a cycle, for FPGAs too small for :mod:`tfra.hdl.parallel.tfra.core`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, signed

@@ -1,7 +1,5 @@
 """The datapath: an instruction fetches its operands, is executed, and then writes its register."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Shape, Signal, Value, signed

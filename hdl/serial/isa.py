@@ -26,8 +26,6 @@ Rules of the pipeline for a program (the assembler inserts pauses between consec
 * the instruction after the one that ends a loop, jumps, calls or returns is still executed: a delay slot.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from enum import IntEnum
 
@@ -184,7 +182,7 @@ class Instruction:
         """Where the result goes: ``Dest.NONE`` for operations without one."""
         return Dest.NONE if self.op in NO_RESULT else self.dest
 
-    def waits_for(self, other: Instruction, distance: int) -> bool:
+    def waits_for(self, other: "Instruction", distance: int) -> bool:
         """Whether this one comes too early, ``distance`` instructions after ``other``."""
         return (
             (distance < STORED and self._reads_word_of(other))
@@ -192,16 +190,16 @@ class Instruction:
             or (distance == 1 and self._reads_late_result_of(other))
         )
 
-    def _reads_word_of(self, other: Instruction) -> bool:
+    def _reads_word_of(self, other: "Instruction") -> bool:
         """The same memory word; words at pointers are known at run time only, where the interpreter looks at them."""
         fixed = self.pointer == other.pointer == NO_POINTER and self.immediate == other.immediate
         return fixed and self.source == Src.M and other.written == Dest.M
 
-    def _reads_pointer_or_quotient_of(self, other: Instruction) -> bool:
+    def _reads_pointer_or_quotient_of(self, other: "Instruction") -> bool:
         uses_pointer = other.dest == Dest.P and other.pointer == self.pointer and self.dest != Dest.P
         return uses_pointer or (other.op == Op.DIV and self.source == Src.K)
 
-    def _reads_late_result_of(self, other: Instruction) -> bool:
+    def _reads_late_result_of(self, other: "Instruction") -> bool:
         """Whether ``other``'s result is on its way, past the operands that the next instruction has fetched."""
         if self.op == Op.SHIFT and other.written == Dest.SH:
             return True

@@ -1,7 +1,5 @@
 """The multiplier lanes: sums of Q products, one group of rows at a time, in parallel with the program."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """A signed product in the multiplier blocks of a small FPGA: 16 by 16 bits."""
 
-from __future__ import annotations
-
 from functools import reduce
 from operator import add
 from typing import Any

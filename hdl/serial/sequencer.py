@@ -1,7 +1,5 @@
 """The sequencer: the next instruction, and its effective address."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any

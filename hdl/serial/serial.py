@@ -1,7 +1,5 @@
 """The serial microarchitecture: one instruction of a program a cycle."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from functools import cached_property
 from pathlib import Path
@@ -75,7 +73,7 @@ class Serial:
         """Multiply-accumulate lanes."""
         return lane_count(self.design)
 
-    def choices(self) -> Iterator[Serial]:
+    def choices(self) -> "Iterator[Serial]":
         """This core alone: its lanes follow from its word lengths."""
         yield self
 

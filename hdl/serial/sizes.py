@@ -1,7 +1,5 @@
 """Word lengths and memories of the serial core, from the design's widths."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from tfra.hdl.serial.isa import ADDRESS_BITS

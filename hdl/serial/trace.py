@@ -1,7 +1,5 @@
 """A frame, instruction by instruction: place in the program, operation as readable text, and written value."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@
 ```
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed

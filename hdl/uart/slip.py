@@ -1,7 +1,5 @@
 """Frames of bytes on a serial line, as RFC 1055 (SLIP) has them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux

@@ -1,7 +1,5 @@
 """UART transmitter: bytes to a line, 8 data bits, no parity, one stop bit."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Signal

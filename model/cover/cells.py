@@ -1,7 +1,5 @@
 """Ground-truth forces of taxels: the exact part of a contact's load on the cell of each taxel."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Single static contacts: shape, place and resultant of a load on the cover of the array."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -138,7 +136,7 @@ class Contacts:
     force: Floats
 
     @classmethod
-    def of(cls, contacts: Sequence[Contact]) -> Contacts:
+    def of(cls, contacts: Sequence[Contact]) -> "Contacts":
         """The same contacts as arrays."""
         return cls(
             np.array([c.shape.value for c in contacts], dtype=np.str_),

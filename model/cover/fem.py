@@ -23,8 +23,6 @@ The loads q_x, q_y and q_z of a unit resultant are solved once for each footprin
 friction and direction of a contact only combine them.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import math

@@ -15,8 +15,6 @@ with displacement across the wave vector carries no sigma_zz and drops out.  Eli
 with q_z, q_x, q_y the amplitudes of cos cos, sin cos and cos sin.  Young's modulus drops out.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -74,7 +72,7 @@ class ElasticLayer:
                 raise ValueError(f"{name}: a finite coordinate is needed, got {getattr(self, name)}")
 
     @classmethod
-    def under(cls, sensor: SensorArray, poisson: float = 0.48) -> ElasticLayer:
+    def under(cls, sensor: SensorArray, poisson: float = 0.48) -> "ElasticLayer":
         """Return the cover of ``sensor``: half a pitch beyond its outer taxels, ``thickness`` high."""
         return cls(
             size_x=sensor.size_x,

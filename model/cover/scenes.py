@@ -1,7 +1,5 @@
 """Random scenes for verification and measurements: random contacts, and frames without contact."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Expected accuracy of a design before it is built: its agreement with double precision."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Advice for a design whose words could overflow: the nearest values that avoid it."""
 
-from __future__ import annotations
-
 from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import replace

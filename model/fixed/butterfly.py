@@ -6,8 +6,6 @@ butterfly, a 4-point Walsh-Hadamard transform, serves both ways: applied twice i
 middle line of an odd count the two mirror taxels are the same one, and the odd parities vanish by themselves.
 """
 
-from __future__ import annotations
-
 from typing import TypeVar
 
 import numpy as np

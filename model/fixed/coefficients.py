@@ -5,8 +5,6 @@ With x^ = fold(x), every operator that commutes with the mirrors maps parity to 
 ``2^fraction``, with the largest fraction that the words of its operator allow.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -44,7 +42,7 @@ class Operator:
         """Largest sum of a row's magnitudes: the exact sum of a product is as many times its largest operand word."""
         return int(np.abs(self.rows).sum(axis=-1).max())
 
-    def longer(self, bits: int) -> Operator:
+    def longer(self, bits: int) -> "Operator":
         """The same with ``bits`` more low bits in each coefficient, which are zero."""
         return replace(self, rows=self.rows << bits, fraction=self.fraction + bits)
 

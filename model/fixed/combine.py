@@ -1,7 +1,5 @@
 """Vector updates ``z + s * x``: residuals of candidates, weights of forces (Eqs. 7, 8, 10), and sheared fields."""
 
-from __future__ import annotations
-
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import operand

@@ -1,7 +1,5 @@
 """CORDIC in vectoring mode: the modulus (times the CORDIC gain) and the angle of a vector, by additions alone."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

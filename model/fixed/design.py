@@ -1,7 +1,5 @@
 """A design: its choices and all that follows from them, made once and passed on."""
 
-from __future__ import annotations
-
 import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping

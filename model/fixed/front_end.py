@@ -1,7 +1,5 @@
 """The front end between the converters and the core: words of 16 bits become codes, exactly as in the gateware."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,7 +100,7 @@ class Tables:
             raise ValueError(f"repairs: the table has {places} places, got {len(self.repairs)} words")
 
     @classmethod
-    def of(cls, taxels: int) -> Tables:
+    def of(cls, taxels: int) -> "Tables":
         """The tables at power-up."""
         none = np.zeros(0, dtype=np.int64)
         return cls(np.zeros(taxels, dtype=np.int64), np.full(taxels, UNITY, dtype=np.int64), none)

@@ -1,7 +1,5 @@
 """|F*|, mu and the gain F_sens / F* (Eqs. 15, 29-31)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The result stream: one frame is a header, the forces at the taxels and the status, one word per transfer."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

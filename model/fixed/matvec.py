@@ -1,7 +1,5 @@
 """Matrix-vector products: block-normalised operands times folded coefficients, exact sums, one rounding."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Ints

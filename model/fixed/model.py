@@ -1,7 +1,5 @@
 """What the bit-accurate models of all estimators share: frames some at a time, words and stages of each part."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import Generic, TypeVar

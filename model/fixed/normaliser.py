@@ -1,7 +1,5 @@
 """Block-floating input: a frame is shifted so that its largest code fills the word, and keeps its exponent."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Rounding is half up, and overflow is saturation wherever a format is not wide en
 :mod:`tfra.model.rounding` says otherwise.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -4,8 +4,6 @@ A table is a list of words of 32 bits.  A header, bit 31 set, has the number of 
 18.  Each word after it has that of a source there, and its weight in bits 17 to 0, signed, in 1/65536.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fixed-point scalars: alpha, beta, mu_x, mu_y, mu are words in [-4, 4)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Ints

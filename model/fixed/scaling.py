@@ -1,7 +1,5 @@
 """Scaled forces and resultants as result words (Eq. 31)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ All vectors live on one grid: one LSB is ``2^-vector_fraction`` of a converter c
 vector can overflow its word, only the result words and one scalar can saturate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Result words from the model's integers, and SI units from result words."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Ints

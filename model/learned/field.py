@@ -9,8 +9,6 @@ The field iterates p = max(0, -G_z^-1 (b - G_x mu_x p - G_y mu_y p)) from p = 0.
 force, so the forces of all taxels add up to the resultant exactly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

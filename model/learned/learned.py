@@ -1,7 +1,5 @@
 """The learned estimator in floating point: a resultant by the network, forces at the taxels by the elastic layer."""
 
-from __future__ import annotations
-
 import numpy as np
 import numpy.typing as npt
 

@@ -8,8 +8,6 @@ A sum over the group of mirrors becomes a product for each parity (EE, OX, OY, O
 F_x is odd in x, F_y odd in y, F_z and the uncertainty are even in both, so each output reads one parity alone.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -39,7 +37,7 @@ class Folded:
     direct: Floats
 
     @classmethod
-    def of(cls, choices: Choices, weights: Weights) -> Folded:
+    def of(cls, choices: Choices, weights: Weights) -> "Folded":
         """Transform ``weights`` for the array of ``choices``."""
         places = taxel_index(choices)
         copies = np.bincount(places.ravel())[places]  # a taxel on a middle line has more than one place in its quad

@@ -11,8 +11,6 @@ force at every taxel in N (compression negative), flattened row by row,
 are the outputs of :data:`OUTPUTS` in N.  chi is -1 for F_x under X and XY and for F_y under Y and XY, else 1.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """All formats: each file of this folder has a ``FORMAT``, so a new format is a new file here."""
 
-from __future__ import annotations
-
 from functools import cache
 from importlib import import_module
 from pathlib import Path

@@ -4,8 +4,6 @@ A frame is a message of ROS 2: ``std_msgs/Float32MultiArray`` with a number for 
 encoding 32FC1.  Its time is that of the log.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path

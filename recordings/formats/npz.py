@@ -1,7 +1,5 @@
 """Recordings in NumPy's files: the array of a .npy file, or ``frames`` and perhaps ``time`` of a .npz file."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Reading a recording from text: one frame a line, with detection of the separator."""
 
-from __future__ import annotations
-
 import codecs
 import csv
 import re

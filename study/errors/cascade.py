@@ -14,8 +14,6 @@ All four have the same contact threshold, search and plateau tolerance.  A step 
 of signed quantities add up to the total.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from enum import StrEnum

@@ -3,8 +3,6 @@
 Choices that do not fit together are listed with the reason.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

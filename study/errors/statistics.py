@@ -5,8 +5,6 @@ without traction cannot be compared.  :func:`flagged` counts them.  Quantiles ar
 into blocks does not matter; a million frames take some 300 MB.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any

@@ -4,8 +4,6 @@ A variation changes a choice; the errors of its steps are those of a cascade on 
 depend on the other variations of its job, so jobs may have any size and run anywhere.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -39,7 +37,7 @@ class Variation:
     noise: float | None = None
 
     @classmethod
-    def of(cls, facts: Facts, make: Callable[[], TfraDesign], **others: Any) -> Variation:
+    def of(cls, facts: Facts, make: Callable[[], TfraDesign], **others: Any) -> "Variation":
         """The variation whose design ``make`` gives; a ``ValueError`` of it is the reason why it does not fit."""
         try:
             design = make()

@@ -1,7 +1,5 @@
 """A block of frames: the unit of drawing, storage and work, by one process."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
 from functools import cached_property
@@ -104,7 +102,7 @@ class Block:
         return stream.getvalue()
 
     @classmethod
-    def from_parquet(cls, data: bytes, start: int, rows: int, columns: int) -> Block:
+    def from_parquet(cls, data: bytes, start: int, rows: int, columns: int) -> "Block":
         """Return the block in the bytes of a Parquet file."""
         table = pl.read_parquet(BytesIO(data))
         arrays = {name: table[column].to_numpy().reshape(-1, rows, columns) for name, column in _ARRAYS.items()}

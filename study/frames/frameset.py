@@ -1,7 +1,5 @@
 """Frame sets: a definition, and the frames that follow from it, in a folder."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
@@ -44,7 +42,7 @@ class Definition:
         section: FramesSection,
         adc: Adc = ADC,
         given: Input = PLAIN,
-    ) -> Definition:
+    ) -> "Definition":
         """Return the definition that the STUDY ``file`` has in ``[frames]``.
 
         A recording's name is relative to it; the recording is read as ``given`` says, codes as those of ``adc``.
@@ -142,7 +140,7 @@ class FrameSet:
         return isinstance(other, FrameSet) and repr(other) == repr(self)
 
     @classmethod
-    def create(cls, folder: Path, definition: Definition) -> FrameSet:
+    def create(cls, folder: Path, definition: Definition) -> "FrameSet":
         """Return the set in ``folder``, which is made if it is missing; raises ``InputError`` if it can't be."""
         frames = cls(folder, definition)
         frames._store.create()

@@ -4,8 +4,6 @@ Frame i of a part depends only on the definition, the part and i: each block has
 frames one after the other.  Noise has another generator than contacts, so that both can be varied alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any

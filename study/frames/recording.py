@@ -1,7 +1,5 @@
 """Frames of a recording, unchanged: their stress without noise is unknown."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -30,7 +28,7 @@ class Recording:
     references: dict[str, Floats]
 
     @classmethod
-    def read(cls, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> Recording:
+    def read(cls, file: Path, sensor: SensorArray, adc: Adc, given: Input) -> "Recording":
         """Read a file in the format ``given``, but one of ``tfra frames`` in its own format.
 
         Raises ``InputError`` as ``read_recording``.

@@ -21,8 +21,6 @@
 ``recording = "frames.npz"`` takes the place of the mixture.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np

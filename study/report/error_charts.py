@@ -3,8 +3,6 @@
 Arithmetic alone is blue, totals are vermilion; series that differ in colour also differ in shape or dash.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any

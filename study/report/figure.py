@@ -1,7 +1,5 @@
 """Common parts of all charts: style, axes that are logarithmic where needed, rows of dots with whiskers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -51,7 +49,7 @@ def figure(height: int, x: dict[str, Any], y: dict[str, Any], **layout: Any) -> 
     return go.Figure(layout=_LAYOUT | {"height": height, "xaxis": _AXIS | x, "yaxis": _AXIS | y} | layout)
 
 
-def rows_figure(lines: Rows, height: int, x: dict[str, Any], **layout: Any) -> go.Figure:
+def rows_figure(lines: "Rows", height: int, x: dict[str, Any], **layout: Any) -> go.Figure:
     """An empty figure of labelled rows, so many pixels each."""
     return figure(len(lines.labels) * height + 95, x, lines.axis(), **layout)
 
@@ -65,7 +63,7 @@ class Scale:
     high: float
 
     @classmethod
-    def of(cls, values: Iterable[float | None]) -> Scale:
+    def of(cls, values: Iterable[float | None]) -> "Scale":
         """The axis for these values."""
         some = sorted(value for value in values if value)
         if not some or some[-1] <= WIDE_SPAN * some[0]:
@@ -99,12 +97,12 @@ class Rows:
     """Of the rows that are no headings."""
 
     @classmethod
-    def plain(cls, names: Sequence[str]) -> Rows:
+    def plain(cls, names: Sequence[str]) -> "Rows":
         """The rows ``names`` without headings."""
         return cls(tuple(names), tuple(range(len(names))))
 
     @classmethod
-    def grouped(cls, groups: Sequence[str], names: Sequence[str]) -> Rows:
+    def grouped(cls, groups: Sequence[str], names: Sequence[str]) -> "Rows":
         """The rows ``names``, each of a group."""
         labels: list[str] = []
         numbers = []

@@ -1,7 +1,5 @@
 """Labels of what the tables of a study contain: quantities, steps, statistics, settings, costs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """The report of a study: from tables to one interactive page that loads nothing."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Results of a search as text: designs as good as float arithmetic, and the cost of the cheapest."""
 
-from __future__ import annotations
-
 import polars as pl
 
 from tfra.report.numbers import number

@@ -1,7 +1,5 @@
 """A function for each chart of signals inside the core: from tables to a figure with the numbers of the tables."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Conclusions from the tables of a study, in sentences; every number in them follows from a table."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The chart of a search: error over cost of its trials, and of the designs that it found."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Costs of a design from its choices, without elaboration, for the thousands of designs of a study."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from tfra.families import FAMILIES, Family

@@ -4,8 +4,6 @@ Errors are measured first, since they take least time, and on few frames before 
 there is dropped.  Resources that need an elaborated core come last, and only on request.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -70,7 +68,7 @@ class Sample:
     exact: Mapping[str, Floats]
 
     @classmethod
-    def of(cls, design: TfraDesign, block: Block) -> Sample:
+    def of(cls, design: TfraDesign, block: Block) -> "Sample":
         """The sample of ``block`` for the converter and the search of ``design``."""
         codes, in_float = convert(design, block.noisy), design.float_model
         result = in_float(codes * design.adc.lsb)

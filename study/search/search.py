@@ -5,8 +5,6 @@ seed of (search, generation).  So the trials are the same, bit for bit, for any 
 interruption; a trial in the table is not measured again.
 """
 
-from __future__ import annotations
-
 import hashlib
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The search space: which word lengths, lanes and steps a search may choose, and the design that a choice makes."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -54,7 +52,7 @@ class Space:
         }
 
     @classmethod
-    def around(cls, base: TfraDesign, bits: int, free: int) -> Space:
+    def around(cls, base: TfraDesign, bits: int, free: int) -> "Space":
         """Lengths of every coefficient and operand, and of the vectors, if ``bits`` for all of them are sufficient.
 
         Up to two bits more, if a multiplier takes them at no cost, that is up to ``free`` bits, and down to seven bits

@@ -4,8 +4,6 @@ One commit a trial: a file of SQLite with a write-ahead log, or a team's Postgre
 searches, each identified by the hash of its definition.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import sqlite3

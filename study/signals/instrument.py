@@ -1,7 +1,5 @@
 """What an estimator supplies for a study of its inside: signals by stage, their words and their float64 values."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Protocol, TypeGuard, TypeVar
 

@@ -1,7 +1,5 @@
 """Use of the words by signals: observed and proven ranges, rounding and saturation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -24,12 +22,12 @@ class Range:
     saturated: int
 
     @classmethod
-    def of(cls, observed: Observed) -> Range:
+    def of(cls, observed: Observed) -> "Range":
         """The range of some words, at least one."""
         values = observed.values
         return cls(int(values.min()), int(values.max()), values.size, observed.rounded, observed.saturated)
 
-    def __or__(self, other: Range) -> Range:
+    def __or__(self, other: "Range") -> "Range":
         rounded = None if self.rounded is None or other.rounded is None else self.rounded + other.rounded
         return Range(
             min(self.minimum, other.minimum),
@@ -58,7 +56,7 @@ class Ranges:
     frames: int = 0
     signals: dict[str, Range] = field(default_factory=dict)
 
-    def __iadd__(self, other: Ranges) -> Ranges:
+    def __iadd__(self, other: "Ranges") -> "Ranges":
         self.frames += other.frames
         for signal, one in other.signals.items():
             self.signals[signal] = self.signals[signal] | one if signal in self.signals else one
@@ -69,7 +67,7 @@ class Ranges:
         return asdict(self)
 
     @classmethod
-    def of(cls, document: Mapping[str, Any]) -> Ranges:
+    def of(cls, document: Mapping[str, Any]) -> "Ranges":
         """The object that ``document`` describes."""
         return cls(document["frames"], {signal: Range(**values) for signal, values in document["signals"].items()})
 

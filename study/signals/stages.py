@@ -4,8 +4,6 @@ A stage's own error is what it adds to its inputs; its whole error is that from 
 the model's decisions; frames for which float decides differently are counted separately.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -31,7 +29,7 @@ class StageErrors:
     flips: dict[str, Ints] = field(default_factory=dict)
     """By decision: frames compared, and those where float decides otherwise."""
 
-    def __iadd__(self, other: StageErrors) -> StageErrors:
+    def __iadd__(self, other: "StageErrors") -> "StageErrors":
         self.frames += other.frames
         self.left_out += other.left_out
         for key, sums in other.sums.items():
@@ -49,7 +47,7 @@ class StageErrors:
         return {"frames": self.frames, "left_out": self.left_out, "sums": sums, "flips": flips}
 
     @classmethod
-    def of(cls, document: Mapping[str, Any]) -> StageErrors:
+    def of(cls, document: Mapping[str, Any]) -> "StageErrors":
         """The object that ``document`` describes."""
         sums = {(signal, reference): np.array(values) for signal, reference, *values in document["sums"]}
         flips = {decision: np.array(counts) for decision, counts in document["flips"].items()}

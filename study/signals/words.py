@@ -1,7 +1,5 @@
 """Words of signals inside a bit-accurate model: their formats, and what rounding and limits did to them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,7 +25,7 @@ class Word:
     proven: bool = True
 
     @classmethod
-    def full(cls, stage: str, name: str, bits: int, signed: bool = True) -> Word:
+    def full(cls, stage: str, name: str, bits: int, signed: bool = True) -> "Word":
         """A word that may have all values of its ``bits``."""
         return cls(stage, name, bits, signed, float(2 ** (bits - 1) if signed else 2**bits - 1), proven=False)
 

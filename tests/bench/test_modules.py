@@ -1,7 +1,5 @@
 """Every study can be loaded: most are run by hand alone, and a file that has moved is missed there last."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 

@@ -1,7 +1,5 @@
 """The command line: exit codes, one line for bad input, files, and what is printed."""
 
-from __future__ import annotations
-
 import json
 import re
 import subprocess

@@ -1,7 +1,5 @@
 """What the commands show of long work where there is no terminal."""
 
-from __future__ import annotations
-
 import pytest
 
 from tfra.cli import common

@@ -1,7 +1,5 @@
 """The demonstration: what it prints, and that it fails when something is wrong."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace

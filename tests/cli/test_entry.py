@@ -1,7 +1,5 @@
 """The process that ``tfra`` is: its streams, its signals, its limits."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

@@ -1,7 +1,5 @@
 """What ``tfra estimate`` says of a recording, and which stress its engines see."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """``tfra init`` and ``tfra examples``: files to begin with, which every command takes."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

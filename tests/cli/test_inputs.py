@@ -1,7 +1,5 @@
 """[input] of CONFIG and the options that override it, from a recording to RESULT, in every form of it."""
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from types import SimpleNamespace

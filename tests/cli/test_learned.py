@@ -1,7 +1,5 @@
 """The learned estimator in the commands and in the library."""
 
-from __future__ import annotations
-
 import csv
 import json
 import shutil

@@ -1,7 +1,5 @@
 """``tfra live``: every kind of source, what is said at the end, and one line for what is wrong."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

@@ -1,7 +1,5 @@
 """Every case of misuse is answered as written in ``misuse/answers.json`` and docs/misuse.md, and changes no file."""
 
-from __future__ import annotations
-
 import json
 import warnings
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """``tfra generate --package``: the folder, and answers to names and places that it can't have."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """``tfra study`` as it is typed: what it prints, on a terminal and without one, and the page that it makes."""
 
-from __future__ import annotations
-
 import json
 import os
 import pty

@@ -1,7 +1,5 @@
 """``tfra synth`` and ``tfra size``: what is printed and written, exit codes, one line for bad input."""
 
-from __future__ import annotations
-
 import json
 import re
 import signal

@@ -1,7 +1,5 @@
 """``tfra view``: the page, the frames that are chosen, and one line for what is wrong."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

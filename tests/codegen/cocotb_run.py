@@ -3,8 +3,6 @@
 ``python -m tests.codegen.cocotb_run MODULE SIMULATOR TOP SOURCES`` does it in the working directory.
 """
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

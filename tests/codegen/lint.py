@@ -1,7 +1,5 @@
 """What linters say of generated Verilog."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Iterable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every back end keeps the seam's promises, and ``generate`` takes it by its name."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

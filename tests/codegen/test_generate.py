@@ -1,7 +1,5 @@
 """The generated directory: complete, the same every time, clean in three readers, and checked by its own testbench."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil

@@ -4,8 +4,6 @@ Undefined values (X) show what is looked at before it is known; but a simulator 
 one, so that random values have a say, too.
 """
 
-from __future__ import annotations
-
 import random
 import re
 import subprocess

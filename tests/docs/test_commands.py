@@ -3,8 +3,6 @@
 Blocks are executed line by line.  Of commands that take long, and of those that sentences name, arguments are checked.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import re
 import shlex

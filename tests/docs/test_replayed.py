@@ -1,7 +1,5 @@
 """Commands and answers of docs/first_hour.md and docs/tutorial.md, and marked blocks of docs/howto, replayed."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The site of docs/ builds without a warning, has every page, and loads nothing from anywhere else."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

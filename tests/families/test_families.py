@@ -1,7 +1,5 @@
 """Facts of all families, against each other and against the gateware."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """GateMate: a multiplier of logic through all tools."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Designs that tests share; sensors are those of :mod:`tfra.model.cover.scenes`."""
 
-from __future__ import annotations
-
 from tfra.model.choices import FORMATS, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign

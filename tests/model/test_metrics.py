@@ -1,7 +1,5 @@
 """Metrics against the errors printed in the paper's Tables 1 and 2."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 from typing import Any

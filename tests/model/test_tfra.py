@@ -1,7 +1,5 @@
 """Float TFRA against the paper taken literally, published numbers and its own symmetries."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The two-variable search: what its functionals mean, that it finds their optimum, and how exact it is."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The literal loop against the fast model: same results by another road."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

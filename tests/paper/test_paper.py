@@ -1,7 +1,5 @@
 """``tfra paper``: tables against their sources, equal bytes in two runs, and the page in a browser."""
 
-from __future__ import annotations
-
 import csv
 import fcntl
 import html

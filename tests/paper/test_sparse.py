@@ -1,7 +1,5 @@
 """Filters against hand-made matrices and plain loops; filtered TFRA against the paper's equations taken literally."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import numpy as np

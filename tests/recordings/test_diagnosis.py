@@ -1,7 +1,5 @@
 """Every wrong recording is told, and a good one is not."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A recording in a few numbers: counts add up, and ranges are those of the frames that have such a value."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 

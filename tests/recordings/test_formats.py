@@ -1,7 +1,5 @@
 """The same frames in every form are the same stress, bit for bit; every key of [input] undoes what a logger did."""
 
-from __future__ import annotations
-
 import itertools
 import random
 import re

@@ -1,7 +1,5 @@
 """Frames are read, or refused in one line; test_formats.py has other formats and other readings."""
 
-from __future__ import annotations
-
 import io
 import struct
 import warnings

@@ -1,7 +1,5 @@
 """Frames from lines as they come are those of a file of the same lines."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

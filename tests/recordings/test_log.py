@@ -1,7 +1,5 @@
 """Frames in the logs of robots, written by the libraries of MCAP and rosbag2."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Sequence
 from importlib.util import find_spec

@@ -1,7 +1,5 @@
 """When the frames of a recording are due."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Streams of text: their lines, and what is said of those that are not there."""
 
-from __future__ import annotations
-
 import os
 import socket
 import threading

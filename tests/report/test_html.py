@@ -1,7 +1,5 @@
 """Text of pages: symbols as they are printed, everything else as it is."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """A table says the same in HTML, Markdown and text; numbers have the digits that are asked for."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Kinds of damage to an entry of a cache."""
 
-from __future__ import annotations
-
 import os
 import socket
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Programs that are killed, and what survives them.  Linux only."""
 
-from __future__ import annotations
-
 import signal
 import subprocess
 import time

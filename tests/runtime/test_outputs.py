@@ -1,7 +1,5 @@
 """Output appears completely or not at all."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import zipfile

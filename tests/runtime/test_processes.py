@@ -1,7 +1,5 @@
 """No started program outlives the one that started it, however that ends."""
 
-from __future__ import annotations
-
 import os
 import random
 import signal

@@ -1,7 +1,5 @@
 """Temporary folders go with their owners; what killed ones leave goes later, and nothing of the living does."""
 
-from __future__ import annotations
-
 import errno
 import fcntl
 import os

@@ -1,7 +1,5 @@
 """An output is the old one or the new one, whole, at every moment; what its makers leave behind when they die goes."""
 
-from __future__ import annotations
-
 import errno
 import os
 import shutil

@@ -1,7 +1,5 @@
 """What a cache holds is what was put there, or it is made again."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Whatever a description holds: tables, or one short line."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Callable

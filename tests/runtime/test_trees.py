@@ -1,7 +1,5 @@
 """Nothing that is not a command's own changes below random trees, and whoever loses a file is caught."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

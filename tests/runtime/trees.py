@@ -6,8 +6,6 @@ program's own, not the program's opinion.  Slow steps that do not matter for fil
 are replaced by stand-ins.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import os

@@ -1,7 +1,5 @@
 """No block looks at a word that a memory gives while it is written: synthesis may leave open what that is."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

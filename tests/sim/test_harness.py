@@ -1,7 +1,5 @@
 """The harness of the block tests shows a block's signals where one wants to look at them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from tfra.hdl.lib.butterfly import Butterfly

@@ -1,7 +1,5 @@
 """Stalls, stream rules, comparison and the files of a job: all without a simulator."""
 
-from __future__ import annotations
-
 from itertools import islice, pairwise
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The simulators on a stand-in core that can be told to go wrong."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """A serial core in Verilog, in Amaranth's simulator, as gates, and with a wrong coefficient."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A fault in the serial core's gateware is named at its instruction; an intact core shows none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import ModuleType
 from typing import Any

@@ -1,7 +1,5 @@
 """Which simulator is taken, and what is said when one is missing."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Verification finds what is wrong, names it, and passes what is right."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from html import escape

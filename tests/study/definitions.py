@@ -1,7 +1,5 @@
 """A sensor and definitions of frames for the tests of studies."""
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """All tables of a study, by the functions that a study calls, of a few frames."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """A study from its file to its report: the same bytes for any workers and after any end, and nothing done twice."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import multiprocessing

@@ -1,7 +1,5 @@
 """STUDY files: what they mean, and the one line that says what is wrong with them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

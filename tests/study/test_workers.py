@@ -1,7 +1,5 @@
 """Workers have one thread each, errors of jobs come out, and a scheduler that does not answer is an error."""
 
-from __future__ import annotations
-
 import os
 
 import pytest

@@ -1,7 +1,5 @@
 """Counts of a core in the text of its RTLIL: the oracle of :mod:`tfra.synth.cell_count`, which never makes any."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator

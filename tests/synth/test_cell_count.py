@@ -1,7 +1,5 @@
 """What is counted, against a module that is counted by hand, the RTLIL of cores, and a core whose parts are known."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import pytest

@@ -1,7 +1,5 @@
 """The estimate: rules against what yosys mapped, prices against syntheses that were not fitted."""
 
-from __future__ import annotations
-
 import json
 import re
 from importlib.resources import files

@@ -1,7 +1,5 @@
 """The tools' answers: read from stored samples, and once from the tools themselves."""
 
-from __future__ import annotations
-
 import copy
 import json
 from pathlib import Path

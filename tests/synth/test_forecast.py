@@ -1,7 +1,5 @@
 """Time left, by a clock in the hand."""
 
-from __future__ import annotations
-
 import pytest
 
 from tfra.synth.forecast import BITSTREAM, YOSYS, Forecast, seed_name, spoken

@@ -1,7 +1,5 @@
 """Gates of both families give the model's words; gates with a fault don't."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter, defaultdict
 from dataclasses import replace

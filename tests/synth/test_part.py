@@ -1,7 +1,5 @@
 """The part that a package is described for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

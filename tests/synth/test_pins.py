@@ -1,7 +1,5 @@
 """Words through shift registers reach the core and come back."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, signed, unsigned

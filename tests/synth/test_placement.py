@@ -1,7 +1,5 @@
 """Placements: the first that is good enough, or the best, however many processors there are."""
 
-from __future__ import annotations
-
 import json
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The report: arithmetic by hand, and a text that shows it."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Sizing against a full enumeration: every number of lanes, words and kind, each elaborated and estimated."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from functools import cache

@@ -1,7 +1,5 @@
 """The page of a sizing, by cores made up."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

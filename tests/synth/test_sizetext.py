@@ -1,7 +1,5 @@
 """A sizing in words and in JSON, from candidates that are made up."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 

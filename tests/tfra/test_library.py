@@ -1,7 +1,5 @@
 """``import tfra``: the same numbers as the models and the commands, and mistakes told in one line."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 import math

@@ -1,7 +1,5 @@
 """What docs/library.md and docs/notebook.ipynb show is what comes out."""
 
-from __future__ import annotations
-
 import copy
 import doctest
 import re

@@ -1,7 +1,5 @@
 """The folded network against the plain definition, and its gradient against differences of the loss."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

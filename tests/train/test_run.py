@@ -1,7 +1,5 @@
 """Trainings: seeds, continuation, early stop, divergence, the working folder, and the command."""
 
-from __future__ import annotations
-
 import json
 import os
 import signal

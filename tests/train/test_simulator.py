@@ -1,7 +1,5 @@
 """Fast frames against the exact series, which shares the layer's transfer functions alone; and the prior's loads."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

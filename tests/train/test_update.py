@@ -1,7 +1,5 @@
 """Updates: orthogonal matrices against the singular value decomposition, Adam against its definition."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

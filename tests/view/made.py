@@ -1,7 +1,5 @@
 """Results of the float and the bit-accurate model, as `tfra estimate` writes them, and their frames."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """How many frames a page has, and what it says of those left out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The feed: what came, what was estimated, what is kept, and what is said."""
 
-from __future__ import annotations
-
 import base64
 import json
 import threading

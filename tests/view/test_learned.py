@@ -1,8 +1,6 @@
 """Results of the learned estimator on a page: no sweep, a residual, an uncertainty with its threshold, and results of
 a core without forces at the taxels."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import replace

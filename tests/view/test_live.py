@@ -1,7 +1,5 @@
 """The live page in a browser: it shows what comes, says what became of it, and forgets what is old."""
 
-from __future__ import annotations
-
 import queue
 import threading
 import time

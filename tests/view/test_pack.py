@@ -1,7 +1,5 @@
 """What a page's script reads is what the arrays are, as exact as was said."""
 
-from __future__ import annotations
-
 import base64
 from dataclasses import replace
 from typing import Any

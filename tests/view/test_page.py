@@ -1,7 +1,5 @@
 """The page in a browser: its numbers are those of the arrays, and its controls do what they say."""
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """Results and references are read as they were written, and anything else is told in a line."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -4,8 +4,6 @@ REGISTERS is a device that maps them, such as ``/dev/uio0``; FRAMES gives output
 of the DMA, or a file.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The blocks of a core, and the cycles that they state."""
 
-from __future__ import annotations
-
 import gc
 import warnings
 from collections.abc import Callable, Iterable, Iterator

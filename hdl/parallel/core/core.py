@@ -1,7 +1,5 @@
 """The frame of a parallel core: its ports, its blocks, and the facts of a frame on their way between them."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass

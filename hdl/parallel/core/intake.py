@@ -1,7 +1,5 @@
 """Cycles of normaliser and fold: taxels of frames back to back, until their quads wait at the first product."""
 
-from __future__ import annotations
-
 NEVER = 1 << 62
 """A cycle that does not come; its negative is before all others."""
 

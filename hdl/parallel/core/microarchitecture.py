@@ -1,7 +1,5 @@
 """What the parallel cores of all estimators have in common: lanes with coefficients, and a timeline of frames."""
 
-from __future__ import annotations
-
 from abc import ABC
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
@@ -104,7 +102,7 @@ class Parallel(ABC, Generic[D, T]):
         """Numbers of lanes that the sensor allows, ascending."""
         return tuple(range(4, 4 * self.design.quads + 1, 4))
 
-    def choices(self) -> Iterator[Parallel[D, T]]:
+    def choices(self) -> "Iterator[Parallel[D, T]]":
         """This core with every number of lanes that the sensor allows, upwards.
 
         Lanes change the cycles of the products alone, so that those of the blocks are asked for once.

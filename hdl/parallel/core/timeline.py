@@ -7,8 +7,6 @@ frame.  A cycle number is that of the clock edge of a transfer, or of the cycle 
 always valid and results always ready.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -86,7 +84,7 @@ class _Operand(NamedTuple):
 class Products:
     """The matrix-vector unit: it chooses a product among the available operands, and runs its passes."""
 
-    def __init__(self, timeline: Timeline[Any], plan: Plan) -> None:
+    def __init__(self, timeline: "Timeline[Any]", plan: Plan) -> None:
         self._timeline, self._plan = timeline, plan
         self._passes = Passes(timeline.design)
         self.launches: list[tuple[int, str]] = []

@@ -1,7 +1,5 @@
 """ReLU between two butterflies: from the results of a product to the operand of the next one."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Value

@@ -1,7 +1,5 @@
 """Modulus and direction of the tangential force by one run of the CORDIC."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal

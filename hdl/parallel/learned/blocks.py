@@ -1,7 +1,5 @@
 """Every block of the core."""
 
-from __future__ import annotations
-
 from tfra.hdl.lib.butterfly import Butterfly
 from tfra.hdl.parallel.core.blocks import CoreBlocks
 from tfra.hdl.parallel.learned.activation import Activation

@@ -8,8 +8,6 @@
                                           └▶ share ─▶ forces ────────────────────────┘
 """
 
-from __future__ import annotations
-
 from amaranth import Module
 from amaranth.lib.wiring import connect, flipped
 

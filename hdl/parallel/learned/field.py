@@ -1,7 +1,5 @@
 """Normal forces at the taxels: bit-exact hardware of :func:`tfra.model.fixed.learned.field.field`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value

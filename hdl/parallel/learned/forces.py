@@ -1,7 +1,5 @@
 """Forces at the taxels: bit-exact hardware of :func:`tfra.model.fixed.learned.share.shared`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Mux, Value

@@ -1,7 +1,5 @@
 """mu, mu_x and mu_y: bit-exact hardware of :func:`tfra.model.fixed.learned.friction.friction`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value

@@ -1,7 +1,5 @@
 """The parallel microarchitecture of the learned estimator."""
 
-from __future__ import annotations
-
 from tfra.hdl.parallel.core.microarchitecture import Parallel
 from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.hdl.parallel.learned.timeline import LearnedTimeline

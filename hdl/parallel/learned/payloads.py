@@ -1,7 +1,5 @@
 """Payloads of the learned estimator's streams."""
 
-from __future__ import annotations
-
 from amaranth import signed, unsigned
 from amaranth.lib import data
 

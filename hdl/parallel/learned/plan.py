@@ -1,7 +1,5 @@
 """The products of the learned estimator and what they wait for."""
 
-from __future__ import annotations
-
 from tfra.hdl.parallel.matvec.plan import Plan, Source
 from tfra.model.fixed.learned.bounds import bounds
 from tfra.model.fixed.learned.design import LearnedDesign

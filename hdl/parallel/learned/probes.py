@@ -1,7 +1,5 @@
 """Streams between the blocks of the learned estimator that a simulation may watch, in dataflow order."""
 
-from __future__ import annotations
-
 from amaranth import signed
 from amaranth.lib import data
 

@@ -1,7 +1,5 @@
 """The resultant and its plausibility: bit-exact hardware of :mod:`tfra.model.fixed.learned.resultant`."""
 
-from __future__ import annotations
-
 from functools import reduce
 from operator import or_
 from typing import Any

@@ -1,7 +1,5 @@
 """The resultant over the sum of p: bit-exact hardware of :func:`tfra.model.fixed.learned.share.share`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, Value

@@ -1,7 +1,5 @@
 """Timeline of the learned estimator's core."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

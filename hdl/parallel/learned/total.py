@@ -1,7 +1,5 @@
 """The outputs of the network: sums of the parts that three products have in them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal

@@ -3,8 +3,6 @@
 Its words are no longer than those of p, by the bounds of :mod:`tfra.model.fixed.learned.bounds`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Cat, Module, Mux, Signal, Value

@@ -1,7 +1,5 @@
 """Result words of the frames, in the order of the layout."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, Value

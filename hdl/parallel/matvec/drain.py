@@ -1,7 +1,5 @@
 """Results of the matrix-vector unit: complete sums are shifted, rounded and permuted, W words at a time."""
 
-from __future__ import annotations
-
 from functools import reduce
 from operator import or_
 from typing import Any

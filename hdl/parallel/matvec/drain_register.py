@@ -1,7 +1,5 @@
 """The drain register: it captures all sums of a pass at once and sends W words a cycle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value, signed, unsigned

@@ -6,8 +6,6 @@ pass ``t`` of ``L`` lanes computes rows ``t L ... t L + L - 1``, one per lane, a
 the operand has quads.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Loads coefficients from a stream into the memories of the lanes after a reset."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Signal, signed

@@ -1,7 +1,5 @@
 """Operands of the matrix-vector unit: banks of quads, shifted left by their headroom and rounded for the lanes."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Cat, Const, Module, Mux, Signal, Value, signed, unsigned

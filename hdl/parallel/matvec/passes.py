@@ -1,7 +1,5 @@
 """Cycles of the passes of the matrix-vector unit, from the choice of a product to its results."""
 
-from __future__ import annotations
-
 from tfra.hdl.parallel.matvec.drain import drain_latency
 from tfra.hdl.parallel.matvec.drain_register import drain_steps
 from tfra.hdl.parallel.matvec.images import passes

@@ -1,7 +1,5 @@
 """Treatment of the quads that leave the drain register: scale, order of parities, operator."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The products that the matrix-vector unit computes for an estimator: their operands, and what they wait for."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any

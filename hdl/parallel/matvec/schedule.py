@@ -1,7 +1,5 @@
 """Scheduler of the matrix-vector unit: chooses the next product, launches passes and addresses their words."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Module, Mux, Signal, Value

@@ -29,8 +29,6 @@ before it begins, so nothing after the lanes waits: products take tokens for pla
 for the banks that their results will need as operands.
 """
 
-from __future__ import annotations
-
 from functools import reduce
 from operator import and_
 from typing import Any

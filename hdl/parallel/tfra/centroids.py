@@ -1,7 +1,5 @@
 """Direction of the tangential force from the centroids of compression and traction."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import reduce
 from itertools import pairwise
@@ -128,7 +126,7 @@ class Centroids(wiring.Component):
         ]
         return m
 
-    def _flags(self, m: Module, raster: Raster) -> list[data.View[Any]]:
+    def _flags(self, m: Module, raster: Raster) -> list[data.View]:
         """Where the taxel in each stage of the sums is; a stage is empty when nothing is set."""
         flags = [Signal(_FLAGS, name=f"at_{stage}") for stage in _STAGES]
         first = flags[0]
@@ -162,7 +160,7 @@ class _Zone(Elaboratable):
     A stage each: ``row``; ``s`` and ``u`` in stage ``sum``; ``v``.
     """
 
-    def __init__(self, design: Design, flags: list[data.View[Any]]) -> None:
+    def __init__(self, design: Design, flags: list[data.View]) -> None:
         self._design, self._flags = design, flags
         self.bits = Signal(design.adc.bits - 1)  # of a taxel, without its carry
         self.carry = Signal()  # is added to ``bits``

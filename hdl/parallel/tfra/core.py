@@ -6,8 +6,6 @@
            └▶ centroids ─▶ dependent ─▶ sweep ─▶ friction ─▶ resultant ─▶ gain ──┘
 """
 
-from __future__ import annotations
-
 from amaranth import Module
 from amaranth.lib.wiring import connect, flipped
 

@@ -1,7 +1,5 @@
 """alpha and beta of the dependent friction (Eqs. 12, 17, 18), see :mod:`tfra.model.fixed.tfra.dependent`."""
 
-from __future__ import annotations
-
 from functools import reduce
 from operator import or_
 from typing import Any, NamedTuple

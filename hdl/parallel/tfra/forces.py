@@ -1,7 +1,5 @@
 """Unscaled forces: planes are unfolded, rounded and sent taxel by taxel."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Cat, Module, Signal, Value, signed

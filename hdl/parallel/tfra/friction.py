@@ -1,7 +1,5 @@
 """mu of the chosen candidate (Eqs. 17, 18, 26, 27), see :mod:`tfra.model.fixed.tfra.friction`."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed, unsigned

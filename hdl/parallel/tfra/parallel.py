@@ -1,7 +1,5 @@
 """The parallel microarchitecture of TFRA."""
 
-from __future__ import annotations
-
 from tfra.hdl.parallel.core.microarchitecture import Parallel
 from tfra.hdl.parallel.tfra.core import TfraCore
 from tfra.hdl.parallel.tfra.timeline import TfraTimeline

@@ -1,7 +1,5 @@
 """The products of TFRA and what they wait for."""
 
-from __future__ import annotations
-
 from tfra.hdl.parallel.matvec.plan import Plan, Source
 
 PLAN = Plan(

@@ -1,7 +1,5 @@
 """Streams between blocks that a simulation may watch, in dataflow order."""
 
-from __future__ import annotations
-
 from amaranth import signed, unsigned
 from amaranth.lib import data
 

@@ -1,7 +1,5 @@
 """Resultant of the unscaled forces (Eq. 12), see :mod:`tfra.model.fixed.tfra.resultant`."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from amaranth import Module, Mux, Signal, Value, signed

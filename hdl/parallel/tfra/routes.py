@@ -1,7 +1,5 @@
 """Routes: results of the products by their operator, facts of a frame by the fields that each block uses."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The sums of all frames in flight, on their way from the products to ``dependent``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Signal

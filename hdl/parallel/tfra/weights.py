@@ -1,7 +1,5 @@
 """n = -w_z (Eq. 9): unfold C33^-1 b, keep the compressive part, fold again."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux, Signal

@@ -1,7 +1,5 @@
 """The assembler: writes the serial core's program, counts its cycles and inserts the pauses that it needs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace

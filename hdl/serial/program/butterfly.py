@@ -1,7 +1,5 @@
 """Mirror folding of quads, and the movement of pointers through vectors and maps of taxels."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace

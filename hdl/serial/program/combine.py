@@ -1,7 +1,5 @@
 """Vector updates z + s x, x as an operand (Eqs. 7, 8, 10)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import PRODUCT, R0, Dest, Op, Operand, Post, T, imm, mem
 from tfra.hdl.serial.program.routines import Writer
 

@@ -1,7 +1,5 @@
 """The CORDIC: moduli and angles of vectors by shifts and additions."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import FLOOR, NOTHING, R0, R1, R2, R3, R4, ZERO, Dest, Op, Operand, Post, When, imm, mem
 from tfra.hdl.serial.program.routines import Writer
 from tfra.model.fixed.cordic import ANGLE_GUARD, angle_table, iterations

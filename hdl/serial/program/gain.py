@@ -1,7 +1,5 @@
 """|F*|, mu and the gain F_sens / |F*| (Eqs. 15, 29-31).  From the factors on, F1 means that the frame is regular."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import FLOOR, MUL_DELAY, NOTHING, PRODUCT, R0, R1, R2, R3, R4, R5, ZERO, Dest, Op, When, imm
 from tfra.hdl.serial.program.cordic import cordic
 from tfra.hdl.serial.program.routines import Writer

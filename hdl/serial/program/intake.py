@@ -1,7 +1,5 @@
 """Intake of a frame's codes."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R0, R5
 from tfra.hdl.serial.program.routines import Writer
 

@@ -1,8 +1,6 @@
 """The serial core as integers: executes a program instruction by instruction, bit-exact to the gateware, and raises
 hazards."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """Matrix-vector products: operands of the lanes, and the program that runs in parallel with them."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import (
     MAC_DELAY,
     NOTHING,

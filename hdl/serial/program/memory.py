@@ -1,7 +1,5 @@
 """The data memory's map and initial contents, and the image of the coefficient store."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.hdl.serial.isa import ADDRESS_BITS

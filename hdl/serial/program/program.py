@@ -1,7 +1,5 @@
 """The serial core's program of a frame: an estimator's stages between intake and the next frame."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeVar

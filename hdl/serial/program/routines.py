@@ -3,8 +3,6 @@
 A routine's docstring names the registers that it changes besides its results.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Concatenate, ParamSpec, Self

@@ -1,7 +1,5 @@
 """Scaling to result words, with saturation (Eq. 31)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import MUL_DELAY, PRODUCT, R0, R1, R2, ZERO, Dest, Op, Post, mem
 from tfra.hdl.serial.program.routines import Writer
 

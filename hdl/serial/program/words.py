@@ -1,7 +1,5 @@
 """The first words of a result, and the bits of its status word (:mod:`tfra.model.fixed.words`)."""
 
-from __future__ import annotations
-
 from itertools import takewhile
 
 from tfra.hdl.serial.isa import LIMITED, NOTHING, R0, R1, ZERO, Dest, Left, Op, Operand, When, imm

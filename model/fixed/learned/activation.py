@@ -1,7 +1,5 @@
 """ReLU at every mirror, between two butterflies: from the results of a product to the operand of the next one."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Ints

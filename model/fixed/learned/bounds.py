@@ -1,7 +1,5 @@
 """Integer bits by proof: the largest magnitude of every quantity of the learned estimator, for any input."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from tfra.model.choices import Choices

@@ -1,7 +1,5 @@
 """A design that the learned estimator computes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any

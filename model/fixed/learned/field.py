@@ -1,7 +1,5 @@
 """Normal forces at the taxels (:mod:`tfra.model.learned.field`): the second pass, after the first has been folded."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Ints

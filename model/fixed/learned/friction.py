@@ -1,7 +1,5 @@
 """Friction and direction of the resultant (Eqs. 15, 16)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

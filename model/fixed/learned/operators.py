@@ -12,8 +12,6 @@ F_y in the parities that they read, and the uncertainty.  A quarter in every ope
 the factor of its butterfly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,7 +87,7 @@ class Layers:
     direct: Floats
 
     @classmethod
-    def of(cls, folded: Folded) -> Layers:
+    def of(cls, folded: Folded) -> "Layers":
         """Rows of the ``folded`` weights."""
         first, second = np.moveaxis(folded.first, -1, 0), np.moveaxis(folded.second, -1, 0)
         size1 = unit_gain(first) / 2**FINER

@@ -1,7 +1,5 @@
 """The bit-accurate learned estimator: the hardware's blocks in dataflow order."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

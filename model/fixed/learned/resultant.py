@@ -1,7 +1,5 @@
 """The resultant and its plausibility from the outputs of the network."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The resultant, shared among the taxels as their normal forces p: f = F p / sum of p."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

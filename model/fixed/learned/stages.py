@@ -1,7 +1,5 @@
 """The stages of the learned estimator: the name of a block in the model, in the gateware and in a report."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

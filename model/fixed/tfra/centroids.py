@@ -4,8 +4,6 @@ With u = columns - j and v = rows - i as coordinates (prefix sums give these mom
 magnitudes of both zones, c - t is proportional to (U_t S_c - U_c S_t, V_t S_c - V_c S_t): no division.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from fractions import Fraction
 

@@ -1,7 +1,5 @@
 """The dependent friction mu_dep = alpha + beta * mu_ind (Eqs. 12, 17, 18), with cos and sin instead of tan."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A design that TFRA computes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """Unscaled forces of the chosen candidate: f = w + A-dagger d (Eqs. 7, 10, 28)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Ints

@@ -1,7 +1,5 @@
 """mu_ind and mu_dep of the chosen candidate (Eqs. 17, 18, 26, 27)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

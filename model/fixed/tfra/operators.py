@@ -10,8 +10,6 @@ Stacks group the operators that share an operand:
 Sums are the A_pq of Eq. 12, one row each: the rows of a quad of sums work on the four parities.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.boussinesq import Operators

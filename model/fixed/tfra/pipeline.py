@@ -1,7 +1,5 @@
 """The bit-accurate TFRA: the hardware's blocks in dataflow order."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Resultant of the unscaled forces (Eq. 12), ahead of the forces themselves, from the sums A_pq."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Bools, Ints

@@ -1,7 +1,5 @@
 """The stages of TFRA: the name of a block in the model, in the gateware and in the report of a verification."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 

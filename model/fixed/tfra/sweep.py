@@ -4,8 +4,6 @@ On the grid mu = kappa / K the numerator K p + kappa q is an integer, so candida
 nothing is rounded.  All values carry the factor 4 K of unfolded vectors times the grid.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

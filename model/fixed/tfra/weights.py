@@ -1,7 +1,5 @@
 """w_z of Eq. 9: the compressive part of C33^-1 b, as n = -w_z >= 0."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Bools, Ints

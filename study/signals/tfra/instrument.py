@@ -1,7 +1,5 @@
 """The instrument for TFRA: signals of its bit-accurate model beside the same stages in float64."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

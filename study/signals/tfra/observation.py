@@ -1,7 +1,5 @@
 """Every word of the bit-accurate model for some frames, its rounding, and the format that it has to fit."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Ints

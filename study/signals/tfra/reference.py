@@ -4,8 +4,6 @@ Values have the model's scaling: normalised frames, vectors on the vector grid a
 takes over the model's decisions, so it differs from the words by arithmetic alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -35,7 +33,7 @@ class Decisions:
     turn: Floats
 
     @classmethod
-    def of(cls, design: TfraDesign, trace: Trace) -> Decisions:
+    def of(cls, design: TfraDesign, trace: Trace) -> "Decisions":
         """Decisions of ``trace``."""
         direction = trace.direction
         turn = np.ldexp(trace.phi, -next(f.fraction for f in design.layout if f.name == "phi"))

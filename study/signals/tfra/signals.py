@@ -1,7 +1,5 @@
 """Signals between the stages of the bit-accurate model: integers by name, and the weights of their LSBs."""
 
-from __future__ import annotations
-
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 

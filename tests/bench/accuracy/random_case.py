@@ -1,7 +1,5 @@
 """A small sensor with weights of no meaning."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from bench.accuracy.cases import Case

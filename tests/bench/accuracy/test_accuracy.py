@@ -1,7 +1,5 @@
 """From observations to the page: percentiles, verdicts, tables, and the record that they tell."""
 
-from __future__ import annotations
-
 import copy
 import json
 from pathlib import Path

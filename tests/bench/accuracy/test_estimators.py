@@ -1,7 +1,5 @@
 """The map of TFRA's friction, and every estimator by its name."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Loads against the exact series of the same pressures, and against integrals in closed form."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scenes are as large as they say, and differ in what they say alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

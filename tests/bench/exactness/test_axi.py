@@ -1,7 +1,5 @@
 """The campaign behind AXI: what it sends, what it expects, and that it notices what is wrong."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from functools import cache

@@ -1,7 +1,5 @@
 """A mutation changes one place of a file, no text that only people read, and the same one for the same seed."""
 
-from __future__ import annotations
-
 import ast
 from collections import Counter
 from pathlib import Path

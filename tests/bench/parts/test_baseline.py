@@ -1,7 +1,5 @@
 """Baselines catch what became worse, and nothing is compared with something else."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

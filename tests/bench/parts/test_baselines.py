@@ -1,7 +1,5 @@
 """A small block through synthesis, place and route, against its baseline and a corrupted one."""
 
-from __future__ import annotations
-
 import json
 
 import pytest

@@ -1,7 +1,5 @@
 """The registers are as small as docs/registers.md says."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -5,8 +5,6 @@ file.  Every command runs in a folder with ``skin.toml``, a sensor of 5 x 6 taxe
 ``frames.npz``.  A case makes its own files there.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import os

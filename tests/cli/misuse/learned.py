@@ -1,7 +1,5 @@
 """Cases of misuse of the learned estimator and its file of weights."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Faulty files of users: each function returns a function that makes one in the current folder."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zipfile

@@ -1,7 +1,5 @@
 """Cases of misuse of recordings: wrong layouts, values, files and readings of them."""
 
-from __future__ import annotations
-
 import zipfile
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cases of misuse of ``tfra train`` and of the folder with its state."""
 
-from __future__ import annotations
-
 from tests.cli.misuse.mistakes import Misuse, folder, nothing
 
 TRAIN = "train skin.toml --out w.npz"

@@ -1,7 +1,5 @@
 """Cases of misuse of pages: files that are no results or don't belong together, and sources that are not there."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable
 from contextlib import redirect_stdout

@@ -1,7 +1,5 @@
 """What the simulation of a cover may cost."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """Names of cores: keywords and ports are refused, and the list of ports is complete."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -1,7 +1,5 @@
 """CONFIG files: what they mean, and the one line that says what is wrong with them."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 from pathlib import Path

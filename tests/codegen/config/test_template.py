@@ -1,7 +1,5 @@
 """``tfra init``'s file: it is the design that was asked for, and has a comment for every key."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """WEIGHTS.npz comes back as it was written, and nothing else is taken for it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import replace

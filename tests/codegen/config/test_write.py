@@ -1,7 +1,5 @@
 """A CONFIG that is written from a design is read as that design."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 from pathlib import Path
 

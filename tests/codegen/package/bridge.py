@@ -5,8 +5,6 @@ nothing.  ``world.json``: ``name`` of the design, ``driver``: c or python, ``tax
 coefficients, frames and results of ``scenario.World``.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import traceback

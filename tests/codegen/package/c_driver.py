@@ -1,7 +1,5 @@
 """The C driver with the methods of the Python driver, by ctypes: one sequence of calls tries both."""
 
-from __future__ import annotations
-
 import ctypes
 import subprocess
 from collections.abc import Iterable, Mapping, Sequence

@@ -3,8 +3,6 @@
 It has the ports of the wrapper ``NAME_axi``, so another file can take its place.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

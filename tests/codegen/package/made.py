@@ -1,7 +1,5 @@
 """Packages of small cores, made once."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

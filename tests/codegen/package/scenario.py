@@ -3,8 +3,6 @@
 ``World`` is the device with its driver; all of it blocks.
 """
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Callable, Sequence
 from types import ModuleType

@@ -1,7 +1,5 @@
 """Boards: the top module in a simulator, byte by byte on its line; scripts; a bitstream of a small core."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -138,7 +136,7 @@ class Port:
         self.facts, self.shift, self.waiting, self.loaded = facts, shift, b"", not facts["coefficient_bytes"]
         self.breaks = 0
 
-    def __enter__(self) -> Port:
+    def __enter__(self) -> "Port":
         return self
 
     def __exit__(self, *_: object) -> None:

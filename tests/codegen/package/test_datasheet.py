@@ -1,7 +1,5 @@
 """The datasheet: every fact of the design is on it, and it loads nothing."""
 
-from __future__ import annotations
-
 import re
 import zlib
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The drivers without a simulator: compilers, sanitizers, frames, checksums, a bus that fails."""
 
-from __future__ import annotations
-
 import ast
 import ctypes
 import importlib.util

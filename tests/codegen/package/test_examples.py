@@ -1,7 +1,5 @@
 """The example programs on a board of files, and the page that shows them."""
 
-from __future__ import annotations
-
 import re
 import struct
 import subprocess

@@ -1,7 +1,5 @@
 """The package in FuseSoC: simulation and lint of a fresh folder, without a network."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The package as a module of a LiteX system on chip, whose Verilog yosys reads."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Both drivers with a simulated device: the same scenario, and planted faults that it must notice."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Tcl of the package, run by tclsh with stand-ins for the commands of the tools: what they are asked for."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 from pathlib import Path

@@ -4,8 +4,6 @@ It plays the accesses of ``script.json`` on both and writes ``outcome.json``: ho
 that differ.
 """
 
-from __future__ import annotations
-
 import itertools
 import json
 import random

@@ -1,7 +1,5 @@
 """The gateware beside what PeakRDL-etana makes of the same SystemRDL: the same accesses, the same answers."""
 
-from __future__ import annotations
-
 import json
 import random
 from collections.abc import Iterable, Iterator

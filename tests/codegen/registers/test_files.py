@@ -1,7 +1,5 @@
 """The header by a C compiler, IP-XACT by an XML parser, the page: each against the map of the gateware."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

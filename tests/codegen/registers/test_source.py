@@ -1,7 +1,5 @@
 """From SystemRDL to the map, and from a design to the values of the constant registers."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

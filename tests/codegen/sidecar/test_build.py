@@ -1,7 +1,5 @@
 """The sidecar: its schema, and that a program can read a core's words with nothing else."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 from dataclasses import replace

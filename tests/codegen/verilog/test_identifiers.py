@@ -1,7 +1,5 @@
 """Every name of a netlist becomes a plain identifier, and no two become one."""
 
-from __future__ import annotations
-
 from hypothesis import given
 from hypothesis import strategies as st
 

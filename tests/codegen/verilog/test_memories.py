@@ -1,7 +1,5 @@
 """Memory contents move from the Verilog into files, word by word, and nothing else changes."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

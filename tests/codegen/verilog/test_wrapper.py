@@ -1,7 +1,5 @@
 """The Verilog of the wrapper: the standard's ports, no warnings, one core, the same text every time."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Copies of what drives many lanes: each drives neighbours, and taken back they leave the netlist as it was."""
 
-from __future__ import annotations
-
 import copy
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Sites of hard blocks: each block of its own, on the part, lanes in line, and nextpnr takes them."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

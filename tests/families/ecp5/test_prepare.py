@@ -1,7 +1,5 @@
 """What is said of a prepared netlist is what is in it."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from pathlib import Path

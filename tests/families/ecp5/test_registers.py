@@ -1,7 +1,5 @@
 """Flip-flops around block memories and multipliers move into them, and only those that may."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

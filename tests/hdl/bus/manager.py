@@ -1,7 +1,5 @@
 """A manager of AXI4-Lite with stalls of its own on every channel, and what a bus must keep to in every cycle."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Awaitable, Callable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """What registers must do, access by access: an oracle that knows the map and nothing of the gateware."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from typing import Any

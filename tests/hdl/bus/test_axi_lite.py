@@ -1,7 +1,5 @@
 """The bus alone, in front of a memory: order of the channels, answers, cycles."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The registers behind the bus, against a model of the map, in Amaranth's simulator."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterable, Mapping
 from dataclasses import replace

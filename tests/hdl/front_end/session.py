@@ -1,7 +1,5 @@
 """Drive a front end: settings, tables, frames and resets in order; what came out, frame by frame."""
 
-from __future__ import annotations
-
 import random
 from collections import Counter
 from dataclasses import asdict, dataclass, field

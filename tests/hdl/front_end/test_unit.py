@@ -1,7 +1,5 @@
 """The front end gives the codes, flags and faulty taxels of the model, whatever comes and however it comes."""
 
-from __future__ import annotations
-
 from copy import deepcopy
 
 import numpy as np

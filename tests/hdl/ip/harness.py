@@ -1,7 +1,5 @@
 """A core behind AXI in Amaranth's simulator: a simple core, and what is around the whole."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterable
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Blocks around a core alone: CRC, load, and the last stage of output frames."""
 
-from __future__ import annotations
-
 import random
 import zlib
 from typing import Any

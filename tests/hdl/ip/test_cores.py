@@ -1,7 +1,5 @@
 """Real cores take a coefficient in every cycle after a reset, so a word of LOAD_DATA never waits."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Everything around a core, with a simple core inside: frames, errors, resets, load, times."""
 
-from __future__ import annotations
-
 import random
 import zlib
 from typing import Any

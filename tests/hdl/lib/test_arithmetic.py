@@ -1,7 +1,5 @@
 """Rounding against the model; counting zeros against Python, and what a register between its halves would hold."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

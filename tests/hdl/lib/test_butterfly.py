@@ -1,7 +1,5 @@
 """Butterfly against its model under any stalls."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Divider against its model: rounding, signs, limits, stalls and constant time."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ram against a dictionary: words a cycle later, or in the same cycle; words that are written while they are read."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Windows of a schedule in literal numbers."""
 
-from __future__ import annotations
-
 from tfra.hdl.lib.schedule import later, once
 
 

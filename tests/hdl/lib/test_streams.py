@@ -1,7 +1,5 @@
 """Fork, Router, FIFOs, tokens and the skid buffer keep order and lose nothing under any stalls."""
 
-from __future__ import annotations
-
 import pytest
 from amaranth import Module, signed, unsigned
 from amaranth.lib import data, stream, wiring

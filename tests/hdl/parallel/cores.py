@@ -1,7 +1,5 @@
 """Whole cores of either estimator in Amaranth's simulator: words, cycles and resets."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """For the tests of parallel blocks: designs of TFRA, blocks joined to one, a test bench of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Per-frame facts for the blocks around the affine coefficients: from model stages and at random."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import fields
 from typing import Any

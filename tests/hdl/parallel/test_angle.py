@@ -1,7 +1,5 @@
 """Angle against the model of the CORDIC: both users at once, any stalls of one, constant latency for the other."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cordic against its model: any vector, in every cycle, constant latency; the senses of the rotations."""
 
-from __future__ import annotations
-
 import math
 import random
 from typing import Any

@@ -1,7 +1,5 @@
 """Gain against its model: every rule, any stalls, constant latency."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The gateware normaliser gives the model's frames and facts, in the cycles it promises, under any stalls."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

@@ -1,7 +1,5 @@
 """ScaleAdd against exact fractions, rounded once to an operand and once to the grid of z."""
 
-from __future__ import annotations
-
 import random
 from fractions import Fraction
 from math import floor

@@ -1,7 +1,5 @@
 """Scaling against its model: words, order, status, stalls and latency."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Run a component of plain ports: in Amaranth's simulator, or its Verilog with the models of cells in Icarus."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path

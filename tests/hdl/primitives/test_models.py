@@ -1,7 +1,5 @@
 """The model of DP16KD remembers what is written, in words of any length, and knows nothing of collisions."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

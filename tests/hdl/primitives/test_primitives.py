@@ -1,7 +1,5 @@
 """Every variant of a primitive computes the same in the same cycles, whatever its enable does."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Iterator
 from pathlib import Path

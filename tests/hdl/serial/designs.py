@@ -1,7 +1,5 @@
 """Designs that the tests of the serial core share."""
 
-from __future__ import annotations
-
 import random
 
 from tests.model.fixed.learned.cases import learned_design

@@ -1,7 +1,5 @@
 """Programs in the interpreter, compared with the model."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tests.model.fixed.learned.cases import codes_of

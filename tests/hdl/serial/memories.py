@@ -1,7 +1,5 @@
 """What the stages of a frame leave in the data memory."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.hdl.cores import as_serial, program

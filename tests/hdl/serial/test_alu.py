@@ -1,7 +1,5 @@
 """The ALU's results are those of integers."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """The gateware executes the program as the interpreter does: bit-exact words, exact cycles, any stalls."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Sums of products of every lane, when they are stated to be there."""
 
-from __future__ import annotations
-
 import random
 from itertools import pairwise
 

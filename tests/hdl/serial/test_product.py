@@ -1,7 +1,5 @@
 """Products of any word lengths are exact."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """The sequencer goes through loops, calls and pointers, with any stalls, in the cycles that the assembler counts."""
 
-from __future__ import annotations
-
 import random
 from itertools import pairwise
 

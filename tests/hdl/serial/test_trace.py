@@ -1,7 +1,5 @@
 """The trace of a frame names stages, texts and values; instructions in readable text."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.hdl.serial.designs import DESIGNS

@@ -1,7 +1,5 @@
 """The portable Verilog of the serial core, in Icarus, computes what the model does."""
 
-from __future__ import annotations
-
 import subprocess
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A serial line and its frames, as the other side has them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from tfra.hdl.uart.slip import END, ESC, ESC_END, ESC_ESC

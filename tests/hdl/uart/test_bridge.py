@@ -1,7 +1,5 @@
 """The bridge: SLIP both ways, frames that are dropped whole, and a core behind it against the model."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Receiver and transmitter on a line: bytes, their timing, broken stop bits, breaks."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

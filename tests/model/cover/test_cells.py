@@ -1,7 +1,5 @@
 """Shares of cells against quadrature over the profile, and what must hold whatever the contact."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Contacts against numeric quadrature, special-function tables and the paper's resultants."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """Finite elements of the cover against exact states, a generic solve by scikit-fem and the Fourier series."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The layer's stress against Navier's equations solved by collocation, equilibrium, images and the paper."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What is expected of a design is what its two models do."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

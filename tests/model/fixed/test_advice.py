@@ -1,7 +1,5 @@
 """What is advised fits, and the next value does not."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Folded, quantised operators against the dense matrices."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

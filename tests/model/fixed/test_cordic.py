@@ -1,7 +1,5 @@
 """The CORDIC against exact moduli and angles."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """What follows from a design is made once, stays with it, and does not travel."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Signals with word lengths of their own: what each follows, what it changes, what does not fit together."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from pathlib import Path

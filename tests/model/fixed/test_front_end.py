@@ -1,7 +1,5 @@
 """The front end's model against plain integers and fractions, taxel by taxel and frame by frame."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 from math import floor

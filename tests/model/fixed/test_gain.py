@@ -1,7 +1,5 @@
 """The gain of frames that are not scaled, against its definition."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest

@@ -1,7 +1,5 @@
 """Products against unbounded integers, where doubles are exact and where they are not."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from itertools import product
 from math import floor

@@ -1,7 +1,5 @@
 """The contact threshold: where it lies, what it changes, and that float and fixed agree on it to the code."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Arithmetic primitives against exact rationals and against fxpmath."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from math import floor
 

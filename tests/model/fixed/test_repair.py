@@ -1,7 +1,5 @@
 """Weights for dead taxels: exact for planes, the known stencil in the middle, sensible at corners and in clusters."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """Scalars fill their words: [-4, 4) in an operand."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from math import floor
 

@@ -1,7 +1,5 @@
 """Word lengths are as long as inputs can make words, and bounds hold for the inputs that come closest to them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Words as they come from a bus: signs are extended, and what no field can hold is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The network by its definition: every mirror's units, one after the other."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.arrays import Floats

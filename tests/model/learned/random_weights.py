@@ -1,7 +1,5 @@
 """Weights of no meaning."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.learned.weights import Weights

@@ -1,7 +1,5 @@
 """Forces at the taxels, and the part of a frame that they explain."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """The learned estimator with weights made by hand and at random."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

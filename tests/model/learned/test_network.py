@@ -1,7 +1,5 @@
 """The folded network against the plain sums over the group of mirrors."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

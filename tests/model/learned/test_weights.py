@@ -1,7 +1,5 @@
 """The shapes of weights."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Every step against direct calls of what it is made of, frame by frame."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Variations of word lengths, of the converter, of the search: each changes what its facts say and nothing else."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

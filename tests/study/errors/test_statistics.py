@@ -1,7 +1,5 @@
 """Tables against NumPy and formulas by hand, on rows that were made up."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Tables of variations against direct calls of the model and NumPy, however the work is split."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

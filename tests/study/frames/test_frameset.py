@@ -1,7 +1,5 @@
 """Frame sets come back as they were made, and nothing that is wrong with a folder goes unnoticed."""
 
-from __future__ import annotations
-
 import tomllib
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is drawn is what was declared, frame by frame, and nothing in it depends on how it is asked for."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

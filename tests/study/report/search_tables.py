@@ -1,7 +1,5 @@
 """Tables of a search, and of the designs that came out of it, whose numbers are literal."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import polars as pl

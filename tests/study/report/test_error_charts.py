@@ -1,7 +1,5 @@
 """Charts of variations, from tables whose numbers are literal."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import polars as pl

@@ -1,7 +1,5 @@
 """Labels of columns and costs."""
 
-from __future__ import annotations
-
 import pytest
 
 from tfra.study.report.labels import column_label, cost_amount

@@ -1,7 +1,5 @@
 """The report in a browser and beside its tables."""
 
-from __future__ import annotations
-
 import html
 import json
 import math

@@ -1,7 +1,5 @@
 """Results of a search in sentences, from tables whose numbers are literal."""
 
-from __future__ import annotations
-
 import polars as pl
 import pytest
 

@@ -1,7 +1,5 @@
 """Sentences, from tables whose numbers are literal."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import polars as pl

@@ -1,7 +1,5 @@
 """The chart of trials, from tables whose numbers are literal."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import polars as pl

@@ -1,7 +1,5 @@
 """Errors and costs of a point: those that are found directly, in the order of what they cost."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 from pathlib import Path

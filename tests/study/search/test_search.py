@@ -1,7 +1,5 @@
 """A search has the same trials whoever measures them and however often it is interrupted."""
 
-from __future__ import annotations
-
 import itertools
 import os
 import signal

@@ -1,7 +1,5 @@
 """What may be searched, and the design that a point makes."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Tables of signals over blocks of converter codes, as a study makes them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import polars as pl

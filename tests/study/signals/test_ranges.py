@@ -1,7 +1,5 @@
 """Ranges: what is observed is what the model computes, and what leaves its word or its bound is found."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 from math import floor

@@ -1,7 +1,5 @@
 """Errors of the stages: the reference is float TFRA taken apart, and an error is found where it is made."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

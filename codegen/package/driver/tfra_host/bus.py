@@ -1,7 +1,5 @@
 """Ways to the registers."""
 
-from __future__ import annotations
-
 import mmap
 import os
 from typing import Protocol

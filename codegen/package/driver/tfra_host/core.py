@@ -1,7 +1,5 @@
 """A core on a bus: settings, tables, coefficients, errors, counters."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any

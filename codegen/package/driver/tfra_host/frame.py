@@ -1,7 +1,5 @@
 """Output frames, taken apart."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What the core is asked for and set to."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

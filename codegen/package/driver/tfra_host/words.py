@@ -1,7 +1,5 @@
 """Numbers of the registers, from ``constants.json`` beside this file, and words made of fields."""
 
-from __future__ import annotations
-
 import json
 import zlib
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Arbiter of the vector updates: the next vector, and the beat that enters the pipeline in each cycle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux, Signal, Value

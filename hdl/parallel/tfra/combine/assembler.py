@@ -1,7 +1,5 @@
 """Beats of sums into quads of vectors and of forces."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value

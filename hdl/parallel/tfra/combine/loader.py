@@ -1,7 +1,5 @@
 """Loads the results of products into the stores of the vector updates: n, and b + g, d1 and d2."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value

@@ -1,7 +1,5 @@
 """Operands of ``z + s * x``: the stores of each, and the choice among them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, Module, Mux, Signal, Value

@@ -1,7 +1,5 @@
 """Beats of the force products, A-dagger d, and the scalars of their forces."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Array, C, Module, signed

@@ -1,7 +1,5 @@
 """The tag that goes with each beat of the vector updates from stage to stage."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 from amaranth import signed

@@ -1,7 +1,5 @@
 """Memories of the vector updates: beats of several frames, and the headroom of their words."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Module, Mux, Signal, Value

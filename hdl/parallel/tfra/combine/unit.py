@@ -1,7 +1,5 @@
 """Vector updates ``z + s * x`` (Eqs. 7, 8, 10): residuals of the candidates, weights of the forces."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module

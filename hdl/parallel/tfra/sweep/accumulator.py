@@ -1,7 +1,5 @@
 """A memory of sums: adds a value at an address in every cycle; later reads all sums in order and clears them."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any, NamedTuple
 

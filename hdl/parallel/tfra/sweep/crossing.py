@@ -1,7 +1,5 @@
 """The candidate at which a term of the sweep changes its sign: a pipelined divider, one term a cycle."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Cat, Const, Module, Mux, Value, signed, unsigned

@@ -1,7 +1,5 @@
 """The sweep's input: quads of a frame become taxels (p, q, stress)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The sweep's sums: B^z, or S of B^xy, of every candidate, in their order, one or two a cycle."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed, unsigned

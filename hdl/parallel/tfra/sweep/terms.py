@@ -1,7 +1,5 @@
 """The sweep's terms: the contribution of a taxel to B^z and to B^xy, as functions of the candidate."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Mux, Signal, Value, signed, unsigned

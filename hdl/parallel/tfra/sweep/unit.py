@@ -17,8 +17,6 @@ A frame takes m + K cycles or m + K / 2, not m K: see :class:`tfra.hdl.parallel.
 used: constant factors are additions of shifted words.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from amaranth import Module, Signal, Value

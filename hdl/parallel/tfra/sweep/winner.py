@@ -1,7 +1,5 @@
 """The sweep's winner among all candidates, from their sums."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 from amaranth import Cat, Const, Module, Mux, Signal, Value, signed, unsigned

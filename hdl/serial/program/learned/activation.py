@@ -1,7 +1,5 @@
 """ReLU at every mirror, between two butterflies (:mod:`tfra.model.fixed.learned.activation`)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R2, R5, ZERO, Op, Post
 from tfra.hdl.serial.program.butterfly import QUAD, butterfly, butterfly_of_registers, quad
 from tfra.hdl.serial.program.learned.memory import LearnedWriter

@@ -1,7 +1,5 @@
 """Normal forces at the taxels (:mod:`tfra.model.fixed.learned.field`)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R0, R1, ZERO, Dest, Op
 from tfra.hdl.serial.program.butterfly import QUAD, butterfly, each_quad, mirrors, quad
 from tfra.hdl.serial.program.combine import combine

@@ -1,7 +1,5 @@
 """Direction and friction of the resultant (:mod:`tfra.model.fixed.learned.friction`)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R0, R1, R2, R3, R5, ZERO, Dest, Op, Operand, When, imm
 from tfra.hdl.serial.program.cordic import ROUNDING, direction
 from tfra.hdl.serial.program.learned.memory import LearnedWriter

@@ -1,7 +1,5 @@
 """The layers of the network: products, activations and the sum of the outputs (:mod:`tfra.model.fixed.learned`)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import NOTHING, R0, R1, R2, R3, ZERO, Op, Operand, When, mem
 from tfra.hdl.serial.program.learned.activation import activation
 from tfra.hdl.serial.program.learned.memory import OUTPUTS, LearnedWriter

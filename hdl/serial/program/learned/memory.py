@@ -1,7 +1,5 @@
 """Word lengths and data memory of the learned estimator's program, and the writer that knows them."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial import sizes as shared
 from tfra.hdl.serial.program.memory import MemoryMap, padded
 from tfra.hdl.serial.program.routines import Writer

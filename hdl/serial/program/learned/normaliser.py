@@ -4,8 +4,6 @@ Codes are not shifted one by one: the operand of the first product fills its wor
 the shift that undoes this.
 """
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import IN, NOTHING, R0, R1, R5, ZERO, Op, Post, When, imm, mem
 from tfra.hdl.serial.program.butterfly import butterfly, each_quad, mirrors, quad
 from tfra.hdl.serial.program.intake import extremes

@@ -1,7 +1,5 @@
 """The resultant and its plausibility (:mod:`tfra.model.fixed.learned.resultant`)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R0, R1, R2, ZERO, Dest, Op, imm
 from tfra.hdl.serial.program.learned.memory import LearnedWriter
 from tfra.model.fixed.learned.resultant import THRESHOLD_FRACTION

@@ -1,7 +1,5 @@
 """The resultant, shared among the taxels (:mod:`tfra.model.fixed.learned.share`)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import NOTHING, R0, R1, R2, R3, R4, ZERO, Dest, Op, Post, When, imm, mem
 from tfra.hdl.serial.program.learned.memory import LearnedWriter
 from tfra.hdl.serial.program.scaling import plane_words

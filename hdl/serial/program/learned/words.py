@@ -1,7 +1,5 @@
 """Words of the resultant, and the status word."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import NOTHING, R0, R1, R2, R3, ZERO, Dest, Op, When, imm
 from tfra.hdl.serial.program import words
 from tfra.hdl.serial.program.learned.memory import LearnedWriter

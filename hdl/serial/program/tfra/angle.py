@@ -1,7 +1,5 @@
 """Angle of the tangential force (Eq. 15)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R0, R1, R2, Dest, When, imm
 from tfra.hdl.serial.program.cordic import ROUNDING, direction
 from tfra.hdl.serial.program.tfra.memory import TfraWriter

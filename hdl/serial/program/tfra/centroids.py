@@ -1,7 +1,5 @@
 """Direction of the tangential force from the centroids of compression and traction (Eqs. 11, 19-22)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R0, R1, R2, R3, R4, ZERO, Dest, Op, When, imm
 from tfra.hdl.serial.program.tfra.memory import TfraWriter
 from tfra.model.fixed.tfra.centroids import pitch_ratio

@@ -1,7 +1,5 @@
 """Residuals of all candidates, and of the winner (Eqs. 7, 8)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import Dest
 from tfra.hdl.serial.program.combine import combine
 from tfra.hdl.serial.program.matvec import operand

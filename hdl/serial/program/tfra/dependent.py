@@ -1,7 +1,5 @@
 """The dependent friction mu_dep = alpha + beta mu_ind (Eqs. 12, 17, 18), with cos and sin instead of tan."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import NOTHING, R0, R1, R2, R3, R4, R5, ZERO, Dest, Op, Operand, Post, T, When, imm, mem
 from tfra.hdl.serial.program.memory import padded
 from tfra.hdl.serial.program.tfra.memory import TfraWriter

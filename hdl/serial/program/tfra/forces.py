@@ -1,7 +1,5 @@
 """The three planes of forces f = A-dagger d + mu n, unfolded (Eq. 28)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R5, Dest
 from tfra.hdl.serial.program.butterfly import QUAD, butterfly, each_quad, mirrors, quad
 from tfra.hdl.serial.program.combine import add_scaled

@@ -4,8 +4,6 @@ Stages are in files named after the model's blocks; they pass results in words o
 their docstrings state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from tfra.hdl.serial.program import gain, scaling, words

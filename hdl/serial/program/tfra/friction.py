@@ -1,7 +1,5 @@
 """mu_ind and mu_dep of the winner (Eqs. 26, 27)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import MUL_DELAY, NOTHING, PRODUCT, R0, R1, R2, R3, R4, R5, ZERO, Dest, Op, T, When, imm
 from tfra.hdl.serial.program.tfra.memory import TfraWriter
 

@@ -1,7 +1,5 @@
 """The products of TFRA up to the sweep (Eqs. 6, 9, 10)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R0, Post, When, mem, pointer
 from tfra.hdl.serial.program.matvec import operand, product
 from tfra.hdl.serial.program.memory import padded

@@ -1,7 +1,5 @@
 """The block exponent of a frame, its kind, and the normalised stress (Eq. 29)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R0, R1, R2, R5, ZERO, Dest, Op, Post, When, imm, mem
 from tfra.hdl.serial.program.butterfly import butterfly, each_quad, mirrors, quad
 from tfra.hdl.serial.program.tfra.memory import TfraWriter

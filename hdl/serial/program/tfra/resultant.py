@@ -1,7 +1,5 @@
 """F* from the sums of the winner, before the forces (Eq. 12)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import FLOOR, NOTHING, R0, R1, R2, R3, R4, R5, Dest, Op, When, imm
 from tfra.hdl.serial.program.tfra.dependent import AXES, sum_words
 from tfra.hdl.serial.program.tfra.memory import TfraWriter

@@ -1,7 +1,5 @@
 """The status word of TFRA."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import NOTHING, R0, When, imm
 from tfra.hdl.serial.program import words
 from tfra.hdl.serial.program.tfra.memory import TfraWriter

@@ -9,8 +9,6 @@ slope   what its increase from candidate to candidate changes by
 ======  ==============================================================================
 """
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import (
     FLOOR,
     NOTHING,

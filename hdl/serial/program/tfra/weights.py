@@ -1,7 +1,5 @@
 """Weights of the compressive solution, n = -min(0, C33^-1 b) (Eq. 9)."""
 
-from __future__ import annotations
-
 from tfra.hdl.serial.isa import R2, R5, ZERO, Dest, Op, Post, When, imm
 from tfra.hdl.serial.program.butterfly import QUAD, butterfly, butterfly_of_registers, quad
 from tfra.hdl.serial.program.matvec import operand

@@ -1,7 +1,5 @@
 """Designs of the tests of the learned estimator's core, and words for its blocks."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Activation against its model: any words within the bounds, quads of several operators, gaps between them."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

@@ -1,7 +1,5 @@
 """The whole core in Amaranth's simulator: bit-exact results, and the latency and interval that its timeline states."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 from pathlib import Path

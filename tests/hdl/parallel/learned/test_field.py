@@ -1,7 +1,5 @@
 """Field against its model: any vectors within the bounds, friction beyond its limit, frames ahead of their contact."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

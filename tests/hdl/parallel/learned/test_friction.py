@@ -1,7 +1,5 @@
 """Angle and Friction against their model, as they work together: a frame at a time."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

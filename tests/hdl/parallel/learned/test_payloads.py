@@ -1,7 +1,5 @@
 """Payloads hold what the model's blocks hand on, and no bit more."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

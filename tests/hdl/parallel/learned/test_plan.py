@@ -1,7 +1,5 @@
 """What the plan of products keeps places for, and what each of them is worth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest

@@ -1,7 +1,5 @@
 """Resultant against its model: forces of all sizes, limits of the result words, both sides of the threshold."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

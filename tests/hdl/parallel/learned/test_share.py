@@ -1,7 +1,5 @@
 """Share and Forces against their model: p of all sizes and none, forces that are limited, stalls."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

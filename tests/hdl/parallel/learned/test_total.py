@@ -1,7 +1,5 @@
 """Total against plain sums, with the parts of several frames in any order that the products allow."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

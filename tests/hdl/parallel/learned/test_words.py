@@ -1,7 +1,5 @@
 """Words against the layout: header, forces and status of frames, whatever stalls."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

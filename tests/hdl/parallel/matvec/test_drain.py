@@ -1,7 +1,5 @@
 """A word's way through the drain gives the model's words in every rounding."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """DrainRegister: what lanes have added up in each pass, W words a cycle, whatever they held before the first."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

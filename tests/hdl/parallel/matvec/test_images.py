@@ -1,7 +1,5 @@
 """Coefficient memories hold every row of every operator where the lanes look for it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

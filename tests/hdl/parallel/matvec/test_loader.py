@@ -1,7 +1,5 @@
 """Every coefficient is written once, where its lane looks for it, however the stream stalls."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Placement: what becomes of every quad, for products in any order."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

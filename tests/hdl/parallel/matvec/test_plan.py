@@ -1,7 +1,5 @@
 """Stacks whose operands differ in length, in any order, as a plan of another estimator may have them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """The matrix-vector unit gives the model's integers, on time, however its operands come."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Random designs of TFRA for whole cores."""
 
-from __future__ import annotations
-
 import random
 
 from tests.hdl.parallel.cores import mixed

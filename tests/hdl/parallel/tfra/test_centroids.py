@@ -1,7 +1,5 @@
 """The gateware centroids give the model's directions, in the cycles they promise, under any stalls."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Dependent against its model: real frames, random words, every limit, stalls and constant time."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Forces against its model: rounding, the walk over odd and even arrays, stalls, latency."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

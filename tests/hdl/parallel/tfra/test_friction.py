@@ -1,7 +1,5 @@
 """Friction against its model: every candidate, saturation, stalls and constant time."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

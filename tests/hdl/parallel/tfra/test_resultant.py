@@ -1,7 +1,5 @@
 """Resultant against its model: real frames, random words, ends of words, stalls and constant time."""
 
-from __future__ import annotations
-
 import random
 
 import numpy as np

@@ -1,7 +1,5 @@
 """SumsQueue: two products' quads in the order of their frames, however far one is ahead of the other."""
 
-from __future__ import annotations
-
 import itertools
 import random
 

@@ -1,7 +1,5 @@
 """Weights against its model: corners, designs, stalls, latency."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from amaranth import Module

@@ -1,7 +1,5 @@
 """Programs of a few instructions: pauses, cycles, loops and calls, as the interpreter executes them."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import pytest

@@ -1,7 +1,5 @@
 """The programs, run by the interpreter, compute what the models do, in the cycles they state."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

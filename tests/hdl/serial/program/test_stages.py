@@ -1,7 +1,5 @@
 """What the stages of a frame leave in the memory is what the model's blocks hand on."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

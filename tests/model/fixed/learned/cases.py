@@ -1,7 +1,5 @@
 """Designs of the learned estimator with random weights, and frames for them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

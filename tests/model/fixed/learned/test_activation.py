@@ -1,7 +1,5 @@
 """Units against plain sums over the mirrors."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from tfra.model.fixed.butterfly import HADAMARD

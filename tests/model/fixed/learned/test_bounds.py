@@ -1,7 +1,5 @@
 """Word lengths: no word of any frame is longer than proven, and the proofs are not far off."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

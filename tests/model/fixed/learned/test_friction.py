@@ -1,7 +1,5 @@
 """Direction and friction of single resultants against exact quotients."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

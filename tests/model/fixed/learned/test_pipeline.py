@@ -1,7 +1,5 @@
 """The whole bit-accurate learned estimator against the float one, and its own symmetries."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path

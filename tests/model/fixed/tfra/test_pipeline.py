@@ -1,7 +1,5 @@
 """The whole bit-accurate model against the float model, and its own symmetries."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

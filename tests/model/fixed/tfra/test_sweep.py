@@ -1,7 +1,5 @@
 """The integer sweep against the definition, with unbounded integers, one candidate at a time."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Frames that bring signals as near to their proven bounds as possible: built from the operators, then searched."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path

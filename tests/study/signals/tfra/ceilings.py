@@ -7,8 +7,6 @@ n = -C33^-1 b, and there are no frictions.  Frictions are at the ends of their r
 them.  Rounding is not counted.
 """
 
-from __future__ import annotations
-
 from itertools import product
 
 import numpy as np

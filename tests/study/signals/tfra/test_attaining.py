@@ -1,7 +1,5 @@
 """Attaining frames: recomputed from their codes alone, below what no frame can have, and the same in the gateware."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import cache
 from itertools import product

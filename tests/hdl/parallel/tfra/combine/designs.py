@@ -1,7 +1,5 @@
 """Small designs of every kind: words a cycle, and vectors longer and shorter than multiplier operands."""
 
-from __future__ import annotations
-
 from tests.hdl.parallel.designs import make
 from tfra.model.choices import Formats
 

@@ -1,7 +1,5 @@
 """Arbiter in a closed loop with frames that come, leave and wait at random: nothing is begun early, twice or late."""
 
-from __future__ import annotations
-
 import random
 from collections import deque
 

@@ -1,7 +1,5 @@
 """Assembler: quads from beats, those of forces between those of vectors."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """Loaders: each beat of n, d0 = b + g, d1 and d2 goes where its frame has its place."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """Multiplicand and Addend against dictionaries of what was written."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

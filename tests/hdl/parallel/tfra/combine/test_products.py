@@ -1,7 +1,5 @@
 """ProductBeats: beats in the cycles in which they come, each with its place, number and scalar."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

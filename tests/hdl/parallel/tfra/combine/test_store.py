@@ -1,7 +1,5 @@
 """Store against a dictionary: words, and headroom from the lengths of integers."""
 
-from __future__ import annotations
-
 import random
 
 import pytest

@@ -1,7 +1,5 @@
 """Combine against its model: designs, corners, real frames, stalls, late facts, latencies."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

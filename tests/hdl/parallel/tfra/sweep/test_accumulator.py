@@ -1,7 +1,5 @@
 """Accumulator against sums in a list: additions back to back to few addresses, drains, resets, at every distance."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 

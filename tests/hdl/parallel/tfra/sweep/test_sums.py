@@ -1,7 +1,5 @@
 """Sums of all candidates equal the sums of terms, each made by itself; crossings equal exact division."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 from math import floor
 

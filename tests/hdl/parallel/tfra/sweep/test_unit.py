@@ -1,7 +1,5 @@
 """The sweep chooses the model's candidate, for contacts and for data made to tie, under any stalls."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Winner against a search through lists: ties, plateaus, limits of the tolerance, single candidates and pairs."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass
 

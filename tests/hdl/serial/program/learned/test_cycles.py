@@ -1,7 +1,5 @@
 """The cycles of docs/serial.md are those of the program."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The learned estimator's program in the interpreter: any weights, thresholds, corners, even shares."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Limits of friction, shares and plausibility, by a network whose outputs are plain sums over four taxels."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
