@@ -5,11 +5,9 @@ import pytest
 
 from tests.marks import long
 from tfra.model.boussinesq import operators
-from tfra.model.choices import Adc, Architecture
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import frames
-from tfra.model.cover.scenes import SENSORS, directed_codes, random_contacts
-from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.cover.scenes import SENSORS, random_contacts
 from tfra.model.metrics import error_force
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra, check_frames
@@ -55,41 +53,6 @@ def printed(sensor: SensorArray, forces: np.ndarray, n: np.ndarray, mu_x: float,
     squares = sum(k**2 for k in n)
     defects = traction / squares, misfit / squares, (moment_x**2 + moment_y**2) / (total**2 * lever2)
     return [1 / (1 + d) for d in defects]
-
-
-def of_forces(forces: np.ndarray, n: np.ndarray, mu_x: float = 0.0, mu_y: float = 0.0) -> np.ndarray:
-    """Functionals of given forces (3, rows, columns) on the small sensor, at mu_x and mu_y."""
-    a = np.zeros((3, 3, SMALL.taxels))
-    a[:, 0] = forces.reshape(3, -1)
-    return Conditions.of(SMALL, a, n.ravel()).functionals(mu_x, mu_y)
-
-
-class TestMeaning:
-    n = EMPTY.copy()
-    n[1, 1] = n[1, 3] = 1.0  # two taxels, 2 * 5 mm apart
-
-    @pytest.mark.parametrize("sign", [1, -1])
-    def test_a_pinch_counts_by_its_moment(self, sign: int) -> None:
-        pinch = EMPTY.copy()
-        pinch[1, 1], pinch[1, 3] = sign, -sign
-        lever2 = 25 + (25 + 9) / 12  # mm^2
-        assert of_forces(np.stack([pinch, EMPTY, -self.n]), self.n)[2] == pytest.approx(1 / (1 + 25 / lever2))
-        assert of_forces(np.stack([10 * pinch, EMPTY, -self.n]), self.n)[2] < 0.02
-
-    def test_a_pinch_along_x_is_not_hidden_by_a_stretch_along_y(self) -> None:
-        n = EMPTY.copy()
-        n[0:3:2, 1] = n[0:3:2, 3] = 1.0
-        inwards, outwards = EMPTY.copy(), EMPTY.copy()
-        inwards[0:3:2, 1], inwards[0:3:2, 3] = 3.0, -3.0
-        outwards[0, 1:4:2], outwards[2, 1:4:2] = -5.0, 5.0
-        both = of_forces(np.stack([inwards, outwards, -n]), n)[2]
-        assert both < of_forces(np.stack([inwards, EMPTY, -n]), n)[2] < 0.3
-
-    def test_one_pressed_taxel_and_none(self) -> None:
-        one = EMPTY.copy()
-        one[2, 2] = 1.0
-        np.testing.assert_allclose(of_forces(np.stack([0.5 * one, EMPTY, -one]), one, 0.5), 1.0)
-        np.testing.assert_array_equal(of_forces(np.stack([one, one, one]), EMPTY, 0.5), 1.0)
 
 
 @pytest.mark.parametrize("name", list(SENSORS)[:5])
@@ -169,22 +132,6 @@ def test_results_follow_from_the_optimum(name: str) -> None:
         assert result.phi_deg[i] == pytest.approx(np.degrees(np.arctan2(f_y, f_x)) % 360)
 
 
-def test_mirrors_turns_and_scales() -> None:
-    sensor = SENSORS["10×10, 4×4 mm, h 3 mm"]
-    stress = scenes(sensor, 25, 9)
-    plain = TwoVariable(sensor)(stress)
-    assert len(stress) > 15
-    for seen, forces in [
-        (stress[:, :, ::-1], plain.forces[..., ::-1] * np.array([-1, 1, 1])[:, None, None]),
-        (stress[:, ::-1], plain.forces[..., ::-1, :] * np.array([1, -1, 1])[:, None, None]),
-        (stress.transpose(0, 2, 1), plain.forces.transpose(0, 1, 3, 2)[:, [1, 0, 2]]),
-        (stress * 1000, plain.forces * 1000),
-    ]:
-        np.testing.assert_allclose(TwoVariable(sensor)(seen).forces, forces, atol=1e-6 * np.abs(forces).max())
-    larger = SensorArray(10, 10, 8e-3, 8e-3, 6e-3)
-    np.testing.assert_allclose(TwoVariable(larger)(stress).forces, plain.forces * 4, atol=1e-6)
-
-
 class TestDegenerate:
     def test_as_the_sweep_has_it(self) -> None:
         stress = np.stack([np.ones((4, 6)), -np.arange(24.0).reshape(4, 6), EMPTY])
@@ -192,16 +139,6 @@ class TestDegenerate:
         assert found.status.tolist() == [Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_CONTACT]
         for name in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "status"):
             np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-12)
-
-    def test_below_the_contact_threshold_as_in_tfra(self) -> None:
-        design = TfraDesign(SMALL, adc=Adc(10), architecture=Architecture(4))
-        stress = directed_codes(design)[-4:] * design.adc.lsb
-        found, expected = TwoVariable.of(design)(stress), Tfra.of(design)(stress)
-        np.testing.assert_array_equal(found.status & Status.NO_CONTACT, [1, 1, 0, 0])
-        np.testing.assert_array_equal(expected.status & Status.NO_CONTACT, [1, 1, 0, 0])
-        assert not found.forces[:2].any()
-        assert not found.mu[:2].any()
-        assert TwoVariable(SMALL)(stress).status[0] == 0
 
     def test_no_direction(self) -> None:
         frame = np.full((4, 6), 0.1)
@@ -244,15 +181,6 @@ def test_errors_on_the_contacts_of_the_paper(name: str, method: type[TwoVariable
     found = [statistic(error) for error in (phi, mu, force) for statistic in (np.mean, np.max)]
     np.testing.assert_allclose(found, TABLE[name, method], atol=0.051)
     np.testing.assert_allclose(found[2:4], TABLE[name, method][2:4], atol=0.00051)
-
-
-@pytest.mark.parametrize(
-    ("name", "phi", "mu"), [("10×10, 4×2 mm, h 3 mm", 42.4, 0.29), ("10×10, 4×4 mm, h 3 mm", 28.7, 0.23)]
-)
-def test_the_direction_that_the_paper_compares(name: str, phi: float, mu: float) -> None:
-    result = TwoVariable(SENSORS[name])(frames(SENSORS[name], paper_contacts(name, np.array([65.0]))))
-    assert result.phi_deg[0] == pytest.approx(phi, abs=0.051)
-    assert result.mu[0] == pytest.approx(mu, abs=0.0051)
 
 
 @pytest.mark.parametrize("exponent", [-900, 500])

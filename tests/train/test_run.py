@@ -1,11 +1,6 @@
 """Trainings: seeds, continuation, early stop, divergence, the working folder, and the command."""
 
 import json
-import os
-import signal
-import subprocess
-import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import astuple, replace
@@ -25,7 +20,7 @@ from tfra.runtime.errors import InputError
 from tfra.runtime.store import work_folder
 from tfra.train import errors, loop, pool
 from tfra.train import run as running
-from tfra.train.loop import DivergedError, State, Trainer
+from tfra.train.loop import State, Trainer
 from tfra.train.run import Advance, Budget, fingerprint, run
 
 SENSOR = SensorArray(4, 5, 2e-3, 2e-3, 2e-3)
@@ -133,12 +128,6 @@ def test_the_best_validation_counts_and_a_training_without_progress_ends(monkeyp
     assert np.array_equal(state.best, training.first().vector)
 
 
-def test_a_loss_that_is_no_number_ends_the_training(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(loop, "RATE", 1e30)
-    with pytest.raises(DivergedError, match=r"the loss is not a number after [0-9]+ steps"):
-        run(SENSOR, BUDGET, tmp_path / "w", silent)
-
-
 def test_a_damaged_state_is_refused(tmp_path: Path) -> None:
     run(SENSOR, BUDGET, tmp_path / "w", silent)
     (file,) = (tmp_path / "w").glob("*.state")
@@ -204,11 +193,6 @@ def test_the_command(config: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert out.read_bytes() == before
 
 
-def test_the_help_has_the_default(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["train", "--help"]) == 0
-    assert f"default: {running.STEPS:,}." in " ".join(capsys.readouterr().out.replace("│", " ").split())
-
-
 @pytest.mark.parametrize(
     ("more", "words"),
     [
@@ -246,23 +230,6 @@ def test_divergence_and_lack_of_memory_are_one_line(
     monkeypatch.setattr(loop, "CHUNKS", 10**10)
     assert main(words) == 2
     assert "not enough memory: Unable to allocate" in capsys.readouterr().err
-
-
-@pytest.mark.long
-def test_a_killed_training_goes_on(config: Path) -> None:
-    out = config.parent / "w.npz"
-    words = [sys.executable, "-m", "tfra.cli", "train", str(config), "--out", str(out), "--steps", "15000"]
-    process = subprocess.Popen([*words, "--channels", "6", "4"], stderr=subprocess.DEVNULL)
-    while not list(out.parent.glob("w.npz.work/*.state")):
-        assert process.poll() is None
-        time.sleep(0.05)
-    os.kill(process.pid, signal.SIGKILL)
-    process.wait()
-    assert not out.exists()
-    subprocess.run([*words, "--channels", "6", "4"], check=True, capture_output=True)
-    other = out.with_name("other.npz")
-    subprocess.run([*words, "--channels", "6", "4", "--out", str(other)], check=True, capture_output=True)
-    assert same(read_weights(out, SENSOR), read_weights(other, SENSOR))
 
 
 def test_the_weights_of_the_example_are_as_good_as_stated() -> None:

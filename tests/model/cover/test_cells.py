@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tfra.model.cover.cells import cell_shares, taxel_forces
-from tfra.model.cover.contact import Contact, Contacts, ContactShape
+from tfra.model.cover.contact import Contact, ContactShape
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.sensor import SensorArray
 
@@ -44,12 +44,6 @@ def test_corners(shape):
     np.testing.assert_allclose(shape.gathered([1, -1], [1e-9, 0]), [shape.gathered(1e-9, 1), 0], atol=1e-18)
 
 
-def test_hertz_on_and_off_the_ellipse_is_continuous():
-    angle = np.linspace(0, np.pi / 2, 50)
-    inside, outside = (ContactShape.HERTZ.gathered(r * np.cos(angle), r * np.sin(angle)) for r in (1 - 1e-9, 1 + 1e-9))
-    np.testing.assert_allclose(inside, outside, atol=1e-8)
-
-
 def test_shares_are_those_of_a_fine_quadrature():
     contacts = random_contacts(SENSOR, 12, np.random.default_rng(3))
     fine = 200
@@ -81,8 +75,4 @@ def test_forces_are_the_load():
     only = taxel_forces(SENSOR, [cell])[0]
     np.testing.assert_allclose(only[:, 4, 3], cell.force)
     assert np.count_nonzero(only) == 3
-
-
-def test_no_contacts_give_no_shares():
     assert cell_shares(SENSOR, []).shape == (0, 7, 9)
-    assert len(Contacts.of([])) == 0

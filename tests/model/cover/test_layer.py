@@ -1,4 +1,4 @@
-"""The layer's stress against Navier's equations solved by collocation, equilibrium, images and the paper."""
+"""The layer's stress against Navier's equations solved by collocation, equilibrium and symmetry."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -24,7 +24,6 @@ HERTZ = Contact(ContactShape.HERTZ, 18e-3, 9e-3, 8e-3, 4e-3, -5.73, 0.5, 0.0)
 
 SHAPES = list(ContactShape)
 
-turns = st.floats(-math.pi, math.pi)
 contacts_on_square = st.builds(
     Contact,
     shape=st.sampled_from(SHAPES),
@@ -34,11 +33,8 @@ contacts_on_square = st.builds(
     half_y=st.floats(1e-3, 7e-3),
     normal_force=st.floats(-10, -0.1),
     mu=st.floats(0, 1),
-    phi=turns,
+    phi=st.floats(-math.pi, math.pi),
 )
-
-
-# --- independent solution of one wave vector ---------------------------------------------------------------
 
 
 def chebyshev(order: int) -> tuple[Floats, Floats]:
@@ -50,9 +46,7 @@ def chebyshev(order: int) -> tuple[Floats, Floats]:
     return x, matrix - np.diag(matrix.sum(axis=1))
 
 
-def collocated(
-    kx: float, ky: float, height: float, poisson: float, load: tuple[float, float, float]
-) -> float:
+def collocated(kx: float, ky: float, height: float, poisson: float, load: tuple[float, float, float]) -> float:
     """sigma_zz at the base by collocating Navier's equations of all three displacements through the depth.
 
     u = (U sin cos, V cos sin, W cos cos) with shear modulus 1, U = V = W = 0 at z = 0 and the tractions
@@ -95,12 +89,6 @@ def test_transfer_solves_the_equations_of_elasticity(poisson: float, wave: tuple
     assert ours == pytest.approx(collocated(kx, ky, height, poisson, load), rel=1e-8, abs=1e-11)
 
 
-def test_shear_across_the_wave_vector_leaves_the_base_without_normal_stress() -> None:
-    """The part of the solution the transfer functions leave out."""
-    assert collocated(300.0, 400.0, 3e-3, 0.48, (0.8, -0.6, 0.0)) == pytest.approx(0, abs=1e-10)
-    assert abs(collocated(300.0, 400.0, 3e-3, 0.48, (0.6, 0.8, 0.0))) > 0.1
-
-
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
 def test_transfer_limits(poisson: float) -> None:
     layer = ElasticLayer(40e-3, 20e-3, 3e-3, poisson, 0.0, 0.0)
@@ -122,9 +110,6 @@ def test_incompressible_is_the_limit_of_nearly_incompressible() -> None:
     exact = ElasticLayer(40e-3, 20e-3, 3e-3, 0.5, 0.0, 0.0).transfer(k)
     near = ElasticLayer(40e-3, 20e-3, 3e-3, 0.5 - 1e-9, 0.0, 0.0).transfer(k)
     np.testing.assert_allclose(near, exact, atol=1e-8)
-
-
-# --- the whole field, summed the slow way ------------------------------------------------------------------
 
 
 def spectrum(load: Contact, low: tuple[float, float], kx: float, ky: float) -> tuple[float, float, float]:
@@ -162,9 +147,6 @@ def test_base_stress_against_collocation_and_quadrature(shape: ContactShape) -> 
     np.testing.assert_allclose(ours, slow, rtol=2e-6)
 
 
-# --- physics -----------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("poisson", [0.0, 0.48, 0.5])
 def test_base_carries_the_whole_normal_force(shape: ContactShape, poisson: float) -> None:
@@ -191,83 +173,19 @@ def test_base_carries_the_moment_of_the_load(shape: ContactShape) -> None:
     assert (share * y[:, None]).sum() == pytest.approx(12.6e-3 * fz - height * fy, rel=1e-6)
 
 
-def centroid(frame: Floats, sign: int) -> Floats:
-    """Eqs. 19-22 for taxels of one sign, m."""
-    part = np.where(sign * frame > 0, frame, 0).ravel()
-    return np.array([(part * p).sum() / part.sum() for p in SENSOR.positions()])
-
-
-@pytest.mark.parametrize(
-    ("degrees", "published"), [(15, 12.03), (30, 25.24), (45, 40.26), (60, 54.11), (75, 71.80), (90, 90.71)]
-)
-def test_direction_of_the_published_contact(degrees: float, published: float) -> None:
-    """Table 1, row phi: the centroids of this frame give the printed angle within one degree."""
-    frame = frames(SENSOR, [replace(HERTZ, phi=math.radians(degrees))])[0]
-    x, y = centroid(frame, -1) - centroid(frame, +1)
-    assert math.degrees(math.atan2(y, x)) == pytest.approx(published, abs=1.0)
-
-
-def test_rollers_are_mirrors() -> None:
-    """The block of twice the size under the load and its mirror image shows the same field."""
-    block = ElasticLayer(12e-3, 10e-3, 3e-3, 0.45, 0.0, 0.0)
-    load = Contact(ContactShape.ROUNDED, 4e-3, 3e-3, 3e-3, 2e-3, -1.0, 0.9, 0.6)
-    x, y = np.linspace(0, 12e-3, 7), np.linspace(0, 10e-3, 5)
-    alone = block.base_stress([load], x, y)[0]
-    image_x = replace(load, center_x=20e-3, phi=math.pi - load.phi)
-    beside = replace(block, size_x=24e-3).base_stress([load, image_x], x, y).sum(axis=0)
-    image_y = replace(load, center_y=17e-3, phi=-load.phi)
-    above = replace(block, size_y=20e-3).base_stress([load, image_y], x, y).sum(axis=0)
-    np.testing.assert_allclose(beside, alone, atol=1e-8 * np.abs(alone).max())
-    np.testing.assert_allclose(above, alone, atol=1e-8 * np.abs(alone).max())
-
-
-# --- symmetry and linearity --------------------------------------------------------------------------------
-
-CENTER = 14e-3
-"""Centre of SQUARE's block in x and in y."""
-
-
-def same(first: Floats, second: Floats) -> None:
-    np.testing.assert_allclose(first, second, rtol=0, atol=1e-9 * np.abs(second).max())
-
-
-@settings(max_examples=20)
-@given(contacts_on_square)
-def test_mirrored_contacts_make_mirrored_frames(load: Contact) -> None:
-    along_x = replace(load, center_x=2 * CENTER - load.center_x, phi=math.pi - load.phi)
-    along_y = replace(load, center_y=2 * CENTER - load.center_y, phi=-load.phi)
-    frame, mirrored_x, mirrored_y = frames(SQUARE, [load, along_x, along_y])
-    same(mirrored_x, frame[:, ::-1])
-    same(mirrored_y, frame[::-1, :])
-
-
 @settings(max_examples=20)
 @given(contacts_on_square, st.sampled_from(["point", "area"]))
 def test_a_quarter_turn_turns_the_frame(load: Contact, sampling: module.Sampling) -> None:
     turned = replace(
         load,
-        center_x=CENTER - (load.center_y - CENTER),
-        center_y=CENTER + (load.center_x - CENTER),
+        center_x=28e-3 - load.center_y,
+        center_y=load.center_x,
         half_x=load.half_y,
         half_y=load.half_x,
         phi=load.phi + math.pi / 2,
     )
     frame, rotated = frames(SQUARE, [load, turned], sampling)
-    same(rotated, np.rot90(frame, -1))
-
-
-@settings(max_examples=20)
-@given(contacts_on_square, st.floats(0.1, 10))
-def test_frames_are_linear_in_the_forces(load: Contact, factor: float) -> None:
-    plain, along_x, along_y = (replace(load, mu=m, phi=p) for m, p in ((0, 0), (1, 0), (1, math.pi / 2)))
-    scaled = replace(load, normal_force=load.normal_force * factor)
-    frame, straight, x, y, louder = frames(SQUARE, [load, plain, along_x, along_y, scaled])
-    same(louder, factor * frame)
-    mixed = straight + load.mu * (math.cos(load.phi) * (x - straight) + math.sin(load.phi) * (y - straight))
-    same(mixed, frame)
-
-
-# --- sampling, batching, truncation ------------------------------------------------------------------------
+    np.testing.assert_allclose(rotated, np.rot90(frame, -1), rtol=0, atol=1e-9 * np.abs(frame).max())
 
 
 def test_area_average_is_the_mean_of_dense_points() -> None:
@@ -280,14 +198,6 @@ def test_area_average_is_the_mean_of_dense_points() -> None:
         assert area[i, j] == pytest.approx(dense.mean(), abs=2e-4 * np.abs(area).max())
 
 
-def test_points_are_the_limit_of_small_areas() -> None:
-    layer = ElasticLayer.under(SENSOR)
-    x, y = np.arange(10) * 4e-3, np.arange(10) * 2e-3
-    point = frames(SENSOR, [HERTZ])
-    same(layer.base_stress([HERTZ], x, y, window=(1e-9, 1e-9)), point)
-    assert np.abs(frames(SENSOR, [HERTZ], "area") - point).max() > 100
-
-
 def test_a_batch_is_its_contacts_one_by_one() -> None:
     rng = np.random.default_rng(7)
     batch = [
@@ -297,15 +207,7 @@ def test_a_batch_is_its_contacts_one_by_one() -> None:
     together = frames(SENSOR, batch)
     assert together.shape == (40, 10, 10)
     np.testing.assert_array_equal(together, np.concatenate([frames(SENSOR, [load]) for load in batch]))
-
-
-def test_rows_run_along_y() -> None:
-    sensor = SensorArray(rows=4, columns=7, pitch_x=2e-3, pitch_y=3e-3, thickness=2e-3)
-    load = Contact(ContactShape.UNIFORM, 10e-3, 3e-3, 0.5e-3, 0.5e-3, -1.0, 0.0, 0.0)
-    frame = frames(sensor, [load])
-    assert frame.shape == (1, 4, 7)
-    assert np.unravel_index(frame[0].argmin(), (4, 7)) == (1, 5)
-    assert frames(sensor, []).shape == (0, 4, 7)
+    assert frames(SENSOR, []).shape == (0, 10, 10)
 
 
 @pytest.fixture
@@ -332,9 +234,6 @@ def test_modes_left_out_stay_below_the_bound(
     assert truncation < 1e-9 or np.abs(short - full).max() > rounding
 
 
-# --- bad input ---------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "changes", [{"center_x": 5.9e-3}, {"center_x": 30.1e-3}, {"center_y": 2.9e-3}, {"center_y": 15.1e-3}]
 )
@@ -344,53 +243,27 @@ def test_footprint_must_stay_on_the_block(changes: dict[str, Any]) -> None:
         frames(SENSOR, [HERTZ, replace(HERTZ, **changes)])
 
 
-def test_footprint_may_touch_the_side() -> None:
-    edges = [replace(HERTZ, center_x=6e-3), replace(HERTZ, center_x=30e-3, center_y=15e-3)]
-    assert np.isfinite(frames(SENSOR, edges)).all()
-
-
 @pytest.mark.parametrize(
     ("x", "window", "name"),
-    [
-        ([-2.1e-3], None, "x"),
-        ([38.1e-3], None, "x"),
-        ([-1e-3], (4e-3, 1e-3), "x"),
-        ([0.0], (-1e-3, 0.0), "window"),
-    ],
+    [([-2.1e-3], None, "x"), ([38.1e-3], None, "x"), ([-1e-3], (4e-3, 1e-3), "x"), ([0.0], (-1e-3, 0.0), "window")],
 )
 def test_points_must_stay_on_the_block(x: list[float], window: tuple[float, float] | None, name: str) -> None:
     with pytest.raises(ValueError, match=rf"^{name}:"):
         ElasticLayer.under(SENSOR).base_stress([HERTZ], x, [0.0], window)
 
 
-def test_grid_is_one_dimensional() -> None:
+def test_unknown_grid_and_sampling() -> None:
     with pytest.raises(ValueError, match=r"^y: a one-dimensional"):
         ElasticLayer.under(SENSOR).base_stress([HERTZ], [0.0], [[0.0]])
-
-
-def test_unknown_sampling() -> None:
     with pytest.raises(ValueError, match=r"^sampling:"):
         frames(SENSOR, [HERTZ], "mean")
 
 
 @pytest.mark.parametrize(
     ("field", "value"),
-    [
-        ("size_x", 0.0),
-        ("size_y", math.nan),
-        ("thickness", -1e-3),
-        ("poisson", 0.51),
-        ("poisson", -1.0),
-        ("poisson", math.nan),
-        ("origin_x", math.inf),
-        ("origin_y", math.nan),
-    ],
+    [("size_x", 0.0), ("size_y", math.nan), ("thickness", -1e-3), ("poisson", 0.51), ("poisson", -1.0),
+     ("poisson", math.nan), ("origin_x", math.inf), ("origin_y", math.nan)],
 )
 def test_bad_layers_name_the_field(field: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"^{field}:"):
         replace(ElasticLayer.under(SENSOR), **{field: value})
-
-
-def test_layer_lies_under_the_sensor() -> None:
-    layer = ElasticLayer.under(SENSOR, poisson=0.3)
-    assert layer == ElasticLayer(40e-3, 20e-3, 3e-3, 0.3, -2e-3, -1e-3)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from tests.model.cases import make_design
-from tfra.model.choices import FORMATS, SERIAL, Architecture, Search
+from tfra.model.choices import SERIAL, Architecture, Search
 from tfra.model.cover.scenes import SENSORS
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
@@ -19,15 +19,6 @@ def test_everything_is_made_once() -> None:
     others = [replace(design, search=Search(steps)).widths for steps in range(1, 60)]
     assert len({widths.candidate for widths in others}) > 1
     assert all(a is b for a, b in zip(first, (design.stacks, design.widths, design.layout), strict=True))
-
-
-def test_other_choices_have_other_consequences() -> None:
-    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
-    wide = replace(design, formats=FORMATS["wide"])
-    assert isinstance(wide, TfraDesign)
-    assert wide.widths.vector > design.widths.vector
-    assert wide.word_bits > design.word_bits
-    assert wide != design
 
 
 @pytest.mark.parametrize("asked", [False, True], ids=["before", "after"])

@@ -36,31 +36,14 @@ def test_by_default_it_is_a_share_of_full_scale_but_some_codes(bits: int, codes:
     assert Adc(bits, contact_threshold=0).threshold == 0
 
 
-@pytest.mark.parametrize(
-    ("threshold", "codes", "contact"),
-    [
-        (0, [0, 0], False),
-        (0, [-1, 0], True),
-        (0, [0, 31], False),
-        (1, [-1, 0], False),
-        (1, [-1, 1], True),
-        (1, [-2, 0], True),
-        (4, [-4, 3], False),
-        (4, [-5, 0], True),
-        (4, [-1, 4], True),
-        (4, [0, 4], False),  # nothing is compressed
-        (4, [31, 0], False),
-        (31, [-31, 30], False),
-        (31, [-1, 31], True),
-        (31, [-32, 0], True),
-    ],
-)
-def test_where_it_lies(threshold: int, codes: list[int], contact: bool) -> None:
-    frame = np.zeros((1, 12), dtype=np.int64)
-    frame[0, [2, 7]] = codes
-    facts = normaliser(design(6, threshold), frame)
-    assert facts.contact.tolist() == [contact]
-    assert facts.regular.tolist() == [contact and max(codes) > 0]
+@pytest.mark.parametrize("threshold", [0, 1, 4, 31])
+def test_where_it_lies(threshold: int) -> None:
+    """Both ends of no contact, one code beyond each, and a frame that nothing presses."""
+    frames = np.zeros((4, 12), dtype=np.int64)
+    frames[:, [2, 7]] = [-threshold, max(threshold - 1, 0)], [-threshold - 1, 0], [-1, threshold], [0, 31]
+    facts = normaliser(design(6, threshold), frames)
+    assert facts.contact.tolist() == [False, True, True, False]
+    assert facts.regular.tolist() == [False, False, threshold > 0, False]
 
 
 @settings(deadline=None)

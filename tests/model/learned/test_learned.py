@@ -8,8 +8,6 @@ from hypothesis import strategies as st
 from tests.model.learned.plain import plain
 from tests.model.learned.random_weights import random_weights
 from tfra.model.arrays import Floats
-from tfra.model.cover.layer import frames
-from tfra.model.cover.scenes import random_contacts
 from tfra.model.learned.field import influence
 from tfra.model.learned.learned import Learned
 from tfra.model.learned.weights import Weights
@@ -111,14 +109,6 @@ def test_implausible() -> None:
 def test_compression_alone_is_estimated_as_well() -> None:
     pressed = -np.abs(np.random.default_rng(2).normal(size=(3, 5, 4)))
     assert (Learned(SENSOR, sums(SENSOR, 0.1), 1e9)(pressed).status & Status.COMPRESSION_ONLY == 0).all()
-
-
-def test_a_mirrored_frame_has_mirrored_forces() -> None:
-    b = frames(SENSOR, random_contacts(SENSOR, 5, np.random.default_rng(4)))
-    estimator = Learned(SENSOR, random_weights(np.random.default_rng(5), SENSOR.taxels, 4, 3), 0.3)
-    found, mirrored = estimator(b), estimator(b[:, :, ::-1])
-    expected = found.forces[..., ::-1] * np.array([-1, 1, 1])[:, None, None]
-    assert np.allclose(mirrored.forces, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(

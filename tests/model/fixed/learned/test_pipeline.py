@@ -65,16 +65,6 @@ def test_the_example_is_as_exact_as_its_converter() -> None:
     assert (got.sweep_index == -1).all()
 
 
-def test_frames_without_contact_give_zeros() -> None:
-    design = learned_design()
-    words = design.model(np.zeros((2, 4, 5), dtype=np.int64)).words
-    zero = replace(decode(design, words), status=np.zeros(2))
-    for name in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "uncertainty"):
-        assert not np.any(getattr(zero, name)), name
-    assert field(design, words, "status")[:, 0].tolist() == [Status.NO_CONTACT] * 2
-    assert field(design, words, "frame")[:, 0].tolist() == [0, 1]
-
-
 def test_a_core_without_forces_at_the_taxels_has_the_same_header() -> None:
     whole, short = learned_design(), learned_design(taxel_forces=False)
     codes = codes_of(whole, 100, seed=3)
@@ -98,17 +88,6 @@ def test_the_share_of_the_uncertainty_and_its_threshold_give_the_status() -> Non
         over = found.uncertainty_share > found.threshold
         assert 20 < over[told].sum() < told.sum() - 20
         assert np.array_equal(over[told], found.status[told] & Status.IMPLAUSIBLE != 0)
-
-
-@pytest.mark.parametrize(("flip", "signs"), [(np.s_[:, :, ::-1], (-1, 1)), (np.s_[:, ::-1], (1, -1))])
-def test_mirrored_frames_give_mirrored_results(flip: tuple[slice, ...], signs: tuple[int, int]) -> None:
-    design = learned_design(5, 6, (4, 3), seed=2)
-    codes = codes_of(design, 60, seed=4)
-    plain, seen = (decode(design, design.model(each).words) for each in (codes, codes[flip]))
-    back = seen.forces[:, :, :, ::-1] if signs[0] < 0 else seen.forces[:, :, ::-1]
-    lsb = design.layout[-2].lsb * 2.0 ** -field(design, design.model(codes).words, "exponent")[:, :1]
-    assert (np.abs(seen.resultant * [*signs, 1] - plain.resultant) <= 40 * lsb).all()
-    assert np.median(np.abs(back * np.array([*signs, 1])[:, None, None] - plain.forces).max((1, 2, 3)) / lsb[:, 0]) < 40
 
 
 @settings(deadline=None, max_examples=30)
@@ -174,19 +153,6 @@ def test_frames_come_in_chunks_and_none_at_all() -> None:
     assert np.array_equal(words[600:, 1:], design.model(codes[600:]).words[:, 1:])
     assert words[-1, 0] == 1199
     assert design.model(codes[:0]).words.shape == (0, design.frame_words)
-
-
-def test_every_stage_changes_with_its_input() -> None:
-    """A taxel of one code more changes every stage of some frames."""
-    design = learned_design(4, 4, (3, 3), seed=8)
-    codes = codes_of(design, 100, seed=9)
-    other = codes.copy()
-    other[:, 1, 2] ^= 1
-    one, two = design.model(codes).stages, design.model(other).stages
-    assert set(one) == set(two)
-    for name in one:
-        assert one[name].shape == two[name].shape
-        assert not np.array_equal(one[name], two[name]), name
 
 
 def test_weights_of_another_array_are_refused() -> None:

@@ -7,9 +7,7 @@ import pytest
 
 from tests.model.cases import make_design
 from tfra.model.choices import Adc, Formats
-from tfra.model.converter import quantise
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
-from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode, encode, field
 from tfra.model.tfra import Status, Tfra
@@ -66,22 +64,6 @@ def test_noise_is_handled_like_any_frame():
     assert (step == 0).mean() > 0.97
 
 
-def test_mirrored_frames_give_mirrored_results():
-    """Rounding half up is not symmetric, so the mirror image is exact within a few LSB of a force."""
-    design = make_design(SENSORS["5×7, 3×3 mm, h 2 mm"])
-    codes = contact_codes(design, 100, seed=5)
-    plain = decode(design, FixedTfra(design)(codes).words)
-    swept = plain.status == 0
-    for flip, signs in ((np.s_[:, :, ::-1], (-1, 1, 1)), (np.s_[:, ::-1], (1, -1, 1))):
-        seen = decode(design, FixedTfra(design)(codes[flip]).words)
-        back = np.s_[:, :, :, ::-1] if signs[0] < 0 else np.s_[:, :, ::-1]
-        forces = seen.forces[back] * np.array(signs)[None, :, None, None]
-        same = swept & (np.abs(seen.mu - plain.mu) < 1e-3)
-        assert same.sum() > 0.95 * swept.sum()
-        limit = 1e-4 * np.linalg.norm(plain.resultant, axis=1)
-        assert (np.abs(forces - plain.forces).max(axis=(1, 2, 3)) <= limit)[same].all()
-
-
 def test_scaled_frames_give_the_same_words_with_another_exponent():
     design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
     codes = contact_codes(design, 50, seed=6) // 8
@@ -89,17 +71,6 @@ def test_scaled_frames_give_the_same_words_with_another_exponent():
     for f in design.layout:
         difference = field(design, small, f.name) - field(design, large, f.name)
         assert (difference == (2 if f.name == "exponent" else 0)).all()
-
-
-def test_stages_stay_within_their_proven_widths():
-    """Extremes in every taxel: nothing needs more bits than the widths say."""
-    for name in ("5×7, 3×3 mm, h 2 mm", "8×8, 2×2 mm, h 3 mm"):
-        design = make_design(SENSORS[name])
-        rng = np.random.default_rng(8)
-        codes = rng.choice([-8192, 8191], size=(300, design.sensor.rows, design.sensor.columns))
-        stages = FixedTfra(design)(np.concatenate([codes, directed_codes(design)])).stages
-        for key in ("matvec", "weights", "combine"):
-            assert signed_bits(float(np.abs(stages[key]).max())) <= design.widths.vector, key
 
 
 def test_words_fit_their_fields_and_chunks_do_not_matter():
@@ -113,6 +84,7 @@ def test_words_fit_their_fields_and_chunks_do_not_matter():
         assert column.min() >= low, f.name
         assert column.max() <= high, f.name
         assert f.bits + (not f.signed) <= design.word_bits
+    assert (encode(design, {f.name: field(design, words, f.name) for f in design.layout}) == words).all()
     tail = FixedTfra(design)(codes[2090:], first_frame=2090).words
     assert (tail == words[2090:]).all()
 
@@ -129,21 +101,3 @@ def test_no_frames_give_no_words():
     words = FixedTfra(design)(np.empty((0, 4, 6), dtype=np.int64)).words
     assert words.shape == (0, design.frame_words)
     assert decode(design, words).forces.shape == (0, 3, 4, 6)
-
-
-def test_encode_and_decode_are_inverse():
-    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
-    words = FixedTfra(design)(contact_codes(design, 3, seed=1)).words
-    assert (encode(design, {f.name: field(design, words, f.name) for f in design.layout}) == words).all()
-
-
-def test_full_scale():
-    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
-    frames = np.zeros((2, 4, 6))
-    frames[1, 2, 3] = design.adc.full_scale
-    assert quantise(design, frames)[1, 2, 3] == 8191
-    frames[1, 2, 3] = -design.adc.full_scale
-    assert quantise(design, frames)[1, 2, 3] == -8192
-    frames[1, 2, 3] *= 1.001
-    with pytest.raises(ValueError, match="frame 1, row 2, column 3 is -200200 Pa, over the full scale of 200000 Pa"):
-        quantise(design, frames)

@@ -52,17 +52,6 @@ def test_ties_go_to_the_first_candidate_in_sweep_order():
     assert chosen([0], [0], [0], negative=True) == 0
 
 
-def test_the_smallest_b_z_wins_whatever_b_xy_says():
-    assert chosen([0], [1 << 12], [-(1 << 12)]) == 4
-    assert chosen([0], [1 << 12], [1 << 12], negative=True) == 0
-
-
-def test_on_a_plateau_the_smallest_b_xy_wins():
-    """p + mu q < 0 everywhere: B^z = 0; B^xy = |b - p - mu q - b| grows with |p + mu q|."""
-    assert chosen([5], [-(1 << 10)], [1 << 9]) == 4
-    assert chosen([5], [-(1 << 10)], [-(1 << 9)]) == 0
-
-
 def test_a_tolerance_widens_the_plateau():
     """B^z = 0, 0, 0, 50, 100 codes, B^xy falls: the further the tolerance reaches, the later the winner."""
     unit = 4 << 9  # one code, in p
