@@ -20,7 +20,6 @@ from tfra.study.frames.frameset import Definition
 from tfra.study.schema import SearchSection, StudyDocument
 from tfra.study.search.evaluate import COSTS, LEAST
 from tfra.study.search.space import Space
-from tfra.study.signals.instrument import can_be_studied
 
 MOST_OPTIONS = 4096
 """Of one name of a space."""
@@ -56,7 +55,7 @@ def load_study(path: Path) -> StudyFile:
         raise InputError(path, *complaint(error, StudyDocument)) from None
     project = load(path.parent / document.config)
     design = project.design
-    if not can_be_studied(design):
+    if not isinstance(design, TfraDesign):
         raise InputError(path, "config", "a design of the TFRA estimator is needed")
     with _blame(project.path, ""):
         microarchitecture(design).check()

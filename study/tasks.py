@@ -12,9 +12,10 @@ from tfra.study.errors.statistics import errors, flagged, flips
 from tfra.study.errors.variation import cascade_of
 from tfra.study.frames.block import Part
 from tfra.study.frames.frameset import FrameSet
-from tfra.study.signals.instrument import instrument
-from tfra.study.signals.ranges import Ranges, measure_ranges
-from tfra.study.signals.stages import StageErrors, measure_stages
+from tfra.study.signals.measures import decision_table, range_table, stage_table, total
+from tfra.study.signals.tfra.instrument import Instrument
+from tfra.study.signals.tfra.observation import catalogue
+from tfra.study.signals.tfra.signals import stage_of
 from tfra.study.task import Pieces, Tables, from_parquet, parquet
 
 
@@ -63,19 +64,12 @@ class Signals:
         return range(self.frames.definition.blocks(Part.TRAIN))
 
     def __call__(self, job: int) -> bytes:
-        """Sums and extremes of a block."""
+        """Measures of a block."""
         codes: Ints = convert(self.design, self.frames.block(Part.TRAIN, job).noisy)
-        watched = instrument(self.design)
-        measured = measure_stages(watched, codes), measure_ranges(watched, codes)
-        return json.dumps([each.document() for each in measured]).encode()
+        return json.dumps(Instrument(self.design).measure(codes)).encode()
 
     def tables(self, piece: Pieces) -> Tables:
         """Tables of all blocks; that of the stages has no rows where no frame is swept."""
-        stages, ranges = StageErrors(), Ranges()
-        for job in self.jobs:
-            of_stages, of_ranges = json.loads(piece(job))
-            stages += StageErrors.of(of_stages)
-            ranges += Ranges.of(of_ranges)
-        watched = instrument(self.design)
-        tables = stages.errors(watched), stages.decisions(), ranges.table(watched)
-        return dict(zip(self.makes, tables, strict=True))
+        measures = total(json.loads(piece(job)) for job in self.jobs)
+        stages, ranges = stage_table(stage_of, measures), range_table(catalogue(self.design), measures)
+        return {"stages": stages, "decisions": decision_table(measures), "ranges": ranges}

@@ -1,4 +1,4 @@
-"""Tables of signals over blocks of converter codes, as a study makes them."""
+"""Measures of signals over blocks of converter codes, as a study makes them."""
 
 from collections.abc import Iterable
 
@@ -6,29 +6,21 @@ import polars as pl
 
 from tfra.model.arrays import Ints
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.study.signals.instrument import instrument
-from tfra.study.signals.ranges import Ranges, measure_ranges
-from tfra.study.signals.stages import StageErrors, measure_stages
+from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.study.signals.measures import Measures, range_table, stage_table, total
+from tfra.study.signals.tfra.instrument import Instrument
+from tfra.study.signals.tfra.observation import catalogue
+from tfra.study.signals.tfra.signals import stage_of
 
 
 def ranges(design: TfraDesign, blocks: Iterable[Ints]) -> pl.DataFrame:
-    watched, total = instrument(design), Ranges()
-    for block in blocks:
-        total += measure_ranges(watched, block)
-    return total.table(watched)
+    traces = (trace for block in blocks for trace in FixedTfra(design).traces(block))
+    return range_table(catalogue(design), total(map(Instrument(design).ranges, traces)))
 
 
-def broken(table: pl.DataFrame) -> pl.DataFrame:
-    """The rows that exceed a word or a proven bound; there should be none."""
-    return table.filter((pl.col("headroom_bits") < 0) | (pl.col("proven") & (pl.col("share") > 1)))
+def measures(design: TfraDesign, blocks: Iterable[Ints]) -> Measures:
+    return total(map(Instrument(design).measure, blocks))
 
 
-def stage_errors(design: TfraDesign, blocks: Iterable[Ints]) -> StageErrors:
-    watched, total = instrument(design), StageErrors()
-    for block in blocks:
-        total += measure_stages(watched, block)
-    return total
-
-
-def stage_table(design: TfraDesign, blocks: Iterable[Ints]) -> pl.DataFrame:
-    return stage_errors(design, blocks).errors(instrument(design))
+def stages(design: TfraDesign, codes: Ints) -> pl.DataFrame:
+    return stage_table(stage_of, measures(design, [codes]))

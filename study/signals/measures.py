@@ -1,0 +1,128 @@
+"""Measures of signals: the use of their words, and the precision of every stage against the same stage in float64.
+
+A stage's own error is what it adds to its inputs; its whole error is that from the converter codes on.  Both take over
+the model's decisions; frames for which float decides differently are counted separately.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from itertools import product
+from operator import add
+from typing import Any
+
+import numpy as np
+import polars as pl
+
+from tfra.model.arrays import Floats
+from tfra.study.signals.words import Observed, Word
+
+Row = dict[str, Any]
+"""Numbers by column."""
+
+Measures = Mapping[str, Mapping[str, Row]]
+"""Rows of ``ranges``, and of the errors against each of ``REFERENCES``, by signal; rows of ``flips`` by decision."""
+
+REFERENCES = ("codes", "inputs")
+"""Float64 from the converter codes on, and float64 in the signal's stage alone."""
+
+_EXTREMES: Mapping[str, Callable[[Any, Any], Any]] = {"minimum": min, "maximum": max, "largest": max}
+"""Columns that do not add up."""
+
+
+def total(parts: Iterable[Measures]) -> dict[str, dict[str, Row]]:
+    """The measures of all frames from those of ``parts`` of them."""
+    measures: dict[str, dict[str, Row]] = {name: {} for name in ("ranges", *REFERENCES, "flips")}
+    for part in parts:
+        for table, rows in part.items():
+            own = measures[table]
+            own |= {name: _added(own[name], row) if name in own else row for name, row in rows.items()}
+    return measures
+
+
+def _added(one: Row, other: Row) -> Row:
+    """Both rows together; null stays null."""
+    return {
+        column: None if value is None else _EXTREMES.get(column, add)(value, other[column])
+        for column, value in one.items()
+    }
+
+
+def range_of(observed: Observed) -> Row:
+    """Extremes of some words, at least one, and how many of them were rounded and limited."""
+    values = observed.values
+    row = {"minimum": int(values.min()), "maximum": int(values.max()), "words": values.size}
+    return row | {"rounded": observed.rounded, "saturated": observed.saturated}
+
+
+def errors_of(exact: Floats, error: Floats) -> Row:
+    """Sums over words, from their float64 values and their errors, both in LSB."""
+    power, square = (float(np.square(values, dtype=np.float64).sum()) for values in (exact, error))
+    row = {"words": error.size, "power": power, "square": square}
+    return row | {"error": float(error.sum()), "largest": float(np.abs(error).max())}
+
+
+def range_table(catalogue: Mapping[str, Word], measures: Measures) -> pl.DataFrame:
+    """A row for each signal, in the order of the stages.
+
+    ``stage``, ``signal``; ``word``, the field of ``Widths`` or the format that its length comes from, ``bits``,
+    ``signed``; ``bound``, the largest magnitude by proof, or the format's where not ``proven``; ``minimum`` and
+    ``maximum`` that were observed, ``share`` of the bound, ``bits_needed``, ``headroom_bits``; ``words``,
+    ``rounded`` (null after a CORDIC) and ``saturated`` of them.
+    """
+    rows = []
+    for signal, word in catalogue.items():
+        row = measures["ranges"][signal]
+        low, high = row["minimum"], row["maximum"]
+        needed = bits_needed(low, high, word.signed)
+        rows.append({
+            "stage": str(word.stage),
+            "signal": signal,
+            "word": word.name,
+            "bits": word.bits,
+            "signed": word.signed,
+            "bound": word.bound,
+            "proven": word.proven,
+            "minimum": low,
+            "maximum": high,
+            "share": max(-low, high) / word.bound,
+            "bits_needed": needed,
+            "headroom_bits": word.bits - needed,
+            "words": row["words"],
+            "rounded": row["rounded"],
+            "saturated": row["saturated"],
+        })  # fmt: skip
+    return pl.DataFrame(rows)
+
+
+def bits_needed(minimum: int, maximum: int, signed: bool) -> int:
+    """Bits of the shortest word that holds both extremes."""
+    if not signed:
+        return maximum.bit_length()
+    return 1 + max((value if value >= 0 else ~value).bit_length() for value in (minimum, maximum))
+
+
+def stage_table(stage_of: Callable[[str], str], measures: Measures) -> pl.DataFrame:
+    """A row for each signal and each reference, ``codes`` and ``inputs``; none where no frame can be compared.
+
+    Columns are ``stage``, ``signal``, ``reference``, ``words`` compared, ``exact`` (no word differs), ``sqnr_db``
+    (null where exact), and ``max_error_lsb``, ``rms_error_lsb``, ``bias_lsb`` in units of the signal's last bit.
+    """
+    rows = []
+    for signal, reference in product(measures["codes"], REFERENCES):
+        count, power, square, error, largest = measures[reference][signal].values()
+        rows.append({
+            "stage": str(stage_of(signal)),
+            "signal": signal,
+            "reference": reference,
+            "words": count,
+            "exact": largest == 0,
+            "sqnr_db": 10 * np.log10(power / square) if square else None,
+            "max_error_lsb": largest,
+            "rms_error_lsb": np.sqrt(square / count),
+            "bias_lsb": error / count,
+        })  # fmt: skip
+    return pl.DataFrame(rows)
+
+
+def decision_table(measures: Measures) -> pl.DataFrame:
+    """A row for each ``decision``: ``frames`` where those before it agree, and ``flips`` of them."""
+    return pl.DataFrame([{"decision": decision, **row} for decision, row in measures["flips"].items()])
