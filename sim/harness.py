@@ -1,6 +1,7 @@
 """Drive one block in Amaranth's simulator: streams in with idle cycles, streams out with backpressure."""
 
 import random
+import sys
 from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass, field
@@ -105,16 +106,12 @@ def run(
     comes.  Raises ``AssertionError`` when the block hangs, drops valid before ready, or changes a payload that was not
     taken.
     """
-    driver = _Driver(dut, Recording(), leave or {}, seed, limit)
+    driver = Driver(dut, seed, limit, leave or {})
     for name, values in inputs.items():
         driver.add_source(name, values, flowing if name in steady else stall_in)
     for name, number in outputs.items():
         driver.add_sink(name, number, stall_out)
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
-    simulator.add_process(driver.drive)
-    with simulator.write_vcd(str(vcd)) if vcd else nullcontext():
-        simulator.run()
+    driver.simulate(vcd)
     return driver.record
 
 
@@ -122,46 +119,65 @@ Port = Generator[None, Sequence[Any], None]
 """Drives one port: gets what its signals were at a clock edge and sets what they are until the next."""
 
 
-@dataclass
-class _Driver:
+class Driver:
     """Drives all ports of a block from one process, which is much faster than a testbench for each."""
 
-    dut: Any
-    record: Recording
-    leave: Mapping[str, Leave]
-    seed: int
-    limit: int
-    cycle: int = 0
-    missing: int = 0
-    """Output ports that have not seen all their transfers."""
-    ports: list[tuple[Callable[[Any], Port], tuple[Any, ...]]] = field(default_factory=list)
-    """What drives each port, and the signals that it reads."""
+    def __init__(self, dut: Any, seed: int, limit: int = sys.maxsize, leave: Mapping[str, Leave] | None = None) -> None:
+        self.record = Recording()
+        self.cycle = 0
+        self._dut = dut
+        self._seed = seed
+        self._limit = limit
+        self._leave = leave or {}
+        self._watched = 0
+        self._ports: list[tuple[Callable[[Any], Port], tuple[Value, ...]]] = []
+        self._simulator = Simulator(dut)
+        self._simulator.add_clock(1e-6)
+        self._simulator.add_process(self._drive)
 
-    async def drive(self, ctx: Any) -> None:
-        """Drive the ports in their order, cycle by cycle, until every output has seen its transfers."""
-        ports = [(drives(ctx), len(read)) for drives, read in self.ports]
+    def simulate(self, vcd: Path | None = None) -> None:
+        """Run until every output has seen its transfers, and write all signals to ``vcd``."""
+        with self._simulator.write_vcd(str(vcd)) if vcd else nullcontext():
+            self._simulator.run()
+
+    async def _drive(self, ctx: Any) -> None:
+        """Drive the ports in their order, cycle by cycle."""
+        ports = [(drives(ctx), len(read)) for drives, read in self._ports]
         for one, _ in ports:
             next(one, None)
         with ctx.critical():
-            async for _, _, *values in ctx.tick().sample(*(signal for _, read in self.ports for signal in read)):
+            async for _, _, *values in ctx.tick().sample(*(signal for _, read in self._ports for signal in read)):
                 self.cycle += 1
-                assert self.cycle < self.limit, f"no end after {self.limit} cycles (seed {self.seed})"
+                assert self.cycle < self._limit, f"no end after {self._limit} cycles (seed {self._seed})"
                 start = 0
                 for one, count in ports:
                     with suppress(StopIteration):
                         one.send(values[start : start + count])
                     start += count
-                if not self.missing:
+                if not self._watched:
                     return
 
-    def add_source(self, name: str, values: Sequence[Any], pattern: Pattern) -> None:
-        """Offer ``values`` at the port ``name``."""
-        stalls, s = pattern(random.Random(f"{self.seed} {name}")), port(self.dut, name)
-        self.record.cycles[name], self.record.values[name] = [], list(values)
+    def add_watch(self, drives: Callable[[Any], Port], *read: Value) -> None:
+        """Let ``drives`` look at the signals ``read`` in every cycle; the simulation does not end before it does."""
+
+        def watch(ctx: Any) -> Port:
+            yield from drives(ctx)
+            self._watched -= 1
+
+        self._watched += 1
+        self._ports.append((watch, read))
+
+    def add_source(
+        self, name: str, values: Sequence[Any], pattern: Pattern, taken: Callable[[], None] | None = None
+    ) -> None:
+        """Offer ``values`` at the port ``name``; ``taken`` is called at every transfer."""
+        stalls, s = pattern(random.Random(f"{self._seed} {name}")), port(self._dut, name)
+        self.record.cycles[name] = []
+        self.record.values[name] = list(values)
 
         def source(ctx: Any) -> Port:
             for number, value in enumerate(values):
-                while name in self.leave and not self.leave[name](number, self.record, self.cycle):
+                while name in self._leave and not self._leave[name](number, self.record, self.cycle):
                     yield
                 while next(stalls):
                     yield
@@ -170,16 +186,17 @@ class _Driver:
                 while not (yield)[0]:
                     pass
                 self.record.cycles[name].append(self.cycle)
+                if taken:
+                    taken()
                 ctx.set(s.valid, 0)
 
-        self.ports.append((source, (s.ready,)))
+        self._ports.append((source, (s.ready,)))
 
     def add_sink(self, name: str, number: int, pattern: Pattern) -> None:
         """Take ``number`` transfers at the port ``name``."""
-        stalls, s = pattern(random.Random(f"{self.seed} {name} out")), port(self.dut, name)
+        stalls, s = pattern(random.Random(f"{self._seed} {name} out")), port(self._dut, name)
         values, cycles = self.record.values.setdefault(name, []), self.record.cycles.setdefault(name, [])
         never_waits = isinstance(s.ready, Const)
-        self.missing += 1
 
         def sink(ctx: Any) -> Port:
             offered = None
@@ -189,13 +206,12 @@ class _Driver:
                     ctx.set(s.ready, ready)
                 valid, payload = yield
                 now = plain(payload) if valid else None
-                assert offered is None or offered == now, f"{name}: changed before it was taken (seed {self.seed})"
+                assert offered is None or offered == now, f"{name}: changed before it was taken (seed {self._seed})"
                 offered = None if ready else now
                 if valid and ready:
                     values.append(now)
                     cycles.append(self.cycle)
             if not never_waits:
                 ctx.set(s.ready, 0)
-            self.missing -= 1
 
-        self.ports.append((sink, (s.valid, s.payload)))
+        self.add_watch(sink, s.valid, s.payload)

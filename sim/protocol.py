@@ -47,57 +47,6 @@ def stalls(name: str, seed: int, port: str) -> Iterator[bool]:
     return STALLS[name](random.Random(f"{seed} {port}"))
 
 
-class Violations:
-    """Descriptions of broken rules: the first ``MOST_NOTES`` are listed, all are counted."""
-
-    def __init__(self) -> None:
-        self.notes: list[str] = []
-        self.count = 0
-
-    def add(self, note: str) -> None:
-        """Note one broken rule."""
-        self.count += 1
-        if len(self.notes) < MOST_NOTES:
-            self.notes.append(note)
-
-
-class StreamRules:
-    """Rules of a result stream: valid and payload are stable until ready, ``last`` ends each frame."""
-
-    def __init__(self, frame_words: int, violations: Violations) -> None:
-        self._frame_words = frame_words
-        self._violations = violations
-        self._waiting: tuple[int, int] | None = None  # word and last that were offered and not taken
-        self.taken = 0
-
-    def idle(self) -> None:
-        """Check a clock edge without valid."""
-        if self._waiting is not None:
-            self._violations.add(f"{self._where()}: valid was withdrawn before the word was taken")
-            self._waiting = None
-
-    def word(self, data: int, last: int, ready: bool) -> bool:
-        """Check a clock edge with valid; True if it is a transfer."""
-        if self._waiting is not None and self._waiting != (data, last):
-            change = f"from {self._waiting} to {(data, last)}"
-            self._violations.add(f"{self._where()}: payload changed {change} before it was taken")
-        self._waiting = None if ready else (data, last)
-        if ready:
-            ends = (self.taken + 1) % self._frame_words == 0
-            if bool(last) != ends:
-                self._violations.add(f"{self._where()}: last is {'missing' if ends else 'set too early'}")
-            self.taken += 1
-        return ready
-
-    def surplus(self) -> None:
-        """Note a word after the last frame."""
-        self._violations.add(f"a word follows the last frame, of {self._frame_words} words")
-
-    def _where(self) -> str:
-        frame, word = divmod(self.taken, self._frame_words)
-        return f"frame {frame}, word {word}"
-
-
 @dataclass(frozen=True)
 class Probe:
     """A stream between blocks, watched from outside: two signals below the top module, names joined by dots."""
@@ -194,68 +143,92 @@ class Outcome:
 
 
 class Record:
-    """The outcome in the making: words, broken rules and frame marks of one run."""
+    """The outcome in the making: checks the rules of the result stream, notes its words and the marks of frames.
 
-    def __init__(self, job: Job) -> None:
+    The rules: valid and payload are stable until ready, ``last`` ends each frame.  ``cycle`` gives the cycle of now.
+    """
+
+    def __init__(self, job: Job, cycle: Callable[[], int]) -> None:
         self.job = job
-        self.violations = Violations()
-        self.rules = StreamRules(job.frame_words, self.violations)
+        self.outcome = Outcome(probes=[[] for _ in job.probes])
         self.loaded = 0
         self.sent = 0
-        self.words: list[int] = []
-        self.cycles = 0
-        self.last_taxel: list[int] = []
-        self.first_word: list[int] = []
-        self.last_word: list[int] = []
-        self.probes: list[list[int]] = [[] for _ in job.probes]
+        self._cycle = cycle
+        self._broken = 0
+        self._waiting: tuple[int, int] | None = None  # word and last that were offered and not taken
 
     @property
     def transfers(self) -> int:
         """Transfers of all ports, a measure of progress."""
-        return self.loaded + self.sent + len(self.words)
+        return self.loaded + self.sent + len(self.outcome.words)
 
     @property
     def missing(self) -> int:
         """Words still to come."""
-        return self.job.frames * self.job.frame_words - len(self.words)
+        return self.job.frames * self.job.frame_words - len(self.outcome.words)
 
     def coefficient_sent(self) -> None:
         """Count a coefficient."""
         self.loaded += 1
 
-    def taxel_sent(self, cycle: Callable[[], int]) -> None:
-        """Count a taxel; ``cycle`` is asked at the end of a frame only."""
+    def taxel_sent(self) -> None:
+        """Count a taxel; the last of a frame is marked."""
         self.sent += 1
         if self.sent % self.job.taxels == 0:
-            self.last_taxel.append(cycle())
+            self.outcome.last_taxel.append(self._cycle())
 
-    def word_seen(self, data: int, last: int, ready: bool, cycle: Callable[[], int]) -> bool:
-        """Check a cycle with valid; True if it ended a frame."""
-        if not self.rules.word(data, last, ready):
+    def idle(self) -> None:
+        """Check a clock edge without valid."""
+        if self._waiting is not None:
+            self._note_at_word("valid was withdrawn before the word was taken")
+            self._waiting = None
+
+    def word(self, data: int, last: int, ready: bool) -> bool:
+        """Check a clock edge with valid; True if it ended a frame."""
+        if self._waiting is not None and self._waiting != (data, last):
+            self._note_at_word(f"payload changed from {self._waiting} to {(data, last)} before it was taken")
+        self._waiting = None if ready else (data, last)
+        if not ready:
             return False
-        place = len(self.words) % self.job.frame_words
-        self.words.append(data)
-        if place == 0:
-            self.first_word.append(cycle())
+        place = len(self.outcome.words) % self.job.frame_words
         ends = place == self.job.frame_words - 1
+        if bool(last) != ends:
+            self._note_at_word(f"last is {'missing' if ends else 'set too early'}")
+        self.outcome.words.append(data)
+        if place == 0:
+            self.outcome.first_word.append(self._cycle())
         if ends:
-            self.last_word.append(cycle())
+            self.outcome.last_word.append(self._cycle())
         return ends
+
+    def surplus(self) -> None:
+        """Note a word after the last frame."""
+        self._note(f"a word follows the last frame, of {self.job.frame_words} words")
 
     def hung(self) -> None:
         """Note that there was no transfer for too long."""
-        total = self.job.frames * self.job.frame_words
-        self.violations.add(
-            f"no transfer in {self.job.patience} cycles after {len(self.words)} of {total} words "
+        words = len(self.outcome.words)
+        self._note(
+            f"no transfer in {self.job.patience} cycles after {words} of {words + self.missing} words "
             f"and {self.sent} of {len(self.job.codes)} taxels"
         )
 
-    def outcome(self) -> Outcome:
-        """Compare the words with the expected ones, and close the record."""
-        notes = list(self.violations.notes)
-        if self.violations.count > len(notes):
-            notes.append(f"... {self.violations.count} in all")
-        pairs = list(zip(self.words, self.job.expected or (), strict=False))
-        mismatches = sum(word != expected for word, expected in pairs)
-        marks = (self.last_taxel, self.first_word, self.last_word)
-        return Outcome(self.words, notes, len(pairs), mismatches, *marks, self.cycles, self.probes)
+    def close(self) -> Outcome:
+        """Compare the words with the expected ones, and return the outcome."""
+        outcome = self.outcome
+        if self._broken > MOST_NOTES:
+            outcome.violations.append(f"... {self._broken} in all")
+        pairs = list(zip(outcome.words, self.job.expected or (), strict=False))
+        outcome.compared = len(pairs)
+        outcome.mismatches = sum(word != expected for word, expected in pairs)
+        outcome.cycles = self._cycle()
+        return outcome
+
+    def _note_at_word(self, note: str) -> None:
+        frame, word = divmod(len(self.outcome.words), self.job.frame_words)
+        self._note(f"frame {frame}, word {word}: {note}")
+
+    def _note(self, note: str) -> None:
+        self._broken += 1
+        if self._broken <= MOST_NOTES:
+            self.outcome.violations.append(note)

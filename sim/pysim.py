@@ -1,15 +1,11 @@
 """The testbench for Amaranth's own simulator: the core without Verilog or other tools."""
 
 from collections.abc import Callable
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from amaranth.sim import Simulator
-
-from tfra.sim.protocol import Job, Outcome, Record, stalls
-
-_PERIOD = 1e-6
+from tfra.sim.harness import Driver, Port
+from tfra.sim.protocol import STALLS, Job, Outcome, Record, stalls
 
 
 def run(
@@ -19,89 +15,37 @@ def run(
 
     Probes of the job are left out: their names are those of the Verilog.  ``waves`` is a VCD file to write.
     """
-    record = Record(job)
-    state = _State()
-    simulator = Simulator(core)
-    simulator.add_clock(_PERIOD)
-    simulator.add_testbench(_driver(core, record, state), background=True)
-    simulator.add_testbench(_monitor(core, record, state, progress))
-    simulator.add_testbench(_clock(record, state), background=True)
-    with simulator.write_vcd(str(waves)) if waves else nullcontext():
-        simulator.run()
-    record.cycles = state.cycle
-    return record.outcome()
+    loads = job.coefficients or []
+    driver = Driver(core, job.seed, leave={"taxel": lambda *_: record.loaded == len(loads)})
+    record: Record = Record(job, lambda: driver.cycle)
+    if loads:
+        driver.add_source("load", loads, STALLS[job.stall_in], record.coefficient_sent)
+    driver.add_source("taxel", job.codes, STALLS[job.stall_in], record.taxel_sent)
+    port, pattern = core.result, stalls(job.stall_out, job.seed, "result")
 
-
-class _State:
-    def __init__(self) -> None:
-        self.cycle = 0
-        self.hung = False
-
-    def now(self) -> int:
-        return self.cycle
-
-
-def _clock(record: Record, state: _State) -> Callable[[Any], Any]:
-    """Count cycles, and give up when no transfer has happened for the job's patience."""
-
-    async def process(ctx: Any) -> None:
-        before, since = -1, 0
-        async for _ in ctx.tick():
-            state.cycle += 1
-            if record.transfers != before:
-                before, since = record.transfers, state.cycle
-            elif state.cycle - since > record.job.patience:
-                state.hung = True
-
-    return process
-
-
-def _driver(core: Any, record: Record, state: _State) -> Callable[[Any], Any]:
-    job = record.job
-
-    async def send(ctx: Any, name: str, words: list[int], sent: Callable[[], None]) -> None:
-        port, pattern = getattr(core, name), stalls(job.stall_in, job.seed, name)
-        for word in words:
-            while next(pattern):
-                ctx.set(port.valid, 0)
-                await ctx.tick()
-            ctx.set(port.payload, word)
-            ctx.set(port.valid, 1)
-            await ctx.tick().until(port.ready)
-            sent()
-        ctx.set(port.valid, 0)
-
-    async def process(ctx: Any) -> None:
-        if job.coefficients is not None:
-            await send(ctx, "load", job.coefficients, record.coefficient_sent)
-        await send(ctx, "taxel", job.codes, lambda: record.taxel_sent(state.now))
-
-    return process
-
-
-def _monitor(core: Any, record: Record, state: _State, progress: Callable[[int], None] | None) -> Callable[[Any], Any]:
-    job, port = record.job, core.result
-    pattern = stalls(job.stall_out, job.seed, "result")
-
-    async def process(ctx: Any) -> None:
+    def monitor(ctx: Any) -> Port:
+        """Take all frames, then see that nothing follows; give up when no transfer has happened for too long."""
         mask = (1 << len(port.payload.data)) - 1
-        tick = ctx.tick().sample(port.valid, port.payload.data, port.payload.last)
-        while record.missing and not state.hung:
+        before, since = -1, 0
+        while record.missing:
             ready = not next(pattern)
             ctx.set(port.ready, ready)
-            _, _, valid, data, last = await tick
+            valid, data, last = yield
             if not valid:
-                record.rules.idle()
-            elif record.word_seen(data & mask, last, ready, state.now) and progress:
+                record.idle()
+            elif record.word(data & mask, last, ready) and progress:
                 progress(1)
-        if state.hung:
-            record.hung()
-            return
+            if record.transfers != before:
+                before, since = record.transfers, driver.cycle
+            elif driver.cycle - since > job.patience:
+                record.hung()
+                return
         ctx.set(port.ready, 1)
         for _ in range(job.drain):
-            _, _, valid, *_ = await tick
-            if valid:
-                record.rules.surplus()
+            if (yield)[0]:
+                record.surplus()
                 return
 
-    return process
+    driver.add_watch(monitor, port.valid, port.payload.data, port.payload.last)
+    driver.simulate(waves)
+    return record.close()

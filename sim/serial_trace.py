@@ -1,11 +1,10 @@
 """The serial core's gateware against its interpreter: the first instruction that writes a different value."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 from amaranth import Value
-from amaranth.sim import Simulator
 
 from tfra.hdl.cores import as_serial
 from tfra.hdl.serial.core import SerialCore
@@ -16,8 +15,9 @@ from tfra.hdl.serial.sizes import Sizes
 from tfra.hdl.serial.trace import TracedStep, trace
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
+from tfra.sim.harness import Driver, Port
+from tfra.sim.protocol import flowing
 
-_PERIOD = 1e-6
 _PATIENCE = 1000
 """Cycles without an instruction, loading excluded, after which the core hangs."""
 
@@ -80,13 +80,28 @@ def first_difference(design: Design, codes: Ints, core: SerialCore | None = None
     """
     serial = as_serial(replace(design, target="portable"))
     core = core or serial.build()
+    path, size = core.datapath, core.program.sizes
+    patience = _PATIENCE + serial.loaded.size
     differences: list[Difference] = []
-    simulator = Simulator(core)
-    simulator.add_clock(_PERIOD)
-    simulator.add_testbench(_sender(core.load, serial.loaded.tolist()), background=True)
-    simulator.add_testbench(_sender(core.taxel, codes.ravel().tolist()), background=True)
-    simulator.add_testbench(_comparer(core, _frames(design, codes), _PATIENCE + serial.loaded.size, differences))
-    simulator.run()
+
+    def compare(ctx: Any) -> Port:
+        """Compare every executed instruction with the interpreter's, up to the first that differs."""
+        ctx.set(core.result.ready, 1)
+        for traced in _frames(design, codes):
+            for _ in range(patience):
+                advances, *signals = yield
+                if advances:
+                    break
+            standstill = None if advances else Difference(traced, "its execution", "a standstill")
+            if difference := standstill or _compare(traced, _Executed(*signals), size):
+                differences.append(difference)
+                return
+
+    driver = Driver(core, 0)
+    driver.add_source("load", serial.loaded.tolist(), flowing)
+    driver.add_source("taxel", codes.ravel().tolist(), flowing)
+    driver.add_watch(compare, path.advance & path.executing.valid, *_Executed.signals(path))
+    driver.simulate()
     return differences[0] if differences else None
 
 
@@ -98,42 +113,6 @@ def _frames(design: Design, codes: Ints) -> Iterator[TracedStep]:
         frames += traced.step.instruction.written == Dest.LAST
         if frames == len(codes):
             return
-
-
-def _sender(port: Any, values: Sequence[int]) -> Callable[[Any], Any]:
-    async def process(ctx: Any) -> None:
-        ctx.set(port.valid, 1)
-        for value in values:
-            ctx.set(port.payload, value)
-            taken = False
-            while not taken:
-                *_, taken = await ctx.tick().sample(port.ready)
-        ctx.set(port.valid, 0)
-
-    return process
-
-
-def _comparer(
-    core: SerialCore, steps: Iterator[TracedStep], patience: int, differences: list[Difference]
-) -> Callable[[Any], Any]:
-    """Compare every executed instruction with the next of ``steps``, up to the first of the ``differences``."""
-    path, size = core.datapath, core.program.sizes
-
-    async def process(ctx: Any) -> None:
-        ctx.set(core.result.ready, 1)
-        tick = ctx.tick().sample(path.advance & path.executing.valid, *_Executed.signals(path))
-        for traced in steps:
-            for _ in range(patience):
-                _, _, advances, *signals = await tick
-                if advances:
-                    break
-            standstill = None if advances else Difference(traced, "its execution", "a standstill")
-            difference = standstill or _compare(traced, _Executed(*signals), size)
-            if difference:
-                differences.append(difference)
-                return
-
-    return process
 
 
 def _compare(traced: TracedStep, executed: _Executed, size: Sizes) -> Difference | None:

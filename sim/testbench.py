@@ -7,7 +7,7 @@ waking Python costs more than simulating a cycle.  The clock itself is cocotb's 
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -34,110 +34,69 @@ def resolve(top: Any, path: str) -> Any:
     return handle
 
 
-class Time:
-    """Clock edges since the end of reset."""
-
-    def __init__(self) -> None:
-        self._start = 0
-
-    def restart(self) -> None:
-        """Make the latest clock edge number zero."""
-        self._start = int(get_sim_time("step"))
-
-    def cycle(self) -> int:
-        """Return the number of the latest clock edge."""
-        return (int(get_sim_time("step")) - self._start) // PERIOD
-
-
-class Driver:
-    """Source of the stream ``name``, with the stalls of the job."""
-
-    def __init__(self, dut: Any, name: str, job: Job) -> None:
-        self._clk, self._data = RisingEdge(dut.clk), dut[f"{name}_data"]
-        self._valid, self._ready = dut[f"{name}_valid"], dut[f"{name}_ready"]
-        self._stalls = stalls(job.stall_in, job.seed, name)
-
-    async def send(self, words: list[int], sent: Callable[[], None]) -> None:
-        """Send ``words``; ``sent`` is called at every transfer."""
-        clk, rise = self._clk, RisingEdge(self._ready)
-        for word in words:
-            if next(self._stalls):
-                self._valid.value = 0
-                await clk
-                while next(self._stalls):
-                    await clk
-            self._data.value = word
-            self._valid.value = 1
+async def _send(dut: Any, name: str, job: Job, words: list[int], sent: Callable[[], None]) -> None:
+    """Send ``words`` to the stream ``name``, with the stalls of the job; ``sent`` is called at every transfer."""
+    data, valid, ready = dut[f"{name}_data"], dut[f"{name}_valid"], dut[f"{name}_ready"]
+    clk, rise, pattern = RisingEdge(dut.clk), RisingEdge(ready), stalls(job.stall_in, job.seed, name)
+    for word in words:
+        if next(pattern):
+            valid.value = 0
             await clk
-            while not self._ready.value:
-                await rise
+            while next(pattern):
                 await clk
-            sent()
-        self._valid.value = 0
-
-
-class Monitor:
-    """Sink of the result stream, with the checks of :class:`tfra.sim.protocol.StreamRules`."""
-
-    def __init__(self, dut: Any, record: Record, now: Time, progress: Path) -> None:
-        self._clk = RisingEdge(dut.clk)
-        self._data, self._last = dut.result_data, dut.result_last
-        self._valid, self._ready = dut.result_valid, dut.result_ready
-        self._record, self._now, self._progress = record, now, progress
-        self._stalls = stalls(record.job.stall_out, record.job.seed, "result")
-        self._due = 0.0
-
-    async def run(self) -> None:
-        """Take all frames, then see that nothing follows."""
-        clk, rise, record = self._clk, RisingEdge(self._valid), self._record
-        missing = record.missing
-        while missing:
-            ready = not next(self._stalls)
-            self._ready.value = int(ready)
+        data.value = word
+        valid.value = 1
+        await clk
+        while not ready.value:
+            await rise
             await clk
-            while not self._valid.value:
-                record.rules.idle()
-                await rise
-                await clk
-            if record.word_seen(int(self._data.value), int(self._last.value), ready, self._now.cycle):
-                self._note_progress()
-            missing -= ready
-        await self._drain()
-
-    async def _drain(self) -> None:
-        self._ready.value = 1
-        await self._clk
-        if not self._valid.value:
-            await First(RisingEdge(self._valid), Timer(self._record.job.drain * PERIOD, "step"))
-        if self._valid.value:
-            self._record.rules.surplus()
-
-    def _note_progress(self) -> None:
-        """Write the number of finished frames, but not too often."""
-        if time.monotonic() > self._due:
-            self._due = time.monotonic() + _PROGRESS_PERIOD
-            self._progress.write_text(str(len(self._record.last_word)))
+        sent()
+    valid.value = 0
 
 
-class Tap:
-    """Listener on a stream between two blocks."""
-
-    def __init__(self, dut: Any, probe: Probe, words: list[int]) -> None:
-        self._transfer, self._payload = resolve(dut, probe.transfer), resolve(dut, probe.words)
-        self._words = words
-
-    def sample(self) -> None:
-        """Keep the words, if this clock edge is a transfer."""
-        if self._transfer.value:
-            self._words.append(int(self._payload.value))
+async def _drive(dut: Any, record: Record) -> None:
+    """Load coefficients, if the core wants them, and send all frames."""
+    job = record.job
+    if job.coefficients is not None:
+        await _send(dut, "load", job, job.coefficients, record.coefficient_sent)
+    await _send(dut, "taxel", job, job.codes, record.taxel_sent)
 
 
-async def _listen(dut: Any, taps: list[Tap]) -> None:
+async def _take(dut: Any, record: Record, progress: Path) -> None:
+    """Take all frames from the result stream, then see that nothing follows."""
+    job, due = record.job, 0.0
+    data, last, valid = dut.result_data, dut.result_last, dut.result_valid
+    clk, rise, pattern = RisingEdge(dut.clk), RisingEdge(valid), stalls(job.stall_out, job.seed, "result")
+    missing = record.missing
+    while missing:
+        ready = not next(pattern)
+        dut.result_ready.value = int(ready)
+        await clk
+        while not valid.value:
+            record.idle()
+            await rise
+            await clk
+        if record.word(int(data.value), int(last.value), ready) and time.monotonic() > due:
+            due = time.monotonic() + _PROGRESS_PERIOD
+            progress.write_text(str(len(record.outcome.last_word)))
+        missing -= ready
+    dut.result_ready.value = 1
+    await clk
+    if not valid.value:
+        await First(rise, Timer(job.drain * PERIOD, "step"))
+    if valid.value:
+        record.surplus()
+
+
+async def _listen(dut: Any, probes: Sequence[Probe], packed: list[list[int]]) -> None:
+    """Append the words of every transfer of the ``probes`` to their lists in ``packed``."""
+    signals = [(resolve(dut, probe.transfer), resolve(dut, probe.words)) for probe in probes]
     clk = RisingEdge(dut.clk)
     while True:
         await clk
-        for tap in taps:
-            tap.sample()
+        for (transfer, words), seen in zip(signals, packed, strict=True):
+            if transfer.value:
+                seen.append(int(words.value))
 
 
 async def _watch(record: Record) -> None:
@@ -148,44 +107,30 @@ async def _watch(record: Record) -> None:
         await Timer(record.job.patience * PERIOD, "step")
 
 
-async def _drive(dut: Any, record: Record, now: Time) -> None:
-    """Load coefficients, if the core wants them, and send all frames."""
-    job = record.job
-    if job.coefficients is not None:
-        await Driver(dut, "load", job).send(job.coefficients, record.coefficient_sent)
-    await Driver(dut, "taxel", job).send(job.codes, lambda: record.taxel_sent(now.cycle))
-
-
-async def _reset(dut: Any, job: Job, now: Time) -> None:
-    dut.rst.value, dut.result_ready.value = 1, 0
+async def _reset(dut: Any, job: Job) -> int:
+    """Start the clock and reset the core; returns the simulator's time of the last edge with a reset."""
+    dut.rst.value = 1
+    dut.result_ready.value = 0
     for name in ("taxel",) if job.coefficients is None else ("load", "taxel"):
         dut[f"{name}_data"].value = dut[f"{name}_valid"].value = 0
     Clock(dut.clk, PERIOD, "step").start()
     for _ in range(RESET_CYCLES):
         await RisingEdge(dut.clk)
     dut.rst.value = 0
-    now.restart()
-
-
-async def execute(dut: Any, job: Job, progress: Path) -> Record:
-    """Run ``job`` and return its record."""
-    record, now = Record(job), Time()
-    await _reset(dut, job, now)
-    if job.probes:
-        taps = [Tap(dut, probe, words) for probe, words in zip(job.probes, record.probes, strict=True)]
-        cocotb.start_soon(_listen(dut, taps))
-    cocotb.start_soon(_drive(dut, record, now))
-    monitor = cocotb.start_soon(Monitor(dut, record, now, progress).run())
-    watchdog = cocotb.start_soon(_watch(record))
-    await First(monitor, watchdog)
-    if not monitor.done():
-        record.hung()
-    record.cycles = now.cycle()
-    return record
+    return int(get_sim_time("step"))
 
 
 @cocotb.test()
 async def frames(dut: Any) -> None:
     """The only test: the job of the environment."""
-    record = await execute(dut, Job.load(Path(os.environ["TFRA_JOB"])), Path(os.environ["TFRA_PROGRESS"]))
-    record.outcome().save(Path(os.environ["TFRA_OUTCOME"]))
+    job = Job.load(Path(os.environ["TFRA_JOB"]))
+    start = await _reset(dut, job)
+    record = Record(job, lambda: (int(get_sim_time("step")) - start) // PERIOD)
+    if job.probes:
+        cocotb.start_soon(_listen(dut, job.probes, record.outcome.probes))
+    cocotb.start_soon(_drive(dut, record))
+    taking = cocotb.start_soon(_take(dut, record, Path(os.environ["TFRA_PROGRESS"])))
+    await First(taking, cocotb.start_soon(_watch(record)))
+    if not taking.done():
+        record.hung()
+    record.close().save(Path(os.environ["TFRA_OUTCOME"]))

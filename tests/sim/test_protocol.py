@@ -2,17 +2,19 @@
 
 from itertools import islice, pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tfra.sim.protocol import MOST_NOTES, Job, Outcome, Probe, Record, StreamRules, Violations, stalls
+from tfra.sim.protocol import MOST_NOTES, Job, Outcome, Probe, Record, stalls
 
 WORDS = 3
 
 
-def rules() -> tuple[StreamRules, Violations]:
-    violations = Violations()
-    return StreamRules(WORDS, violations), violations
+def made(frames: int = 2, **changes: Any) -> Record:
+    """A record of some frames of four taxels and ``WORDS`` words; every look at its clock is one cycle later."""
+    clock = iter(range(100))
+    return Record(Job(list(range(4 * frames)), 4, WORDS, **changes), lambda: next(clock))
 
 
 def test_patterns_are_reproducible_and_stall_as_named() -> None:
@@ -33,16 +35,6 @@ def test_unknown_pattern() -> None:
         stalls("often", 0, "taxel")
 
 
-def test_a_clean_stream_breaks_no_rule() -> None:
-    check, violations = rules()
-    for data, last in [(5, 0), (6, 0), (7, 1), (5, 0), (6, 0), (7, 1)]:
-        assert not check.word(data, last, ready=False)
-        assert check.word(data, last, ready=True)
-        check.idle()
-    assert check.taken == 6
-    assert violations.notes == []
-
-
 @pytest.mark.parametrize(
     ("steps", "note"),
     [
@@ -60,39 +52,39 @@ def test_a_clean_stream_breaks_no_rule() -> None:
     ],
 )
 def test_each_broken_rule_is_noted(steps: list[tuple[int, int, bool] | None], note: str) -> None:
-    check, violations = rules()
+    record = made()
     for step in steps:
         if step is None:
-            check.idle()
+            record.idle()
         else:
-            check.word(*step)
-    assert violations.notes[0] == note
+            record.word(*step)
+    assert record.outcome.violations[0] == note
 
 
 def test_notes_are_limited_but_all_are_counted() -> None:
-    violations = Violations()
-    for number in range(MOST_NOTES + 5):
-        violations.add(str(number))
-    assert len(violations.notes) == MOST_NOTES
-    assert violations.count == MOST_NOTES + 5
+    record = made()
+    for _ in range(MOST_NOTES + 5):
+        record.surplus()
+    assert record.close().violations[MOST_NOTES - 1 :] == [
+        f"a word follows the last frame, of {WORDS} words",
+        f"... {MOST_NOTES + 5} in all",
+    ]
 
 
-def job(**changes: object) -> Job:
-    return Job(list(range(8)), 4, WORDS, list(range(6)), **changes)
-
-
-def test_record_marks_frames() -> None:
-    record, clock = Record(job()), iter(range(100))
+def test_a_clean_stream_breaks_no_rule_and_marks_frames() -> None:
+    record = made(expected=list(range(6)))
     for _ in range(8):
-        record.taxel_sent(lambda: next(clock))
-    assert record.last_taxel == [0, 1]
-    ends = [record.word_seen(n, n % WORDS == 2, True, lambda: next(clock)) for n in range(6)]
+        record.taxel_sent()
+    assert record.outcome.last_taxel == [0, 1]
+    ends = []
+    for number in range(6):
+        last = number % WORDS == 2
+        assert not record.word(number, last, ready=False)
+        ends.append(record.word(number, last, ready=True))
+        record.idle()
     assert ends == [False, False, True] * 2
-    assert (record.first_word, record.last_word) == ([2, 4], [3, 5])
-    assert record.missing == 0
-    assert record.transfers == 14
-    outcome = record.outcome()
-    assert (outcome.words, outcome.compared, outcome.mismatches, outcome.violations) == (list(range(6)), 6, 0, [])
+    assert (record.missing, record.transfers) == (0, 14)
+    assert record.close() == Outcome(list(range(6)), [], 6, 0, [0, 1], [2, 4], [3, 5], 6)
 
 
 @pytest.mark.parametrize(
@@ -100,22 +92,23 @@ def test_record_marks_frames() -> None:
     [([1, 2, 3, 4], [1, 9, 3, 8, 5], (4, 2)), ([1, 2, 3], [1, 2], (2, 0)), (None, [1], (0, 0))],
 )
 def test_words_are_compared_in_order(expected: list[int] | None, words: list[int], counts: tuple[int, int]) -> None:
-    record = Record(Job(list(range(8)), 4, WORDS, expected))
+    record = made(expected=expected)
     for word in words:
-        record.word_seen(word, 0, True, lambda: 0)
-    outcome = record.outcome()
+        record.word(word, 0, True)
+    outcome = record.close()
     assert (outcome.words, (outcome.compared, outcome.mismatches)) == (words, counts)
 
 
 def test_a_hang_says_how_far_it_came() -> None:
-    record = Record(job(patience=50))
-    record.taxel_sent(lambda: 0)
+    record = made(patience=50)
+    record.taxel_sent()
     record.hung()
-    assert record.outcome().violations == ["no transfer in 50 cycles after 0 of 6 words and 1 of 8 taxels"]
+    assert record.close().violations == ["no transfer in 50 cycles after 0 of 6 words and 1 of 8 taxels"]
 
 
 def test_job_and_outcome_survive_their_files(tmp_path: Path) -> None:
-    sent = job(seed=3, stall_in="bursts", probes=[Probe("sweep", "core.t", "core.w", [[5, False], [3, True]], 2)])
+    probe = Probe("sweep", "core.t", "core.w", [[5, False], [3, True]], 2)
+    sent = made(seed=3, stall_in="bursts", probes=[probe]).job
     sent.save(tmp_path / "job.json")
     assert Job.load(tmp_path / "job.json") == sent
     outcome = Outcome([1, 2], ["note"], 2, 1, [3], [4], [5], 6, [[1 << 100]])
