@@ -51,8 +51,8 @@ def size(
     from tfra.runtime.outputs import check_file, write_text
     from tfra.synth.candidates import Bounds
     from tfra.synth.size import size as choose
+    from tfra.synth.sizepage import facts, lines
     from tfra.synth.sizepage import page as drawn
-    from tfra.synth.sizetext import facts, lines
 
     part = find_target(target)
     project = load(config)

@@ -69,9 +69,22 @@ class Candidate:
         return f"{self.architecture.kind}, {lanes} lanes, {words} word{'s' * (words > 1)}" if lanes else "serial"
 
     @property
+    def luts(self) -> int:
+        """Lookup tables of a core that is fast enough."""
+        assert self.resources
+        return self.resources["LUT"]
+
+    @property
     def line(self) -> tuple[str, int]:
         """The line: cores that differ only in their lanes."""
         return self.architecture.kind, self.architecture.vector_words
+
+    @property
+    def distance(self) -> tuple[int, int]:
+        """Least for a suitable core, then for one that is fast enough, then for the most frames a second."""
+        if self.resources:
+            return bool(self.objections), 0
+        return 2, self.speed.interval if self.speed else 0
 
 
 @dataclass(frozen=True)
@@ -84,42 +97,36 @@ class Sizing:
     candidates: tuple[Candidate, ...]
 
     @property
-    def chosen(self) -> Candidate | None:
-        """The suitable core with the fewest lookup tables, if there is one."""
-        good = [(found["LUT"], c) for c in self.candidates if (found := c.resources) and not c.objections]
-        return min(good, key=lambda pair: pair[0])[1] if good else None
+    def fast(self) -> list[Candidate]:
+        """Cores that are fast enough, those with the fewest lookup tables first."""
+        return sorted((core for core in self.candidates if core.resources), key=lambda core: core.luts)
+
+    @property
+    def chosen(self) -> Candidate:
+        """The suitable core with the fewest lookup tables; raises ``ValueError`` with the reason if there is none."""
+        if good := next((core for core in self.fast if not core.objections), None):
+            return good
+        raise ValueError(self._refusal())
 
     @property
     def others(self) -> tuple[tuple[Candidate, str], ...]:
         """The nearest core of every other line, and why it was not chosen."""
-        chosen = self.chosen
         lines: dict[tuple[str, int], list[Candidate]] = {}
-        for candidate in self.candidates:
-            lines.setdefault(candidate.line, []).append(candidate)
-        nearest = [self._nearest(line) for name, line in lines.items() if not chosen or name != chosen.line]
-        return tuple((candidate, self._why_not(candidate)) for candidate in nearest)
+        for core in self.candidates:
+            lines.setdefault(core.line, []).append(core)
+        del lines[self.chosen.line]
+        nearest = [min(line, key=lambda core: core.distance) for line in lines.values()]
+        return tuple((core, core.objections[0] if core.objections else self._larger(core)) for core in nearest)
 
-    def _nearest(self, line: list[Candidate]) -> Candidate:
-        """The first suitable core, else the first that is fast enough, else the one with the most frames a second."""
-        fast = [candidate for candidate in line if candidate.resources]
-        good = [candidate for candidate in fast if not candidate.objections]
-        return next(iter(good or fast), None) or min(line, key=lambda c: c.speed.interval if c.speed else 0)
+    def _larger(self, core: Candidate) -> str:
+        return f"larger: {core.luts:,} LUT, {core.luts / self.chosen.luts - 1:.1%} more"
 
-    def _why_not(self, candidate: Candidate) -> str:
-        if candidate.objections or not (candidate.resources and self.chosen and self.chosen.resources):
-            return candidate.objections[0]
-        used, least = candidate.resources["LUT"], self.chosen.resources["LUT"]
-        return f"larger: {used:,} LUT, {used / least - 1:.1%} more"
-
-    @property
-    def refusal(self) -> str:
-        """Why no core was chosen: the bound that none reaches, or what the smallest fast enough core lacks."""
-        fast = [(found["LUT"], candidate) for candidate in self.candidates if (found := candidate.resources)]
-        if fast:
-            smallest = min(fast, key=lambda pair: pair[0])[1]
-            return f"{smallest.objections[0]}, for the smallest core that is fast enough ({smallest.title})"
+    def _refusal(self) -> str:
+        """Why no core is chosen: the bound that none reaches, or what the smallest fast enough core lacks."""
+        for core in self.fast:
+            return f"{core.objections[0]}, for the smallest core that is fast enough ({core.title})"
         clock, bounds = self.bounds.clock_mhz, self.bounds
-        timed = [(candidate.speed, candidate) for candidate in self.candidates if candidate.speed]
+        timed = [(core.speed, core) for core in self.candidates if core.speed]
         quickest, often = min(timed, key=lambda pair: pair[0].interval)
         soonest, early = min(timed, key=lambda pair: pair[0].frame_latency)
         most, least = quickest.frames_per_second(clock), soonest.latency_us(clock)

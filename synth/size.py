@@ -24,7 +24,9 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
 
     Raises ``ValueError`` for words that can overflow in every core.
     """
-    lines = [_serial(design, target, bounds), *(_parallel(design, target, bounds, words) for words in VECTOR_WORDS)]
+    made_of = cells(design, target.family)
+    first = [design.built_as(Architecture(4, words), target=made_of) for words in VECTOR_WORDS]
+    parallel = [_line(microarchitecture(one), target, bounds) for one in first]
     seen: list[Candidate] = []
     waiting: list[tuple[int, int, Candidate, Iterator[Candidate]]] = []
     best = sys.maxsize
@@ -36,13 +38,12 @@ def size(design: Design, target: Target, bounds: Bounds) -> Sizing:
                 heappush(waiting, (candidate.least, len(seen), candidate, line))
                 return
 
-    for line in lines:
+    for line in (_serial(design, target, bounds), *parallel):
         go_on(line)
     while waiting and waiting[0][0] < best:
         _, _, candidate, line = heappop(waiting)
-        assert candidate.resources
         if not candidate.objections:
-            best = min(best, candidate.resources["LUT"])
+            best = min(best, candidate.luts)
         if candidate.least < best and not _hopeless(candidate, target):
             go_on(line)
     return Sizing(design, target, bounds, tuple(seen))
@@ -54,11 +55,6 @@ def _hopeless(candidate: Candidate, target: Target) -> bool:
     least = {**candidate.resources, "LUT": candidate.least}
     lacks = misfits(least, target, candidate.architecture.kind)
     return any(lack.startswith(("LUT:", "DSP:")) for lack in lacks)
-
-
-def _parallel(design: Design, target: Target, bounds: Bounds, words: int) -> Iterator[Candidate]:
-    first = design.built_as(Architecture(4, words), target=cells(design, target.family))
-    return _line(microarchitecture(first), target, bounds)
 
 
 def _serial(design: Design, target: Target, bounds: Bounds) -> Iterator[Candidate]:
@@ -92,5 +88,4 @@ def _line(first: Microarchitecture, target: Target, bounds: Bounds) -> Iterator[
             found = estimate(design, target.family)
             resources = found.total
             lacks = tuple(misfits(resources, target, design.architecture.kind))
-            least = resources["LUT"] - found.constants
-            yield Candidate(design.architecture, design, speed, resources, lacks, least)
+            yield Candidate(design.architecture, design, speed, resources, lacks, resources["LUT"] - found.constants)

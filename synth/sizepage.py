@@ -1,16 +1,86 @@
-"""A sizing as a page: the answer, and every core that was considered."""
+"""A sizing to read: TOML to paste into CONFIG, with comments, the same facts for JSON, and a page of all cores."""
 
+from collections.abc import Iterator
+from dataclasses import asdict
 from html import escape
+from typing import Any
 
+from tfra.families import Target
 from tfra.report.html import Section, bars, paragraph
 from tfra.report.html import page as document
 from tfra.report.table import Table
-from tfra.synth.candidates import Sizing
-from tfra.synth.sizetext import lines
+from tfra.synth.candidates import Candidate, Sizing
+from tfra.synth.estimate import basis, prices
+
+# All functions raise ``ValueError`` with the reason if no core was chosen.
+
+
+def lines(sizing: Sizing) -> Iterator[str]:
+    """The chosen core as TOML; comments state its speed and size, and why the others were not chosen."""
+    chosen, target, clock = sizing.chosen, sizing.target, sizing.bounds.clock_mhz
+    assert chosen.speed
+    assert chosen.resources
+    for section, keys in config(sizing).items():
+        yield f"[{section}]"
+        for key, value in keys.items():
+            yield f'{key} = "{value}"' if isinstance(value, str) else f"{key} = {value}"
+    fps, latency = chosen.speed.frames_per_second(clock), chosen.speed.latency_us(clock)
+    yield f"# {target.name} at {clock:g} MHz: {fps:,.0f} frames/s, {latency:,.3f} us from last taxel to last word"
+    yield "# estimated: " + ", ".join(_share(name, used, target) for name, used in chosen.resources.items())
+    yield f"# {basis(chosen.architecture.kind, target.family, sizing.design.estimator)}"
+    if not target.available:
+        yield f"# {target.name} stands for a whole family: the size of a part is not checked"
+    yield "# not chosen:"
+    for other, why in sizing.others:
+        yield f"#   {other.title}: {why}"
+
+
+def _share(name: str, used: int, target: Target) -> str:
+    if not (have := target.available.get(name)):
+        return f"{used:,} {name}"
+    return f"{used:,} of {have:,} {name} ({used / have:.0%})"
+
+
+def facts(sizing: Sizing) -> dict[str, Any]:
+    """The same for JSON."""
+    rates = prices(sizing.chosen.architecture.kind)
+    return {
+        "target": sizing.target.name,
+        "clock_mhz": sizing.bounds.clock_mhz,
+        **_core(sizing.chosen, sizing),
+        "available": dict(sizing.target.available),
+        "fitted_to": rates.family,
+        "relative_error": dict(rates.error) if rates.family == sizing.target.family.name else None,
+        "config": config(sizing),
+        "others": [{**_core(other, sizing), "why": why} for other, why in sizing.others],
+    }
+
+
+def _core(candidate: Candidate, sizing: Sizing) -> dict[str, Any]:
+    clock, speed = sizing.bounds.clock_mhz, candidate.speed
+    return {
+        **asdict(candidate.architecture),
+        "frames_per_second": speed and speed.frames_per_second(clock),
+        "latency_us": speed and speed.latency_us(clock),
+        "interval": speed and speed.interval,
+        "frame_latency": speed and speed.frame_latency,
+        "estimated": candidate.resources,
+    }
+
+
+def config(sizing: Sizing) -> dict[str, dict[str, str | int]]:
+    """Sections and keys of CONFIG for the chosen core; of ``[target]``, those that differ from CONFIG's."""
+    chosen, asked = sizing.chosen, sizing.design
+    assert chosen.design
+    architecture = {key: value for key, value in asdict(chosen.architecture).items() if value}
+    first = {"kind": architecture.pop("kind")}
+    pairs = (("name", chosen.design.target, asked.target), ("images", chosen.design.images, asked.images))
+    changed = {key: new for key, new, old in pairs if new != old}
+    return {"architecture": first | architecture, **({"target": changed} if changed else {})}
 
 
 def page(sizing: Sizing) -> str:
-    """A self-contained page.  Raises ``ValueError`` with the reason if no core was chosen."""
+    """A self-contained page: the answer, and every core that was considered."""
     toml = escape("\n".join(lines(sizing)))
     sections = [
         Section("config", "For CONFIG", [f'<pre tabindex="0">{toml}</pre>']),
@@ -24,7 +94,6 @@ def page(sizing: Sizing) -> str:
 
 def _answer(sizing: Sizing) -> str:
     chosen, bounds, clock = sizing.chosen, sizing.bounds, sizing.bounds.clock_mhz
-    assert chosen
     assert chosen.speed
     fps, latency = chosen.speed.frames_per_second(clock), chosen.speed.latency_us(clock)
     return (
@@ -36,12 +105,10 @@ def _answer(sizing: Sizing) -> str:
 
 def _estimated(sizing: Sizing) -> str:
     """The smallest first; a full bar is the part, or the largest core if the part's size is unknown."""
-    fast = sorted((used["LUT"], core) for core in sizing.candidates if (used := core.resources))
-    full = sizing.target.available.get("LUT") or max(luts for luts, _ in fast)
-    rows = []
-    for luts, core in fast:
+    full, rows = sizing.target.available.get("LUT") or sizing.fast[-1].luts, []
+    for core in sizing.fast:
         verdict = ": chosen" if core is sizing.chosen else "".join(f": {reason}" for reason in core.objections[:1])
-        rows.append((core.title, luts / full, f"{luts:,} LUT{verdict}"))
+        rows.append((core.title, core.luts / full, f"{core.luts:,} LUT{verdict}"))
     return bars("Lookup tables", rows)
 
 

@@ -4,11 +4,10 @@ import re
 from dataclasses import replace
 from functools import cache
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.marks import long
 from tfra.families import TARGETS, find
@@ -75,44 +74,34 @@ def smallest(name: str, part: str, bounds: Bounds) -> int | None:
     )
 
 
+def refusal(found: Sizing) -> str:
+    """Why there is no core."""
+    with pytest.raises(ValueError, match=" ") as error:
+        _ = found.chosen
+    return str(error.value)
+
+
 QUESTIONS = [
     ("2x2", "ecp5-25", 3e5, 1e4),
     *long(
         ("2x4", "ecp5-25", 1e5, 5.2),
-        ("2x4", "ecp5-25", 4e5, 1e4),
-        ("2x2", "ecp5-25", 1e3, 1e4),
         ("2x2", "ice40up5k", 1e3, 1e4),
-        ("3x4", "ecp5-45", 1e5, 1e4),
-        ("3x4", "ecp5-45", 4e5, 5.2),
         ("2x2", "ecp5-25", 1e9, 1e4),
-        ("3x4", "ecp5-45", 1e3, 1e3),
+        ("3x4", "ecp5-45", 4e5, 5.2),
         ("3x4", "ecp5-25", 6e5, 1e3),
         ("3x4", "gw2a-18", 4e5, 1e3),
-        ("3x4 asked for as serial", "ecp5-25", 2e5, 1e4),
         ("3x4 asked for as serial", "ice40up5k", 100, 1e5),
-        ("4x4 cells", "ecp5-25", 1e5, 1e4),
         ("4x4 cells", "ecp5-45", 5e5, 1e4),
         ("4x4 cells", "xc7", 3e5, 6.0),
-        ("4x4 cells", "ice40up5k", 1e3, 1e4),
         ("3x3 loaded", "ecp5-25", 100, 1e5),
         ("3x3 loaded", "ecp5-25", 3e5, 1e4),
-        ("5x5", "ecp5-25", 2e5, 1e4),
-        ("5x5", "ecp5-25", 3e5, 1e4),
         ("5x5", "ecp5-85", 3e5, 6.5),
         ("5x5", "gw2a-18", 2.5e5, 1e4),
-        ("5x5", "ice40up5k", 1e3, 1e4),
         ("6x6 wide", "ecp5-25", 1e5, 1e4),
-        ("6x6 wide", "ecp5-85", 2e5, 10.0),
         ("6x6 wide", "xc7", 1e3, 500.0),
-        ("8x8 cells", "ecp5-25", 7e4, 1e4),
         ("8x8 cells", "ecp5-45", 1.5e5, 12.0),
-        ("8x8 cells", "ecp5-85-8", 2e5, 1e4),
-        ("10x10", "ecp5-85", 2e4, 100.0),
         ("10x10", "ecp5-25", 6e4, 1e4),
-        ("10x10", "ecp5-25", 5e4, 1e4),
-        ("10x10", "ecp5-45", 1.2e5, 20.0),
         ("10x10", "ecp5-85-8", 1e5, 17.0),
-        ("10x10", "ecp5-85", 1e3, 1e3),
     ),
 ]
 
@@ -123,13 +112,10 @@ def test_the_smallest_of_all(name: str, part: str, fps: float, latency: float) -
     bounds = Bounds(target.clock_mhz, fps, latency)
     found, least = size(SUBJECTS[name], target, bounds), smallest(name, part, bounds)
     if least is None:
-        assert found.chosen is None
-        assert found.refusal
+        assert refusal(found)
         return
-    assert found.chosen
     cores = {architecture: (speed, used) for architecture, speed, used in enumerated(name, target.family.name)}
-    assert found.chosen.resources
-    assert found.chosen.resources["LUT"] == least
+    assert found.chosen.luts == least
     for candidate in found.candidates:
         speed, used = cores[candidate.architecture]
         assert candidate.speed == speed
@@ -151,29 +137,13 @@ def test_a_wrong_price_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
             self.total["LUT"] *= 4 if one.architecture.vector_words == 1 else 1
 
     monkeypatch.setattr(module, "estimate", Wrong)
-    chosen = size(SUBJECTS["2x2"], find("ecp5-25"), bounds).chosen
-    assert chosen
-    assert chosen.resources
-    assert chosen.resources["LUT"] != least
+    assert size(SUBJECTS["2x2"], find("ecp5-25"), bounds).chosen.luts != least
 
 
-FAMILIES = [
-    ("2x2", "ecp5"),
-    *long(
-        ("3x4", "gatemate"),
-        ("3x4", "gowin"),
-        ("5x5", "ecp5"),
-        ("5x5", "gowin"),
-        ("6x6 wide", "ecp5"),
-        ("6x6 wide", "xilinx"),
-        ("8x8 cells", "ecp5"),
-        ("10x10", "ecp5"),
-        ("5x5", "ice40"),
-    ),
-]
+LINES = [("3x4", "gatemate"), ("3x4", "gowin"), ("6x6 wide", "xilinx"), ("8x8 cells", "ecp5"), ("5x5", "ice40")]
 
 
-@pytest.mark.parametrize(("name", "family"), FAMILIES)
+@pytest.mark.parametrize(("name", "family"), [("2x2", "ecp5"), *long(*LINES)])
 def test_more_lanes_take_more(name: str, family: str) -> None:
     """Of multipliers and, without coefficients, of lookup tables: how the search knows what is left of a line."""
     for words in VECTOR_WORDS:
@@ -205,37 +175,32 @@ def test_lanes_that_share_their_blocks(name: str) -> None:
 def cheap(monkeypatch: pytest.MonkeyPatch) -> None:
     """Prices without elaborating any core: 100 lookup tables a lane, 10 a word, and block memories that lanes share."""
 
-    def cost(one: Design, family: object) -> Any:
+    def cost(one: Design, family: object) -> SimpleNamespace:
         lanes = one.architecture.mac_lanes or 100  # the serial core is the largest
-
-        class Total:
-            total = {  # noqa: RUF012  # a stand-in for an Estimate
-                **dict.fromkeys(("FF", "DSP"), 1),
-                "BRAM": 40 // lanes,
-                "LUT": 100 * lanes + 10 * one.architecture.vector_words,
-            }
-            constants = 0
-
-        return Total
+        luts = 100 * lanes + 10 * one.architecture.vector_words
+        return SimpleNamespace(total={"LUT": luts, "FF": 1, "DSP": 1, "BRAM": 40 // lanes}, constants=0)
 
     monkeypatch.setattr(module, "estimate", cost)
 
 
 BEST = r"[\d.]+ is the best, at 100 MHz \(parallel, 16 lanes, 4 words\)"
+LEAST = r"for the smallest core that is fast enough \(parallel, 4 lanes, 1 word\)"
+EASY = Bounds(100.0, 1.0, 1e6)
 
 
 @pytest.mark.parametrize(
-    ("bounds", "said"),
+    ("bounds", "available", "said"),
     [
-        (Bounds(100.0, 1e9, 1e3), rf"frames_per_second: 1e\+09 are wanted, {BEST}"),
-        (Bounds(100.0, 1.0, 0.1), rf"latency_us: 0.1 is wanted, {BEST}"),
+        (Bounds(100.0, 1e9, 1e3), {}, rf"frames_per_second: 1e\+09 are wanted, {BEST}"),
+        (Bounds(100.0, 1.0, 0.1), {}, rf"latency_us: 0.1 is wanted, {BEST}"),
+        (EASY, {"LUT": 90, "DSP": 1}, f"LUT: about 410 are needed, tiny has 90, {LEAST}"),
+        (EASY, {"LUT": 500, "BRAM": 5}, f"BRAM: about 10 are needed, tiny has 5, {LEAST}"),
     ],
 )
-def test_bounds_out_of_reach(cheap: None, bounds: Bounds, said: str) -> None:
-    found = size(SUBJECTS["3x4"], find("ecp5-85"), bounds)
-    assert found.chosen is None
-    assert len(found.candidates) == 13
-    assert re.fullmatch(said, found.refusal)
+def test_bounds_and_parts_out_of_reach(cheap: None, bounds: Bounds, available: dict[str, int], said: str) -> None:
+    found = size(SUBJECTS["3x4"], replace(find("ecp5-85"), name="tiny", available=available), bounds)
+    assert re.fullmatch(said, refusal(found))
+    assert available or len(found.candidates) == 13
 
 
 def test_each_bound_by_another_core() -> None:
@@ -243,31 +208,15 @@ def test_each_bound_by_another_core() -> None:
     bounds = Bounds(100.0, 1e5, 20.0)
     pairs = [(Architecture(8, 1), Speed(900, 2100)), (Architecture(12, 1), Speed(1100, 1900))]
     seen = tuple(Candidate(core, None, speed, None, speed.misses(bounds)) for core, speed in pairs)
-    found = Sizing(SUBJECTS["3x4"], find("ecp5-85"), bounds, seen)
-    assert found.chosen is None
-    assert found.refusal == (
+    assert refusal(Sizing(SUBJECTS["3x4"], find("ecp5-85"), bounds, seen)) == (
         "frames_per_second, latency_us: no core reaches both at 100 MHz: parallel, 8 lanes, 1 word reaches 111111.1 "
         "frames/s, parallel, 12 lanes, 1 word 19.000 us"
     )
-    assert found.others == ((seen[0], "too late: 21.000 us to the last word, 20 is wanted"),)
-
-
-def test_nothing_fits(cheap: None) -> None:
-    tiny = replace(find("ecp5-85"), name="tiny", available={"LUT": 90, "DSP": 1})
-    found = size(SUBJECTS["3x4"], tiny, Bounds(100.0, 1.0, 1e6))
-    assert found.chosen is None
-    said = "LUT: about 410 are needed, tiny has 90, for the smallest core that is fast enough"
-    assert found.refusal == f"{said} (parallel, 4 lanes, 1 word)"
 
 
 def test_more_lanes_for_fewer_memories(cheap: None) -> None:
-    shallow = replace(find("ecp5-85"), name="shallow", available={"LUT": 1000, "BRAM": 5})
-    chosen = size(SUBJECTS["3x4"], shallow, Bounds(100.0, 1.0, 1e6)).chosen
-    assert chosen
-    assert chosen.architecture == Architecture(8, 1)
-    both = replace(shallow, name="both", available={"LUT": 500, "BRAM": 5})
-    said = size(SUBJECTS["3x4"], both, Bounds(100.0, 1.0, 1e6)).refusal
-    assert said.startswith("BRAM: about 10 are needed, both has 5, for the smallest core")
+    shallow = replace(find("ecp5-85"), available={"LUT": 1000, "BRAM": 5})
+    assert size(SUBJECTS["3x4"], shallow, EASY).chosen.architecture == Architecture(8, 1)
 
 
 @pytest.mark.parametrize(
@@ -282,18 +231,17 @@ def test_more_lanes_for_fewer_memories(cheap: None) -> None:
 )
 def test_where_the_serial_core_cannot_be(cheap: None, subject: Design, said: str) -> None:
     """It has no word lengths of single signals, and its memories hold no large array."""
-    found = size(subject, find("ecp5-85"), Bounds(100.0, 1.0, 1e6))
+    found = size(subject, find("ecp5-85"), EASY)
     (serial,) = (each for each in found.candidates if each.title == "serial")
     assert serial.speed is None
     assert serial.objections[0].startswith(said)
-    assert found.chosen
     assert found.chosen.architecture == Architecture(4, 1)
     assert [why for each, why in found.others if each is serial] == [serial.objections[0]]
 
 
 def test_a_serial_core_is_never_inside_an_image(cheap: None) -> None:
     """Where CONFIG's images are loaded, those of a serial core's program are not."""
-    candidates = size(SUBJECTS["3x3 loaded"], find("ecp5-85"), Bounds(100.0, 1.0, 1e6)).candidates
+    candidates = size(SUBJECTS["3x3 loaded"], find("ecp5-85"), EASY).candidates
     (serial,) = (each for each in candidates if each.title == "serial")
     assert serial.design
     assert serial.design.images == "inline"
@@ -313,13 +261,6 @@ def test_a_serial_core_is_never_inside_an_image(cheap: None) -> None:
 )
 def test_cells_of_the_part(asked: str, part: str, made_of: str) -> None:
     assert cells(design(2, 2, target=asked), find(part).family) == made_of
-
-
-@given(st.integers(1, 10**7), st.integers(1, 10**7), st.floats(1, 1000), st.floats(1e-3, 1e9), st.floats(1e-3, 1e9))
-def test_misses(interval: int, latency: int, clock: float, fps: float, bound: float) -> None:
-    found = Speed(interval, latency).misses(Bounds(clock, fps, bound))
-    slow, late = 1e6 * clock / interval < fps, latency / clock > bound
-    assert [each.partition(":")[0] for each in found] == ["too slow"] * slow + ["too late"] * late
 
 
 def test_misses_in_words() -> None:

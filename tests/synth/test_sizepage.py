@@ -1,33 +1,106 @@
-"""The page of a sizing, by cores made up."""
+"""A sizing as text, in JSON and as a page, from candidates that are made up."""
 
+import tomllib
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
-from tfra.families import find
+from tfra.families import FAMILIES, find
 from tfra.model.choices import SERIAL, Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.candidates import Bounds, Candidate, Sizing, Speed
-from tfra.synth.sizepage import page
+from tfra.synth.estimate import basis, prices
+from tfra.synth.sizepage import config, facts, lines, page
 
-DESIGN = TfraDesign(SensorArray(3, 3, 4e-3, 2e-3, 3e-3), name="skin", architecture=Architecture(4))
-SMALL, LARGE = {"LUT": 10_000, "FF": 9, "DSP": 7, "BRAM": 14}, {"LUT": 25_000, "FF": 9, "DSP": 7, "BRAM": 14}
-CORES = (
-    Candidate(SERIAL, DESIGN, Speed(50_000, 20_000), None, ("too slow: 2,000.0 frames/s, 10,000 are wanted",)),
-    Candidate(Architecture(4, 1), DESIGN, Speed(1000, 2000), SMALL, ()),
-    Candidate(Architecture(4, 4), DESIGN, Speed(1000, 1500), LARGE, ("LUT: about 25,000 are needed",)),
+DESIGN = TfraDesign(SensorArray(3, 4, 4e-3, 2e-3, 3e-3), target="ice40")
+
+
+def candidate(architecture: Architecture, interval: int, lut: int = 0, *objections: str) -> Candidate:
+    used = {"LUT": lut, "FF": 90, "DSP": 7, "BRAM": 3} if lut else None
+    one = replace(DESIGN, architecture=architecture, target="portable")
+    return Candidate(architecture, one, Speed(interval, interval + 500), used, objections)
+
+
+SIZING = Sizing(
+    DESIGN,
+    find("ecp5-25"),
+    Bounds(100.0, 1e5, 20.0),
+    (
+        Candidate(SERIAL, None, None, None, ("architecture.kind: too large",)),
+        candidate(Architecture(4, 1), 1500, 0, "too slow: 66,666.7 frames/s, 100,000 are wanted"),
+        candidate(Architecture(8, 1), 1000, 1100),
+        candidate(Architecture(4, 2), 900, 1050, "BRAM: about 60 are needed, ecp5-25-6 has 56"),
+        candidate(Architecture(8, 2), 800, 1200),
+        candidate(Architecture(4, 4), 1600, 0, "too slow: 62,500.0 frames/s, 100,000 are wanted"),
+        candidate(Architecture(8, 4), 1001, 0, "too slow: 99,900.1 frames/s, 100,000 are wanted"),
+    ),
 )
 
 
-def sizing(*cores: Candidate) -> Sizing:
-    return Sizing(DESIGN, find("ecp5-25"), Bounds(100.0, 1e4, 100.0), cores)
+def test_lines() -> None:
+    fitted = "fitted to syntheses of parallel cores for ECP5, off by up to 2.5 % (LUT), 5.1 % (FF)"
+    found = list(lines(SIZING))
+    assert tomllib.loads("\n".join(found)) == config(SIZING)
+    assert found == [
+        "[architecture]",
+        'kind = "parallel"',
+        "mac_lanes = 8",
+        "vector_words = 1",
+        "[target]",
+        'name = "portable"',
+        "# ecp5-25-6 at 100 MHz: 100,000 frames/s, 15.000 us from last taxel to last word",
+        "# estimated: 1,100 of 24,288 LUT (5%), 90 of 24,288 FF (0%), 7 of 28 DSP (25%), 3 of 56 BRAM (5%)",
+        f"# a LUT is a LUT4 of ECP5; {fitted}",
+        "# not chosen:",
+        "#   serial: architecture.kind: too large",
+        "#   parallel, 8 lanes, 2 words: larger: 1,200 LUT, 9.1% more",
+        "#   parallel, 8 lanes, 4 words: too slow: 99,900.1 frames/s, 100,000 are wanted",
+    ]
+
+
+def test_facts_say_the_same() -> None:
+    found = facts(SIZING)
+    assert (found["kind"], found["mac_lanes"], found["estimated"]["LUT"]) == ("parallel", 8, 1100)
+    assert (found["frames_per_second"], found["latency_us"], found["interval"]) == (1e5, 15.0, 1000)
+    assert found["available"] == find("ecp5-25").available
+    assert (found["fitted_to"], found["relative_error"]) == ("ecp5", prices().error)
+    assert [each["why"] for each in found["others"]] == [why for _, why in SIZING.others]
+    assert found["others"][0]["frames_per_second"] is None
+
+
+@pytest.mark.parametrize("render", [facts, page, lambda sizing: list(lines(sizing))])
+def test_nothing_chosen(render: Callable[[Sizing], object]) -> None:
+    with pytest.raises(ValueError, match=r"^frames_per_second: 100000 are wanted, 66666\.7 is the best"):
+        render(replace(SIZING, candidates=SIZING.candidates[:2]))
+
+
+def test_a_family_of_any_size() -> None:
+    found = list(lines(replace(SIZING, target=find("xc7"))))
+    assert "# estimated: 1,100 LUT, 90 FF, 7 DSP, 3 BRAM" in found
+    assert "# xc7 stands for a whole family: the size of a part is not checked" in found
+
+
+@pytest.mark.parametrize(
+    ("kind", "family", "said"),
+    [
+        ("parallel", "gowin", "LUT4 of ECP5, the family of the fitted parallel cores; GW2A has LUT4s, so this"),
+        ("serial", "xilinx", "logic cell of iCE40, the family of the fitted serial cores; 7 series has LUT6s, so"),
+        ("serial", "ice40", "logic cell of iCE40; fitted to syntheses of serial cores for iCE40, off by up to"),
+    ],
+)
+def test_whose_lookup_tables(kind: str, family: str, said: str) -> None:
+    assert basis(kind, FAMILIES[family], "tfra").startswith(f"a LUT is a {said}")
+    assert basis(kind, FAMILIES[family], "learned").endswith("for this estimator only a guide")
 
 
 def test_page(tmp_path: Path) -> None:
-    (tmp_path / "page.html").write_text(page(sizing(*CORES)))
+    slow, small, large = SIZING.candidates[0], SIZING.candidates[2], SIZING.candidates[3]
+    (tmp_path / "page.html").write_text(page(replace(SIZING, candidates=(slow, small, large))))
     with browser(tmp_path) as tab:
         tab.open(tmp_path / "page.html")
         said = tab.evaluate("document.body.innerText")
@@ -35,19 +108,11 @@ def test_page(tmp_path: Path) -> None:
         bars = tab.evaluate("[...document.querySelectorAll('.bar span')].map(b => parseFloat(b.style.width))")
         assert faults_at_all_widths(tab) == []
         assert (tab.messages, tab.requests) == ([], [])
-        for width in (390, 600):
-            tab.open(tmp_path / "page.html", width)
-            assert tab.evaluate("document.documentElement.scrollWidth") == width
-    assert "Parallel, 4 lanes, 1 word: 100,000 frames/s and 20.000 µs" in said
-    assert 'kind = "parallel"\nmac_lanes = 4\nvector_words = 1\n' in said
+    assert "Parallel, 8 lanes, 1 word: 100,000 frames/s and 15.000 µs" in said
+    assert 'kind = "parallel"\nmac_lanes = 8\nvector_words = 1\n' in said
     assert rows == [
-        ["serial", "2,000", "200.000", "–", "–", "–", "–", CORES[0].objections[0]],
-        ["parallel, 4 lanes, 1 word", "100,000", "20.000", "10,000", "9", "7", "14", "chosen"],
-        ["parallel, 4 lanes, 4 words", "100,000", "15.000", "25,000", "9", "7", "14", CORES[2].objections[0]],
+        ["serial", "–", "–", "–", "–", "–", "–", slow.objections[0]],
+        ["parallel, 8 lanes, 1 word", "100,000", "15.000", "1,100", "90", "7", "3", "chosen"],
+        ["parallel, 4 lanes, 2 words", "111,111", "14.000", "1,050", "90", "7", "3", large.objections[0]],
     ]
-    assert bars == [pytest.approx(100 * 10_000 / 24_288, abs=0.1), 100.0]
-
-
-def test_no_page_without_an_answer() -> None:
-    with pytest.raises(ValueError, match="frames_per_second: 10000 are wanted"):
-        page(sizing(CORES[0]))
+    assert bars == [pytest.approx(100 * luts / 24_288, abs=0.1) for luts in (1050, 1100)]
