@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Protocol
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, ProgressColumn, SpinnerColumn, Task, TimeElapsedColumn
-from rich.text import Text
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from tfra.synth.forecast import spoken
 
@@ -133,14 +132,7 @@ def forecasts(command: str) -> Iterator[Callable[[Forecast], None]]:
     if not console.is_interactive:
         yield lambda forecast: typer.echo(f"{command}: {forecast}", err=True) if forecast.expected else None
         return
-    with Progress(SpinnerColumn(), _ForecastColumn(), TimeElapsedColumn(), console=console, transient=True) as line:
-        task = line.add_task("")
+    columns = (SpinnerColumn(), TextColumn("{task.fields[forecast]}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as line:
+        task = line.add_task("", forecast="")
         yield lambda forecast: line.update(task, forecast=forecast)
-
-
-class _ForecastColumn(ProgressColumn):
-    """The current share and time left."""
-
-    def render(self, task: Task) -> Text:
-        """The line of a task."""
-        return Text(str(task.fields.get("forecast", "")))

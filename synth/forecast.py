@@ -53,14 +53,9 @@ class Forecast:
         expected = self.expected.get(self.step, 0.0)
         return sum(self.expected.values()) - expected + max(expected - taken, 0.1 * taken)
 
-    @property
-    def share(self) -> float:
-        """Elapsed share of the total time, 0 ... 1."""
-        elapsed = self.clock() - self._start
-        return elapsed / max(elapsed + self.left, 1e-9)
-
     def __str__(self) -> str:
-        return f"{self.step}: {100 * self.share:.0f} %, about {spoken(self.left)} left"
+        elapsed, left = self.clock() - self._start, self.left
+        return f"{self.step}: {100 * elapsed / max(elapsed + left, 1e-9):.0f} %, about {spoken(left)} left"
 
 
 def spoken(seconds: float) -> str:
