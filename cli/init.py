@@ -72,7 +72,7 @@ def init(
     out: Out = None,
 ) -> None:
     """Write a CONFIG file for your sensor, with a comment on every key and a contact to simulate."""
-    from tfra.codegen.config.template import commented
+    from tfra.codegen.config.write import commented
     from tfra.runtime.outputs import check_file, write_text
 
     part = target and find_target(target)

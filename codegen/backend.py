@@ -7,8 +7,8 @@ end's files include the sidecar ``NAME.json`` of :mod:`tfra.codegen.sidecar.buil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from tfra.codegen.package.contents import Part
 from tfra.codegen.package.folder import package
-from tfra.codegen.package.part import Part
 from tfra.codegen.verilog.files import files as verilog
 from tfra.model.fixed.design import Design
 from tfra.runtime.errors import InputError

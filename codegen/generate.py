@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from tfra.codegen.backend import find_backend
-from tfra.codegen.package.part import Part
+from tfra.codegen.package.contents import Part
 from tfra.model.fixed.design import Design
 from tfra.runtime.outputs import output_directory
 

@@ -1,6 +1,6 @@
 """The part that a package describes its core for: the smallest one of the design's family that it fits."""
 
-from tfra.codegen.package.part import Part
+from tfra.codegen.package.contents import Part
 from tfra.families import DEFAULT, FAMILIES, targets_of
 from tfra.model.fixed.design import Design
 from tfra.synth.estimate import basis, estimate, misfits

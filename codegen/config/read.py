@@ -5,9 +5,9 @@ Millimetres become metres by exact decimal arithmetic, so 4.1 mm is the double n
 """
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -25,11 +25,13 @@ from tfra.codegen.config.schema import (
     FormatsSection,
     InputSection,
     LayerSection,
+    Section,
     SensorSection,
     exact,
 )
 from tfra.codegen.config.weights import read_weights
-from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Bus, Choices, Formats, Search
+from tfra.codegen.config.write import KEYS
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Bus, Formats, Search
 from tfra.model.cover.contact import Contact
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.estimators import ESTIMATORS
@@ -44,18 +46,6 @@ MOST_TAXELS = 4096
 
 MOST_CONTACTS = 100_000
 """Contacts of a file, each direction counted."""
-
-_KEYS = {
-    "full_scale": "full_scale_pa",
-    "contact_threshold": "contact_threshold_codes",
-    "coefficient": "coefficient_bits",
-    "operand": "operand_bits",
-    "vector_fraction": "vector_fraction_bits",
-    "force_fraction": "force_fraction_bits",
-    "normal_force": "force_n",
-}
-"""Names of the model's fields in the file, where they differ and the model checks more than the schema."""
-
 
 @dataclass(frozen=True, slots=True)
 class Project:
@@ -130,7 +120,7 @@ def _blame(file: Path, section: str) -> Iterator[None]:
     except ValueError as error:
         field, _, reason = str(error).partition(": ")
         *sections, field = [*([section] if section else []), *field.split(".")]
-        raise InputError(file, ".".join([*sections, _KEYS.get(field, field)]), reason) from None
+        raise InputError(file, ".".join([*sections, KEYS.get(field, field)]), reason) from None
 
 
 def _require_fem(section: LayerSection) -> None:
@@ -138,11 +128,6 @@ def _require_fem(section: LayerSection) -> None:
         raise ValueError("sampling: finite elements give the stress at points only")
     if not 0 <= section.poisson < 0.5:
         raise ValueError(f"poisson: finite elements need 0 <= nu < 0.5, got {section.poisson}")
-
-
-def _require_one_of(key: str, value: str, known: Iterable[str]) -> None:
-    if value not in (names := tuple(known)):
-        raise ValueError(f"{key}: one of {', '.join(names)} is needed, got {quoted(value)}")
 
 
 def _sensor(file: Path, section: SensorSection) -> SensorArray:
@@ -155,29 +140,30 @@ def _sensor(file: Path, section: SensorSection) -> SensorArray:
 
 
 def _design(file: Path, document: Document, sensor: SensorArray) -> Design:
-    with _blame(file, "adc"):
-        adc = Adc(document.adc.bits, document.adc.full_scale_pa, document.adc.contact_threshold_codes)
-    with _blame(file, "search"):
-        search = Search(document.search.steps, document.search.plateau_tolerance)
+    parts = {}
+    makers: dict[str, Callable[..., Any]] = {"adc": Adc, "search": Search, "bus": Bus}
+    for name, make in makers.items():
+        with _blame(file, name):
+            parts[name] = make(**_given(getattr(document, name)))
     with _blame(file, "formats"):
-        formats = _formats(document.formats)
-    with _blame(file, "bus"):
-        bus = Bus(document.bus.taxels_per_beat)
+        parts["formats"] = _formats(document.formats)
     estimator, own = _estimator(file, document.estimator, sensor)
     with _blame(file, ""):
-        choices = Choices(
+        return estimator(
             sensor=sensor,
             name=name_from(file.stem) if document.name is None else checked(document.name),
-            adc=adc,
-            search=search,
-            formats=formats,
             architecture=_architecture(document.architecture, sensor),
             images=document.target.images,
             target=document.target.name,
-            bus=bus,
+            **parts,
+            **own,
         )
-        given = {each.name: getattr(choices, each.name) for each in fields(choices)}
-        return estimator(**given, **own)
+
+
+def _given(section: Section) -> dict[str, Any]:
+    """Values of the keys that are there, by the names of the model's fields."""
+    names = {key: field for field, key in KEYS.items()}
+    return {names.get(key, key): value for key, value in section if value is not None}
 
 
 def _estimator(file: Path, section: EstimatorSection, sensor: SensorArray) -> tuple[type[Design], dict[str, Any]]:
@@ -202,22 +188,18 @@ def _input(file: Path, section: InputSection) -> Input:
 
 
 def _formats(section: FormatsSection) -> Formats:
-    _require_one_of("name", section.name, FORMATS)
-    overrides = {
-        field: bits
-        for field in ("coefficient", "operand", "vector_fraction", "force_fraction")
-        if (bits := getattr(section, f"{field}_bits")) is not None
-    }
-    base, signals = FORMATS[section.name], section.signals.pairs()
-    return replace(base, name="custom", signals=signals, **overrides) if overrides or signals else base
+    if section.name not in FORMATS:
+        raise ValueError(f"name: one of {', '.join(FORMATS)} is needed, got {quoted(section.name)}")
+    given = _given(section)
+    base, signals = FORMATS[given.pop("name")], given.pop("signals").pairs()
+    return replace(base, name="custom", signals=signals, **given) if given or signals else base
 
 
 def _architecture(section: ArchitectureSection, sensor: SensorArray) -> Architecture:
     """Fill in defaults, limited to the parallelism that a small sensor can use."""
     most = 4 * -(-sensor.rows // 2) * -(-sensor.columns // 2)
     default = SERIAL if section.kind == SERIAL.kind else Architecture(min(Architecture().mac_lanes, most))
-    chosen = {key: value for key in ("mac_lanes", "vector_words") if (value := getattr(section, key)) is not None}
-    return replace(default, kind=section.kind, **chosen)
+    return replace(default, **_given(section))
 
 
 def _contacts(file: Path, document: Document) -> Iterator[Contact]:

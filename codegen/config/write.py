@@ -1,15 +1,44 @@
-"""From a design to a CONFIG file of that design."""
+"""From a design to a CONFIG file of that design: plain, or with a comment on every key."""
 
 import json
-from collections.abc import Mapping
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields
 from fractions import Fraction
 from typing import Any
 
 from tfra.codegen.config.cover import LayerSpec
-from tfra.model.choices import FORMATS, Formats
+from tfra.codegen.config.examples import examples
+from tfra.model.choices import FORMATS
 from tfra.model.estimators import DEFAULT
 from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray, sensor_keys
+
+KEYS = {
+    "full_scale": "full_scale_pa",
+    "contact_threshold": "contact_threshold_codes",
+    "tolerance": "plateau_tolerance",
+    "coefficient": "coefficient_bits",
+    "operand": "operand_bits",
+    "vector_fraction": "vector_fraction_bits",
+    "force_fraction": "force_fraction_bits",
+    "normal_force": "force_n",
+}
+"""Keys of the file by the model's fields, where they have other names."""
+
+EXAMPLE = "hertz_40x20"
+"""It has a comment for every key."""
+
+LOAD = 0.6
+"""Peak pressure of the contact, as a share of full scale: no taxel gets over it."""
+
+_COLUMN = 27
+"""Where comments begin."""
+
+_HEAD = re.compile(r"(?:# )?\[+(?P<name>\w+)\]+(?: +# .*)?")
+
+_KEY = re.compile(r"(?P<off># )?(?P<key>\w+) = (?P<value>.+?)(?: +(?P<comment># .*))?")
 
 Value = str | int | float | Mapping[str, int]
 
@@ -31,19 +60,19 @@ def config_text(design: Design, layer: LayerSpec, comment: str, weights: str | N
 
 def sections(design: Design, layer: LayerSpec) -> Sections:
     """What CONFIG says of ``design`` and the cover."""
-    adc, architecture = design.adc, design.architecture
-    threshold = {} if adc.contact_threshold is None else {"contact_threshold_codes": adc.contact_threshold}
+    architecture, formats = design.architecture, design.formats
+    lengths = ("coefficient", "operand", "vector_fraction", "force_fraction")
     lanes = {"mac_lanes": architecture.mac_lanes, "vector_words": architecture.vector_words}
     return {
         "": {"name": design.name},
         "sensor": sensor_section(design.sensor),
-        "adc": {"bits": adc.bits, "full_scale_pa": adc.full_scale, **threshold},
-        "search": {"steps": design.search.steps, "plateau_tolerance": design.search.tolerance},
-        "formats": _formats(design.formats),
-        "formats.signals": dict(design.formats.signals),
+        "adc": _keys(design.adc),
+        "search": _keys(design.search),
+        "formats": {"name": formats.name} if formats.name in FORMATS else _keys(formats, lengths),
+        "formats.signals": dict(formats.signals),
         "architecture": {"kind": architecture.kind, **(lanes if architecture.kind == "parallel" else {})},
         "target": {"name": design.target, "images": design.images},
-        "bus": {"taxels_per_beat": design.bus.taxels_per_beat},
+        "bus": _keys(design.bus),
         "layer": {
             "poisson": layer.poisson,
             "sampling": layer.sampling,
@@ -68,13 +97,10 @@ def _estimator(design: Design, weights: str | None) -> Sections:
     return {"estimator": {"kind": design.estimator, **values}}
 
 
-def _formats(formats: Formats) -> Mapping[str, Value]:
-    if formats.name in FORMATS:
-        return {"name": formats.name}
-    return {
-        f"{key}_bits": getattr(formats, key)
-        for key in ("coefficient", "operand", "vector_fraction", "force_fraction")
-    }
+def _keys(part: Any, names: Iterable[str] = ()) -> dict[str, Value]:
+    """Keys and values of a ``part`` of a design: of its fields ``names``, by default all, those that are not None."""
+    values = {name: getattr(part, name) for name in names or (field.name for field in fields(part))}
+    return {KEYS.get(name, name): value for name, value in values.items() if value is not None}
 
 
 def sensor_section(sensor: SensorArray) -> dict[str, int | float]:
@@ -86,3 +112,70 @@ def sensor_section(sensor: SensorArray) -> dict[str, int | float]:
 def millimetres(metres: float) -> float:
     """The decimal number of millimetres that equals exactly these metres."""
     return float(Fraction(repr(metres)) * 1000)
+
+
+def commented(design: Design, layer: LayerSpec) -> str:
+    """CONFIG in TOML with a comment on every key; what ``design`` leaves to its default is commented out.
+
+    It has a contact to simulate.  :func:`tfra.codegen.config.read.load` makes the same design of it.
+    """
+    sensor = design.sensor
+    size = f"{sensor.rows} x {sensor.columns} taxels"
+    title = f"# A sensor of {size}, pressed by a rounded tip that drags in 24 directions."
+    chosen = sections(design, layer) | {"": {}, "contact": _contact(design)}
+    middle = {"center_x_mm": 5e2 * (sensor.columns - 1) * sensor.pitch_x}
+    middle |= {"center_y_mm": 5e2 * (sensor.rows - 1) * sensor.pitch_y}
+    defaults: Sections = {
+        "": {"name": design.name},
+        "adc": {"contact_threshold_codes": design.adc.threshold},
+        "contact": {key: _rounded(value) for key, value in middle.items()},
+    }
+    return "\n".join([title, *_lines(examples()[EXAMPLE].splitlines()[1:], chosen, defaults)]) + "\n"
+
+
+def _lines(template: list[str], chosen: Sections, defaults: Sections) -> Iterator[str]:
+    """The lines of ``template`` with the values ``chosen``; other keys are commented out, with their ``defaults``.
+
+    Remarks on the template's own values are left out.
+    """
+    section = ""
+    for line in template:
+        if head := _HEAD.fullmatch(line):
+            section = head["name"]
+        elif match := _KEY.fullmatch(line):
+            yield _assigned(match, chosen.get(section, {}), defaults.get(section, {}))
+            continue
+        elif section and line.startswith("#"):
+            continue
+        yield line
+
+
+def _assigned(match: re.Match[str], chosen: Mapping[str, Value], defaults: Mapping[str, Value]) -> str:
+    key = match["key"]
+    if key in chosen:
+        text = assignment(key, chosen[key])
+    else:
+        text = "# " + (assignment(key, defaults[key]) if key in defaults else f"{key} = {match['value']}")
+    return f"{text:{_COLUMN - 1}} {match['comment'] or ''}".rstrip()
+
+
+def _contact(design: Design) -> dict[str, Value]:
+    """A contact in the middle that covers two fifths of the array in each direction, and one taxel at least."""
+    sensor = design.sensor
+    half_x, half_y = (
+        max(0.2 * count, 0.9) * pitch
+        for count, pitch in ((sensor.columns, sensor.pitch_x), (sensor.rows, sensor.pitch_y))
+    )
+    force = LOAD * design.adc.full_scale * 2 / 3 * math.pi * half_x * half_y  # Hertz: the peak is 3/2 of the mean
+    return {
+        "shape": "hertz",
+        "half_x_mm": _rounded(1e3 * half_x),
+        "half_y_mm": _rounded(1e3 * half_y),
+        "force_n": -_rounded(force),
+        "mu": 0.5,
+        "phi_deg": {"start": 0, "stop": 360, "step": 15},
+    }
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.3g}")

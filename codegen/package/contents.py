@@ -7,15 +7,30 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from tfra.codegen.package.part import Part
-from tfra.codegen.registers.source import register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.values import registers_of
 from tfra.codegen.verilog.wrapper import module_name
+from tfra.families import Target
 from tfra.hdl.bus.map import RegisterMap
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.hdl.primitives import cell_models
 from tfra.model.fixed.design import Design
+
+
+@dataclass(frozen=True)
+class Part:
+    """The device that a package describes its core for: a target, and what the core takes of it.
+
+    ``resources``: by name, how many the core takes, and how many the part has; ``basis``: what these numbers are.
+    """
+
+    target: Target
+    resources: Mapping[str, tuple[int, int]]
+    basis: str
+
+    def microseconds(self, cycles: int) -> float:
+        """Time of ``cycles`` at the target's default clock."""
+        return cycles / self.target.clock_mhz
 
 
 @dataclass(frozen=True)
@@ -45,7 +60,7 @@ class Contents:
     @cached_property
     def registers(self) -> RegisterMap:
         """The register map with the values of this design."""
-        return register_map(parameters(self.design))
+        return registers_of(self.design)
 
     @property
     def version(self) -> str:
@@ -54,8 +69,8 @@ class Contents:
 
     @property
     def rtl(self) -> list[str]:
-        """Files of the modules to synthesise, those that are there."""
-        return [name for name in (f"{self.name}.v", f"{self.wrapper}.v") if name in self.texts]
+        """Files of the modules to synthesise."""
+        return [f"{self.name}.v", f"{self.wrapper}.v"]
 
     @property
     def images(self) -> list[str]:

@@ -1,61 +1,41 @@
 """``datasheet.html``: all that an engineer needs who has the package alone, on one page that loads nothing."""
 
+import json
+import re
 import zlib
 from html import escape
-from string import Template
 
 from tfra.codegen.package import sheettables as tables
-from tfra.codegen.package.accuracy import accuracy
 from tfra.codegen.package.contents import Contents, fill, template
-from tfra.codegen.package.diagrams import waves
-from tfra.codegen.registers.files import VENDOR
-from tfra.codegen.registers.table import register_table
+from tfra.codegen.registers.files import VENDOR, register_table
 from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.ip.framer import HEADER_WORDS
 from tfra.hdl.uart.bridge import WORD_BYTES
 from tfra.report.html import contents as links
 from tfra.report.html import document
 
-_SECTIONS = {
-    "features": "Features",
-    "ports": "Ports",
-    "input": "Input frames",
-    "output": "Output frames",
-    "timing": "Handshakes and cycles",
-    "resets": "Resets",
-    "faults": "Faulty frames",
-    "load": "Loading coefficients",
-    "calibration": "Loading the calibration",
-    "registers": "Registers",
-    "resources": "Resources",
-    "accuracy": "Accuracy",
-    "integration": "Integration",
-}
-
-
-_TABLES = {
-    "wrapper_ports": tables.wrapper_ports,
-    "core_ports": tables.core_ports,
-    "output_words": tables.output_words,
-    "status_bits": tables.status_bits,
-    "cycles": tables.cycles,
-    "resources": tables.resources,
-}
+_TABLES = (
+    tables.wrapper_ports,
+    tables.core_ports,
+    tables.output_words,
+    tables.status_bits,
+    tables.cycles,
+    tables.resources,
+)
 
 
 def datasheet(contents: Contents) -> dict[str, str]:
     """The page; raises ``InputError`` without the extra ``ip``."""
-    count, errors = accuracy(contents.design)
+    count, errors = tables.accuracy(contents.design)
     rules = contents.facts["rules"].items()
     values = {
-        **{f"h_{name}": f'<h2 id="{name}">{title}</h2>' for name, title in _SECTIONS.items()},
-        **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in waves().items()},
-        **{name: make(contents).html() for name, make in _TABLES.items()},
+        **{f"wave_{name}": f'<div class="wide" tabindex="0">{svg}</div>' for name, svg in _waves().items()},
+        **{table.__name__: table(contents).html() for table in _TABLES},
         **_numbers(contents),
-        "contents": links(_SECTIONS),
+        "contents": links(dict(re.findall(r'<h2 id="(\w+)">(.*)</h2>', template("datasheet.html")))),
         "blocks": fill("blocks.svg", {"name": contents.name}),
         "registers": register_table(contents.registers).html(),
-        "errors": tables.accuracies(errors).html(),
+        "errors": errors.html(),
         "contacts": count,
         "load": _load(contents),
         "instance": escape(instance(contents)),
@@ -91,13 +71,24 @@ def _numbers(contents: Contents) -> dict[str, object]:
         "output_beats": HEADER_WORDS + design.frame_words,
         "short_beats": HEADER_WORDS + design.frame_words - forces,
         "word_bytes": WORD_BYTES,
-        "part": part.name,
-        "mhz": f"{part.clock_mhz:g}",
+        "part": part.target.name,
+        "mhz": f"{part.target.clock_mhz:g}",
         "basis": escape(part.basis),
-        "rate": f"{1e6 * part.clock_mhz / facts['interval_cycles']:,.0f}",
+        "rate": f"{1e6 * part.target.clock_mhz / facts['interval_cycles']:,.0f}",
         "first_us": f"{part.microseconds(facts['latency_cycles']['first_word']):,.1f}",
         "architecture": design.architecture.kind,
     }
+
+
+def _waves() -> dict[str, str]:
+    """Timing diagrams as SVG by their names, made of WaveDrom's signals in ``templates/waves.json``."""
+    import wavedrom
+
+    diagrams = {}
+    for name, signals in json.loads(template("waves.json")).items():
+        svg = wavedrom.render(json.dumps({"signal": signals, "config": {"hscale": 2}})).tostring()
+        diagrams[name] = str(svg[svg.index("<svg") :])
+    return diagrams
 
 
 def _load(contents: Contents) -> str:
@@ -110,10 +101,7 @@ def _load(contents: Contents) -> str:
     return fill("datasheet_load.html", values)
 
 
-_INSTANCE = Template("  $wrapper $name (\n$pins\n  );")
-
-
 def instance(contents: Contents) -> str:
     """An instance of the wrapper in Verilog, with wires of the ports' names."""
     rows = ",\n".join(f"    .{pin.name}({pin.name})" for pin in ports_of(contents.design))
-    return _INSTANCE.substitute(wrapper=contents.wrapper, name=f"{contents.name}_0", pins=rows)
+    return f"  {contents.wrapper} {contents.name}_0 (\n{rows}\n  );"

@@ -4,15 +4,13 @@ import json
 from importlib.resources import files
 
 from tfra.codegen.package.constants import constants, constants_header
-from tfra.codegen.registers.source import register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.values import parameters, registers_of
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 
 C_FILES = ("tfra_driver.h", "tfra_driver.c", "tfra_frame.c", "tfra_units.h", "example.c")
-_PARTS = ("__init__", "bus", "core", "frame", "states", "words")
-PYTHON_FILES = (*(f"tfra_host/{part}.py" for part in _PARTS), "example.py")
+PYTHON_FILES = (*(f"tfra_host/{part}.py" for part in ("__init__", "core", "frame", "registers")), "example.py")
 
 _FIELDS = (
     *("frame", "exponent", "sweep_index", "phi", "mu", "mu_x", "mu_y"),
@@ -42,7 +40,7 @@ def driver_files(design: Design) -> dict[str, str]:
         texts[f"driver/{design.name}_coefficients.h"] = _coefficients(design.name, loaded)
     texts |= {f"python/{name}": (source / name).read_text(encoding="utf-8") for name in PYTHON_FILES}
     texts["python/example.py"] = texts["python/example.py"].replace("NAME.json", f"{design.name}.json")
-    numbers = constants(register_map(parameters(design)))
+    numbers = constants(registers_of(design))
     return texts | {"python/tfra_host/constants.json": json.dumps(numbers, indent=1) + "\n"}
 
 

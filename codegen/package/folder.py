@@ -6,15 +6,10 @@ from typing import Any
 
 from tfra.codegen.config.names import check_packaged
 from tfra.codegen.package.boards import boards
-from tfra.codegen.package.constraints import constraints
-from tfra.codegen.package.contents import Contents
+from tfra.codegen.package.contents import Contents, Part
 from tfra.codegen.package.datasheet import datasheet
 from tfra.codegen.package.drivers import driver_files
-from tfra.codegen.package.fusesoc import fusesoc
-from tfra.codegen.package.litex import litex
-from tfra.codegen.package.part import Part
-from tfra.codegen.package.readme import readme
-from tfra.codegen.package.vivado import vivado
+from tfra.codegen.package.projects import constraints, fusesoc, litex, readme, vivado
 from tfra.codegen.registers.files import register_files
 from tfra.codegen.sidecar.schema import schema
 from tfra.codegen.verilog.wrapper import wrapper_verilog

@@ -1,22 +1,21 @@
 """What drivers and tools need of the registers of a design: C header, page, IP-XACT."""
 
-from __future__ import annotations
-
-from pathlib import Path
-from typing import TYPE_CHECKING
-
 from tfra.codegen.registers.source import SOURCE, as_map, compiled
-from tfra.codegen.registers.table import register_page
 from tfra.codegen.registers.values import parameters
+from tfra.hdl.bus.map import Field, Kind, RegisterMap
 from tfra.model.fixed.design import Design
+from tfra.report.html import Section, page, paragraph
+from tfra.report.table import Table
 from tfra.runtime.extras import require
 from tfra.runtime.scratch import scratch, temporary, writing
 
-if TYPE_CHECKING:
-    from systemrdl.node import AddrmapNode
-
 VENDOR = "tfra"
 """Vendor and library in the names of IP-XACT."""
+
+_ACCESS = {Kind.PULSE: "W pulse", Kind.PORT: "W", Kind.SETTING: "R/W", Kind.EVENT: "R/W1C"}
+"""What software may do; it only reads the other kinds."""
+
+_FIELD = ("bits", "field", "access", "reset", "meaning")
 
 
 def register_files(design: Design) -> dict[str, str]:
@@ -24,31 +23,49 @@ def register_files(design: Design) -> dict[str, str]:
 
     ``registers/tfra.h`` is C99; its names and addresses are those of every design, and the reset values of the
     constants are those of this one.  ``registers/tfra.html`` is one page that loads nothing, ``registers/tfra.xml`` is
-    IP-XACT (IEEE 1685-2014).
+    IP-XACT (IEEE 1685-2014); its version is that of the register map.
 
     Raises ``InputError`` without the packages of the extra ``ip``.
     """
     require(SOURCE, "ip", "systemrdl-compiler", "peakrdl-cheader", "peakrdl-ipxact")
-    top = compiled(parameters(design))
-    with scratch(temporary()) as folder, writing(folder.parent):
-        _header(top, folder / "tfra.h")
-        _ipxact(top, folder / "tfra.xml")
-        texts = {f"registers/{name}": (folder / name).read_text(encoding="utf-8") for name in ("tfra.h", "tfra.xml")}
-    return {**texts, "registers/tfra.html": register_page(top.get_property("name"), as_map(top))}
-
-
-def _header(top: AddrmapNode, path: Path) -> None:
-    """Names with the hierarchy, not with the parameters' values, which those of shared types have."""
     from peakrdl_cheader.c_standards import CStandard
     from peakrdl_cheader.exporter import CHeaderExporter
-
-    CHeaderExporter().export(top, str(path), std=CStandard.gnu99, reuse_typedefs=False)
-
-
-def _ipxact(top: AddrmapNode, path: Path) -> None:
-    """Its version is that of the register map."""
     from peakrdl_ipxact import IPXACTExporter, Standard
 
-    version = str(as_map(top)["VERSION"].fields[-1].reset)
-    exporter = IPXACTExporter(vendor=VENDOR, library=VENDOR, version=version, standard=Standard.IEEE_1685_2014)
-    exporter.export(top, str(path), component_name="tfra")
+    top = compiled(parameters(design))
+    registers = as_map(top)
+    version = str(registers["VERSION"].fields[-1].reset)
+    ipxact = IPXACTExporter(vendor=VENDOR, library=VENDOR, version=version, standard=Standard.IEEE_1685_2014)
+    with scratch(temporary()) as folder, writing(folder.parent):
+        # names with the hierarchy, not with the parameters' values, which those of shared types have
+        CHeaderExporter().export(top, str(folder / "tfra.h"), std=CStandard.gnu99, reuse_typedefs=False)
+        ipxact.export(top, str(folder / "tfra.xml"), component_name="tfra")
+        texts = {f"registers/{name}": (folder / name).read_text(encoding="utf-8") for name in ("tfra.h", "tfra.xml")}
+    return {**texts, "registers/tfra.html": _page(top.get_property("name"), registers)}
+
+
+def register_table(registers: RegisterMap) -> Table:
+    """A row for every field, in the order of addresses."""
+    rows = []
+    for register in registers.registers:
+        place = (f"0x{register.address:02X}", register.name)
+        for field in register.fields:
+            rows.append((*place, *_field(field)))
+            place = ("", "")
+    return Table("Registers", ("address", "register", *_FIELD), rows, (0, 1, 3, 4, 6))
+
+
+def _page(title: str, registers: RegisterMap) -> str:
+    """A page that loads nothing: a section for every register, with its fields."""
+    sections = []
+    for register in registers.registers:
+        fields = Table(f"Fields of {register.name}", _FIELD, [_field(field) for field in register.fields], (1, 2, 4))
+        heading = f"0x{register.address:02X} {register.name}"
+        sections.append(Section(register.name, heading, [paragraph(register.text), fields.html()]))
+    return page(title, [], sections)
+
+
+def _field(field: Field) -> tuple[str, ...]:
+    bits = f"{field.low + field.bits - 1}:{field.low}" if field.bits > 1 else f"{field.low}"
+    reset = f"0x{field.reset:X}" if field.reset > 9 else f"{field.reset}"
+    return bits, field.name, _ACCESS.get(field.kind, "R"), "–" if field.kind is Kind.STATUS else reset, field.text

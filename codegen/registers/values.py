@@ -3,7 +3,9 @@
 import re
 from importlib.metadata import version
 
+from tfra.codegen.registers.source import register_map
 from tfra.codegen.sidecar.build import sidecar
+from tfra.hdl.bus.map import RegisterMap
 from tfra.hdl.cores import microarchitecture
 from tfra.model.estimators import ESTIMATORS
 from tfra.model.fixed.design import Design
@@ -40,3 +42,8 @@ def parameters(design: Design) -> dict[str, int]:
         "TAXELS_PER_BEAT": design.bus.taxels_per_beat,
         "REPAIR_PLACES": repair_places(design.sensor.taxels),
     }
+
+
+def registers_of(design: Design) -> RegisterMap:
+    """The register map with the values of a design; raises ``InputError`` without the compiler of SystemRDL."""
+    return register_map(parameters(design))

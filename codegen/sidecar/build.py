@@ -12,12 +12,10 @@ from fxpmath import Fxp
 
 from tfra.codegen.sidecar import schema as form
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.layout import Field
 from tfra.model.rounding import Rounding
-from tfra.model.sensor import sensor_keys
 from tfra.recordings.facts import MEANINGS
 
 LOADED = "coefficients/load.hex"
@@ -77,7 +75,11 @@ def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[st
         widths_bits={name: bits for name, bits in asdict(design.widths).items() if bits},
         ports=core_ports(design),
         rules={name: text for name, text in RULES.items() if name != "load" or loaded},
-        load=load(core) if loaded else None,
+        load=form.Load(
+            file=LOADED, transfers=core.coefficients.size, bits=design.coefficient_word, order=core.load_order
+        )
+        if loaded
+        else None,
         taxel=form.Taxels(
             transfers_per_frame=design.sensor.taxels, bits=design.adc.bits, order="row-major", lsb_pa=design.adc.lsb
         ),
@@ -96,36 +98,19 @@ def sidecar(design: Design, images: Sequence[Mapping[str, Any]] = ()) -> dict[st
     ).facts()
 
 
-def sidecar_text(facts: Mapping[str, Any]) -> str:
-    """Text of ``NAME.json``."""
-    return json.dumps(facts, indent=1) + "\n"
-
-
 def _choices(design: Design) -> dict[str, Any]:
     """What was chosen, by the sidecar's names."""
-    adc, formats = design.adc, design.formats
-    search = form.Search(steps=design.search.steps, plateau_tolerance_codes=design.search.tolerance)
     return {
         "name": design.name,
-        "sensor": form.Sensor(**{key.si: getattr(design.sensor, key.field) for key in sensor_keys()}),
-        "adc": form.Converter(
-            bits=adc.bits, full_scale_pa=adc.full_scale, lsb_pa=adc.lsb, contact_threshold_codes=adc.threshold
-        ),
+        "sensor": form.Sensor.model_validate(design.sensor),
+        "adc": form.Converter.model_validate(design.adc),
         "estimator": form.Estimator(kind=design.estimator, **design.facts),
-        "search": search if design.sweeps else None,
-        "formats": form.Formats(
-            name=formats.name,
-            coefficient_bits=formats.coefficient,
-            operand_bits=formats.operand,
-            vector_fraction_bits=formats.vector_fraction,
-            force_fraction_bits=formats.force_fraction,
-            signals_bits=dict(formats.signals),
-            rounding=formats.rounding,
-        ),
-        "architecture": form.Architecture(**asdict(design.architecture)),
+        "search": form.Search.model_validate(design.search) if design.sweeps else None,
+        "formats": form.Formats.model_validate(design.formats),
+        "architecture": form.Architecture.model_validate(design.architecture),
         "target": design.target,
         "memory_contents": design.images,
-        "bus": form.Bus(taxels_per_beat=design.bus.taxels_per_beat),
+        "bus": form.Bus.model_validate(design.bus),
     }
 
 
@@ -138,32 +123,27 @@ def _configuration_hash(choices: dict[str, Any], coefficients: str) -> str:
 
 
 def _results(design: Design) -> form.Results:
-    scaled = ("resultant", "uncertainty", "forces")
     return form.Results(
         transfers_per_frame=design.frame_words,
         bits=design.word_bits,
-        fields=[
-            form.ResultField(
-                name=field.name,
-                start=field.start,
-                count=field.count,
-                bits=field.bits,
-                signed=field.signed,
-                fraction_bits=field.fraction,
-                overflow=field.overflow,
-                format=fixed_point(field),
-                unit=field.unit,
-                lsb=field.lsb,
-                uses_exponent=field.name in scaled,
-                meaning=_FIELDS[field.name],
-            )
-            for field in design.layout
-        ],
+        fields=[_result_field(field) for field in design.layout],
         status_bits=[
             form.StatusBit(bit=status.bit_length() - 1, name=str(status.name), meaning=MEANINGS[status])
             for status in design.status_bits
         ],
         value="word times lsb; a force (unit N), times 2^-exponent of its frame, too",
+    )
+
+
+def _result_field(field: Field) -> form.ResultField:
+    """``format`` is as fxpmath writes it: ``fxp-s18/15`` is signed, 18 bits, 15 of them fraction."""
+    same = ("name", "start", "count", "bits", "signed", "overflow", "unit", "lsb")
+    return form.ResultField(
+        **{key: getattr(field, key) for key in same},
+        fraction_bits=field.fraction,
+        format=str(Fxp(None, signed=field.signed, n_word=field.bits, n_frac=field.fraction).dtype),
+        uses_exponent=field.unit == "N",
+        meaning=_FIELDS[field.name],
     )
 
 
@@ -176,11 +156,6 @@ def computes(design: Design) -> str:
         f" direction of the tangential force of each frame of normal stress of {sensor.rows} x {sensor.columns} taxels,"
         f" by {design.method}"
     )
-
-
-def fixed_point(field: Field) -> str:
-    """A field's number format as fxpmath writes it: ``fxp-s18/15`` is signed, 18 bits, 15 of them fraction."""
-    return str(Fxp(None, signed=field.signed, n_word=field.bits, n_frac=field.fraction).dtype)
 
 
 def core_ports(design: Design) -> list[form.Port]:
@@ -202,12 +177,6 @@ def core_ports(design: Design) -> list[form.Port]:
     loaded = microarchitecture(design).loaded is not None
     named = (form.Port(name=name, direction=way, bits=bits, note=note) for name, way, bits, note in rows)
     return [port for port in named if loaded or not port.name.startswith("load_")]
-
-
-def load(core: Microarchitecture) -> form.Load:
-    """The words to load after every reset, before the first frame is computed."""
-    words, bits = core.coefficients.size, core.design.coefficient_word
-    return form.Load(file=LOADED, transfers=words, bits=bits, order=core.load_order)
 
 
 def coefficients_hash(images: Ints) -> str:

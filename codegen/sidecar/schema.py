@@ -7,7 +7,7 @@ texts.  ``python -m tfra.codegen.sidecar.schema`` prints the schema, which ``doc
 import json
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, create_model
 
 from tfra.model.choices import Images
 from tfra.model.estimators import ESTIMATORS
@@ -19,9 +19,9 @@ FORM: Literal["tfra-core-2"] = "tfra-core-2"
 
 
 class Part(BaseModel):
-    """Immutable, no other keys."""
+    """Immutable, no other keys; a part of a design becomes one by its attributes."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, from_attributes=True)
 
 
 Count = Annotated[int, Field(ge=0)]
@@ -29,7 +29,11 @@ Hash = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
 
 
 _SENSOR: dict[str, Any] = {
-    key.si: (float if key.is_length else int, Field(gt=0, description=key.meaning)) for key in sensor_keys()
+    key.si: (
+        float if key.is_length else int,
+        Field(gt=0, validation_alias=key.field, description=key.meaning),
+    )
+    for key in sensor_keys()
 }
 
 
@@ -39,12 +43,14 @@ class Sensor(create_model("_", __base__=Part, **_SENSOR)):  # type: ignore[misc]
 
 class Converter(Part):
     bits: Annotated[int, Field(description="word length of a code, two's complement")]
-    full_scale_pa: Annotated[float, Field(description="codes reach from -full_scale_pa to full_scale_pa - lsb_pa")]
-    lsb_pa: Annotated[float, Field(description="stress of one code; compression is negative")]
-    contact_threshold_codes: Annotated[
-        int, Field(description="a frame with all codes from -contact_threshold_codes to contact_threshold_codes - 1 is"
-                   " no contact")
-    ]
+    full_scale_pa: float = Field(
+        validation_alias="full_scale", description="codes reach from -full_scale_pa to full_scale_pa - lsb_pa"
+    )
+    lsb_pa: float = Field(validation_alias="lsb", description="stress of one code; compression is negative")
+    contact_threshold_codes: int = Field(
+        validation_alias="threshold",
+        description="a frame with all codes from -contact_threshold_codes to contact_threshold_codes - 1 is no contact",
+    )
 
 
 class Estimator(Part):
@@ -59,16 +65,16 @@ class Estimator(Part):
 
 class Search(Part):
     steps: Annotated[int, Field(description="the sweep has steps + 1 candidates")]
-    plateau_tolerance_codes: float
+    plateau_tolerance_codes: float = Field(validation_alias="tolerance")
 
 
 class Formats(Part):
     name: str
-    coefficient_bits: int
-    operand_bits: int
-    vector_fraction_bits: int
-    force_fraction_bits: int
-    signals_bits: dict[str, int]
+    coefficient_bits: int = Field(validation_alias="coefficient")
+    operand_bits: int = Field(validation_alias="operand")
+    vector_fraction_bits: int = Field(validation_alias="vector_fraction")
+    force_fraction_bits: int = Field(validation_alias="force_fraction")
+    signals_bits: Annotated[dict[str, int], BeforeValidator(dict), Field(validation_alias="signals")]
     rounding: Annotated[Rounding, Field(description="of the results of products; all else is rounded half up")]
 
 
@@ -135,10 +141,8 @@ class Results(Part):
 class Latency(Part):
     first_word: Annotated[int, Field(description="cycles to the transfer of the first result word")]
     last_word: Annotated[int, Field(description="cycles to the transfer of the last result word")]
-    start: Annotated[str, Field(alias="from")]
+    start: Annotated[str, Field(serialization_alias="from")]
     to: str
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
 class Operator(Part):

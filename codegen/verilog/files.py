@@ -1,6 +1,8 @@
 """All files of a core in Verilog: the core, its sidecar, its memories' contents, a testbench."""
 
-from tfra.codegen.sidecar.build import LOADED, sidecar, sidecar_text
+import json
+
+from tfra.codegen.sidecar.build import LOADED, sidecar
 from tfra.codegen.verilog.emit import to_verilog
 from tfra.codegen.verilog.header import header
 from tfra.codegen.verilog.memories import extract
@@ -25,7 +27,7 @@ def files(design: Design) -> dict[str, str]:
     facts = sidecar(design, [image.facts for image in images])
     texts = {
         f"{design.name}.v": header(facts, [file.stem for file in core.cell_models]) + verilog,
-        f"{design.name}.json": sidecar_text(facts),
+        f"{design.name}.json": json.dumps(facts, indent=1) + "\n",
         f"testbench/{design.name}_tb.v": testbench(design, facts),
     }
     texts |= {image.file: hex_words(image.words, image.bits) for image in images}

@@ -2,7 +2,7 @@
 
 import re
 
-from tfra.codegen.config.keywords import KEYWORDS, SIMULATORS
+from tfra.codegen.config.names import KEYWORDS, SIMULATORS
 
 _NAME = re.compile(r'(?<=\\)[^\s"\\]+')
 """A public name in RTLIL, without its backslash; in a text, as that of a memory, there are two."""

@@ -1,21 +1,20 @@
 """Verilog of the core behind buses: ``NAME_axi``, with registers on AXI4-Lite and frames on AXI4-Stream."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, Literal
 
 from amaranth import ClockDomain, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.codegen.registers.source import register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.values import registers_of
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.sidecar.schema import Port
 from tfra.codegen.verilog.emit import core_instance, plain_verilog, to_rtlil
 from tfra.codegen.verilog.header import comment, port_lines, section, wrapped
-from tfra.codegen.verilog.wrapperports import wrapper_ports
-from tfra.hdl.bus.map import BITS
+from tfra.hdl.bus.map import BITS, BYTES
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.front_end.ports import NUMBER
 from tfra.hdl.ip import framer
 from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
 from tfra.hdl.ip.wrapper import Wrapper
@@ -41,6 +40,8 @@ RULES = {
 }
 """Rules of the ports, as sentences."""
 
+_Way = Literal["in", "out"]
+
 
 def check_wrapped(design: Design) -> None:
     """Raise ``ValueError`` that names a section of CONFIG where converter or result words do not fit the wrapper."""
@@ -53,8 +54,7 @@ def wrapper(design: Design) -> Wrapper:
 
     Raises ``InputError`` without the compiler of the register map.
     """
-    loaded = microarchitecture(design).loaded is not None
-    return Wrapper(design, register_map(parameters(design)), loaded=loaded)
+    return Wrapper(design, registers_of(design), loaded=microarchitecture(design).loaded is not None)
 
 
 def module_name(design: Design) -> str:
@@ -62,9 +62,39 @@ def module_name(design: Design) -> str:
     return f"{design.name}_axi"
 
 
+def input_bits(design: Design) -> int:
+    """Bits of a beat of taxels."""
+    return WORD * design.bus.taxels_per_beat
+
+
 def ports_of(design: Design) -> list[Port]:
-    """Ports of the module in order."""
-    return wrapper_ports(design, register_map(parameters(design)).address_bits)
+    """Ports of the module in order; names are those of AMBA."""
+    slots = design.bus.taxels_per_beat
+    beat = f"{slots} taxels, {WORD} bits each, the first one lowest" if slots > 1 else "a taxel"
+    address = [("addr", registers_of(design).address_bits, "address, in bytes"), ("prot", 3, "ignored")]
+    answer, number = ("resp", 2, "0 OKAY, 2 SLVERR"), ("user", NUMBER, "frame number, with tlast")
+    last = ("last", 1, "last beat of a frame")
+    cut = ("user", 1, "1, with tlast: a soft reset ended this frame: throw it away")
+    return [
+        Port(name="aclk", direction="in", bits=1, note="clock, rising edge"),
+        Port(name="aresetn", direction="in", bits=1, note="synchronous reset, active low"),
+        *_channel("s_axi_aw", "in", address),
+        *_channel("s_axi_w", "in", [("data", BITS, "word to write"), ("strb", BYTES, "which of its bytes")]),
+        *_channel("s_axi_b", "out", [answer]),
+        *_channel("s_axi_ar", "in", address),
+        *_channel("s_axi_r", "out", [("data", BITS, "word read"), answer]),
+        *_channel("s_axis_t", "in", [("data", input_bits(design), beat), number, last]),
+        *_channel("m_axis_t", "out", [("data", BITS, "a beat of the output frame"), cut, last]),
+        Port(name="irq", direction="out", bits=1, note="high while an enabled bit of INTERRUPT_STATUS is 1"),
+    ]
+
+
+def _channel(prefix: str, way: _Way, words: list[tuple[str, int, str]]) -> list[Port]:
+    """Ports of a stream that goes ``way``: its ``words`` (name, bits, note), and the handshake."""
+    back: _Way = "in" if way == "out" else "out"
+    forward = [*words, ("valid", 1, "the channel has a transfer")]
+    ports = [Port(name=prefix + name, direction=way, bits=bits, note=note) for name, bits, note in forward]
+    return [*ports, Port(name=f"{prefix}ready", direction=back, bits=1, note="it is taken")]
 
 
 class Top(wiring.Component):
@@ -72,7 +102,7 @@ class Top(wiring.Component):
 
     def __init__(self, design: Design) -> None:
         self._design, self._wrapper = design, wrapper(design)
-        self.ports = wrapper_ports(design, len(self._wrapper.axi.awaddr))
+        self.ports = ports_of(design)
         flows = {"in": In, "out": Out}
         super().__init__({port.name: flows[port.direction](port.bits) for port in self.ports})
 

@@ -18,7 +18,7 @@ ECHO = Backend(
     "echo",
     "The sidecar alone.",
     lambda design: {f"{design.name}.json": json.dumps({"name": design.name})},
-    lambda design, files, part: {"folder/run.sh": f"{part.name} {sorted(files)}"},
+    lambda design, files, part: {"folder/run.sh": f"{part.target.name} {sorted(files)}"},
 )
 
 
@@ -40,7 +40,7 @@ def test_generate_takes_a_back_end_by_name(tmp_path: Path, monkeypatch: pytest.M
     assert (tmp_path / "one" / "one.json").exists()
     generate(SERIAL_CORE, tmp_path / "two", part=PART, backend="echo")
     script = tmp_path / "two" / "folder" / "run.sh"
-    assert script.read_text() == f"{PART.name} ['tiny.json']"
+    assert script.read_text() == f"{PART.target.name} ['tiny.json']"
     assert script.stat().st_mode & 0o111
 
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tfra.codegen.config.keywords import KEYWORDS, PACKAGED
-from tfra.codegen.config.names import PORTS, check_packaged, checked, name_from
+from tfra.codegen.config.names import KEYWORDS, PACKAGED, PORTS, check_packaged, checked, name_from
 from tfra.codegen.verilog.emit import Top
 from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from tfra.codegen.config.examples import examples
 from tfra.codegen.config.read import build_project
 from tfra.codegen.config.schema import Document
-from tfra.codegen.config.template import EXAMPLE, commented
+from tfra.codegen.config.write import EXAMPLE, commented
 from tfra.model.choices import FORMATS
 
 SKIN = {"rows": 8, "columns": 12, "pitch_x_mm": 3.0, "pitch_y_mm": 2.5, "thickness_mm": 3.0}

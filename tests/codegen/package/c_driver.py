@@ -183,13 +183,13 @@ class CCore:
         self._call("acknowledge_interrupts", self._mask("INTERRUPT_STATUS", chosen))
 
     def _mask(self, register: str, names: Iterable[str]) -> int:
-        fields = self._host.words.REGISTERS[register]["fields"]
+        fields = self._host.registers.REGISTERS[register]["fields"]
         return sum(1 << fields[name][0] for name in names)
 
     def _names(self, function: str, register: str) -> frozenset[str]:
         found = c_uint32()
         self._call(function, ctypes.byref(found))
-        names: frozenset[str] = self._host.words.names(register, found.value)
+        names: frozenset[str] = self._host.registers.names(register, found.value)
         return names
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tests.codegen.test_generate import few_frames
 from tfra.codegen.generate import generate
-from tfra.codegen.package.part import Part
+from tfra.codegen.package.contents import Part
 from tfra.families import find
 from tfra.model.choices import SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design

@@ -16,7 +16,7 @@ from tests.codegen import lint
 from tests.codegen.package.made import made
 from tests.hdl.uart.line import framed, frames, little_endian
 from tests.marks import long
-from tfra.codegen.package.boardtop import BAUD
+from tfra.codegen.package.boards import BAUD
 from tfra.families import DEFAULT, FAMILIES
 from tfra.families.family import Board
 from tfra.sim.tools import choose

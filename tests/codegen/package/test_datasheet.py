@@ -13,9 +13,9 @@ from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
 from tests.codegen.package.made import PARALLEL, PART, SERIAL_CORE
 from tests.model.fixed.learned.cases import learned_design as learned
-from tfra.codegen.package.accuracy import CONTACTS, SEED, accuracy
 from tfra.codegen.package.contents import Contents
 from tfra.codegen.package.datasheet import datasheet, instance
+from tfra.codegen.package.sheettables import CONTACTS, SEED, accuracy
 from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar.build import sidecar
@@ -112,7 +112,8 @@ def test_loads_are_told_with_their_checksum(sheet: tuple[Design, str]) -> None:
 
 def test_accuracy_is_that_of_the_model() -> None:
     """Percentiles over the contacts that have a direction."""
-    count, by_name = accuracy(PARALLEL)
+    count, found = accuracy(PARALLEL)
+    by_name = {row[:2]: [float(cell) for cell in row[2:]] for row in found.rows}
     drawn = known_contacts(PARALLEL, CONTACTS, SEED)
     result = decode(PARALLEL, PARALLEL.model(drawn.codes).words)
     clear = PARALLEL.float_model(drawn.codes * PARALLEL.adc.lsb).status == 0
@@ -120,8 +121,8 @@ def test_accuracy_is_that_of_the_model() -> None:
     friction = np.abs(result.mu - drawn.mu)[clear]
     angle = turn_deg(result.phi_deg, drawn.phi_deg)[clear]
     truth = "the simulated contact"
-    assert by_name[truth, "μ"] == pytest.approx(tuple(np.percentile(friction, (50, 95))))
-    assert by_name[truth, "φ / °"] == pytest.approx(tuple(np.percentile(angle, (50, 95))))
+    assert by_name[truth, "μ"] == pytest.approx(tuple(np.percentile(friction, (50, 95))), rel=5e-3)
+    assert by_name[truth, "φ / °"] == pytest.approx(tuple(np.percentile(angle, (50, 95))), rel=5e-3)
 
 
 def test_the_instance_has_every_port() -> None:

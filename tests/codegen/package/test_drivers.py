@@ -81,7 +81,7 @@ def library(package: Path) -> ctypes.CDLL:
 
 def test_names_of_the_files() -> None:
     driver = {"tfra_driver.h", "tfra_driver.c", "tfra_frame.c", "tfra_units.h", "tfra_constants.h", "example.c"}
-    parts = {"__init__.py", "bus.py", "core.py", "frame.py", "states.py", "words.py", "constants.json"}
+    parts = {"__init__.py", "core.py", "frame.py", "registers.py", "constants.json"}
     names = {f"driver/{name}" for name in driver} | {"driver/tfra_config.h", "python/example.py"}
     names |= {f"python/tfra_host/{name}" for name in parts}
     files = driver_files(replace(DESIGN, images="inline"))

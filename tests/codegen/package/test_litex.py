@@ -8,7 +8,7 @@ import pytest
 
 from tests.codegen.package.made import PARALLEL, PART
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.package.litex import litex
+from tfra.codegen.package.projects import litex
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import run_yosys, to_verilog
 from tfra.codegen.verilog.wrapper import ports_of, wrapper_verilog

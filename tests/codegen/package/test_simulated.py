@@ -92,7 +92,7 @@ PLANTED = [
     ("c", "driver/tfra_driver.c", "(word & OPTIONS) | bits", "(word & 0u) | bits", "a stop keeps the options"),
     ("c", "registers/tfra.h", "__DEAD_BAND_bp 0", "__DEAD_BAND_bp 1", "set_front_end"),
     ("c", "driver/tfra_driver.c", "PUT(table, CALIBRATION_PLACE, KIND)", "(table & 0u)", "get_gains"),
-    ("python", "python/tfra_host/words.py", "zlib.crc32(", "zlib.adler32(", "another checksum"),
+    ("python", "python/tfra_host/registers.py", "zlib.crc32(", "zlib.adler32(", "another checksum"),
 ]
 
 

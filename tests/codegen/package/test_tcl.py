@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.codegen.package.made import PARALLEL, PART, made
-from tfra.codegen.package.constraints import constraints
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.package.vivado import vivado
+from tfra.codegen.package.projects import constraints, vivado
 from tfra.codegen.registers.source import as_map, compiled
 from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar.build import sidecar
@@ -87,13 +86,13 @@ def test_constraints_are_those_of_the_top_module(folder: Path, top: tuple[str, s
     found = calls(folder / "constraints" / "lanes.sdc", ports)
     (clock,) = [words for words in found if words[0] == "create_clock"]
     assert clock[1:3] == ["-name", top[0]]
-    assert float(clock[clock.index("-period") + 1]) == pytest.approx(1000 / PART.clock_mhz, abs=1e-3)
+    assert float(clock[clock.index("-period") + 1]) == pytest.approx(1000 / PART.target.clock_mhz, abs=1e-3)
     assert {words[-1] for words in found if words[0] == "set_multicycle_path"} == {top[1]}
 
 
 def test_xdc_has_the_same_clock(folder: Path) -> None:
     found = calls(folder / "vivado" / "lanes_axi.xdc", "proc get_ports name { return $name }")
-    assert found == [["create_clock", "-name", "aclk", "-period", f"{1000 / PART.clock_mhz:.3f}", "aclk"]]
+    assert found == [["create_clock", "-name", "aclk", "-period", f"{1000 / PART.target.clock_mhz:.3f}", "aclk"]]
 
 
 @pytest.mark.long

@@ -4,9 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .bus import Bus
-from .states import Counters, FaultyTaxel, FrontEnd, Load
-from .words import (
+from .registers import (
     CODES,
     CONSTANTS,
     ERRORS,
@@ -14,7 +12,12 @@ from .words import (
     LIMITS,
     OPTIONS,
     REGISTERS,
+    Bus,
+    Counters,
     DeviceError,
+    FaultyTaxel,
+    FrontEnd,
+    Load,
     crc32,
     design_hash,
     names,
@@ -100,16 +103,9 @@ class Core:
             self._write(name, word)
 
     def get_front_end(self) -> FrontEnd:
-        front_end, thresholds = self._fields("FRONT_END"), self._fields("THRESHOLDS")
-        return FrontEnd(
-            word_bits=front_end["word_bits"],
-            is_unsigned=bool(front_end["is_unsigned"]),
-            invert=bool(front_end["invert"]),
-            log2_average=front_end["log2_average"],
-            dead_band=thresholds["dead_band"],
-            contact=thresholds["contact"],
-            stuck_frames=self._get("STUCK", "frames"),
-        )
+        fields: dict[str, Any] = {**self._fields("FRONT_END"), **self._fields("THRESHOLDS")}
+        fields.update({name: bool(fields[name]) for name in ("is_unsigned", "invert")})
+        return FrontEnd(**fields, stuck_frames=self._get("STUCK", "frames"))
 
     def set_offsets(self, first: int, offsets: Sequence[int]) -> None:
         """Write offsets of taxels from ``first`` on: signed, 18 bits, in 1/2^17 of the range."""

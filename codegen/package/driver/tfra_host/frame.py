@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from .words import CONSTANTS, DeviceError, names, part, signed
+from .registers import CONSTANTS, DeviceError, names, part, signed
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,13 @@
-"""Numbers of the registers, from ``constants.json`` beside this file, and words made of fields."""
+"""Registers: ways to them, their numbers from ``constants.json`` beside this file, words made of fields, states."""
 
 import json
+import mmap
+import os
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 CONSTANTS: dict[str, Any] = json.loads(Path(__file__).with_name("constants.json").read_text(encoding="utf-8"))
 REGISTERS: dict[str, Any] = CONSTANTS["registers"]
@@ -67,3 +70,80 @@ def of_names(register: str, chosen: Iterable[str], known: Sequence[str]) -> int:
     if unknown := found - set(known):
         raise ValueError(f"{', '.join(sorted(unknown))}: the names are {', '.join(known)}")
     return packed(register, **dict.fromkeys(found, 1))
+
+
+class Bus(Protocol):
+    """The way to the registers; addresses are in bytes from the core's base."""
+
+    def read32(self, address: int) -> int:
+        """The word of a register."""
+
+    def write32(self, address: int, word: int) -> None:
+        """Write the word of a register."""
+
+
+class Mapped:
+    """Registers in memory: ``/dev/uioN``, or ``/dev/mem`` and the ``offset`` of the core, a multiple of the page."""
+
+    def __init__(self, path: str, offset: int = 0) -> None:
+        file = os.open(path, os.O_RDWR | os.O_SYNC)
+        try:
+            self._memory = mmap.mmap(file, mmap.PAGESIZE, offset=offset)
+        finally:
+            os.close(file)
+        self._words = memoryview(self._memory).cast("I")
+
+    def read32(self, address: int) -> int:
+        return self._words[address // 4]
+
+    def write32(self, address: int, word: int) -> None:
+        self._words[address // 4] = word
+
+    def close(self) -> None:
+        self._words.release()
+        self._memory.close()
+
+
+@dataclass(frozen=True)
+class FrontEnd:
+    """Settings of the front end; see the registers FRONT_END, THRESHOLDS and STUCK."""
+
+    word_bits: int
+    is_unsigned: bool = False
+    invert: bool = False
+    log2_average: int = 0
+    dead_band: int = 0
+    contact: int = 0
+    stuck_frames: int = 0
+
+
+@dataclass(frozen=True)
+class Counters:
+    """Counters, which wrap; ``consistent``: no frame came or went while they were read."""
+
+    frames_in: int
+    frames_out: int
+    frames_dropped: int
+    frames_saturated: int
+    frame_cycles: int
+    consistent: bool
+
+
+@dataclass(frozen=True)
+class Load:
+    """Progress of the load: coefficients taken since the reset, their CRC-32, and whether it is the expected one."""
+
+    count: int
+    crc: int
+    match: bool
+    loaded: bool
+
+
+@dataclass(frozen=True)
+class FaultyTaxel:
+    """The last taxel with a fault; ``index`` row by row, from 0."""
+
+    index: int
+    saturated: bool
+    out_of_range: bool
+    stuck: bool
