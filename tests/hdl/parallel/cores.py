@@ -2,8 +2,7 @@
 
 import random
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from amaranth import ResetInserter, Signal
@@ -11,11 +10,8 @@ from amaranth import ResetInserter, Signal
 from tests.hdl.parallel.designs import simulate
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
-from tfra.model.choices import SCALARS, Formats
 from tfra.model.fixed.design import Design
 from tfra.sim.harness import run
-
-D = TypeVar("D", bound=Design)
 
 
 def stream(design: Design, codes: Ints, **stalls: Any) -> tuple[Ints, Ints, Ints, Ints, Ints]:
@@ -95,18 +91,3 @@ def check_resets(design: Design, codes: Ints, interrupted: Sequence[int], held: 
 
     simulate(ResetInserter(reset)(core), bench)
     assert words == want, f"after resets at {interrupted}"
-
-
-def mixed(design: D, seed: int, signals: Sequence[str], own: float) -> D:
-    """``design`` with words of their own length for a part ``own`` of the ``signals``: the first draw that fits."""
-    rng = random.Random(seed)
-    while True:
-        chosen = ((name, 10 if name in SCALARS else 6) for name in signals if rng.random() < own)
-        lengths = tuple((name, rng.randrange(least, 28)) for name, least in chosen)
-        common = rng.randrange(6, 28), rng.randrange(design.adc.bits, 28), rng.randrange(17), rng.randrange(17)
-        try:
-            drawn = replace(design, formats=Formats("mixed", *common, lengths))
-            _ = drawn.widths
-        except ValueError:
-            continue
-        return drawn

@@ -1,19 +1,25 @@
-"""For the tests of parallel blocks: designs of TFRA, blocks joined to one, a test bench of its own."""
+"""For the tests of parallel blocks: designs of TFRA and random ones, words, blocks joined to one, a test bench."""
 
-from collections.abc import Callable, Iterable
-from typing import Any
+import random
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, TypeVar
 
-from amaranth import Module
+import numpy as np
+from amaranth import Elaboratable, Module
 from amaranth.lib import wiring
-from amaranth.lib.wiring import Out
 from amaranth.sim import Simulator
 
 from tfra.hdl.lib.broadcast import broadcast
-from tfra.model.choices import FORMATS, Adc, Architecture, Formats, Search
+from tfra.model.arrays import Ints
+from tfra.model.choices import FORMATS, SCALARS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.design import TfraDesign
+from tfra.model.fixed.tfra.design import SIGNALS, TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.sim.harness import port as port_at
+from tfra.sim.harness import port
+
+D = TypeVar("D", bound=Design)
 
 
 def make(
@@ -47,6 +53,56 @@ def label(design: Design) -> str:
     return f"{sensor.rows}x{sensor.columns}-{architecture.mac_lanes}-{architecture.vector_words}-{formats}"
 
 
+VECTORS = [
+    make(4, 4),
+    make(3, 5, "wide"),
+    make(2, 2),
+    make(4, 6, Formats("long vectors", 12, 10, 16, 4), bits=10),
+    make(3, 2, Formats("short vectors", 12, 27, 0, 0), bits=6),
+    make(3, 4, words=2),
+    make(2, 2, words=1),
+    make(5, 4, words=1),
+]
+"""Small designs of every kind: words a cycle, and vectors longer and shorter than multiplier operands."""
+
+
+def mixed(design: D, seed: int, signals: Sequence[str], own: float) -> D:
+    """``design`` with words of their own length for a part ``own`` of the ``signals``: the first draw that fits."""
+    rng = random.Random(seed)
+    while True:
+        chosen = ((name, 10 if name in SCALARS else 6) for name in signals if rng.random() < own)
+        lengths = tuple((name, rng.randrange(least, 28)) for name, least in chosen)
+        common = rng.randrange(6, 28), rng.randrange(design.adc.bits, 28), rng.randrange(17), rng.randrange(17)
+        try:
+            drawn = replace(design, formats=Formats("mixed", *common, lengths))
+            _ = drawn.widths
+        except ValueError:
+            continue
+        return drawn
+
+
+def random_design(seed: int) -> TfraDesign:
+    """Any small array with any number of lanes, any number of words a cycle, and any contact threshold."""
+    rng = random.Random(seed)
+    rows, columns, steps = rng.randrange(2, 8), rng.randrange(2, 8), rng.choice([4, 12, 33])
+    lanes = rng.choice(range(4, 4 * ((rows + 1) // 2) * ((columns + 1) // 2) + 1, 4))
+    words = rng.choice([1, 2, 4])
+    threshold = rng.choice([None, 0, rng.randrange(2000)])
+    return make(rows, columns, steps=steps, lanes=lanes, words=words, threshold=threshold)
+
+
+def mixed_design(seed: int) -> TfraDesign:
+    """A random design whose signals have word lengths of their own."""
+    return mixed(random_design(seed), seed, SIGNALS, 0.6)
+
+
+def random_words(rng: np.random.Generator, bits: int, shape: tuple[int, ...]) -> Ints:
+    """Signed words of ``bits`` and less: every length is as likely, ends of the range among them."""
+    top = np.int64(1) << rng.integers(0, bits, shape)
+    values = np.where(rng.random(shape) < 0.2, rng.choice([-1, 1], shape) * top, rng.integers(-top, top))
+    return np.clip(values, -(1 << (bits - 1)), (1 << (bits - 1)) - 1)
+
+
 def simulate(dut: Any, bench: Callable[[Any], Any]) -> None:
     """Run ``bench`` beside ``dut`` to its end."""
     simulator = Simulator(dut)
@@ -55,48 +111,22 @@ def simulate(dut: Any, bench: Callable[[Any], Any]) -> None:
     simulator.run()
 
 
-class Joined(wiring.Component):
-    """Blocks as one.
+class Joined(Elaboratable):
+    """Blocks as one: attributes of their names, so that "block.port" is a port.
 
     Arguments:
-        blocks: by name.
-        ports: by name of a port, that of a block, as "block.port", or of all blocks that read it.
-        wires: pairs of such ports: a stream, and its sink.
+        wires: pairs of such ports: a stream, and its sink; one without backpressure has any number of sinks.
     """
 
-    def __init__(
-        self, blocks: dict[str, Any], ports: dict[str, str | tuple[str, ...]], wires: Iterable[tuple[str, str]] = ()
-    ) -> None:
-        self.blocks, self._wires = blocks, wires
-        self._inner = {name: paths if isinstance(paths, tuple) else (paths,) for name, paths in ports.items()}
-        members = {}
-        for name, (path, *_) in self._inner.items():
-            block, port = path.split(".")
-            members[name] = blocks[block].signature.members[port]
-        super().__init__(members)
+    def __init__(self, wires: Iterable[tuple[str, str]], **blocks: Any) -> None:
+        self._wires, self._blocks = wires, blocks
+        vars(self).update(blocks)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        for name, block in self.blocks.items():
+        for name, block in self._blocks.items():
             m.submodules[name] = block
-        for source, sink in self._wires:
-            self._connect(m, self._port(source), self._port(sink))
-        for name, paths in self._inner.items():
-            own, inner = wiring.flipped(getattr(self, name)), [self._port(path) for path in paths]
-            if self.signature.members[name].flow is Out:
-                wiring.connect(m, inner[0], own)
-            else:
-                self._connect(m, own, *inner)
+        for source, sink in (map(partial(port, self), pair) for pair in self._wires):
+            connect = broadcast if source.signature.always_ready else wiring.connect
+            connect(m, source, sink)
         return m
-
-    def _port(self, path: str) -> Any:
-        block, _, port = path.partition(".")
-        return port_at(self.blocks[block], port)
-
-    @staticmethod
-    def _connect(m: Module, source: Any, *sinks: Any) -> None:
-        """A stream to its sink, or one without backpressure to any."""
-        if source.signature.always_ready:
-            broadcast(m, source, *sinks)
-        else:
-            wiring.connect(m, source, *sinks)

@@ -1,14 +1,14 @@
 """Per-frame facts for the blocks around the affine coefficients: from model stages and at random."""
 
-import random
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-from tests.hdl.parallel.designs import make
+from tests.hdl.parallel.designs import make, random_words
 from tfra.model.arrays import Ints
 from tfra.model.choices import Formats
+from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.butterfly import butterfly, to_quads
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import matvec
@@ -36,38 +36,32 @@ def transfers(facts: Any) -> list[Any]:
     ]
 
 
-def words(rng: random.Random, bits: int, shape: tuple[int, ...]) -> Ints:
-    """Signed words of ``bits`` and less: every length is as likely, ends of the range among them."""
-    lengths = [rng.randrange(bits) for _ in range(int(np.prod(shape)))]
-    values = [rng.choice([rng.randrange(-1 << n, 1 << n), -1 << n, (1 << n) - 1]) for n in lengths]
-    return np.array(values, dtype=np.int64).reshape(shape)
+def frame_facts(contact: Any, traction: Any, magnitude: Any = 0) -> Normalised:
+    """Facts of frames with these flags ``(n,)``, and nothing else."""
+    zero = np.zeros(len(contact), dtype=np.int64)
+    return Normalised(zero[:, None], zero, zero + magnitude, contact, traction, zero > 0)
 
 
-def bits_of(rng: random.Random, frames: int) -> Any:
-    """One random flag for each frame."""
-    return np.array([rng.random() < 0.5 for _ in range(frames)])
+def regular_frames(number: int) -> Normalised:
+    """Facts of frames with contact and traction."""
+    return frame_facts(*np.ones((2, number), dtype=bool))
 
 
-def random_frames(design: Design, rng: random.Random, frames: int) -> Normalised:
-    """Any facts; half the frames are regular."""
-    number = np.array([rng.randrange(8) for _ in range(frames)])
-    contact, traction = (number > 0), (number != 1) & (number < 5)
-    zero = np.zeros(frames, dtype=np.int64)
-    return Normalised(np.zeros((frames, 1), dtype=np.int64), zero, zero, contact, traction, bits_of(rng, frames))
+def random_frames(rng: np.random.Generator, frames: int) -> Normalised:
+    """Any flags; about half the frames are regular."""
+    return frame_facts(rng.random(frames) < 0.85, rng.random(frames) < 0.6)
 
 
-def random_direction(design: Design, rng: random.Random, frames: int) -> Direction:
+def random_direction(design: Design, rng: np.random.Generator, frames: int) -> Direction:
     """Any words, any flags."""
-    cos, sin = words(rng, design.formats.operand, (2, frames))
-    return Direction(cos, sin, *(bits_of(rng, frames) for _ in range(3)))
+    return Direction(*random_words(rng, design.formats.operand, (2, frames)), *(rng.random((3, frames)) < 0.5))
 
 
-def random_affine(design: Design, rng: random.Random, frames: int) -> Dependent:
+def random_affine(design: Design, rng: np.random.Generator, frames: int) -> Dependent:
     """Any words, as no frame would have them together."""
-    operand, vector = design.formats.operand, design.widths.vector
-    alpha, beta = words(rng, operand, (2, frames))
-    significant = np.array([rng.randrange(vector) for _ in range(frames)])
-    return Dependent(alpha, beta, bits_of(rng, frames), words(rng, operand, (frames, 3, 3)), significant)
+    alpha, beta = random_words(rng, design.formats.operand, (2, frames))
+    sums = random_words(rng, design.formats.operand, (frames, 3, 3))
+    return Dependent(alpha, beta, rng.random(frames) < 0.5, sums, rng.integers(0, design.widths.vector, frames))
 
 
 def real_sums(design: Design, codes: Ints) -> tuple[Normalised, Direction, Ints, Ints]:
@@ -87,17 +81,7 @@ def real_affine(design: Design, codes: Ints) -> tuple[Normalised, Direction, Dep
 
 
 def random_codes(design: Design, seed: int, frames: int) -> Ints:
-    """Contacts with noise; the first two frames have nothing to sweep."""
-    rng = np.random.default_rng(seed)
-    top = 1 << (design.adc.bits - 1)
-    y, x = np.mgrid[0 : design.sensor.rows, 0 : design.sensor.columns]
-    found = []
-    for _ in range(frames):
-        cx, cy = rng.uniform(0, design.sensor.columns - 1), rng.uniform(0, design.sensor.rows - 1)
-        angle, size = rng.uniform(0, 2 * np.pi), rng.uniform(1, 3)
-        r2 = ((x - cx) ** 2 + (y - cy) ** 2) / size**2
-        slope = ((x - cx) * np.cos(angle) + (y - cy) * np.sin(angle)) / size
-        found.append((rng.uniform(0.02, 0.9) * (slope - 1) * np.exp(-r2)).ravel() + rng.normal(0, 0.01, x.size))
-    codes = np.clip(np.rint(np.array(found) * top), -top, top - 1).astype(np.int64)
+    """Contacts; the first two frames have nothing to sweep."""
+    codes = contact_codes(design, frames, seed).reshape(frames, -1)
     codes[0], codes[1] = 0, -np.abs(codes[1])
     return codes

@@ -24,24 +24,23 @@ def design(formats: str) -> Design:
 
 def stored(d: Design) -> Joined:
     """Angle with a place for every modulus, which it does not wait for."""
-    blocks = {"angle": Angle(d), "moduli": PerFrameFifo(cordic_modulus(d), (), NUMBER)}
-    ports = {"vector": "angle.vector", "turned": "moduli.o", "direction": "angle.direction", "phi": "angle.phi"}
-    return Joined(blocks, ports, [("angle.turned", "moduli.i")])
+    moduli = PerFrameFifo(cordic_modulus(d), (), NUMBER)
+    return Joined([("angle.turned", "moduli.i")], angle=Angle(d), moduli=moduli)
 
 
 def inputs(d: Design, seed: int) -> dict[str, list[dict[str, int]]]:
     rng = random.Random(seed)
     sign, word = d.formats.operand - 1, cordic_word(d).width - 1
     return {
-        "vector": [{axis: rng.randrange(1 << word) >> rng.randrange(word) for axis in "xy"} for _ in range(NUMBER)],
-        "direction": [{w: rng.randrange(-1 << sign, 1 << sign) for w in ("cos", "sin")} for _ in range(NUMBER)],
+        "angle.vector": [{w: rng.randrange(1 << word) >> rng.randrange(word) for w in "xy"} for _ in range(NUMBER)],
+        "angle.direction": [{w: rng.randrange(-1 << sign, 1 << sign) for w in ("cos", "sin")} for _ in range(NUMBER)],
     }
 
 
 def expected(d: Design, sent: dict[str, list[dict[str, int]]]) -> dict[str, list[int]]:
-    x, y = (np.array([v[axis] for v in sent["vector"]]) for axis in "xy")
-    cos, sin = (np.array([v[word] for v in sent["direction"]]) << DIVISION_GUARD for word in ("cos", "sin"))
-    return {"turned": cordic(d, x, y)[0].tolist(), "phi": cordic(d, cos, sin)[1].tolist()}
+    x, y = (np.array([v[axis] for v in sent["angle.vector"]]) for axis in "xy")
+    cos, sin = (np.array([v[word] for v in sent["angle.direction"]]) << DIVISION_GUARD for word in ("cos", "sin"))
+    return {"moduli.o": cordic(d, x, y)[0].tolist(), "angle.phi": cordic(d, cos, sin)[1].tolist()}
 
 
 @pytest.mark.parametrize("formats", ["standard", "wide"])
@@ -58,15 +57,15 @@ def test_both_users_get_their_own(formats, stall_in, stall_out):
 def test_directions_never_hold_up_a_vector():
     d = design("standard")
     sent, dut = inputs(d, 2), stored(d)
-    seen = run(dut, sent, {"turned": NUMBER, "phi": NUMBER}, stall_in=flowing).cycles
-    assert set(np.diff(seen["vector"])) == {1}
-    waits = {out - into for into, out in zip(seen["vector"], seen["turned"], strict=True)}
-    assert waits == {dut.blocks["angle"].latency + PerFrameFifo.latency}
+    seen = run(dut, sent, {"moduli.o": NUMBER, "angle.phi": NUMBER}, stall_in=flowing).cycles
+    assert set(np.diff(seen["angle.vector"])) == {1}
+    waits = {out - into for into, out in zip(seen["angle.vector"], seen["moduli.o"], strict=True)}
+    assert waits == {dut.angle.latency + PerFrameFifo.latency}
 
 
 def test_a_wrong_bit_is_noticed():
     d = design("standard")
     sent = inputs(d, 3)
     wrong = expected(d, sent)
-    wrong["phi"][7] ^= 1
-    assert run(stored(d), sent, {"phi": NUMBER}).values["phi"] != wrong["phi"]
+    wrong["angle.phi"][7] ^= 1
+    assert run(stored(d), sent, {"angle.phi": NUMBER}).values["angle.phi"] != wrong["angle.phi"]

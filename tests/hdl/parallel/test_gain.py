@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.parallel.designs import Joined, make
+from tests.hdl.parallel.facts import frame_facts, transfers
 from tests.marks import STALLS
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.angle import Angle
@@ -15,7 +16,7 @@ from tfra.model.choices import Formats
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant, gain, normal_gain
 from tfra.model.fixed.normaliser import Normalised
-from tfra.sim.harness import run
+from tfra.sim.harness import Recording, run
 
 DESIGNS = {
     "4x4": make(4, 4, threshold=0),
@@ -25,20 +26,7 @@ DESIGNS = {
     "3x2 short": make(3, 2, Formats("short", 10, 10, 0, 16), bits=6, thickness=8, threshold=0),
 }
 
-
-def with_cordic(d: Design) -> Joined:
-    """Gain and the CORDIC that it asks."""
-    ports = {"total": "gain.total", "frame": "gain.frame", "gain": "gain.gain"}
-    wires = [("gain.vector", "angle.vector"), ("angle.turned", "gain.turned")]
-    return Joined({"gain": Gain(d), "angle": Angle(d)}, ports, wires)
-
-
 Case = tuple[Resultant, Normalised]
-
-
-def facts(d: Design, contact: Any, traction: Any, magnitude: Any) -> Normalised:
-    none = np.zeros(len(magnitude), dtype=np.int64)
-    return Normalised(none[:, None], none, magnitude, contact, traction, none > 0)
 
 
 def random_case(d: Design, n: int, seed: int) -> Case:
@@ -48,7 +36,7 @@ def random_case(d: Design, n: int, seed: int) -> Case:
     words = rng.integers(-top - 1, top + 1, (n, 3)) >> rng.integers(0, w.division, (n, 3))
     words = np.where(rng.random((n, 3)) < 0.25, rng.choice([0, 1, -1, top, -top, -top - 1], (n, 3)), words)
     magnitude = rng.integers(1, 1 << w.magnitude, n) >> rng.integers(0, w.magnitude, n)
-    frame = facts(d, rng.random(n) < 0.85, rng.random(n) < 0.85, magnitude)
+    frame = frame_facts(rng.random(n) < 0.85, rng.random(n) < 0.85, magnitude)
     return Resultant(words, rng.integers(-40, 60, n)), frame
 
 
@@ -63,20 +51,18 @@ def corner_case(d: Design) -> Case:
     words, n = np.concatenate([words, words]), 2 * len(words)
     magnitude = np.where(np.arange(n) % 2, 1, (1 << w.magnitude) - 1)
     magnitude[3] = 0
-    return Resultant(words, np.arange(n) - 20), facts(d, np.full(n, True), np.full(n, True), magnitude)
+    return Resultant(words, np.arange(n) - 20), frame_facts(np.full(n, True), np.full(n, True), magnitude)
 
 
-def streams(d: Design, case: Case) -> dict[str, list[Any]]:
-    total, frame = case
-    return {
-        "total": [
-            {"words": w, "exponent": e} for w, e in zip(total.words.tolist(), total.exponent.tolist(), strict=True)
-        ],
-        "frame": [
-            {"magnitude": int(m), "contact": int(c), "traction": int(t)}
-            for m, c, t in zip(frame.magnitude, frame.contact, frame.traction, strict=True)
-        ],
-    }
+def send(dut: Joined, case: Case, **stalls: Any) -> Recording:
+    total, frame = map(transfers, case)
+    return run(dut, {"gain.total": total, "gain.frame": frame}, {"gain.gain": len(total)}, **stalls)
+
+
+def with_cordic(d: Design) -> Joined:
+    """Gain and the CORDIC that it asks."""
+    wires = [("gain.vector", "angle.vector"), ("angle.turned", "gain.turned")]
+    return Joined(wires, gain=Gain(d), angle=Angle(d))
 
 
 def expected(d: Design, case: Case) -> list[dict[str, int]]:
@@ -89,25 +75,32 @@ def expected(d: Design, case: Case) -> list[dict[str, int]]:
     return [{name: int(column[i]) for name, column in columns.items()} for i in range(len(found.mu))]
 
 
-def check(d: Design, case: Case, note: str, **stalls: Any) -> None:
-    wanted = expected(d, case)
-    assert run(with_cordic(d), streams(d, case), {"gain": len(wanted)}, **stalls).values["gain"] == wanted, note
+def check(d: Design, case: Case, **stalls: Any) -> Recording:
+    """Words, and the latency when nothing stalls."""
+    dut = with_cordic(d)
+    seen, latency = send(dut, case, **stalls), dut.gain.latency
+    assert seen.values["gain.gain"] == expected(d, case)
+    cycles = seen.cycles["gain.gain"]
+    if not stalls:  # inputs are valid in the first cycle, number 1
+        assert cycles == [1 + latency + (latency + 2) * number for number in range(len(cycles))]
+        assert seen.cycles["gain.total"] == seen.cycles["gain.frame"] == cycles
+    return seen
 
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_equals_the_model(name):
-    check(DESIGNS[name], random_case(DESIGNS[name], 20, 1), f"{name}, seed 1")
+    check(DESIGNS[name], random_case(DESIGNS[name], 20, 1))
 
 
 @pytest.mark.parametrize("name", ["4x4", "2x2 long", "3x2 short"])
 def test_corners(name):
-    check(DESIGNS[name], corner_case(DESIGNS[name]), name)
+    check(DESIGNS[name], corner_case(DESIGNS[name]))
 
 
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
 def test_survives_stalls(stall_in, stall_out):
     d = DESIGNS["3x2 short"]
-    check(d, random_case(d, 6, 2), "seed 2", stall_in=stall_in, stall_out=stall_out, seed=2)
+    check(d, random_case(d, 6, 2), stall_in=stall_in, stall_out=stall_out, seed=2)
 
 
 def test_rules_in_literal_numbers():
@@ -115,26 +108,12 @@ def test_rules_in_literal_numbers():
     d = DESIGNS["4x4"]
     top = (1 << (d.widths.division - 1)) - 1
     words = np.array([[top, 0, 0], [0, 0, 0], [top, top, top], [0, 0, -top], [top // 2, 0, -top]])
-    regular = np.array([True, True, False, True, True])
-    frame = facts(d, np.full(5, True), regular, np.full(5, 1 << 16))
-    case = Resultant(words, np.zeros(5, dtype=np.int64)), frame
-    check(d, case, "literal")
-    seen = run(with_cordic(d), streams(d, case), {"gain": 5}).values["gain"]
+    frame = frame_facts(np.full(5, True), np.arange(5) != 2, 1 << 16)
+    seen = check(d, (Resultant(words, np.zeros(5, dtype=np.int64)), frame)).values["gain.gain"]
     limit = (1 << d.formats.operand) - 1
     assert [g["mu"] for g in seen] == [limit >> 1, limit >> 1, 0, 0, pytest.approx(1 << d.formats.operand - 4, abs=2)]
     assert [g["overflow"] for g in seen] == [1, 1, 0, 0, 0]
     assert [seen[1]["mantissa"], seen[2]["mantissa"]] == [limit, normal_gain(d)[0]]
-
-
-@pytest.mark.parametrize("name", DESIGNS)
-def test_latency(name):
-    d = DESIGNS[name]
-    dut = with_cordic(d)
-    latency = dut.blocks["gain"].latency
-    seen = run(dut, streams(d, random_case(d, 4, 4)), {"gain": 4}).cycles
-    assert seen["gain"][0] == 1 + latency  # inputs are valid in the first cycle, number 1
-    assert set(np.diff(seen["gain"])) == {latency + 2}
-    assert seen["total"] == seen["frame"] == seen["gain"]
 
 
 def test_a_wrong_bit_is_noticed():
@@ -142,4 +121,4 @@ def test_a_wrong_bit_is_noticed():
     case = random_case(d, 3, 5)
     wrong = expected(d, case)
     wrong[2]["mantissa"] ^= 1
-    assert run(with_cordic(d), streams(d, case), {"gain": 3}).values["gain"] != wrong
+    assert send(with_cordic(d), case).values["gain.gain"] != wrong

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.hdl.parallel.tfra.designs import mixed_design
+from tests.hdl.parallel.designs import mixed_design
 from tests.model.cases import make_design
 from tfra.model.choices import FORMATS, SCALARS, SERIAL, Formats
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
+from tests.hdl.parallel.designs import random_words
+from tests.hdl.parallel.learned.designs import CASES, few, label
 from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned.activation import Activation
 from tfra.hdl.parallel.learned.plan import UNITS, mirror_bits
@@ -28,14 +29,13 @@ def check(design: LearnedDesign, quads: np.ndarray, kinds: list[int], stall=flow
     assert set(late) <= {Activation(design).latency}
 
 
-@settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
-@given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.sampled_from(PATTERNS))
-def test_equals_the_model(seed, name, stall):
-    design = DESIGNS[name]
+@few
+@given(st.integers(0, 1 << 32), st.sampled_from(CASES), st.sampled_from(PATTERNS))
+def test_equals_the_model(seed, design, stall):
     rng = np.random.default_rng(seed)
-    taxels = words_of(rng, mirror_bits(design) - 2, (30, 4))
+    taxels = random_words(rng, mirror_bits(design) - 2, (30, 4))
     quads = butterfly(taxels) // 4 + rng.integers(-3, 4, taxels.shape)
-    quads = np.concatenate([quads, words_of(rng, mirror_bits(design) - 3, (30, 4))])
+    quads = np.concatenate([quads, random_words(rng, mirror_bits(design) - 3, (30, 4))])
     check(design, quads, rng.integers(0, len(design.kinds), len(quads)).tolist(), stall)
 
 

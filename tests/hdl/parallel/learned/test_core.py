@@ -8,15 +8,18 @@ import numpy as np
 import pytest
 
 from tests.hdl.parallel.cores import check_resets, check_single_frame, check_timing, check_words, sleepy, stream
+from tests.hdl.parallel.designs import simulate
 from tests.hdl.parallel.learned.designs import mixed_design, random_design
 from tests.marks import long
 from tests.model.fixed.learned.cases import codes_of, learned_design
+from tfra.hdl.parallel.learned import timeline
 from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.hdl.parallel.learned.parallel import LearnedParallel
+from tfra.hdl.parallel.learned.plan import FRAMES, plan
 from tfra.model.choices import FORMATS, Adc, Architecture
 from tfra.model.fixed.learned.stages import Stage
 from tfra.sim.harness import bursts, flowing, random_stalls, run
-from tfra.sim.run import simulate
+from tfra.sim.run import simulate as simulate_core
 
 CASES = [
     (learned_design(2, 2, (3, 2), 1), bursts, flowing),
@@ -65,12 +68,14 @@ def test_a_reset_of_one_cycle_in_the_middle_of_anything(forces):
     check_resets(design, codes_of(design, 3, 9), interrupted, 1, rng)
 
 
-def test_coefficients_may_be_loaded():
+@pytest.mark.parametrize("stall_in", [flowing, bursts])
+def test_coefficients_may_be_loaded(stall_in):
     design = learned_design(2, 3, (2, 1), 8, images="load", lanes=8)
     codes = codes_of(design, 1, 3)
     want = design.model(codes).words
     load = LearnedParallel(design).loaded.tolist()
-    seen = run(LearnedCore(design), {"load": load, "taxel": codes.ravel().tolist()}, {"result": want.size})
+    inputs = {"load": load, "taxel": codes.ravel().tolist()}
+    seen = run(LearnedCore(design), inputs, {"result": want.size}, stall_in=stall_in)
     assert [word["data"] for word in seen.values["result"]] == want.ravel().tolist()
 
 
@@ -80,7 +85,7 @@ def test_every_probe_shows_the_models_stage(forces, tmp_path: Path):
     design = learned_design(2, 3, (2, 1), 9, taxel_forces=forces)
     for codes in codes_of(design, 6, 11)[2:5, None]:
         model = design.model(codes)
-        found = simulate(design, codes, "icarus", build_dir=tmp_path, probes=True)
+        found = simulate_core(design, codes, "icarus", build_dir=tmp_path, probes=True)
         assert (found.words == model.words).all()
         assert list(found.probes) == [stage for stage in Stage if stage in model.stages and stage != Stage.WORDS]
         for stage, words in found.probes.items():
@@ -94,6 +99,40 @@ def test_choices_are_the_cores_with_other_lanes():
     for choice in found:
         alone = LearnedParallel(replace(choice.design))
         assert (choice.latency, choice.initiation_interval) == (alone.latency, alone.initiation_interval)
+
+
+@pytest.mark.parametrize(
+    ("seed", "name", "single", "double"), [(2, "h1", 119, 117), (2, "h2", 119, 117), (9, "p0", 145, 131)]
+)
+def test_a_second_bank_saves_cycles(seed, name, single, double, monkeypatch):
+    """A frame every so many cycles."""
+    design = random_design(seed)
+    assert LearnedParallel(design).initiation_interval == double
+
+    def with_one_bank(design):
+        found = plan(design)
+        sources = (replace(source, banks=1) if source.name == name else source for source in found.sources)
+        return replace(found, sources=tuple(sources))
+
+    monkeypatch.setattr(timeline, "plan", with_one_bank)
+    assert LearnedParallel(design).initiation_interval == single
+
+
+@pytest.mark.parametrize("forces", [True, False])
+def test_frames_that_a_core_takes_while_its_output_sleeps(forces):
+    """As many as hold a place or a bank, and one whose facts wait for those of another; then taxels have to wait."""
+    design = learned_design(2, 2, (1, 1), 1, taxel_forces=forces)
+    core, codes, taken = LearnedCore(design), codes_of(design, 12, 1).ravel().tolist(), []
+
+    async def bench(ctx):
+        ctx.set(core.taxel.valid, 1)
+        for _ in range(900):
+            ctx.set(core.taxel.payload, codes[len(taken)])
+            *_, ready = await ctx.tick().sample(core.taxel.ready)
+            taken.extend([ready] * ready)
+
+    simulate(core, bench)
+    assert len(taken) // design.sensor.taxels == core.fact_depth + 1 == FRAMES + 3
 
 
 def test_a_wrong_bit_is_noticed():

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
+from tests.hdl.parallel.designs import random_words
+from tests.hdl.parallel.learned.designs import CASES, few, label
 from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.parallel.learned.field import Field
 from tfra.hdl.parallel.learned.plan import FRAMES
@@ -22,9 +23,9 @@ OPERATORS = ("inverse", "shear_x", "shear_y")
 def draw(design, seed):
     """Vectors ``(3, n, Q, 4)`` whose sums stay within the bound of p, and scalars ``(2, n)`` of any size."""
     rng = np.random.default_rng(seed)
-    vectors = words_of(rng, design.widths.force - 7, (3, NUMBER, design.quads, 4))
+    vectors = random_words(rng, design.widths.force - 7, (3, NUMBER, design.quads, 4))
     vectors >>= rng.integers(0, design.widths.force - 7, (3, NUMBER, 1, 1))
-    scalars = words_of(rng, design.formats.bits("scalar"), (2, NUMBER))
+    scalars = random_words(rng, design.formats.bits("scalar"), (2, NUMBER))
     scalars[:, :2] = [[2 << scalar_fraction(design)] * 2, [-2 << scalar_fraction(design), 0]]
     return vectors, scalars
 
@@ -65,10 +66,9 @@ def send(design, vectors, scalars, stall_in=flowing, seed=0):
     )
 
 
-@settings(max_examples=4, deadline=None, phases=NO_SHRINKING)
-@given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.sampled_from(PATTERNS))
-def test_equals_the_model(seed, name, stall):
-    design = DESIGNS[name]
+@few
+@given(st.integers(0, 1 << 32), st.sampled_from(CASES), st.sampled_from(PATTERNS))
+def test_equals_the_model(seed, design, stall):
     vectors, scalars = draw(design, seed)
     seen = send(design, vectors, scalars, stall, seed)
     assert first_of(design, seen.values["p"]) == first_of(design, expected(design, vectors, scalars))

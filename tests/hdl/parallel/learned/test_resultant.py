@@ -8,10 +8,11 @@ import pytest
 from amaranth import Module, Signal
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect, flipped
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.hdl.parallel.learned.designs import DESIGNS, NO_SHRINKING, words_of
+from tests.hdl.parallel.designs import random_words
+from tests.hdl.parallel.learned.designs import CASES, few
 from tests.model.fixed.learned.cases import learned_design
 from tfra.hdl.lib.pipeline import delayed
 from tfra.hdl.lib.streams import always_ready_stream
@@ -82,12 +83,11 @@ def check(design, outputs, gap=0):
     assert [b - a for a, b in zip(first, seen.cycles["force"], strict=True)] == [Resultant.latency] * len(outputs)
 
 
-@settings(max_examples=5, deadline=None, phases=NO_SHRINKING)
-@given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.integers(0, 5))
-def test_equals_the_model(seed, name, gap):
-    design = DESIGNS[name]
+@few
+@given(st.integers(0, 1 << 32), st.sampled_from(CASES), st.integers(0, 5))
+def test_equals_the_model(seed, design, gap):
     rng = np.random.default_rng(seed)
-    outputs = words_of(rng, design.widths.vector, (12, 4))
+    outputs = random_words(rng, design.widths.vector, (12, 4))
     outputs[:6] >>= rng.integers(0, design.widths.vector, (6, 1))
     check(design, outputs, gap)
 

@@ -2,17 +2,20 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, label, words_of
+from tests.hdl.parallel.designs import random_words
+from tests.hdl.parallel.learned.designs import CASES, few, label
 from tests.marks import STALLS
 from tests.model.fixed.learned.cases import learned_design
+from tfra.hdl.parallel.learned import payloads
 from tfra.hdl.parallel.learned.forces import Forces
 from tfra.hdl.parallel.learned.plan import FRAMES
 from tfra.hdl.parallel.learned.share import Share
 from tfra.model.fixed.butterfly import to_quads
 from tfra.model.fixed.gain import Resultant
+from tfra.model.fixed.learned.bounds import total_bits
 from tfra.model.fixed.learned.share import share, shared
 from tfra.sim.harness import PATTERNS, apart, flowing, run
 
@@ -23,12 +26,12 @@ def draw(design, seed):
     """Resultants and p ``(n, m)`` of all sizes; that of the first frames is zero, a unit, and as long as it may be."""
     rng = np.random.default_rng(seed)
     bits, taxels = design.widths.division, design.sensor.taxels
-    p = np.abs(words_of(rng, design.widths.force, (NUMBER, taxels)))
+    p = np.abs(random_words(rng, design.widths.force, (NUMBER, taxels)))
     p >>= rng.integers(0, design.widths.force - 1, (NUMBER, 1))
     p = np.minimum(p, (1 << (design.widths.force - 1)) - 1)
     p[0], p[1], p[2] = 0, np.arange(taxels) == taxels - 1, (1 << (design.widths.force - 1)) - 1
     exponent = rng.integers(bits - design.widths.vector, bits, NUMBER)
-    return Resultant(words_of(rng, bits, (NUMBER, 3)), exponent), p
+    return Resultant(random_words(rng, bits, (NUMBER, 3)), exponent), p
 
 
 def send_share(design, total, p, stall=flowing, seed=0):
@@ -48,10 +51,9 @@ def send_share(design, total, p, stall=flowing, seed=0):
     )
 
 
-@settings(max_examples=5, deadline=None, phases=NO_SHRINKING)
-@given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.sampled_from(PATTERNS))
-def test_share_equals_the_model(seed, name, stall):
-    design = DESIGNS[name]
+@few
+@given(st.integers(0, 1 << 32), st.sampled_from(CASES), st.sampled_from(PATTERNS))
+def test_share_equals_the_model(seed, design, stall):
     total, p = draw(design, seed)
     seen = send_share(design, total, p, stall, seed)
     want = share(design, total, p)
@@ -59,6 +61,20 @@ def test_share_equals_the_model(seed, name, stall):
     assert [one["even"] for one in found] == np.repeat(want.even, 3).tolist()
     assert [one["shift"] for one in found] == np.repeat(want.shift, 3).tolist()
     assert [one["mantissa"] for one in found] == want.mantissa.ravel().tolist()
+
+
+@pytest.mark.parametrize("design", [*CASES, learned_design(2, 2, lanes=4)], ids=label)
+def test_the_longest_shift_has_its_place_and_nothing_is_much_longer(design):
+    """The largest sum of p, whose share is a resultant of nothing, or of the least that is not."""
+    taxels = design.sensor.taxels
+    p = np.full((2, taxels), (1 << (design.widths.force - 1)) - 1)
+    assert int(p.sum(axis=1)[0]).bit_length() == total_bits(design, design.widths)
+    least = np.array([design.widths.division - 1, design.widths.division - 2])
+    found = share(design, Resultant(np.array([[0, 0, 0], [0, 0, -1]]), least), p)
+    beyond = payloads.most_shift(design) - found.shift.max()
+    assert beyond >= 0
+    if design.formats.vector_fraction >= design.formats.force_fraction:
+        assert beyond <= 2
 
 
 def test_latency_and_interval_of_share_are_as_stated():

@@ -4,10 +4,11 @@ import random
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.hdl.parallel.learned.designs import CASES, DESIGNS, NO_SHRINKING, words_of
+from tests.hdl.parallel.designs import random_words
+from tests.hdl.parallel.learned.designs import CASES, few
 from tfra.hdl.parallel.learned.plan import FRAMES
 from tfra.hdl.parallel.learned.total import PARTS, QUADS, Total
 from tfra.model.fixed.butterfly import OO
@@ -45,15 +46,14 @@ def send(design, parts, contact, seed, stall=flowing):
 
 def draw(design, seed):
     rng = np.random.default_rng(seed)
-    parts = words_of(rng, design.widths.vector - 2, (3, NUMBER, QUADS, 4))
+    parts = random_words(rng, design.widths.vector - 2, (3, NUMBER, QUADS, 4))
     parts[..., OO] = 0
     return parts, rng.random(NUMBER) < 0.7
 
 
-@settings(max_examples=6, deadline=None, phases=NO_SHRINKING)
-@given(st.integers(0, 1 << 32), st.sampled_from(sorted(DESIGNS)), st.sampled_from(PATTERNS))
-def test_equals_the_sum(seed, name, stall):
-    design = DESIGNS[name]
+@few
+@given(st.integers(0, 1 << 32), st.sampled_from(CASES), st.sampled_from(PATTERNS))
+def test_equals_the_sum(seed, design, stall):
     parts, contact = draw(design, seed)
     seen = send(design, parts, contact, seed, stall)
     want = parts.sum(axis=0) * contact[:, None, None]

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from tests.hdl.parallel.cores import check_resets, check_single_frame, check_timing, check_words, sleepy, stream
-from tests.hdl.parallel.designs import make, simulate
-from tests.hdl.parallel.tfra.designs import mixed_design, random_design
+from tests.hdl.parallel.designs import make, mixed_design, random_design, simulate
 from tests.marks import long
 from tfra.hdl.parallel.matvec import unit as matvec
 from tfra.hdl.parallel.matvec.schedule import Schedule

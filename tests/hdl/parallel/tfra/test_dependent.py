@@ -1,23 +1,23 @@
 """Dependent against its model: real frames, random words, every limit, stalls and constant time."""
 
-import random
+from itertools import product
 
 import numpy as np
 import pytest
 
+from tests.hdl.parallel.designs import random_words
 from tests.hdl.parallel.facts import (
     DESIGNS,
     random_codes,
     random_direction,
     random_frames,
     real_sums,
+    regular_frames,
     transfers,
-    words,
 )
 from tests.marks import STALLS, long
 from tfra.hdl.parallel.tfra.dependent import Dependent
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
-from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.fixed.tfra.dependent import dependent, gather_sums
 from tfra.sim.harness import run
@@ -26,11 +26,12 @@ from tfra.sim.harness import run
 def split(design, exact, rng):
     """Sum quads whose A_pq are ``exact (n, 3, 3)``; the words they do not use are noise."""
     bits = design.widths.vector
-    low, high = -1 << (bits - 1), (1 << (bits - 1)) - 1
-    b, n = words(rng, bits, (len(exact), 1, 4)), words(rng, bits, (len(exact), 3, 4))
+    half = 1 << (bits - 1)
+    b, n = random_words(rng, bits, (len(exact), 1, 4)), random_words(rng, bits, (len(exact), 3, 4))
     for row, parity, quad, place in ((0, OX, 0, OX), (1, OY, 0, OY), (2, EE, 2, EE)):
-        part = np.array([rng.randint(max(low, int(a) - high), min(high, int(a) - low)) for a in exact[:, row, 0]])
-        b[:, 0, parity], n[:, quad, place] = part, exact[:, row, 0] - part
+        total = exact[:, row, 0]
+        b[:, 0, parity] = rng.integers(np.maximum(-half, total - half + 1), np.minimum(half, total + half + 1))
+        n[:, quad, place] = total - b[:, 0, parity]
     for (p, q), (quad, place) in {
         (0, 1): (0, EE),
         (0, 2): (0, OO),
@@ -44,43 +45,39 @@ def split(design, exact, rng):
     return b, n
 
 
-def inputs(frame, direction, b, n):
-    return {
-        "sums": np.concatenate([b, n], axis=1).reshape(-1, 4).tolist(),
-        "direction": transfers(direction),
-        "frame": transfers(frame),
-    }
-
-
-def expected(design, frame, direction, b, n):
-    return dependent(design, gather_sums(b, n), direction, frame.regular)
+def send(dut, frame, direction, b, n, **stalls):
+    quads = np.concatenate([b, n], axis=1).reshape(-1, 4).tolist()
+    facts = {"sums": quads, "direction": transfers(direction), "frame": transfers(frame)}
+    return run(dut, facts, {"affine": len(b)}, **stalls)
 
 
 def check(design, frame, direction, b, n, **stalls):
-    seen = run(Dependent(design), inputs(frame, direction, b, n), {"affine": len(b)}, **stalls)
-    model = expected(design, frame, direction, b, n)
-    assert seen.values["affine"] == transfers(model), f"seed {stalls.get('seed')}"
+    """Words, and the latency when nothing stalls; returns the model's facts."""
+    dut, model = Dependent(design), dependent(design, gather_sums(b, n), direction, frame.regular)
+    seen = send(dut, frame, direction, b, n, **stalls)
+    assert seen.values["affine"] == transfers(model)
+    waits = {o - i for i, o in zip(seen.cycles["sums"][3::4], seen.cycles["affine"], strict=True)}
+    assert stalls or waits == {dut.latency} == {design.formats.operand + 27}
     return model
 
 
 def anything(design, seed, frames):
-    rng = random.Random(seed)
-    exact = words(rng, design.widths.vector, (frames, 3, 3))
-    b, n = split(design, exact, rng)
-    return random_frames(design, rng, frames), random_direction(design, rng, frames), b, n
+    rng = np.random.default_rng(seed)
+    b, n = split(design, random_words(rng, design.widths.vector, (frames, 3, 3)), rng)
+    return random_frames(rng, frames), random_direction(design, rng, frames), b, n
 
 
 @pytest.mark.parametrize("name", ["standard", "short", "operand over vector", *long("wide", "ten")])
 def test_real_frames(name):
     design = DESIGNS[name]
-    model = check(design, *real_sums(design, random_codes(design, 1, 24 if name == "short" else 12)), seed=1)
+    model = check(design, *real_sums(design, random_codes(design, 1, 24 if name == "short" else 12)))
     assert model.alpha.any()
     assert model.beta.any()
 
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_any_words(name):
-    model = check(DESIGNS[name], *anything(DESIGNS[name], 2, 36), seed=2)
+    model = check(DESIGNS[name], *anything(DESIGNS[name], 2, 36))
     assert model.vanishing.any()
     assert not model.vanishing.all()
 
@@ -94,15 +91,11 @@ def test_corners(name):
     exact += [np.eye(3, dtype=np.int64) * top, np.eye(3, dtype=np.int64)[::-1] * (-top - 1)]
     exact += [np.array([[top, 1, -1], [-top - 1, top, 0], [0, -top - 1, top]])]
     ways = [(turn, 0), (-turn - 1, 0), (0, -turn - 1), (turn, turn), (-turn - 1, -turn - 1), (-turn - 1, turn), (1, 0)]
-    cases = [(a, c, s) for a in exact for c, s in ways]
-    count = len(cases)
-    zero, one = np.zeros(count, dtype=np.int64), np.ones(count, dtype=np.bool_)
-    cos, sin = np.array([c for _, c, _ in cases]), np.array([s for _, _, s in cases])
-    sweep_y = np.arange(count) % 2 == 1
-    direction = Direction(cos, sin, sweep_y, ~sweep_y, ~one)
-    frame = Normalised(zero[:, None], zero, zero, one, one, ~one)
-    b, n = split(design, np.array([a for a, _, _ in cases]), random.Random(3))
-    check(design, frame, direction, b, n, seed=3)
+    cases = list(product(exact, ways))
+    cos, sin = np.array([way for _, way in cases]).T
+    sweep_y = np.arange(len(cases)) % 2 == 1
+    b, n = split(design, np.array([a for a, _ in cases]), np.random.default_rng(3))
+    check(design, regular_frames(len(cases)), Direction(cos, sin, sweep_y, ~sweep_y, sweep_y & False), b, n)
 
 
 @pytest.mark.parametrize(
@@ -117,13 +110,11 @@ def test_limit_of_the_vanishing_denominator(name, sweep_y):
     # the other row meets a factor of zero
     row, den, num1 = (0, 1, 2) if sweep_y else (1, 2, 1)
     exact[:, row, 0], exact[:, row, num1], exact[:, row, den] = np.array(pairs).T
-    zero, true = np.zeros(len(pairs), dtype=np.int64), np.ones(len(pairs), dtype=np.bool_)
-    turn = np.full(len(pairs), unit)
-    cos, sin = (zero, turn) if sweep_y else (turn, zero)
-    direction = Direction(cos, sin, true & sweep_y, ~true, ~true)
-    frame = Normalised(zero[:, None], zero, zero, true, true, ~true)
-    b, n = split(design, exact, random.Random(4))
-    model = check(design, frame, direction, b, n, seed=4)
+    zero = np.zeros(len(pairs), dtype=np.int64)
+    cos, sin = (zero, zero + unit) if sweep_y else (zero + unit, zero)
+    direction = Direction(cos, sin, (zero == 0) & sweep_y, zero > 0, zero > 0)
+    b, n = split(design, exact, np.random.default_rng(4))
+    model = check(design, regular_frames(len(pairs)), direction, b, n)
     assert {False, True} == set(model.vanishing.tolist())
     assert {one, -one} <= set(np.abs(model.alpha).tolist()) | set(model.beta.tolist())
 
@@ -149,20 +140,9 @@ def test_waits_for_its_facts():
     check(DESIGNS["short"], *anything(DESIGNS["short"], 6, 8), stall_in=long_waits, seed=6)
 
 
-@pytest.mark.parametrize("name", DESIGNS)
-def test_latency(name):
-    design = DESIGNS[name]
-    dut = Dependent(design)
-    sent = anything(design, 7, 6)
-    seen = run(dut, inputs(*sent), {"affine": 6})
-    last = seen.cycles["sums"][3::4]
-    assert {out - i for i, out in zip(last, seen.cycles["affine"], strict=True)} == {dut.latency}
-    assert dut.latency == design.formats.operand + 27
-
-
 def test_a_wrong_bit_is_noticed():
     design = DESIGNS["standard"]
     frame, direction, b, n = real_sums(design, random_codes(design, 8, 5))
-    seen = run(Dependent(design), inputs(frame, direction, b, n), {"affine": 5})
+    seen = send(Dependent(design), frame, direction, b, n)
     n[3, 1, OO] ^= 1 << (design.widths.vector - 6)
-    assert seen.values["affine"] != transfers(expected(design, frame, direction, b, n))
+    assert seen.values["affine"] != transfers(dependent(design, gather_sums(b, n), direction, frame.regular))

@@ -21,11 +21,8 @@ DESIGN = make(2, 3)
 def routed():
     """Both products come one quad at a time, as from the router of the core."""
     shape = data.StructLayout({"words": vector_quad(DESIGN), "kind": 2})
-    return Joined(
-        {"router": Router(shape, [[0], [1]], 2), "sums": SumsQueue(DESIGN)},
-        {"i": "router.i", "o": "sums.o"},
-        [("router.o.0", "sums.b"), ("router.o.1", "sums.n")],
-    )
+    wires = [("router.o.0", "sums.b"), ("router.o.1", "sums.n")]
+    return Joined(wires, router=Router(shape, [[0], [1]], 2), sums=SumsQueue(DESIGN))
 
 
 def order(frames, seed):
@@ -46,7 +43,7 @@ def in_flight(kinds):
     for kind in kinds:
         frames.append(seen[kind] // (ROWS - 1 if kind else 1))
         seen[kind] += 1
-    return lambda number, record, cycle: len(record.cycles["o"]) // ROWS > frames[number] - FRAMES
+    return lambda number, record, cycle: len(record.cycles["sums.o"]) // ROWS > frames[number] - FRAMES
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -57,23 +54,24 @@ def test_quads_leave_in_the_order_of_their_frames(stall_in, stall_out, seed):
     quads = [{"words": [rng.randrange(-1000, 1000) for _ in range(4)], "kind": 1 << kind} for kind in kinds]
     b, n = ([quad["words"] for quad in quads if quad["kind"] == 1 << kind] for kind in (0, 1))
     want = [quad for k in range(frames) for quad in (b[k], *n[(ROWS - 1) * k : (ROWS - 1) * (k + 1)])]
-    how = {"stall_in": stall_in, "stall_out": stall_out, "seed": seed, "leave": {"i": in_flight(kinds)}}
-    seen = run(routed(), {"i": quads}, {"o": len(want)}, **how)
-    assert seen.values["o"] == want
+    how = {"stall_in": stall_in, "stall_out": stall_out, "seed": seed, "leave": {"router.i": in_flight(kinds)}}
+    seen = run(routed(), {"router.i": quads}, {"sums.o": len(want)}, **how)
+    assert seen.values["sums.o"] == want
 
 
 def test_latency():
     quads = [{"words": [k] * 4, "kind": 1 << kind} for k, kind in enumerate([0, 1, 1, 1] * FRAMES)]
-    latency, at_once = Router.latency + SumsQueue.latency, run(routed(), {"i": quads}, {"o": len(quads)}).cycles
-    assert at_once["o"][0] - at_once["i"][0] == latency
-    assert set(np.diff(at_once["o"])) == {SumsQueue.interval}
+    latency = Router.latency + SumsQueue.latency
+    at_once = run(routed(), {"router.i": quads}, {"sums.o": len(quads)}).cycles
+    assert at_once["sums.o"][0] - at_once["router.i"][0] == latency
+    assert set(np.diff(at_once["sums.o"])) == {SumsQueue.interval}
 
     def apart(_):
         while True:
             yield from [False, *[True] * SumsQueue.interval]
 
-    cycles = run(routed(), {"i": quads}, {"o": len(quads)}, stall_in=apart).cycles
-    assert {out - into for into, out in zip(cycles["i"], cycles["o"], strict=True)} == {latency}
+    cycles = run(routed(), {"router.i": quads}, {"sums.o": len(quads)}, stall_in=apart).cycles
+    assert {out - into for into, out in zip(cycles["router.i"], cycles["sums.o"], strict=True)} == {latency}
 
 
 def test_there_is_room_for_the_frames_in_flight():
@@ -85,6 +83,6 @@ def test_there_is_room_for_the_frames_in_flight():
 
     kinds = [0, 1, 1, 1] * FRAMES
     quads = [{"words": [k] * 4, "kind": 1 << kind} for k, kind in enumerate(kinds)]
-    seen = run(routed(), {"i": quads}, {"o": len(quads)}, stall_out=late)
-    assert seen.cycles["i"][-1] < 100 < seen.cycles["o"][0]
-    assert seen.values["o"] == [quad["words"] for quad in quads]
+    seen = run(routed(), {"router.i": quads}, {"sums.o": len(quads)}, stall_out=late)
+    assert seen.cycles["router.i"][-1] < 100 < seen.cycles["sums.o"][0]
+    assert seen.values["sums.o"] == [quad["words"] for quad in quads]

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from tests.hdl.parallel.designs import label
-from tests.hdl.parallel.tfra.combine.designs import DESIGNS
+from tests.hdl.parallel.designs import VECTORS, label
 from tests.marks import long
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
@@ -15,8 +14,8 @@ from tfra.model.fixed.scalars import scalar_fraction
 from tfra.sim.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 
 RUNS = [
-    *((d, bursts) for d in DESIGNS),
-    *long(*((d, s) for d in DESIGNS for s in PATTERNS if s is not bursts and (d.quads < 5 or s is random_stalls))),
+    *((d, bursts) for d in VECTORS),
+    *long(*((d, s) for d in VECTORS for s in PATTERNS if s is not bursts and (d.quads < 5 or s is random_stalls))),
 ]
 
 
@@ -77,7 +76,7 @@ class Frames:
         return seen
 
 
-def _random(design, seed, number=5):
+def _random(design, seed, number=6):
     """Every parity of every vector has its own size; the first frames are corners: extremes, zeros, small words."""
     rng = np.random.default_rng(seed)
     q, bits, operand = design.quads, design.widths.vector, design.formats.operand
@@ -136,9 +135,20 @@ def _send(design, frames, stall_in=flowing, late=None):
 
 
 def _check(design, frames, stall_in=flowing):
+    """A token is taken for each vector, before it enters."""
     expected = {port: v.reshape(-1, 4).tolist() for port, v in frames.expected(design).items()}
     seen = _send(design, frames, stall_in)
+    tokens, starts = seen.cycles["bank_token"], seen.cycles["vector"][:: design.quads]
+    entries = np.array(starts) - _figures(design).force_latency - design.cycles_per_quad + 1
+    assert len(tokens) == len(entries)
+    assert (tokens <= entries).all()
     return seen, words(design, seen, len(frames.b)) == expected
+
+
+def _figures(design):
+    unit = Combine(design)
+    unit._MustUse__silence = True  # figures alone are wanted
+    return unit
 
 
 def words(design, seen, number):
@@ -156,7 +166,7 @@ def test_equals_the_model(design, stall_in):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("design", DESIGNS[:2], ids=label)
+@pytest.mark.parametrize("design", VECTORS[:2], ids=label)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equals_the_model_for_more_seeds(design, seed):
     _, same = _check(design, _random(design, seed, number=8))
@@ -164,7 +174,7 @@ def test_equals_the_model_for_more_seeds(design, seed):
 
 
 def test_a_corrupted_word_is_noticed():
-    design = DESIGNS[0]
+    design = VECTORS[0]
     frames = _random(design, seed=8)
     wrong = frames.expected(design)["vector"].reshape(-1, 4)
     wrong[-1, 0] += 1
@@ -182,20 +192,18 @@ def _late(design, port, number=1):
     seen = _send(design, frames, late=port)
     expected = {port: v.reshape(-1, 4).tolist() for port, v in frames.expected(design).items()}
     assert words(design, seen, number) == expected
-    unit = Combine(design)
-    unit._MustUse__silence = True  # figures alone are wanted
-    return unit, seen.cycles
+    return _figures(design), seen.cycles
 
 
-@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=label)
-@pytest.mark.parametrize("port", ["residual", "affine", "direction"])
-def test_latency(design, port):
+@pytest.mark.parametrize("design", [*VECTORS[:1], *long(*VECTORS[1:])], ids=label)
+@pytest.mark.parametrize(("port", "less"), [("residual", 0), ("affine", 3), ("direction", 3), ("bank_token", 4)])
+def test_latency(design, port, less):
     dut, cycles = _late(design, port)
     start = cycles["residual"][-1] + design.cycles_per_quad - 1 if port == "residual" else LATE
-    assert cycles["vector"][0] - start == dut.latency - 3 * (port != "residual")
+    assert cycles["vector"][0] - start == dut.latency - less
 
 
-@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=label)
+@pytest.mark.parametrize("design", [*VECTORS[:1], *long(*VECTORS[1:])], ids=label)
 def test_update_latency(design):
     dut, cycles = _late(design, "chosen")
     assert cycles["vector"][2 * design.quads] - LATE == dut.update_latency
@@ -203,7 +211,7 @@ def test_update_latency(design):
     assert cycles["vector"][2 * design.quads] - cycles["vector"][2 * design.quads - 1] == dut.update_latency + 2
 
 
-@pytest.mark.parametrize("design", [*DESIGNS[:1], *long(*DESIGNS[1:])], ids=label)
+@pytest.mark.parametrize("design", [*VECTORS[:1], *long(*VECTORS[1:])], ids=label)
 def test_force_latency_and_jobs(design):
     dut, cycles = _late(design, "products")
     q = design.quads
@@ -215,13 +223,13 @@ def test_force_latency_and_jobs(design):
 
 
 def test_the_next_stress_is_taken_while_the_search_runs():
-    design = DESIGNS[0]
+    design = VECTORS[0]
     _, cycles = _late(design, "chosen", number=2)
     assert cycles["b"][-1] < LATE
 
 
 def test_facts_are_taken_when_they_are_no_longer_needed():
-    design = DESIGNS[0]
+    design = VECTORS[0]
     q = design.quads
     dut, cycles = _late(design, "chosen")
     behind = 1 - dut.force_latency  # a cycle behind the entry, which is so long before the sum leaves

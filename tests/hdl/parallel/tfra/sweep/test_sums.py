@@ -1,6 +1,7 @@
 """Sums of all candidates equal the sums of terms, each made by itself; crossings equal exact division."""
 
 from fractions import Fraction
+from itertools import product
 from math import floor
 
 import numpy as np
@@ -114,6 +115,16 @@ def test_sums_of_frames_back_to_back(steps, words):
     found, waits = found_sums(design, 20, frames)
     assert found == [sums(design, terms) for terms in frames]
     assert set(waits) == {first_row(design)}
+
+
+@pytest.mark.parametrize("words", [1, 4])
+def test_crossings_of_one_place_at_every_distance(words):
+    """The accumulator takes the latest of several sums from a register, whatever comes between."""
+    design, frames, gaps = design_of(3, words), [], range(1, 7)
+    for first, second, other in product(gaps, gaps, (0, 2, 3)):
+        places = [1, *[other] * (first - 1), 1, *[other] * (second - 1), 1]
+        frames.append([(-size * place, size * (place > 0)) for size, place in enumerate(places, 1)])
+    assert found_sums(design, 20, frames)[0] == [sums(design, terms) for terms in frames]
 
 
 @pytest.mark.parametrize("words", [1, 4])
