@@ -140,6 +140,10 @@ class TestDegenerate:
         for name in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "status"):
             np.testing.assert_allclose(getattr(found, name), getattr(expected, name), atol=1e-12)
 
+    def test_no_pressed_taxel(self) -> None:
+        a = np.random.default_rng(1).normal(size=(3, 3, SMALL.taxels))
+        np.testing.assert_array_equal(Conditions.of(SMALL, a, EMPTY.ravel()).functionals(0.5, 0), 1.0)
+
     def test_no_direction(self) -> None:
         frame = np.full((4, 6), 0.1)
         frame[1:3, 2:4] = -1

@@ -6,19 +6,10 @@ from dataclasses import replace
 import pytest
 
 from tests.model.cases import make_design
-from tfra.model.choices import SERIAL, Architecture, Search
+from tfra.model.choices import SERIAL, Architecture
 from tfra.model.cover.scenes import SENSORS
-from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-
-
-def test_everything_is_made_once() -> None:
-    design = make_design(SENSORS["4×6, 5×3 mm, h 2 mm"])
-    first = design.stacks, design.widths, design.layout
-    others = [replace(design, search=Search(steps)).widths for steps in range(1, 60)]
-    assert len({widths.candidate for widths in others}) > 1
-    assert all(a is b for a, b in zip(first, (design.stacks, design.widths, design.layout), strict=True))
 
 
 @pytest.mark.parametrize("asked", [False, True], ids=["before", "after"])
@@ -50,8 +41,3 @@ def test_a_pickled_design_has_its_choices_alone() -> None:
     assert back == design
     assert repr(back) == repr(design)
     assert back.widths == design.widths
-
-
-def test_a_design_is_of_an_estimator() -> None:
-    with pytest.raises(TypeError, match="abstract"):
-        Design(SensorArray(2, 2, 4e-3, 4e-3, 3e-3))

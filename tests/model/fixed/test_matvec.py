@@ -9,7 +9,7 @@ import pytest
 
 from tfra.model.choices import FORMATS, Architecture, Formats
 from tfra.model.cover.scenes import SENSORS
-from tfra.model.fixed.matvec import matvec, operand
+from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.tfra.operators import STACKS
 
@@ -90,10 +90,3 @@ def test_sums_beyond_doubles_are_exact(name):
             if any(float(total) != total for _, total in hard):
                 beyond.add(op.name)
     assert beyond >= {"sums_n", "sums_b"}, "doubles would do"
-
-
-def test_operand_words_fill_their_word():
-    design = make(LONGEST)
-    words, significant = operand(np.full((1, design.quads, 4), -(1 << 30)), design.formats.operand)
-    assert (words == -TOP).all()
-    assert (significant == 30).all()

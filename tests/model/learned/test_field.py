@@ -42,15 +42,6 @@ def test_forces_of_cells_are_explained_and_found() -> None:
     assert (residual(sensor, b, found) < 1e-12).all()
 
 
-def test_forces_add_up_to_the_resultant() -> None:
-    rng = np.random.default_rng(1)
-    b, resultant = rng.normal(size=(20, ODD.taxels)), rng.normal(size=(20, 3))
-    resultant[:3] = [[0, 0, 0], [1, -1, 0], [0, 0, 1]]
-    found = spread(ODD, b, resultant)
-    assert np.isfinite(found).all()
-    assert np.allclose(found.sum(axis=2), resultant)
-
-
 def test_without_compression_the_field_is_uniform() -> None:
     b = -np.sum(influence(ODD).z, axis=1)[None]  # p = 1 at every taxel, and its opposite
     assert np.allclose(spread(ODD, -b, np.array([[1.0, 2.0, -3.0]])), np.array([1, 2, -3])[None, :, None] / ODD.taxels)
