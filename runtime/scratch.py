@@ -110,7 +110,8 @@ def _open(path: Path, wait: bool) -> int:
         try:
             return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, 0o666)
         except OSError as error:
-            if error.errno not in _NOT_A_LOCK and not (wait and error.errno == errno.EACCES):
+            unreadable = wait and error.errno == errno.EACCES and os.path.lexists(path)
+            if error.errno not in _NOT_A_LOCK and not unreadable:
                 raise
         discard(path)
 

@@ -7,23 +7,23 @@ A staging directory ``.tfra-TOKEN-CHECK`` holds, at most,
     old      the same on file systems without an exchange, where two renames have to do
     target   a link that names the output, for a run that has to put ``old`` back
 
-and is locked while its owner lives.  Every later output beside it removes those whose owner has died.
+and its owner holds the lock of that name.  Every later output beside it removes those whose owner has died.
 """
 
 import ctypes
 import errno
-import fcntl
 import os
 import secrets
-import shutil
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 
+from tfra.runtime import scratch
 from tfra.runtime.errors import Notice
 from tfra.runtime.ownership import discard
+from tfra.runtime.scratch import locked
 
 _NOREPLACE, _EXCHANGE = 1, 2
 """Flags of renameat2(2)."""
@@ -42,11 +42,23 @@ def staged(target: Path, check: Check) -> Iterator[Path]:
     ``check`` is called for the present ``target`` now and before it is moved, and for what was moved; if it raises
     then, the move is undone.  An exception in the block leaves ``target`` alone.  Raises ``OSError``.
     """
-    with _locked_staging(target, check) as staging:
+    with suppress(FileNotFoundError):
+        target.lstat()  # raises what a name that can't be one raises
+    name = _name(secrets.token_hex(4))
+    staging = target.parent / f".tfra-{name}"
+    with ExitStack() as stack:
+        stack.enter_context(locked(target.parent, name))
+        with locked(target.parent, _name("exchange")):
+            _sweep(target.parent)
+            if os.path.lexists(target):
+                check(target)
+        staging.mkdir(mode=0o700)
+        stack.callback(_recover, staging)
+        (staging / "target").symlink_to(target.name)
         yield staging / "new"
         ready = staging / "ready"
         os.rename(staging / "new", ready)
-        with _locked(target.parent):
+        with locked(target.parent, _name("exchange")):
             _place(ready, target, check)
 
 
@@ -90,46 +102,25 @@ def _place_by_renames(ready: Path, target: Path, check: Check) -> None:
         raise
 
 
-@contextmanager
-def _locked_staging(target: Path, check: Check) -> Iterator[Path]:
-    """Make a staging directory after removing those of dead owners, and remove it in the end."""
-    with suppress(FileNotFoundError):
-        target.lstat()  # raises what a name that can't be one raises
-    staging = target.parent / _name(secrets.token_hex(4))
-    with ExitStack() as stack:
-        with _locked(target.parent):  # no process takes a new directory for a leftover before it is locked
-            _sweep(target.parent)
-            if os.path.lexists(target):
-                check(target)
-            staging.mkdir(mode=0o700)
-            stack.enter_context(_locked(staging))
-            stack.callback(_recover, staging)
-        (staging / "target").symlink_to(target.name)
-        yield staging
-
-
 def _name(token: str) -> str:
-    """A name that no directory has by chance: the second half follows from the first."""
-    return f".tfra-{token}-{sha256(f'tfra staging {token}'.encode()).hexdigest()[:8]}"
+    """A name that nothing has by chance: the second half follows from the ``token`` of eight characters."""
+    return f"{token}-{sha256(f'tfra staging {token}'.encode()).hexdigest()[:8]}"
 
 
 def _sweep(parent: Path) -> None:
-    """Remove the staging directories of owners that have died."""
+    """Remove the staging directories, and locks, of owners that have died."""
     with suppress(OSError):
-        for name in os.listdir(parent):
-            token = name.removeprefix(".tfra-")[:8]
-            if name == _name(token) and not (staging := parent / name).is_symlink():
-                with suppress(OSError), _locked(staging, wait=False):
-                    _recover(staging)
+        for name in {file.removeprefix(".tfra-").removesuffix(".lock") for file in os.listdir(parent)}:
+            if name == _name(name[:8]):
+                with suppress(OSError), locked(parent, name, wait=False) as free:
+                    if free and not (staging := parent / f".tfra-{name}").is_symlink():
+                        _recover(staging)
 
 
 def _recover(staging: Path) -> None:
     """Remove ``staging``, and restore an output that was moved only half of the way; files of others stay in it."""
-    new, old, link = (staging / name for name in ("new", "old", "target"))
-    if new.is_dir() and not new.is_symlink():
-        shutil.rmtree(new)
-    else:
-        new.unlink(missing_ok=True)
+    old, link = staging / "old", staging / "target"
+    scratch.discard(staging / "new")
     if os.path.lexists(old) and not os.path.lexists(target := staging.parent / os.readlink(link)):
         os.rename(old, target)
     if discard(staging / "ready") and discard(old):
@@ -139,21 +130,6 @@ def _recover(staging: Path) -> None:
     else:
         found = "holds files that tfra did not write, and that it found in its way"
         warnings.warn(f"{staging}: {found}", Notice, stacklevel=2)
-
-
-@contextmanager
-def _locked(directory: Path, wait: bool = True) -> Iterator[None]:
-    """Hold the lock of ``directory``, which vanishes with the process; go without on file systems that have none.
-
-    Without ``wait``, raise ``OSError`` where another process holds it, or locks do not exist.
-    """
-    handle = os.open(directory, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        with suppress(OSError) if wait else nullcontext():
-            fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-        yield
-    finally:
-        os.close(handle)
 
 
 def _rename(source: Path, target: Path, flag: int) -> None:

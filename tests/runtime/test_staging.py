@@ -172,7 +172,7 @@ def test_directories_that_only_look_like_leftovers_stay(tmp_path: Path) -> None:
 
 
 def test_what_a_leftover_holds_of_others_stays_and_is_told(tmp_path: Path) -> None:
-    leftover = tmp_path / staging._name("0123abcd")
+    leftover = tmp_path / f".tfra-{staging._name('0123abcd')}"
     (leftover / "ready").mkdir(parents=True)
     (leftover / "ready" / "thesis.tex").write_text("years of work")
     (leftover / "target").symlink_to("out")
@@ -183,7 +183,7 @@ def test_what_a_leftover_holds_of_others_stays_and_is_told(tmp_path: Path) -> No
 
 
 def test_a_sweep_needs_no_luck_with_odd_leftovers(tmp_path: Path) -> None:
-    names = [staging._name(token) for token in ("00000000", "11111111", "22222222")]
+    names = [f".tfra-{staging._name(token)}" for token in ("00000000", "11111111", "22222222")]
     (tmp_path / names[0]).mkdir()
     (tmp_path / names[1]).write_text("a file")
     (tmp_path / names[2]).symlink_to(tmp_path)
