@@ -15,8 +15,7 @@ from tfra.cli.inputs import Given, for_recording, for_stream, frames_at, reads_r
 from tfra.cli.messages import print_error
 from tfra.codegen.config.core import check_core
 from tfra.engines import DOUBLE, Engine, codes, double, run
-from tfra.runtime.errors import InputError
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
     from tfra.codegen.config.read import Project
@@ -99,8 +98,7 @@ def _frames(
 
     Raises ``InputError`` for a missing source or an unreadable recording.
     """
-    from tfra.recordings.lines import FrameLines
-    from tfra.recordings.replay import due, replayed
+    from tfra.recordings.lines import FrameLines, due, replayed
     from tfra.recordings.streams import is_stream, open_stream
 
     def check(stress: Floats) -> None:

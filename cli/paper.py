@@ -3,7 +3,7 @@
 import typer
 
 from tfra.cli.common import Json, OutDirectory, print_json, progress
-from tfra.runtime.extras import require
+from tfra.runtime.errors import require
 
 
 def paper(out: OutDirectory, json: Json = False) -> None:

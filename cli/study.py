@@ -10,8 +10,7 @@ from typing import Annotated
 import typer
 
 from tfra.cli.common import Json, OutDirectory, WorkFolder, failures, print_json
-from tfra.runtime.errors import InputError
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, require
 
 Study = Annotated[Path, typer.Argument(metavar="STUDY", help="CONFIG, frames and comparisons, in TOML.")]
 WorkersOption = Annotated[

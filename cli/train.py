@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from tfra.cli.common import Config, Json, Seed, WorkFolder, failures, print_json, progress
-from tfra.runtime.errors import InputError
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
     from tfra.train.loop import State

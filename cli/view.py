@@ -6,8 +6,7 @@ from typing import Annotated
 import typer
 
 from tfra.cli.common import Json, print_json
-from tfra.runtime.errors import InputError, quoted
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, quoted, require
 
 Results = Annotated[
     list[Path],

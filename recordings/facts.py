@@ -60,10 +60,9 @@ class Facts:
     frames: int
     contact: int
     """Frames with a contact whose tangential force was estimated."""
-    no_contact: int
-    compression_only: int
-    noted: dict[str, int]
-    """Frames with another status bit, by its name; these are among the frames with a contact, or saturated."""
+    statuses: dict[Status, int]
+    """Frames with each status bit; those with others than ``WITHOUT_FORCE`` are among the frames with a contact, or
+    saturated."""
     phi_deg: Spread | None
     mu: Spread | None
     force_n: Spread | None
@@ -80,7 +79,6 @@ class Facts:
 
 def facts(frames: Floats, result: Result) -> Facts:
     """Return the summary of ``frames (n, rows, columns)`` in Pa and their results."""
-    flags = {flag: int(has(result.status, flag).sum()) for flag in Status}
     contact = ~has(result.status, *WITHOUT_FORCE)
     directed = contact & ~has(result.status, Status.NO_DIRECTION)
     force = np.linalg.norm(result.resultant, axis=1)
@@ -89,9 +87,7 @@ def facts(frames: Floats, result: Result) -> Facts:
     return Facts(
         frames=len(frames),
         contact=int(contact.sum()),
-        no_contact=flags[Status.NO_CONTACT],
-        compression_only=flags[Status.COMPRESSION_ONLY],
-        noted={str(flag.name): count for flag, count in flags.items() if count and flag not in WITHOUT_FORCE},
+        statuses={flag: int(has(result.status, flag).sum()) for flag in Status},
         phi_deg=Spread.of_angles(result.phi_deg[directed]),
         mu=Spread.of(result.mu[contact]),
         force_n=Spread.of(force[~has(result.status, Status.NO_CONTACT)]),
@@ -106,16 +102,21 @@ def facts(frames: Floats, result: Result) -> Facts:
 
 def lines(summary: Facts) -> list[str]:
     """Return ``summary`` for readers: one status, range or share a line."""
-    statuses = {Status.NO_CONTACT: summary.no_contact, Status.COMPRESSION_ONLY: summary.compression_only}
-    noted = {Status[name]: count for name, count in summary.noted.items()}
+    unsure = []
+    if (over := summary.threshold_percent) is not None:
+        line = _range("uncertainty", summary.uncertainty_percent, ".3g", "% of |F_z|")
+        unsure = [f"{line}; implausible over {over:.3g} %, no error bar"]
     return [
         f"{summary.contact} of {summary.frames} frames: contact",
-        *(f"{count}: {status_label(flag)} ({MEANINGS[flag]})" for flag, count in statuses.items() if count),
-        *(f"{count} of all: {status_label(flag)} ({MEANINGS[flag]})" for flag, count in noted.items()),
+        *(
+            f"{count}{'' if flag in WITHOUT_FORCE else ' of all'}: {status_label(flag)} ({MEANINGS[flag]})"
+            for flag, count in summary.statuses.items()
+            if count
+        ),
         _around(summary.phi_deg) or _range("phi", summary.phi_deg, ".1f", "degrees"),
         _range("mu", summary.mu, ".3f", ""),
         _range("|F|", summary.force_n, ".3g", "N"),
-        *_uncertainty(summary),
+        *unsure,
         *([RESULTANT_ALONE] if summary.resultant_alone else []),
         f"tension: {summary.tension_percent_of_taxels:.1f} % of the taxels, "
         f"{summary.tension_percent_of_stress:.1f} % of the stress; {summary.frames_without_tension} frames have none",
@@ -140,14 +141,6 @@ def _range(name: str, spread: Spread | None, digits: str, unit: str) -> str:
     return f"{name}: {numbers} {unit}".rstrip() + f" ({spread.frames} frames)"
 
 
-def _uncertainty(summary: Facts) -> list[str]:
-    """How unsure the learned estimator was, in a line."""
-    if summary.threshold_percent is None:
-        return []
-    line = _range("uncertainty", summary.uncertainty_percent, ".3g", "% of |F_z|")
-    return [f"{line}; implausible over {summary.threshold_percent:.3g} %, no error bar"]
-
-
 def _around(angles: Spread | None) -> str:
     """Text for directions that do not fit in an arc of five sixths, whose median would be meaningless."""
     if angles is None or (angles.max - angles.min) % 360.0 < 300.0:
@@ -165,9 +158,9 @@ def as_dict(summary: Facts) -> dict[str, Any]:
     spreads = {key: getattr(summary, key) for key in ("phi_deg", "mu", "force_n", "uncertainty_percent")}
     return {
         "contact": summary.contact,
-        "no_contact": summary.no_contact,
-        "compression_only": summary.compression_only,
-        "noted": summary.noted,
+        "no_contact": summary.statuses[Status.NO_CONTACT],
+        "compression_only": summary.statuses[Status.COMPRESSION_ONLY],
+        "noted": {flag.name: n for flag, n in summary.statuses.items() if n and flag not in WITHOUT_FORCE},
         "threshold_percent": summary.threshold_percent,
         "resultant_alone": summary.resultant_alone,
         "ranges": {key: spread and asdict(spread) for key, spread in spreads.items()},

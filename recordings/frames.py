@@ -11,12 +11,10 @@ from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import archive, doubles, fits
-from tfra.recordings.format import Values
+from tfra.recordings.format import FRAMES, Values
 from tfra.recordings.formats import format_of, suffixes
 from tfra.recordings.input import PLAIN, Input, arranged, codes_of, no_codes, overridden, stress
-from tfra.recordings.shapes import FRAMES
-from tfra.runtime.errors import InputError
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, require
 from tfra.runtime.inputs import no_memory
 from tfra.runtime.ownership import is_as_written
 

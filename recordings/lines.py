@@ -1,5 +1,6 @@
-"""Frames from lines of text as they come, each read as a line of a recording is."""
+"""Frames as they come: from lines of text, each read as one of a file is, or from a recording at its own rate."""
 
+import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
@@ -9,12 +10,18 @@ from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.formats.text import Table, are_headings, require_numbers, table_for
-from tfra.recordings.frames import in_place, pascals, tare_of
+from tfra.recordings.frames import Recording, in_place, pascals, tare_of
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError
 
 _PLACE = Path("line")
 """Stands for the file in complaints, which are about a line."""
+
+RATE = 100.0
+"""Frames a second of a recording that does not know its own."""
+
+SLOWEST, FASTEST = 1.0, 1e5
+"""Frames a second: times that say something else are not in seconds."""
 
 
 class FrameLines:
@@ -77,3 +84,24 @@ def _text(line: bytes) -> str:
     if "\0" in text:
         raise InputError(_PLACE, "", "a NUL byte is in the text")
     return text
+
+
+def due(recording: Recording, rate: float | None) -> Floats:
+    """Return when each frame is due, ``(n,)`` in s since the first: ``rate`` a second, or as the recording says.
+
+    Its times count if they rise and are in seconds: a log's are, those of other files where they give a likely rate.
+    """
+    times = recording.time
+    if rate is None and times is not None and len(times) > 1 and (np.diff(times) > 0).all():
+        own = float(1 / np.median(np.diff(times)))
+        if recording.seconds or SLOWEST <= own <= FASTEST:
+            return np.asarray(times - times[0])
+    return np.arange(len(recording.frames)) / (rate or RATE)
+
+
+def replayed(frames: Floats, when: Floats) -> Iterator[Floats]:
+    """Yield each of ``frames (n, rows, columns)`` when it is due; the first is due at once."""
+    begun = time.monotonic()
+    for frame, at in zip(frames, when, strict=True):
+        time.sleep(max(0.0, begun + at - time.monotonic()))
+        yield frame

@@ -17,8 +17,7 @@ from tfra.model.tfra import Result
 from tfra.recordings.format import Columns
 from tfra.recordings.formats import table_formats
 from tfra.recordings.frames import Recording
-from tfra.runtime.errors import InputError
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, require
 from tfra.runtime.outputs import check_directory, check_file, output_directory, write_npz
 
 KEYS = ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status")

@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from urllib.parse import parse_qsl, urlsplit
 
-from tfra.runtime.errors import InputError, quoted, shortened
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, quoted, require, shortened
 
 STDIN = "-"
 

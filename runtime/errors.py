@@ -1,6 +1,7 @@
-"""The exception for every mistake of a user, and the warning."""
+"""The exception for every mistake of a user, and for missing packages; the warning."""
 
 import reprlib
+from importlib.util import find_spec
 from pathlib import Path
 
 LONGEST_FILE, LONGEST_KEY, LONGEST_REASON = 1000, 60, 230
@@ -8,6 +9,9 @@ LONGEST_FILE, LONGEST_KEY, LONGEST_REASON = 1000, 60, 230
 
 LONGEST_VALUE = 60
 """Most characters of a value that a reason quotes."""
+
+_MODULES = {"pyserial": "serial", "systemrdl-compiler": "systemrdl"}
+"""Modules whose names differ from those of their packages by more than hyphens."""
 
 
 class InputError(ValueError):
@@ -46,3 +50,10 @@ def quoted(value: object) -> str:
         return shortened(reprlib.repr(value))
     except ValueError:  # more digits than Python converts
         return "a number of thousands of digits"
+
+
+def require(where: str | Path, extra: str, *packages: str) -> None:
+    """Raise ``InputError`` about ``where`` for the first of ``packages`` that is missing; ``extra`` installs it."""
+    for package in packages:
+        if find_spec(_MODULES.get(package, package.replace("-", "_"))) is None:
+            raise InputError(where, "", f"{package} is missing, please run: pip install 'tfra[{extra}]'")

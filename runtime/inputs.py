@@ -1,13 +1,23 @@
-"""Opening a user's file: regular files only, with one line for every failure."""
+"""Reading a user's file: regular files only, with one line for every failure; TOML becomes tables."""
 
 import os
+import re
 import stat
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from tfra.runtime.errors import InputError
+
+MOST_BYTES = 2_000_000
+"""tomllib takes two seconds for them."""
+
+MOST_DOTS = 20
+"""In a key: tomllib's time grows with their square, and a million takes hours."""
+
+_COMMENT, _BETWEEN = re.compile(rb"#[^\n]*"), re.compile(rb"[,={}\n]")
 
 _KINDS = (
     (stat.S_ISFIFO, "a pipe"),
@@ -53,3 +63,41 @@ def _require_regular(file: Path, mode: int) -> None:
     kind = next((name for test, name in _KINDS if test(mode)), None)
     if kind is not None:
         raise InputError(file, "", f"is not a regular file but {kind}")
+
+
+def read_toml(file: Path) -> dict[str, Any]:
+    """Return the tables of ``file``; raises ``InputError`` naming the line that is no TOML."""
+    with opened(file) as stream:
+        data = stream.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise InputError(file, "", f"at most {MOST_BYTES:,} bytes of TOML are supported")
+    if any(part.count(b".") > MOST_DOTS for part in _BETWEEN.split(_COMMENT.sub(b"", data))):
+        raise InputError(file, "", f"is not valid TOML: a key has more than {MOST_DOTS} dots")
+    try:
+        tables = tomllib.loads(data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise InputError(file, f"line {line}", "is not UTF-8 text") from None
+    except tomllib.TOMLDecodeError as error:
+        reason, _, place = str(error).removesuffix(")").rpartition(" (at ")
+        last = data.count(b"\n") + 1
+        raise InputError(file, place.replace("end of document", f"line {last}"), reason) from None
+    except (ValueError, RecursionError):  # an integer of thousands of digits, thousands of brackets
+        raise InputError(file, "", "is not valid TOML") from None
+    if (key := _too_long(tables)) is not None:
+        raise InputError(file, key.removeprefix("."), "a whole number of at most 64 bits is needed")
+    return tables
+
+
+def _too_long(value: object) -> str | None:
+    """Return the key below ``value`` of an integer of more than 64 bits, as TOML has none, or None."""
+    if isinstance(value, int):
+        return None if -1 << 63 <= value < 1 << 63 else ""
+    if isinstance(value, dict):
+        parts = ((f".{key}", each) for key, each in value.items())
+    elif isinstance(value, list):
+        parts = ((f"#{number}", each) for number, each in enumerate(value, 1))
+    else:
+        return None
+    found = (f"{part}{key}" for part, each in parts if (key := _too_long(each)) is not None)
+    return next(found, None)

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from tfra.runtime.errors import InputError
 from tfra.runtime.ownership import directory_objection, file_objection, seal_directory, seal_file
+from tfra.runtime.scratch import writing
 from tfra.runtime.staging import staged
 
 _ADVICE = "move it away, or choose another place"
@@ -27,7 +28,7 @@ def check_file(path: str | Path, suffix: str, command: str, inputs: Sequence[Pat
     """
     if Path(path).suffix != suffix:
         raise InputError(path, "", f"the name of the output must end in {suffix}")
-    with _failures(path), suppress(_Rehearsal):
+    with writing(path), suppress(_Rehearsal):
         target = _real(path)
         if any(_is_same(target, file) for file in inputs):
             raise InputError(path, "", "is not replaced: this command reads it: choose another place")
@@ -67,7 +68,7 @@ def write_vcd(path: str | Path, waves: Path, command: str) -> None:
 @contextmanager
 def _output_file(path: str | Path, command: str, suffix: str) -> Iterator[Path]:
     """Yield a free path; the file that the block makes there is sealed and becomes ``path``."""
-    with _failures(path), staged(_real(path), _check(path, file_objection, command)) as new:
+    with writing(path), staged(_real(path), _check(path, file_objection, command)) as new:
         yield new
         seal_file(new, command, suffix)
 
@@ -80,7 +81,7 @@ def output_directory(path: str | Path, command: str, inputs: Sequence[Path] = ()
     and so is a directory with one of ``inputs``, the current one, the home directory, and those above them.  Raises
     ``InputError`` then, and when the directory can't be written.
     """
-    with _failures(path):
+    with writing(path):
         target = _real(path)
         if os.path.lexists(target):
             _check_place(path, target, inputs)
@@ -99,7 +100,7 @@ def _check(path: str | Path, objection: Objection, command: str) -> Callable[[Pa
 
 
 def _check_place(path: str | Path, target: Path, inputs: Sequence[Path]) -> None:
-    needed = {"the current directory": _current(), "the home directory": _home()}
+    needed = {"the current directory": _existing(Path.cwd), "the home directory": _existing(Path.home)}
     needed |= {f"{file}, which this command reads": _real(file) for file in inputs}
     for what, place in needed.items():
         if place is not None and target in (place, *place.parents):
@@ -111,15 +112,6 @@ class _Rehearsal(Exception):
     pass
 
 
-@contextmanager
-def _failures(path: str | Path) -> Iterator[None]:
-    """Turn an ``OSError`` into an ``InputError`` about ``path``."""
-    try:
-        yield
-    except OSError as error:
-        raise InputError(path, "", f"cannot be written: {error.strerror or error}") from None
-
-
 def _real(path: str | Path) -> Path:
     return Path(os.path.realpath(path))
 
@@ -128,15 +120,8 @@ def _is_same(target: Path, file: Path) -> bool:
     return target == _real(file) or (target.exists() and file.exists() and target.samefile(file))
 
 
-def _current() -> Path | None:
+def _existing(find: Callable[[], Path]) -> Path | None:
     try:
-        return Path.cwd().resolve()
-    except OSError:  # it has been removed
-        return None
-
-
-def _home() -> Path | None:
-    try:
-        return Path.home().resolve()
-    except RuntimeError:  # nobody's
+        return find().resolve()
+    except (OSError, RuntimeError):  # it has been removed, or there is none
         return None

@@ -10,7 +10,6 @@ import os
 import re
 import struct
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import BinaryIO
@@ -79,9 +78,10 @@ def directory_objection(directory: Path, command: str | None = None) -> str | No
     if manifest is None:
         first = min(path.name for path in directory.iterdir())
         return f"it holds {first}, and no {MANIFEST} that says tfra wrote it"
-    if command not in (None, manifest.command):
-        return f"tfra {manifest.command} wrote it, not tfra {command}"
-    return _difference(directory, manifest.files)
+    writer, files = manifest
+    if command not in (None, writer):
+        return f"tfra {writer} wrote it, not tfra {command}"
+    return _difference(directory, files)
 
 
 def file_objection(file: Path, command: str | None = None) -> str | None:
@@ -126,9 +126,8 @@ def discard(place: Path) -> bool:
 
 def _discard_directory(directory: Path) -> None:
     """Remove the files of the manifest that are as they were, then the manifest, then empty directories."""
-    manifest = _manifest(directory)
-    if manifest is not None:
-        for name, digest in manifest.files.items():
+    if manifest := _manifest(directory):
+        for name, digest in manifest[1].items():
             if _is_regular(file := directory / name) and _digest(file) == digest:
                 file.unlink()
         if [name for name, folder in _entries(directory) if not folder] == [MANIFEST]:
@@ -151,15 +150,11 @@ def _difference(directory: Path, files: dict[str, str]) -> str | None:
     return None
 
 
-@dataclass(frozen=True)
-class _Manifest:
-    command: str
-    files: dict[str, str]
-    """SHA-256 by name."""
+def _manifest(directory: Path) -> tuple[str, dict[str, str]] | None:
+    """Return the command that wrote ``directory`` and the SHA-256 of its files, by the manifest in it.
 
-
-def _manifest(directory: Path) -> _Manifest | None:
-    """Return the manifest in ``directory``, or None where there is none that this program could have written."""
+    None where there is none that this program could have written.
+    """
     if not _is_regular(directory / MANIFEST):
         return None
     try:
@@ -170,7 +165,7 @@ def _manifest(directory: Path) -> _Manifest | None:
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError):
         return None
     known = isinstance(generator, str) and generator.startswith("tfra ") and isinstance(command, str)
-    return _Manifest(command, files) if known and names and inside else None
+    return (command, files) if known and names and inside else None
 
 
 def _entries(directory: Path, below: str = "") -> Iterator[tuple[str, bool]]:

@@ -48,12 +48,12 @@ def scratch(parent: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def writing(folder: Path) -> Iterator[None]:
-    """Raise ``InputError`` that names ``folder`` when something can't be written in the block."""
+def writing(place: str | Path) -> Iterator[None]:
+    """Raise ``InputError`` that names ``place`` when something can't be written in the block."""
     try:
         yield
     except OSError as error:
-        raise InputError(folder, "", f"cannot be written: {error.strerror}") from None
+        raise InputError(place, "", f"cannot be written: {error.strerror or error}") from None
 
 
 def sweep(parent: Path) -> None:

@@ -14,7 +14,7 @@ from tfra.families import Target, find
 from tfra.hdl.cores import microarchitecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.runtime.errors import InputError, quoted
-from tfra.runtime.tomlfile import read_toml
+from tfra.runtime.inputs import read_toml
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.frames.frameset import Definition
 from tfra.study.schema import SearchSection, StudyDocument

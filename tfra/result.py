@@ -18,8 +18,7 @@ from tfra.model.metrics import ERRORS, Contact, errors
 from tfra.recordings.facts import facts, lines
 from tfra.recordings.frames import Recording
 from tfra.recordings.results import Estimate, check_result, write_result
-from tfra.runtime.errors import InputError
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
     from tfra.view.resultfile import Recorded, References

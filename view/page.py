@@ -209,9 +209,7 @@ def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen)
 
 def _notes(fact: Facts) -> Iterator[str]:
     """Lines about the statuses of a result's frames."""
-    counts = {Status.NO_CONTACT: fact.no_contact, Status.COMPRESSION_ONLY: fact.compression_only}
-    counts |= {Status[name]: count for name, count in fact.noted.items()}
-    for flag, count in counts.items():
+    for flag, count in fact.statuses.items():
         if count:
             yield f"{count:,} of {fact.frames:,} frames {status_label(flag)}: {MEANINGS[flag]}"
 

@@ -39,7 +39,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray, SensorKey, sensor_keys
 from tfra.recordings.input import PLAIN, Input, overridden
 from tfra.runtime.errors import InputError, quoted
-from tfra.runtime.tomlfile import read_toml
+from tfra.runtime.inputs import read_toml
 
 MOST_TAXELS = 4096
 """The model holds dense matrices of taxels x taxels: 134 MB each at this limit."""

@@ -6,7 +6,7 @@ from tfra.hdl.bus.map import Field, Kind, RegisterMap
 from tfra.model.fixed.design import Design
 from tfra.report.html import Section, page, paragraph
 from tfra.report.table import Table
-from tfra.runtime.extras import require
+from tfra.runtime.errors import require
 from tfra.runtime.scratch import scratch, temporary, writing
 
 VENDOR = "tfra"

@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tfra.hdl.bus.map import BITS, Field, Kind, Register, RegisterMap
-from tfra.runtime.errors import InputError
-from tfra.runtime.extras import require
+from tfra.runtime.errors import InputError, require
 
 if TYPE_CHECKING:
     from systemrdl.node import AddrmapNode, FieldNode, RegNode

@@ -13,9 +13,8 @@ import numpy as np
 
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
-from tfra.recordings.format import Format, Values
+from tfra.recordings.format import FRAMES, Format, Values, wrong_shape
 from tfra.recordings.input import Input
-from tfra.recordings.shapes import FRAMES, wrong_shape
 from tfra.runtime.errors import InputError, quoted, shortened
 from tfra.runtime.inputs import opened
 

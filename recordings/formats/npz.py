@@ -6,9 +6,8 @@ from pathlib import Path
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import Archive, archive, fits, read_npy
-from tfra.recordings.format import Format, Values, finite
+from tfra.recordings.format import FRAMES, Format, Values, finite, split, wrong_shape
 from tfra.recordings.input import Input
-from tfra.recordings.shapes import FRAMES, split, wrong_shape
 from tfra.runtime.errors import InputError, shortened
 
 TIME = "time"

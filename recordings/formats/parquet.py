@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import Array
-from tfra.recordings.format import Columns, Format, Values, finite
+from tfra.recordings.format import FRAMES, Columns, Format, Values, finite, wrong_shape
 from tfra.recordings.input import Input
-from tfra.recordings.shapes import FRAMES, wrong_shape
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import opened
 from tfra.runtime.processes import running

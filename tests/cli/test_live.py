@@ -185,7 +185,7 @@ def test_a_port_in_use(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
 
 
 def test_plotly_is_asked_for(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None)
+    monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
     line = "tfra live: plotly is missing, please run: pip install 'tfra[view]'"
     assert refusal(capfd, "live", "skin.toml", "frames.npz") == line
 

@@ -68,6 +68,6 @@ def test_more_than_a_page_tells_apart(folder: Path, capfd: pytest.CaptureFixture
 
 
 def test_plotly_is_asked_for(folder: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None)
+    monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
     line = "tfra view: plotly is missing, please run: pip install 'tfra[view]'"
     assert refusal(capfd, "view", "float.npz", "--out", "page.html") == line

@@ -30,8 +30,9 @@ FOUND = result([0, 2, 1, 64, 4], [350, 0, 0, 20, 0], [0.5, 0, 0, 0.7, 0.1], [-4,
 
 def test_by_hand() -> None:
     told = facts(FRAMES, FOUND)
-    assert (told.frames, told.contact, told.no_contact, told.compression_only) == (5, 3, 1, 1)
-    assert told.noted == {"NO_DIRECTION": 1, "OUTPUT_SATURATED": 1}
+    assert (told.frames, told.contact) == (5, 3)
+    flags = Status.NO_CONTACT, Status.COMPRESSION_ONLY, Status.NO_DIRECTION, Status.OUTPUT_SATURATED
+    assert told.statuses == {flag: int(flag in flags) for flag in Status}
     assert told.phi_deg == Spread(2, 5.0, 350.0, 20.0)
     assert told.mu == Spread(3, 0.5, 0.1, 0.7)
     assert told.force_n == Spread(4, 3.0, 1.0, 6.0)
@@ -62,7 +63,7 @@ def test_directions_all_around_have_no_median() -> None:
 
 def test_nothing_at_all() -> None:
     told = facts(np.zeros((2, 2, 2)), Tfra(SENSOR)(np.zeros((2, 2, 2))))
-    assert (told.no_contact, told.contact, told.phi_deg, told.mu, told.force_n) == (2, 0, None, None, None)
+    assert (told.statuses[Status.NO_CONTACT], told.contact) == (2, 0)
     assert "phi: in no frame" in lines(told)
     assert as_dict(told)["ranges"] == dict.fromkeys(("phi_deg", "mu", "force_n", "uncertainty_percent"))
 
@@ -93,9 +94,8 @@ def test_every_frame_is_counted_once(status: list[int]) -> None:
     status = [bits & ~2 if bits & 1 else bits for bits in status]
     n = len(status)
     told = facts(np.ones((n, 2, 2)), result(status, [1.0] * n, [1.0] * n, [1.0] * n))
-    assert told.contact + told.no_contact + told.compression_only == told.frames == n
-    for name, count in told.noted.items():
-        assert count == sum(bits & Status[name] != 0 for bits in status)
+    assert told.statuses == {flag: sum(bits & flag != 0 for bits in status) for flag in Status}
+    assert told.contact + told.statuses[Status.NO_CONTACT] + told.statuses[Status.COMPRESSION_ONLY] == told.frames == n
 
 
 @given(st.lists(st.integers(0, 359), min_size=1, max_size=8, unique=True), st.integers(0, 359))

@@ -18,10 +18,10 @@ from hypothesis import strategies as st
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings import formats as all_formats
+from tfra.recordings.format import wrong_shape
 from tfra.recordings.formats import suffixes
 from tfra.recordings.frames import Recording, read_recording
 from tfra.recordings.input import PLAIN, Input
-from tfra.recordings.shapes import wrong_shape
 from tfra.runtime.errors import InputError
 
 SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
@@ -180,7 +180,7 @@ def test_a_new_format_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     try:
         FRAMES.tofile(tmp_path / "f.raw")
         np.testing.assert_array_equal(read(tmp_path / "f.raw").frames, FRAMES)
-        monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None)
+        monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
         assert refusal(tmp_path / "f.raw") == "numpy is missing, please run: pip install 'tfra[raw]'"
     finally:
         all_formats.formats.cache_clear()

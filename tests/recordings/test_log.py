@@ -170,7 +170,7 @@ def test_a_missing_package_is_told(
 ) -> None:
     path = tmp_path / f"f.{suffix}"
     path.write_bytes(b"")
-    monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None if name == package else find_spec(name))
+    monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None if name == package else find_spec(name))
     extra = "tables" if package == "polars" else "robot"
     assert refusal(path) == f"{package} is missing, please run: pip install 'tfra[{extra}]'"
 

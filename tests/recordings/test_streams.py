@@ -93,7 +93,7 @@ def test_what_is_not_there(listening: tuple[socket.socket, int], monkeypatch: py
     assert refused(f"tcp://127.0.0.1:{port}") == f"tcp://127.0.0.1:{port}: no connection: Connection refused"
     assert refused("serial:/dev/nobody") == "serial:/dev/nobody: no serial port: No such file or directory"
     assert refused("serial:/dev/nobody?baud=x") == "serial:/dev/nobody?baud=x: baud: a whole number is needed, got 'x'"
-    monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None)
+    monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
     line = "serial:/dev/nobody: pyserial is missing, please run: pip install 'tfra[live]'"
     assert refused("serial:/dev/nobody") == line
     monkeypatch.setattr(os, "isatty", lambda descriptor: True)

@@ -215,7 +215,7 @@ def test_a_page(
         fixed.view(beside={"short": sensor.estimate(frames[:3])})
     with pytest.raises(tfra.InputError, match=r"must end in \.html"):
         fixed.view("page.pdf")
-    monkeypatch.setattr("tfra.runtime.extras.find_spec", lambda name: None)
+    monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
     with pytest.raises(tfra.InputError, match=r"plotly is missing, please run: pip install 'tfra\[view\]'"):
         fixed.view()
 

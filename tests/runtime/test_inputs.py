@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from tfra.codegen.config.read import load
 from tfra.runtime.errors import LONGEST_VALUE, InputError, quoted, shortened
-from tfra.runtime.inputs import opened
-from tfra.runtime.tomlfile import read_toml
+from tfra.runtime.inputs import opened, read_toml
 
 EXAMPLE = (Path(__file__).parents[2] / "examples" / "hertz_40x20.toml").read_bytes()
 
