@@ -46,9 +46,7 @@ def test_dots_and_marks_that_are_fine(tmp_path: Path) -> None:
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
-    st.lists(
-        st.tuples(st.integers(0, len(EXAMPLE)), st.integers(0, 30), st.binary(max_size=9)), min_size=1, max_size=4
-    )
+    st.lists(st.tuples(st.integers(0, len(EXAMPLE)), st.integers(0, 30), st.binary(max_size=9)), min_size=1, max_size=4)
 )
 def test_mutated_descriptions(tmp_path: Path, changes: list[tuple[int, int, bytes]]) -> None:
     data, path = EXAMPLE, tmp_path / "a.toml"

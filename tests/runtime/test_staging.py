@@ -10,30 +10,14 @@ import warnings
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from tests.runtime.test_outputs import tree
+from tests.runtime.test_outputs import has, make, tree
 from tfra.runtime import staging
-from tfra.runtime.outputs import output_directory, write_npz
 from tfra.runtime.ownership import directory_objection, file_objection
 
 SYSTEM_CALLS = ("os.mkdir", "os.rename", "os.remove", "os.rmdir", "os.symlink", "os.truncate", "open", "ctypes.dlsym")
 """Audit events of what changes a file system; looking a function up comes right before it is called."""
-
-
-def make_directory(out: Path, text: str) -> None:
-    with output_directory(out, "generate") as fresh:
-        (fresh / "core.v").write_text(text)
-        (fresh / "images").mkdir()
-        (fresh / "images" / "a.hex").write_text(text)
-
-
-def make_archive(out: Path, text: str) -> None:
-    write_npz(out, {"text": np.array([text])}, "estimate")
-
-
-Make = Callable[[Path, str], None]
 
 
 def state(out: Path) -> dict[str, object] | bytes | None:
@@ -56,7 +40,7 @@ def in_a_child(run: Callable[[], object]) -> int:
         os._exit(code)
 
 
-def dies_at(step: int, run: Callable[[], None]) -> bool:
+def dies_at(step: int, run: Callable[[], object]) -> bool:
     """Run in a child process that dies before its system call number ``step``; True if it came to that."""
     count = iter(range(step))
 
@@ -81,64 +65,42 @@ def no_exchange(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(staging, "_rename", rename)
 
 
-@pytest.mark.parametrize("make", [make_directory, make_archive])
-@pytest.mark.parametrize("earlier", [None, "old"])
-def test_death_at_every_step_leaves_old_or_new(tmp_path: Path, make: Make, earlier: str | None) -> None:
-    make(tmp_path / "model", "new")
-    allowed = [state(tmp_path / "model")]
+@pytest.mark.parametrize("suffix", ["", ".npz"])
+@pytest.mark.parametrize(("earlier", "exchange"), [(False, True), (True, True), (True, False)])
+def test_death_at_every_step_leaves_old_or_new(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, earlier: bool, exchange: bool
+) -> None:
+    """Without an exchange there is nothing for a moment, until any later run puts the old one back."""
+    if not exchange:
+        no_exchange(monkeypatch)
+    old, new, out = (tmp_path / f"{name}{suffix}" for name in ("old", "new", "out"))
+    make(new, "new")
     if earlier:
-        make(tmp_path / "model", earlier)
-    else:
-        (tmp_path / "nothing").mkdir()
-    allowed.append(state(tmp_path / "model") if earlier else None)
+        make(old, "old")
     (tmp_path / "notes.txt").write_text("mine")
-    out, seen, step = tmp_path / "out", [], 0
-    while True:
+    allowed, seen, absent, died = [state(new), state(old)], [], 0, True
+    while died:
         if earlier:
-            make(out, earlier)
-        died = dies_at(step, lambda: make(out, "new"))
-        found = state(out)
-        assert found in allowed, step
-        seen.append(allowed.index(found))
+            make(out, "old")
+        died = dies_at(len(seen), lambda: make(out, "new"))
+        if not exchange:
+            absent += not os.path.lexists(out)
+            make(tmp_path / f"beside{suffix}")
+        assert state(out) in allowed, len(seen)
+        seen.append(allowed.index(state(out)))
         make(out, "last")  # whoever comes next cleans up
-        assert [name for name in os.listdir(tmp_path) if name.startswith(".")] == [], step
+        assert [name for name in os.listdir(tmp_path) if name.startswith(".")] == [], len(seen)
         assert (tmp_path / "notes.txt").read_text() == "mine"
-        (shutil.rmtree if out.is_dir() else os.unlink)(out)
-        if not died:
-            break
-        step += 1
-    assert step > 8
+        (os.unlink if suffix else shutil.rmtree)(out)
+    assert len(seen) > 8
     assert seen == sorted(seen, reverse=True)  # old up to a step, new from there on
     assert set(seen) == {0, 1}
-
-
-@pytest.mark.parametrize("make", [make_directory, make_archive])
-def test_death_without_an_exchange_loses_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, make: Make
-) -> None:
-    no_exchange(monkeypatch)
-    out, absent, step = tmp_path / "out", 0, 0
-    make(tmp_path / "model", "new")
-    new = state(tmp_path / "model")
-    make(out, "old")
-    old = state(out)
-    while True:
-        died = dies_at(step, lambda: make(out, "new"))
-        absent += not os.path.lexists(out)
-        make(tmp_path / "beside", "whatever")  # any later run puts it back
-        assert state(out) in (old, new), step
-        assert [name for name in os.listdir(tmp_path) if name.startswith(".")] == [], step
-        make(out, "old")
-        if not died:
-            break
-        step += 1
-    assert absent  # for a moment: that is why there is an exchange
+    assert bool(absent) != exchange
 
 
 def test_without_an_exchange_what_changes_meanwhile_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     no_exchange(monkeypatch)
-    out = tmp_path / "out"
-    make_directory(out, "old")
+    make(tmp_path / "out", "old")
     looks = []
 
     def objects_the_second_time(place: Path) -> None:
@@ -146,17 +108,16 @@ def test_without_an_exchange_what_changes_meanwhile_stays(tmp_path: Path, monkey
         if len(looks) == 2:
             raise RuntimeError
 
-    with pytest.raises(RuntimeError), staging.staged(out, objects_the_second_time) as new:
+    with pytest.raises(RuntimeError), staging.staged(tmp_path / "out", objects_the_second_time) as new:
         new.mkdir()
-    assert (out / "core.v").read_text() == "old"
-    assert os.listdir(tmp_path) == ["out"]
+    assert has(tmp_path / "out", "old")
 
 
 def test_a_live_owner_is_left_alone(tmp_path: Path) -> None:
     with staging.staged(tmp_path / "slow", lambda place: None) as new:
         new.mkdir()
         (new / "half").touch()
-        make_directory(tmp_path / "quick", "new")
+        make(tmp_path / "quick")
         assert (new / "half").exists()
     assert sorted(os.listdir(tmp_path)) == ["quick", "slow"]
 
@@ -166,7 +127,7 @@ def test_directories_that_only_look_like_leftovers_stay(tmp_path: Path) -> None:
         (tmp_path / name / "new").mkdir(parents=True)
         (tmp_path / name / "new" / "thesis.tex").write_text("years of work")
     before = tree(tmp_path)
-    make_archive(tmp_path / "out.npz", "new")
+    make(tmp_path / "out.npz")
     (tmp_path / "out.npz").unlink()
     assert tree(tmp_path) == before
 
@@ -177,9 +138,8 @@ def test_what_a_leftover_holds_of_others_stays_and_is_told(tmp_path: Path) -> No
     (leftover / "ready" / "thesis.tex").write_text("years of work")
     (leftover / "target").symlink_to("out")
     with pytest.warns(UserWarning, match=f"^{leftover}: holds files that tfra did not write"):
-        make_directory(tmp_path / "out", "new")
+        make(tmp_path / "out.npz")
     assert (leftover / "ready" / "thesis.tex").read_text() == "years of work"
-    assert (tmp_path / "out" / "core.v").read_text() == "new"
 
 
 def test_a_sweep_needs_no_luck_with_odd_leftovers(tmp_path: Path) -> None:
@@ -189,23 +149,25 @@ def test_a_sweep_needs_no_luck_with_odd_leftovers(tmp_path: Path) -> None:
     (tmp_path / names[2]).symlink_to(tmp_path)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        make_archive(tmp_path / "out.npz", "new")
+        make(tmp_path / "out.npz")
     assert sorted(os.listdir(tmp_path)) == sorted([*names[1:], "out.npz"])
 
 
-@pytest.mark.parametrize(
-    ("make", "objection"), [(make_directory, directory_objection), (make_archive, file_objection)]
-)
+@pytest.mark.parametrize(("suffix", "objection"), [("", directory_objection), (".npz", file_objection)])
 def test_writers_and_a_reader_at_the_same_time(
-    tmp_path: Path, make: Make, objection: Callable[[Path], str | None]
+    tmp_path: Path, suffix: str, objection: Callable[[Path], str | None]
 ) -> None:
-    out = tmp_path / "out"
+    out, judged = tmp_path / f"out{suffix}", 0
     make(out, "first")
     writers = [in_a_child(lambda: [make(out, str(turn)) for turn in range(60)]) for _ in range(3)]
-    judged = 0
     while writers:
-        before, reason, after = identity(out), reason_against(out, objection), identity(out)
-        if before == after:  # it was not exchanged during the look
+        before = out.stat()
+        try:
+            reason = objection(out)
+        except OSError as error:
+            reason = str(error)
+        after = out.stat()
+        if (before.st_ino, before.st_ctime_ns) == (after.st_ino, after.st_ctime_ns):  # not exchanged during the look
             assert reason is None
             judged += 1
         for writer in list(writers):
@@ -214,17 +176,4 @@ def test_writers_and_a_reader_at_the_same_time(
                 assert status == 0
                 writers.remove(writer)
     assert judged
-    assert os.listdir(tmp_path) == ["out"]
-
-
-def identity(out: Path) -> tuple[int, int]:
-    """Tell one output from the next, which may get its number; raises an exception if there is none."""
-    found = out.stat()
-    return found.st_ino, found.st_ctime_ns
-
-
-def reason_against(out: Path, objection: Callable[[Path], str | None]) -> str | None:
-    try:
-        return objection(out)
-    except OSError as error:
-        return str(error)
+    assert os.listdir(tmp_path) == [out.name]

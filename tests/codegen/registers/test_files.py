@@ -19,7 +19,7 @@ from tfra.hdl.bus.map import Kind
 from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.runtime import extras as packages
+from tfra.runtime import errors as packages
 from tfra.runtime.errors import InputError
 
 DESIGN = TfraDesign(SensorArray(3, 2, 4e-3, 4e-3, 3e-3), architecture=Architecture(4))
