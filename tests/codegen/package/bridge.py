@@ -1,8 +1,9 @@
-"""A driver with a simulated device: every access of the driver is one of AXI4-Lite in a Verilog simulator.
+"""A driver with a simulated core: every access of the driver is one of AXI4-Lite in a Verilog simulator.
 
 It plays the scenario with the driver of the package in the working directory; ``outcome.json`` says what went wrong, or
-nothing.  ``world.json``: ``name`` of the design, ``driver``: c or python, ``taxels_per_beat``, ``sidecar``, and the
-coefficients, frames and results of ``scenario.World``.
+nothing.  ``world.json``: ``name`` of the design, ``driver``: c or python, ``taxels_per_beat``, ``sidecar``,
+``coefficients``, ``frames`` of converters' words, which are computed one after the other, and words of their
+``results``.
 """
 
 import json
@@ -28,24 +29,25 @@ PATIENCE_US = 10_000
 
 
 class SlaveError(Exception):
-    """The device answered an access with an error."""
+    """The core answered an access with an error."""
 
 
-class Simulated:
-    """``scenario.World`` with a simulated device."""
+class World:
+    """The core with its driver; all methods block."""
 
     def __init__(self, dut: Any, facts: dict[str, Any], host: Any) -> None:
         bus, low = AxiLiteBus.from_prefix(dut, "s_axi"), {"reset_active_level": False}
         self.host, self.facts, self._dut = host, facts["sidecar"], dut
         self.coefficients, self.frames, self.results = facts["coefficients"], facts["frames"], facts["results"]
-        self._manager, self._driver = AxiLiteMaster(bus, dut.aclk, dut.aresetn, **low), facts["driver"]
-        self._damaged: int | None = None
         self.taxels_per_beat = facts["taxels_per_beat"]
+        self._manager = AxiLiteMaster(bus, dut.aclk, dut.aresetn, **low)
         self._source = AxiStreamSource(AxiStreamBus.from_prefix(dut, "s_axis"), dut.aclk, dut.aresetn, **low)
         self._sink = AxiStreamSink(AxiStreamBus.from_prefix(dut, "m_axis"), dut.aclk, dut.aresetn, **low)
-        self._library = compiled(Path.cwd(), facts["name"]) if self._driver == "c" else None
+        self._library = compiled(Path.cwd(), facts["name"]) if facts["driver"] == "c" else None
+        self._damaged: int | None = None
 
     def core(self, facts: dict[str, Any]) -> Any:
+        """A driver of the core, as for the design ``facts``."""
         if self._library is None:
             return self.host.Core(self, facts, POLLS)
         return CCore(self._library, self.host, self, facts, POLLS)
@@ -57,6 +59,7 @@ class Simulated:
         return int.from_bytes(answer.data, "little")
 
     def damage(self, address: int) -> None:
+        """Flip the lowest bit of the next word that the driver writes there."""
         self._damaged = address
 
     def write32(self, address: int, word: int) -> None:
@@ -67,6 +70,7 @@ class Simulated:
             raise SlaveError(f"write of {address:#x}")
 
     def send(self, words: Sequence[int], user: int) -> None:
+        """A frame, until its last beat was taken."""
         data = b"".join((word & 0xFFFF).to_bytes(2, "little") for word in words)
         data += bytes(-len(data) % (2 * self.taxels_per_beat))
 
@@ -77,14 +81,15 @@ class Simulated:
         self._done(sent)
 
     def receive(self) -> tuple[bytes, int]:
+        """The next output frame, and its TUSER."""
         frame = self._done(lambda: self._sink.recv(compact=False))
         return bytes(frame.tdata), int(frame.tuser[-1])
 
-    def wait(self, cycles: int) -> None:
-        self._done(lambda: _cycles(self._dut, cycles))
+    def interrupt(self, cycles: int = 10) -> bool:
+        """Whether the interrupt is high after ``cycles``."""
 
-    def interrupt(self) -> bool:
         async def level() -> bool:
+            await ClockCycles(self._dut.aclk, cycles)
             return bool(int(self._dut.irq.value))
 
         return bool(self._done(level))
@@ -96,16 +101,12 @@ class Simulated:
         return resume(timed)()
 
 
-async def _cycles(dut: Any, cycles: int) -> None:
-    await ClockCycles(dut.aclk, cycles)
-
-
 @cocotb.test()
 async def drive(dut: Any) -> None:
     """The scenario, in a thread of its own."""
     facts = json.loads(Path("world.json").read_text())
     sys.path.insert(0, str(Path.cwd() / "python"))
-    world = Simulated(dut, facts, import_module("tfra_host"))
+    world = World(dut, facts, import_module("tfra_host"))
     dut.aresetn.value = 0
     Clock(dut.aclk, 10, unit="ns").start()
     await ClockCycles(dut.aclk, 8)
@@ -115,7 +116,7 @@ async def drive(dut: Any) -> None:
     Path("outcome.json").write_text(json.dumps(error))
 
 
-def _played(world: Simulated) -> str:
+def _played(world: World) -> str:
     try:
         play(world)
     except Exception:

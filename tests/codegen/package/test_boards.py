@@ -16,9 +16,10 @@ from tests.codegen import lint
 from tests.codegen.package.made import made
 from tests.hdl.uart.line import framed, frames, little_endian
 from tests.marks import long
-from tfra.codegen.package.boards import BAUD
+from tfra.codegen.package.boards import BAUD, PORTS, boards
 from tfra.families import DEFAULT, FAMILIES
 from tfra.families.family import Board
+from tfra.hdl.cores import microarchitecture
 from tfra.sim.tools import choose
 
 _BENCH = """
@@ -59,7 +60,10 @@ endmodule
 
 @pytest.fixture(scope="module", params=["ice40", *long("parallel")])
 def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Path]:
-    return made(request.param, tmp_path_factory.mktemp(request.param))
+    """A design, and the files of its board and core."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tfra.codegen.package.folder.WRITERS", (lambda contents: contents.cells, boards))
+        return made(request.param, tmp_path_factory.mktemp(request.param))
 
 
 def board_of(design: Any) -> Board:
@@ -92,10 +96,7 @@ def test_the_board_answers_with_the_models_words(package: tuple[Any, Path], tmp_
     codes = np.array(facts["codes"])[:2]
     start = b""
     if facts["coefficient_bytes"]:
-        words = [int(word, 16) for word in (folder / "coefficients" / "load.hex").read_text().split()]
-        bits = facts["coefficient_bits"]
-        signed = [word - (1 << bits) if word >> (bits - 1) else word for word in words]
-        start = framed(little_endian(signed, facts["coefficient_bytes"]))
+        start = framed(little_endian(microarchitecture(design).loaded, facts["coefficient_bytes"]))
     first, second = (framed(little_endian(one, 2)) for one in codes)
     line = start + first + framed(b"abc") + framed(b"123456789012") + second
     expected = design.model(codes.reshape(2, design.sensor.rows, -1)).words
@@ -105,13 +106,10 @@ def test_the_board_answers_with_the_models_words(package: tuple[Any, Path], tmp_
     assert [words[1:] for words in facts["words"][:2]] == expected[:, 1:].tolist()
 
 
-def test_the_top_module_is_clean(package: tuple[Any, Path], tmp_path: Path) -> None:
+def test_the_top_module_is_clean(package: tuple[Any, Path]) -> None:
     design, folder = package
-    file = folder / "boards" / board_of(design).name / "top.v"
-    stub = (folder / f"{design.name}.v").read_text()
-    (tmp_path / "core.v").write_text(stub)
-    cells = list(folder.glob("testbench/SB_*.v"))
-    assert lint.icarus(file, tmp_path / "core.v", *cells) == ""
+    top = folder / "boards" / board_of(design).name / "top.v"
+    assert lint.icarus(top, folder / f"{design.name}.v", *folder.glob("testbench/SB_*.v")) == ""
 
 
 def test_every_port_has_a_pin(package: tuple[Any, Path]) -> None:
@@ -119,10 +117,7 @@ def test_every_port_has_a_pin(package: tuple[Any, Path]) -> None:
     board = board_of(design)
     (pins,) = [file for file in (folder / "boards" / board.name).iterdir() if file.suffix in (".lpf", ".pcf")]
     placed = re.findall(r'^(?:LOCATE COMP "(\w+)" SITE|set_io (\w+))', pins.read_text(), re.M)
-    top = (folder / "boards" / board.name / "top.v").read_text()
-    ports = re.search(r"^module top\((.*?)\);", top, re.M)
-    assert ports is not None
-    assert sorted(first or second for first, second in placed) == sorted(ports[1].split(", "))
+    assert sorted(first or second for first, second in placed) == sorted(PORTS)
 
 
 def test_every_board_has_the_line_s_speed_exactly() -> None:

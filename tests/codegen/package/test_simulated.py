@@ -1,4 +1,4 @@
-"""Both drivers with a simulated device: the same scenario, and planted faults that it must notice."""
+"""Both drivers with a simulated core: the same scenario, and planted faults that it must notice."""
 
 import json
 from collections.abc import Mapping
@@ -10,14 +10,12 @@ import numpy as np
 import pytest
 
 from tests.codegen.cocotb_run import outcome
-from tests.codegen.package.device import device
 from tests.marks import long
 from tfra.codegen.package.drivers import driver_files
 from tfra.codegen.registers.files import register_files
-from tfra.codegen.registers.values import parameters
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.verilog.emit import to_verilog
-from tfra.codegen.verilog.wrapper import wrapper_verilog
+from tfra.codegen.verilog.wrapper import module_name, wrapper_verilog
 from tfra.hdl.cores import microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.choices import SERIAL, Architecture, Bus
@@ -37,52 +35,59 @@ def frames(design: Design) -> Ints:
     return codes[saturated == 0][:4]
 
 
+def texts_of(design: Design) -> dict[str, str]:
+    """Drivers, registers, the wrapper and the core."""
+    verilog = {"axi.v": wrapper_verilog(design), "core.v": to_verilog(design)}
+    return {**register_files(design), **driver_files(design), **verilog}
+
+
 @pytest.fixture(scope="module")
 def package() -> dict[str, str]:
-    """Drivers, registers, and the device."""
-    return {**register_files(DESIGN), **driver_files(DESIGN), **device(DESIGN, DESIGN.model(frames(DESIGN)).words)}
+    return texts_of(DESIGN)
 
 
 def simulated(
-    simulator: str, folder: Path, design: Design, texts: Mapping[str, str], driver: str, top: str, *sources: str
+    simulator: str, driver: str, folder: Path, design: Design, texts: Mapping[str, str], wrong: int = 0
 ) -> str:
-    """Play the scenario with a ``driver`` of the package ``texts`` and its ``sources``, whose module is ``top``.
+    """Play the scenario with a ``driver`` of the package ``texts``; returns what went wrong.
 
-    Returns what went wrong.
+    The bits ``wrong`` of a word of the expected results are flipped.
     """
     loaded, codes = microarchitecture(design).loaded, frames(design)
-    world: dict[str, Any] = {"name": design.name, "driver": driver}
-    world |= {"sidecar": sidecar(design), "frames": codes.tolist()}
-    world |= {"taxels_per_beat": parameters(design)["TAXELS_PER_BEAT"]}
-    world |= {"coefficients": [] if loaded is None else loaded.ravel().tolist()}
-    world |= {"results": design.model(codes).words.tolist()}
+    words = design.model(codes).words
+    words[1, 4] ^= wrong
+    world = {
+        "name": design.name,
+        "driver": driver,
+        "sidecar": sidecar(design),
+        "frames": codes.tolist(),
+        "taxels_per_beat": design.bus.taxels_per_beat,
+        "coefficients": [] if loaded is None else loaded.ravel().tolist(),
+        "results": words.tolist(),
+    }
     for name, text in {**texts, "world.json": json.dumps(world)}.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
-    return str(outcome("tests.codegen.package.bridge", simulator, folder, top, *sources))
-
-
-@pytest.mark.parametrize(("simulator", "driver"), [("icarus", "c"), *long(("icarus", "python"), ("verilator", "c"))])
-def test_the_scenario(tmp_path: Path, package: dict[str, str], simulator: str, driver: str) -> None:
-    assert simulated(simulator, tmp_path, DESIGN, package, driver, "device", "device.v") == ""
+    top = module_name(design)
+    return str(outcome("tests.codegen.package.bridge", simulator, folder, top, "axi.v", "core.v"))
 
 
 @pytest.mark.parametrize(
     ("simulator", "driver", "change"),
     [
         ("icarus", "c", {}),
-        ("icarus", "python", {}),
-        ("verilator", "c", {"images": "inline", "bus": Bus(4)}),
-        ("verilator", "python", {"architecture": SERIAL, "images": "inline", "bus": Bus(2)}),
+        *long(
+            ("icarus", "python", {}),
+            ("verilator", "c", {"images": "inline", "bus": Bus(4)}),
+            ("verilator", "python", {"architecture": SERIAL, "images": "inline", "bus": Bus(2)}),
+        ),
     ],
 )
-@pytest.mark.long
-def test_the_scenario_on_the_core(tmp_path: Path, simulator: str, driver: str, change: dict[str, Any]) -> None:
-    """The generated wrapper and core in place of the device."""
-    design = replace(DESIGN, name="skin", **change)
-    texts = {**register_files(design), **driver_files(design)}
-    texts |= {"skin_axi.v": wrapper_verilog(design), "skin.v": to_verilog(design)}
-    assert simulated(simulator, tmp_path, design, texts, driver, "skin_axi", "skin_axi.v", "skin.v") == ""
+def test_the_scenario(
+    tmp_path: Path, package: dict[str, str], simulator: str, driver: str, change: dict[str, Any]
+) -> None:
+    design = replace(DESIGN, **change)
+    assert simulated(simulator, driver, tmp_path, design, texts_of(design) if change else package) == ""
 
 
 PLANTED = [
@@ -103,13 +108,9 @@ def test_a_planted_fault_is_noticed(
 ) -> None:
     assert package[name].count(stated) == 1
     texts = {**package, name: package[name].replace(stated, other)}
-    assert seen in simulated("icarus", tmp_path, DESIGN, texts, driver, "device", "device.v")
+    assert seen in simulated("icarus", driver, tmp_path, DESIGN, texts)
 
 
 @pytest.mark.long
 def test_a_wrong_result_is_noticed(tmp_path: Path, package: dict[str, str]) -> None:
-    words = DESIGN.model(frames(DESIGN)).words
-    words[1, 4] ^= 1
-    texts = {**package, **device(DESIGN, words)}
-    error = simulated("icarus", tmp_path, DESIGN, texts, "python", "device", "device.v")
-    assert "dict(frame.words) == expected" in error
+    assert "dict(frame.words) == expected" in simulated("icarus", "python", tmp_path, DESIGN, package, wrong=1)

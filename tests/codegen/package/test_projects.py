@@ -1,0 +1,199 @@
+"""The package in the projects of others: Tcl with stand-ins for the tools' commands, LiteX, FuseSoC."""
+
+import os
+import runpy
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.codegen.package.made import DESIGNS, PARALLEL, PART, made
+from tests.codegen.test_generate import change_word
+from tests.marks import long
+from tfra.codegen.package.contents import Contents
+from tfra.codegen.package.projects import constraints, litex, vivado
+from tfra.codegen.sidecar.build import sidecar
+from tfra.codegen.verilog.emit import run_yosys, to_verilog
+from tfra.codegen.verilog.wrapper import ports_of, wrapper_verilog
+from tfra.sim.tools import choose, environment
+
+CONTENTS = Contents(PARALLEL, sidecar(PARALLEL) | {"images": []}, {}, PART)
+
+STAND_INS = """
+namespace eval ipx { proc unknown args { said $args; return [lindex $args end] }; namespace unknown ::ipx::unknown }
+proc unknown args { said $args; return [lindex $args end] }
+proc said words { puts [join $words "\\t"] }
+"""
+"""Any unknown command prints its words and returns the last of them."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The scripts of a package, with empty modules."""
+    folder = tmp_path_factory.mktemp("tcl")
+    texts = {**vivado(CONTENTS), **constraints(CONTENTS), **litex(CONTENTS)}
+    for name, text in {**texts, "lanes.v": "", "lanes_axi.v": ""}.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    return folder
+
+
+def calls(script: Path, more: str = "") -> list[list[str]]:
+    """The commands that a script gives, word by word; raises ``AssertionError`` with Tcl's complaint."""
+    tclsh = shutil.which("tclsh")
+    assert tclsh, "tclsh is missing, please run: sudo apt-get install tcl"
+    text = f"{STAND_INS}\n{more}\nsource {script}\n"
+    done = subprocess.run([tclsh], input=text, capture_output=True, text=True, check=False)
+    assert done.stderr == "", done.stderr
+    return [line.split("\t") for line in done.stdout.splitlines()]
+
+
+def test_vivado_is_told_every_register(folder: Path) -> None:
+    found = calls(folder / "vivado" / "package_ip.tcl")
+    registers = CONTENTS.registers.registers
+    named = [words[1] for words in found if words[0] == "ipx::add_register"]
+    assert named == [register.name for register in registers]
+    places = [words[2] for words in found if words[:2] == ["set_property", "address_offset"]]
+    assert [int(place, 0) for place in places] == [register.address for register in registers]
+    fields = [field for register in registers for field in register.fields]
+    assert [words[1] for words in found if words[0] == "ipx::add_field"] == [field.name for field in fields]
+    for name, values in (("bit_offset", [f.low for f in fields]), ("bit_width", [f.bits for f in fields])):
+        assert [int(words[2]) for words in found if words[:2] == ["set_property", name]] == values
+    texts = [words[2] for words in found if words[:2] == ["set_property", "description"]][1:]
+    assert {text for text in texts} >= {field.text for field in fields if "{" not in field.text}
+
+
+def test_vivado_associates_clock_and_reset(folder: Path) -> None:
+    found = calls(folder / "vivado" / "package_ip.tcl")
+    associated = [words for words in found if words[0] == "ipx::associate_bus_interfaces"]
+    assert [words[2] for words in associated if words[1] == "-busif"] == ["s_axi", "s_axis", "m_axis"]
+    assert all("aclk" in words for words in associated)
+    assert ["ipx::associate_bus_interfaces", "-clock", "aclk", "-reset", "aresetn", associated[0][-1]] in associated
+    assert found[-1][0] == "ipx::save_core"
+    assert {"aclk", "aresetn", "irq"} <= {pin.name for pin in ports_of(PARALLEL)}
+
+
+def test_vivado_needs_the_wrapper(folder: Path, tmp_path: Path) -> None:
+    shutil.copytree(folder, tmp_path / "package")
+    (tmp_path / "package" / "lanes_axi.v").unlink()
+    with pytest.raises(AssertionError, match=r"lanes_axi\.v is missing"):
+        calls(tmp_path / "package" / "vivado" / "package_ip.tcl")
+
+
+@pytest.mark.parametrize("top", [("aclk", "aresetn"), ("clk", "rst")])
+def test_constraints_are_those_of_the_top_module(folder: Path, top: tuple[str, str]) -> None:
+    known = "{" + " ".join(top) + "}"
+    ports = f"proc get_ports args {{ set name [lindex $args end]; if {{$name in {known}}} {{ return $name }} }}"
+    found = calls(folder / "constraints" / "lanes.sdc", ports)
+    (clock,) = [words for words in found if words[0] == "create_clock"]
+    assert clock[1:3] == ["-name", top[0]]
+    assert float(clock[clock.index("-period") + 1]) == pytest.approx(1000 / PART.target.clock_mhz, abs=1e-3)
+    assert {words[-1] for words in found if words[0] == "set_multicycle_path"} == {top[1]}
+
+
+def test_xdc_has_the_same_clock(folder: Path) -> None:
+    found = calls(folder / "vivado" / "lanes_axi.xdc", "proc get_ports name { return $name }")
+    assert found == [["create_clock", "-name", "aclk", "-period", f"{1000 / PART.target.clock_mhz:.3f}", "aclk"]]
+
+
+@pytest.mark.long
+def test_memory_files_go_with_the_modules(tmp_path: Path) -> None:
+    design, package = made("files", tmp_path)
+    (package / f"{design.name}_axi.v").write_text("")
+    found = calls(package / "vivado" / "package_ip.tcl")
+    added = {Path(words[-1]).name for words in found if words[0] == "add_files"}
+    assert {file.name for file in package.glob("*.hex")} <= added
+
+@pytest.mark.long
+def test_a_litex_system_with_the_core_is_elaborated(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from litex.build.generic_platform import GenericPlatform, Pins
+    from litex.soc.integration.soc import SoCRegion
+    from litex.soc.integration.soc_core import SoCMini
+    from migen import ClockDomain
+
+    monkeypatch.chdir(tmp_path)
+    places = {"clk": 1, "rst": 1, "taxel": 16}
+    platform = GenericPlatform("none", [(name, 0, Pins(" ".join("X" * bits))) for name, bits in places.items()])
+    soc = SoCMini(platform, clk_freq=int(50e6))
+    soc.clock_domains.cd_sys = ClockDomain()
+    soc.comb += [soc.cd_sys.clk.eq(platform.request("clk")), soc.cd_sys.rst.eq(platform.request("rst"))]
+    soc.submodules.lanes = core = runpy.run_path(str(folder / "litex" / "lanes.py"))["Tfra"](platform)
+    soc.bus.add_slave("lanes", core.bus, SoCRegion(origin=0x9000_0000, size=256, cached=False))
+    soc.comb += [core.sink.data.eq(platform.request("taxel")), core.sink.valid.eq(1), core.source.ready.eq(1)]
+    soc.finalize()
+    verilog = str(platform.get_verilog(soc, name="system"))
+    for pin in ports_of(PARALLEL):
+        assert f".{pin.name}" in verilog, pin.name
+    texts = {"system.v": verilog, "lanes_axi.v": wrapper_verilog(PARALLEL), "lanes.v": to_verilog(PARALLEL)}
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    read = "read_verilog lanes.v lanes_axi.v system.v"
+    run_yosys(f"{read}; hierarchy -check -top system; proc; check -assert", tmp_path)
+
+
+@pytest.fixture(scope="module", params=["serial", *long("parallel", "ecp5", "ice40", "files")])
+def package(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, Path]:
+    name: str = request.param
+    _, folder = made(name, tmp_path_factory.mktemp(name))
+    return DESIGNS[name][0].name, folder
+
+
+def fusesoc(target: str, name: str, package: Path, folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Run a target in ``folder``, which is empty, with a home of its own."""
+    (folder / "tools").mkdir()
+    variables = environment("verilator", folder / "tools") | {"HOME": str(folder), "XDG_CONFIG_HOME": str(folder)}
+    program = str(Path(sys.executable).with_name("fusesoc"))
+    words = [program, "--cores-root", str(package), "run", *options, "--target", target, f"tfra:core:{name}"]
+    return subprocess.run(
+        words, cwd=folder, env=variables, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
+    )
+
+
+@pytest.mark.long
+def test_sim_compares_every_word(package: tuple[str, Path], tmp_path: Path) -> None:
+    choose("icarus")
+    name, folder = package
+    done = fusesoc("sim", name, folder, tmp_path)
+    assert "words compared, 0 differ" in done.stdout, done.stdout
+    assert done.returncode == 0
+
+
+def test_lint_finds_nothing(package: tuple[str, Path], tmp_path: Path) -> None:
+    choose("verilator")
+    name, folder = package
+    done = fusesoc("lint", name, folder, tmp_path)
+    assert done.returncode == 0, done.stdout
+    assert "%Warning" not in done.stdout
+
+
+@pytest.mark.parametrize(("target", "seen"), [*long(("sim", "1 differ")), ("lint", "UNDRIVEN")])
+def test_what_is_planted_is_found(target: str, seen: str, package: tuple[str, Path], tmp_path: Path) -> None:
+    """A wrong word by the simulation, a signal without a driver by the linter."""
+    name, folder = package
+    shutil.copytree(folder, tmp_path / "package")
+    (tmp_path / "run").mkdir()
+    file = tmp_path / "package" / f"{name}.v"
+    file.write_text(file.read_text().replace("endmodule", "  wire open;\n  wire planted = open;\nendmodule", 1))
+    change_word(tmp_path / "package", name, "result", 2, 1)
+    done = fusesoc(target, name, tmp_path / "package", tmp_path / "run")
+    assert done.returncode != 0
+    assert seen in done.stdout
+
+
+def test_synthesis_is_set_up(package: tuple[str, Path], tmp_path: Path) -> None:
+    """For the family's tool, which may not be here."""
+    name, folder = package
+    done = fusesoc("synth", name, folder, tmp_path, "--setup")
+    assert done.returncode == 0, done.stdout
+    assert any(f"{name}.v" in file.read_text(errors="replace") for file in tmp_path.rglob("*.*") if file.is_file())
+
+
+def test_nothing_is_written_outside(package: tuple[str, Path], tmp_path: Path) -> None:
+    before = sorted(package[1].rglob("*"))
+    fusesoc("sim", *package, tmp_path, "--setup")
+    assert sorted(package[1].rglob("*")) == before
+    assert os.listdir(tmp_path)
