@@ -10,6 +10,7 @@ import plotly.graph_objects as go
 
 from tfra.report.colours import BLACK
 from tfra.report.numbers import number
+from tfra.study.report.labels import cell_text, column_label
 
 GREY, PALE = "#767676", "#dddddd"
 
@@ -40,8 +41,8 @@ _AXIS: dict[str, Any] = {
     "zeroline": False,
 }
 
-Point = tuple[float | None, float | None]
-"""Position across and up; a line breaks at one that is unknown."""
+Row = Mapping[str, Any]
+"""Of a table, by column."""
 
 
 def figure(height: int, x: dict[str, Any], y: dict[str, Any], **layout: Any) -> go.Figure:
@@ -49,9 +50,27 @@ def figure(height: int, x: dict[str, Any], y: dict[str, Any], **layout: Any) -> 
     return go.Figure(layout=_LAYOUT | {"height": height, "xaxis": _AXIS | x, "yaxis": _AXIS | y} | layout)
 
 
-def rows_figure(lines: "Rows", height: int, x: dict[str, Any], **layout: Any) -> go.Figure:
-    """An empty figure of labelled rows, so many pixels each."""
-    return figure(len(lines.labels) * height + 95, x, lines.axis(), **layout)
+def rows_figure(labels: Sequence[str], height: int, x: dict[str, Any], **layout: Any) -> go.Figure:
+    """An empty figure of labelled rows from top to bottom, so many pixels each."""
+    y = {"range": [len(labels) - 0.4, -0.6], "showgrid": False, "tickfont": {"size": 11}} | ticks(labels)
+    return figure(len(labels) * height + 95, x, y, **layout)
+
+
+def ticks(labels: Sequence[str]) -> dict[str, Any]:
+    """For an axis whose positions 0, 1 and so on have these labels."""
+    return {"tickvals": list(range(len(labels))), "ticktext": list(labels), "ticks": ""}
+
+
+def grouped(groups: Sequence[str], names: Sequence[str]) -> tuple[list[str], list[int]]:
+    """Labels of the rows ``names`` with a heading above each of their groups, and the positions of the names."""
+    labels: list[str] = []
+    positions = []
+    for n, (group, name) in enumerate(zip(groups, names, strict=True)):
+        if not n or group != groups[n - 1]:
+            labels.append(f"<b>{group}</b>")
+        positions.append(len(labels))
+        labels.append(name)
+    return labels, positions
 
 
 @dataclass(frozen=True)
@@ -74,6 +93,10 @@ class Scale:
         """Position of ``value`` on the axis."""
         return max(value, self.low)
 
+    def hides(self, value: float) -> bool:
+        """Whether ``value`` is a zero that a logarithmic axis cannot have."""
+        return self.log and value < self.low
+
     def axis(self, title: str) -> dict[str, Any]:
         """For a figure's layout."""
         axis: dict[str, Any] = {"title": {"text": title}}
@@ -88,98 +111,72 @@ class Scale:
         return axis | {"type": "log", "range": ends, "tickvals": ticks, "ticktext": [number(v, 1) for v in ticks]}
 
 
-@dataclass(frozen=True)
-class Rows:
-    """Labelled rows from top to bottom, in groups that have a heading each."""
-
-    labels: tuple[str, ...]
-    numbers: tuple[int, ...]
-    """Of the rows that are no headings."""
-
-    @classmethod
-    def plain(cls, names: Sequence[str]) -> "Rows":
-        """The rows ``names`` without headings."""
-        return cls(tuple(names), tuple(range(len(names))))
-
-    @classmethod
-    def grouped(cls, groups: Sequence[str], names: Sequence[str]) -> "Rows":
-        """The rows ``names``, each of a group."""
-        labels: list[str] = []
-        numbers = []
-        for n, (group, name) in enumerate(zip(groups, names, strict=True)):
-            if not n or group != groups[n - 1]:
-                labels.append(f"<b>{group}</b>")
-            numbers.append(len(labels))
-            labels.append(name)
-        return cls(tuple(labels), tuple(numbers))
-
-    def axis(self) -> dict[str, Any]:
-        """For a figure's layout."""
-        ticks = {"tickvals": list(range(len(self.labels))), "ticktext": list(self.labels), "ticks": ""}
-        return {"range": [len(self.labels) - 0.4, -0.6], **ticks, "showgrid": False, "tickfont": {"size": 11}}
+def hover_text(title: str, row: Row) -> str:
+    """A title over all known cells of a row, in lines that fit into a narrow window, few enough for a low chart."""
+    known = {name: value for name, value in row.items() if value not in (None, "")}
+    cells = (f"{column_label(name)}: {cell_text(name, value)}" for name, value in known.items())
+    return "<br>".join([f"<b>{title}</b>", *wrap("; ".join(cells), 50)])
 
 
-def add_marks(chart: go.Figure, name: str, points: Sequence[Point], texts: str | Sequence[str], **looks: Any) -> None:
-    """Add a series of markers with texts on hover, unless it is empty."""
-    if points:
-        x, y = zip(*points, strict=True)
-        chart.add_scatter(x=x, y=y, name=name, hovertext=texts, hoverinfo="text", **{"mode": "markers"} | looks)
+def series(name: str, rows: Sequence[Row], x: Sequence[float], y: Sequence[float]) -> dict[str, Any]:
+    """A series of a figure whose points show their ``rows`` on hover."""
+    texts = [hover_text(name, row) for row in rows]
+    return {"name": name, "x": x, "y": y, "hovertext": texts, "hoverinfo": "text"}
 
 
-def add_bars(chart: go.Figure, name: str, points: Sequence[Point], texts: Sequence[str], **looks: Any) -> None:
-    """Add horizontal bars up to ``points`` with texts on hover."""
-    x, y = zip(*points, strict=True) if points else ((), ())
-    chart.add_bar(x=x, y=y, name=name, orientation="h", hovertext=texts, hoverinfo="text", **looks)
+def add_marks(
+    chart: go.Figure, name: str, rows: Sequence[Row], x: Sequence[float], y: Sequence[float], **looks: Any
+) -> None:
+    """Add a series of markers, unless it is empty."""
+    if rows:
+        chart.add_scatter(**series(name, rows, x, y) | {"mode": "markers"} | looks)
 
 
 @dataclass(frozen=True)
-class Dot:
-    """A value in a row, with a whisker from ``low`` to ``high``; ``text`` is seen on hover."""
+class Style:
+    """Look of a series of dots."""
 
-    row: float
-    value: float
-    low: float
-    high: float
-    text: str
+    name: str
+    colour: str
+    symbol: str
 
 
-def add_dots(chart: go.Figure, scale: Scale, name: str, colour: str, symbol: str, dots: Sequence[Dot]) -> None:
-    """Add a series of dots; a value of zero on a logarithmic axis is an open triangle at its end."""
-    line = {"color": colour, "width": 2}
-    zeros = [dot for dot in dots if scale.log and dot.value < scale.low]
-    others = [dot for dot in dots if dot not in zeros]
-    for some, shape in ((zeros, "triangle-left-open"), (others, symbol)):
-        points = [(scale.clip(dot.value), dot.row) for dot in some]
-        whiskers = {
-            "array": [scale.clip(dot.high) - scale.clip(dot.value) for dot in some],
-            "arrayminus": [scale.clip(dot.value) - scale.clip(dot.low) for dot in some],
+def add_dots(
+    chart: go.Figure, scale: Scale, style: Style, points: Iterable[tuple[float, Row]], value: str, low: str, high: str
+) -> None:
+    """Add dots at the position and with the row of each of ``points``; three columns are the value and its whisker.
+
+    A value of zero on a logarithmic axis is an open triangle at its end.
+    """
+    last = sorted(points, key=lambda point: scale.hides(point[1][value]))  # so that the legend has the symbol
+    rows = [row for _, row in last]
+    x, start, end = ([scale.clip(row[value] if row[n] is None else row[n]) for row in rows] for n in (value, low, high))
+    add_marks(
+        chart, style.name, rows, x, [position for position, _ in last],
+        marker={
+            "symbol": ["triangle-left-open" if scale.hides(row[value]) else style.symbol for row in rows],
+            "size": 10,
+            "color": style.colour,
+            "line": {"color": style.colour, "width": 2},
+        },
+        error_x={
+            "array": [right - at for right, at in zip(end, x, strict=True)],
+            "arrayminus": [at - left for left, at in zip(start, x, strict=True)],
             "thickness": 2,
-        }
-        add_marks(
-            chart, name, points, [dot.text for dot in some], legendgroup=name, showlegend=some is others or not others,
-            marker={"symbol": shape, "size": 10, "color": colour, "line": line}, error_x=whiskers,
-        )  # fmt: skip
+            "color": style.colour,
+        },
+    )  # fmt: skip
 
 
-def add_misfits(chart: go.Figure, points: Sequence[Point], texts: Sequence[str], **looks: Any) -> None:
-    """Add a grey cross for each variation that does not fit together; its text says why."""
+def add_misfits(chart: go.Figure, rows: Sequence[Row], x: Sequence[float], y: Sequence[float], **looks: Any) -> None:
+    """Add a grey cross for each variation that does not fit together; its row says why."""
     marker = {"symbol": "x-thin-open", "size": 8, "color": GREY, "line": {"color": GREY, "width": 2}}
-    add_marks(chart, "does not fit", points, texts, marker=marker, cliponaxis=False, **looks)
+    add_marks(chart, "does not fit", rows, x, y, marker=marker, cliponaxis=False, **looks)
 
 
-def misfit_text(row: Mapping[str, Any]) -> str:
-    """Why the variation of a row has no numbers, in lines that fit into a narrow window."""
-    return hover_text("does not fit", wrapped(row["reason"]))
-
-
-def hover_text(title: str, *lines: str) -> str:
-    """A bold title, and the ``lines`` that are not empty."""
-    return "<br>".join([f"<b>{title}</b>", *filter(None, lines)])
-
-
-def wrapped(text: str) -> str:
-    """Words for a hover label, in lines that fit into a narrow window."""
-    return "<br>".join(wrap(text, 44))
+def is_misfit(row: Row) -> bool:
+    """Whether a variation has no numbers, since its choices do not fit together."""
+    return row.get("reason") is not None
 
 
 def unless_empty(chart: go.Figure, filled: bool, reason: str) -> go.Figure:

@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import polars as pl
 
-from tfra.report.numbers import number
+from tfra.report.numbers import cell, number
 from tfra.study.errors.cascade import Step
 from tfra.study.frames.block import Part
 from tfra.study.search.evaluate import CHANGE
@@ -121,15 +122,16 @@ def column_label(column: str) -> str:
     return _COLUMNS.get(column, column.replace("_", " "))
 
 
-def resource_count(value: float) -> str:
-    """A number of resources: whole numbers in full, others with at least three digits."""
-    whole = len(f"{value:.0f}")
-    return number(value, whole if value == round(value) else max(3, whole))
+def cell_text(column: str, value: Any) -> str:
+    """The text of a cell of a table."""
+    return QUANTITIES[value].axis if column == "quantity" else cell(value)
 
 
 def cost_amount(cost: str, value: float) -> str:
-    """Cost of a design, with its unit."""
-    return f"{resource_count(value)}\N{NO-BREAK SPACE}{_COST_UNITS.get(cost, cost)}"
+    """Cost of a design, with its unit: whole numbers in full, others with at least three digits."""
+    whole = len(f"{value:.0f}")
+    digits = whole if value == round(value) else max(3, whole)
+    return f"{number(value, digits)}\N{NO-BREAK SPACE}{_COST_UNITS.get(cost, cost)}"
 
 
 def setting(value: float | str) -> str:

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from html import escape
 from importlib.resources import files
 from itertools import product
@@ -16,12 +15,11 @@ from plotly.offline import get_plotlyjs
 from tfra.model.fixed.design import Design
 from tfra.report import html
 from tfra.report.html import contents, data_script, document, paragraph, text
-from tfra.report.numbers import cell, listed
+from tfra.report.numbers import listed
 from tfra.study.errors.cascade import View
 from tfra.study.report import error_charts, signal_charts, trial_charts
-from tfra.study.report.labels import PARTS, QUANTITIES, STATISTICS, Tables, column_label
-from tfra.study.report.results import cheapest_trials, costs_of
-from tfra.study.report.summary import impossible, notes, summary
+from tfra.study.report.labels import PARTS, QUANTITIES, STATISTICS, Tables, cell_text, column_label
+from tfra.study.report.summary import cheapest_trials, costs_of, notes, summary
 
 REFRESH_S = 10
 """Seconds after which an open partial page reloads."""
@@ -48,8 +46,7 @@ class Chart:
 class Section:
     """Charts over ``tables``, which are under them; without the first table there is no section.
 
-    ``caption`` explains how to read the charts; ``note`` is a sentence from the tables, ``by_cost`` one for each choice
-    of a cost.
+    ``caption`` explains how to read the charts; ``by_cost`` is a sentence from the tables for each choice of a cost.
     """
 
     name: str
@@ -57,7 +54,6 @@ class Section:
     caption: str
     tables: tuple[str, ...]
     charts: tuple[Chart, ...] = ()
-    note: Callable[[Tables], str] = lambda _: ""
     by_cost: Callable[[Tables], Mapping[str, str]] = lambda _: {}
 
 
@@ -120,7 +116,6 @@ SECTIONS = (
         "own error on exact stress.",
         ("uniform",),
         (Chart("uniform", error_charts.uniform, ("quantity", "statistic")),),
-        note=partial(impossible, name="uniform"),
     ),
     Section(
         "converter",
@@ -130,7 +125,6 @@ SECTIONS = (
         "impossible combinations, “few” those with too few frames.",
         ("converter",),
         _by_view("converter", error_charts.converter, OF_CONVERTER),
-        note=partial(impossible, name="converter"),
     ),
     Section(
         "sensitivity",
@@ -140,7 +134,6 @@ SECTIONS = (
         "impossible combinations.",
         ("sensitivity",),
         _by_view("sensitivity", error_charts.sensitivity, OF_ARITHMETIC),
-        note=partial(impossible, name="sensitivity"),
     ),
     Section(
         "variants",
@@ -149,7 +142,6 @@ SECTIONS = (
         "95th percentile. A cross marks impossible combinations.",
         ("variants",),
         _by_view("variants", error_charts.variants, OF_ARITHMETIC, ("quantity",)),
-        note=partial(impossible, name="variants"),
     ),
     Section(
         "trials",
@@ -228,12 +220,11 @@ def _choices(tables: Tables) -> dict[str, dict[str, str]]:
         {value for table in tables.values() if column in table.columns for value in table[column]}
         for column in ("quantity", "part")
     )
-    costs = costs_of(tables["trials"]) if "trials" in tables else []
     return {
         "quantity": {name: kind.axis for name, kind in QUANTITIES.items() if name in quantities},
         "statistic": dict(STATISTICS),
         "part": {str(part): name for part, name in PARTS.items() if part in parts},
-        "cost": {name: column_label(name) for name in costs},
+        "cost": {name: column_label(name) for name in costs_of(tables)},
     }
 
 
@@ -275,8 +266,6 @@ def _figures(sections: Sequence[Section], tables: Tables, choices: Mapping[str, 
 
 def _section(section: Section, tables: Tables) -> html.Section:
     parts = [paragraph(section.caption, "caption")]
-    if note := section.note(tables):
-        parts.append(paragraph(note, "note"))
     if section.charts:
         parts.append(f'<div class="charts">{"".join(map(_chart, section.charts))}</div>')
     parts += [f'<p data-cost="{cost}">{text(words)}</p>' for cost, words in section.by_cost(tables).items()]
@@ -303,11 +292,7 @@ def _grid(name: str, table: pl.DataFrame, filters: Collection[str]) -> str:
     words = {number for number, kind in enumerate(table.dtypes) if kind == pl.String}
     filtered = [column for column in table.columns if column in filters]
     rows = (
-        html.row([_cell(*item) for item in cells.items()], words, **{column: cells[column] for column in filtered})
+        html.row([cell_text(*item) for item in cells.items()], words, **{column: cells[column] for column in filtered})
         for cells in table.iter_rows(named=True)
     )
     return html.grid(_caption(name), list(map(column_label, table.columns)), [rows], words, table=name)
-
-
-def _cell(column: str, value: Any) -> str:
-    return QUANTITIES[value].axis if column == "quantity" else cell(value)

@@ -1,12 +1,9 @@
 """Conclusions from the tables of a study, in sentences; every number in them follows from a table."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import polars as pl
 
 from tfra.model.fixed.design import Design
-from tfra.report.numbers import listed
+from tfra.report.numbers import listed, number
 from tfra.study.errors.cascade import Step, View
 from tfra.study.errors.statistics import BEYOND, PERMILLES
 from tfra.study.frames.block import Part
@@ -17,15 +14,17 @@ from tfra.study.report.labels import (
     QUANTITIES,
     STATISTICS,
     STEPS,
-    VARIANTS,
     Tables,
+    cost_amount,
     parts_of,
-    setting,
 )
-from tfra.study.report.results import smallest_design
+from tfra.study.search.evaluate import CHANGE, COSTS
+from tfra.study.search.trials import COMPLETE
 
 HEADLINE = {"phi_deg": "", "force_difference_percent_of_true_force": " of F"}
 """Quantities of the first sentences, and the text after their value."""
+
+_COST = "coefficient_kbit"
 
 _TOTAL = {"step": Step.ARITHMETIC, "view": View.TOTAL}
 
@@ -41,7 +40,7 @@ _MEANING = (
 
 def summary(tables: Tables, design: Design) -> str:
     """Each step's share of the error, and sufficient word lengths; may be empty."""
-    sentences = _shares(tables, design), _sufficient(tables), smallest_design(tables)
+    sentences = _shares(tables, design), _sufficient(tables), _smallest_design(tables)
     return " ".join(filter(None, sentences))
 
 
@@ -140,25 +139,6 @@ def _sufficient_bits(errors: pl.DataFrame, reference: pl.DataFrame, keys: list[s
     return fewest
 
 
-def impossible(tables: Tables, name: str) -> str:
-    """Which rows of a table of variations have no numbers, and why."""
-    values: dict[tuple[str, str], dict[str, None]] = {}
-    for row in tables[name].filter(pl.col("reason").is_not_null()).iter_rows(named=True):
-        subject, value = _varied(name, row)
-        reason = row["reason"].rpartition(", got ")[0] or row["reason"]
-        values.setdefault((subject, reason), {})[value] = None
-    rows = [f"{subject}{listed(list(some))} ({reason})" for (subject, reason), some in values.items()]
-    return f"Impossible, hence without numbers: {'; '.join(rows)}." if rows else ""
-
-
-def _varied(name: str, row: Mapping[str, Any]) -> tuple[str, str]:
-    """What a row of the table ``name`` varies, and its value."""
-    if name == "variants":
-        column, label = VARIANTS[row["variant"]]
-        return f"{label}: ", setting(row[column])
-    return f"`{row['signal']}` of " if name == "sensitivity" else "", f"{row['bits']} bits"
-
-
 def _enough_frames(errors: pl.DataFrame) -> str:
     """How many frames the errors are of, and how many percentiles take."""
     counts = errors.filter(pl.col("quantity").is_in(list(HEADLINE)), **_TOTAL).select("quantity", "count")
@@ -181,3 +161,46 @@ def _left_out(part: str, flagged: pl.DataFrame) -> str:
 
 def _capital(sentence: str) -> str:
     return sentence[:1].upper() + sentence[1:]
+
+
+def _smallest_design(tables: Tables) -> str:
+    """Like ``The smallest design within 5 % of float's total: `mixed` (199 kbit of coefficients, ...).``"""
+    if "designs" not in tables:
+        return ""
+    judged = tables["designs"].filter(pl.col("within").is_not_null(), pl.col(_COST).is_not_null())
+    close = judged.filter(pl.col("within").cast(pl.Boolean)).sort(_COST, maintain_order=True)
+    if close.is_empty():
+        return "" if judged.is_empty() else f"No design of the table is within {CLOSE} of float's total."
+    name, cost = close.select("name", _COST).row(0)
+    less = ""
+    for uniform in judged.filter(name="uniform")[_COST] if name != "uniform" else ():
+        less = f", {_difference(cost, uniform)} than the best uniform one, `uniform`"
+    return f"The smallest design within {CLOSE} of float's total: `{name}` ({cost_amount(_COST, cost)}{less})."
+
+
+def _difference(value: float, other: float) -> str:
+    percent = 100 * (value / other - 1)
+    return f"{number(abs(percent), 2)}\N{NO-BREAK SPACE}% {'less' if percent < 0 else 'more'}"
+
+
+def costs_of(tables: Tables) -> list[str]:
+    """The costs that trials have, in the table's order."""
+    return [name for name in tables["trials"].columns if name in COSTS] if "trials" in tables else []
+
+
+def cheapest_trials(tables: Tables) -> dict[str, str]:
+    """A sentence for each cost: its least within the tolerance by the search, and by random choice."""
+    searches = {"trials": "", "baseline": "by random choice: "}
+    start = f"Cheapest within {CLOSE} of float's errors: "
+    return {
+        cost: start + "; ".join(searches[n] + _cheapest(tables[n], cost) for n in searches if n in tables) + "."
+        for cost in costs_of(tables)
+    }
+
+
+def _cheapest(trials: pl.DataFrame, cost: str) -> str:
+    close = trials.filter(pl.col(CHANGE) <= CLOSE_PERCENT, state=COMPLETE).sort(cost, "number")
+    if close.is_empty():
+        return f"none of {len(trials):,} trials"
+    least, trial = close.select(cost, "number").row(0)
+    return f"{cost_amount(cost, least)} (trial {trial:,} of {len(trials):,})"

@@ -5,7 +5,6 @@ from typing import Any
 import polars as pl
 
 from tfra.study.report import error_charts
-from tfra.study.report.summary import impossible
 
 SETTINGS: list[dict[str, Any]] = [
     {"variant": "steps", "steps": 50, "plateau_tolerance_lsb": 0.0, "rounding": "half_up"},
@@ -31,15 +30,13 @@ def variants() -> pl.DataFrame:
 def test_variants_name_their_changes_and_which_do_not_fit() -> None:
     tables = {"variants": variants()}
     chart = error_charts.variants(tables, "mu", "total")
-    named = {trace.name: trace for trace in chart.data if trace.showlegend is not False}
+    named = {trace.name: trace for trace in chart.data}
     cross, dots, labels = named["does not fit"], named["total"], chart.layout.yaxis.ticktext
     assert [labels[int(place)] for place in cross.y] == ["50"]
-    assert cross.hovertext == ("<b>does not fit</b><br>words could overflow",)
+    assert cross.hovertext[0].endswith("; reason: words could<br>overflow")
     assert [labels[int(place)] for place in dots.y] == ["100", "0.5", "half even"]
     assert dots.x == (0.1, 0.1, 0.1)
-    assert [text.rpartition("<br>")[2] for text in dots.hovertext] == [
-        "steps K of the sweep: 100",
-        "plateau tolerance / LSB: 0.5",
-        "rounding of products: half even",
-    ]
-    assert impossible(tables, "variants").endswith("steps K of the sweep: 50 (words could overflow).")
+    assert dots.hovertext[1].replace("<br>", " ") == (
+        "<b>total</b> variant: plateau_tolerance; steps: 100; plateau tolerance / LSB: 0.5; rounding: half_up; "
+        "quantity: μ; step: arithmetic; view: total; count: 300; median: 0.1; 95th percentile: 0.3; worst: 0.5"
+    )

@@ -6,9 +6,15 @@ import polars as pl
 import pytest
 
 from tests.study.definitions import design
-from tfra.study.report.summary import impossible, notes, sufficient_converter_bits, sufficient_product_bits, summary
+from tests.study.report.search_tables import FORCE, PHI, baseline, designs, trials
+from tfra.study.report.summary import (
+    cheapest_trials,
+    notes,
+    sufficient_converter_bits,
+    sufficient_product_bits,
+    summary,
+)
 
-PHI, FORCE = "phi_deg", "force_difference_percent_of_true_force"
 OWN = {"method": (4.0, 18.0), "noise": (0.31, 0.52), "converter": (0.6, 1.0), "arithmetic": (0.002, 0.001)}
 TOTAL = {"method": (4.0, 18.0), "noise": (4.1, 18.2), "converter": (4.2, 18.4), "arithmetic": (4.2, 18.4)}
 
@@ -137,13 +143,10 @@ def test_lengths_that_do_not_fit_are_none() -> None:
     assert " Products of 14×14 bits alone" in summary({"errors": errors("train"), "uniform": table}, design())
 
 
-def nulls(table: pl.DataFrame, *names: str) -> pl.DataFrame:
-    return table.with_columns(pl.lit(None, dtype=pl.Float64).alias(name) for name in names)
-
-
 def test_of_few_frames_nothing_is_claimed() -> None:
     tables = {"errors": errors(), "uniform": uniform({12: 0.0}), "converter": converter({8: {0.0: 80.0}})}
-    tables = {name: nulls(table, "median", "p95") for name, table in tables.items()}
+    null = [pl.lit(None, dtype=pl.Float64).alias(name) for name in ("median", "p95")]
+    tables = {name: table.with_columns(null) for name, table in tables.items()}
     assert summary(tables, design()) == "There are too few frames to split the error into steps."
 
 
@@ -156,24 +159,38 @@ def test_without_the_tail_of_one_quantity_nothing_is_claimed() -> None:
     assert "products" not in summary(tables, design()).lower()
 
 
-def test_what_does_not_fit_has_its_reason() -> None:
-    need = "signals.cordic: at least 18 bits are needed beside the 18 of scalar"
-    shorter = [(1, f"{need}, got 17"), (4, f"{need}, got 14")]
-    rows: list[dict[str, Any]] = [
-        {"signal": "cordic", "bits": 18 - less, "shorter": less, "quantity": quantity, "reason": reason}
-        for less, reason in shorter
-        for quantity in (PHI, FORCE)
-    ]
-    rows.append({"signal": "scalar", "bits": 17, "shorter": 1, "quantity": PHI, "reason": None})
-    assert impossible({"sensitivity": pl.DataFrame(rows)}, "sensitivity") == (
-        f"Impossible, hence without numbers: `cordic` of 17 bits and 14 bits ({need})."
-    )
-    lengths = [{"bits": bits, "reason": f"operand: 10 to 27 bits are supported, got {bits}"} for bits in (8, 9)]
-    assert impossible({"uniform": pl.DataFrame(lengths)}, "uniform") == (
-        "Impossible, hence without numbers: 8 bits and 9 bits (operand: 10 to 27 bits are supported)."
-    )
-    variant = {"variant": "plateau_tolerance", "steps": 100, "plateau_tolerance_lsb": 0.5, "rounding": "half_up"}
-    assert impossible({"variants": pl.DataFrame([variant | {"reason": "no"}])}, "variants") == (
-        "Impossible, hence without numbers: plateau tolerance / LSB: 0.5 (no)."
-    )
-    assert impossible({"uniform": uniform({12: 0.0})}, "uniform") == ""
+@pytest.mark.parametrize(
+    ("kbit", "end"),
+    [
+        ({"uniform": 265.4, "mixed": 199.2}, "`mixed` (199 kbit, 25 % less than the best uniform one, `uniform`)."),
+        ({"uniform": 199.2, "mixed": 265.4}, "`uniform` (199 kbit)."),
+        ({"mixed": 199.2, "tiny": -90.0}, "`mixed` (199 kbit)."),
+        ({"uniform": -100.0, "mixed": 110.0}, "`mixed` (110 kbit, 10 % more than the best uniform one, `uniform`)."),
+    ],
+)
+def test_the_smallest_design(kbit: dict[str, float], end: str) -> None:
+    text = plain(summary({"designs": designs(**kbit)}, design()))
+    assert text.replace(" of coefficients", "") == f"The smallest design within 5 % of float's total: {end}"
+
+
+def test_no_design_is_small_and_good() -> None:
+    bad = summary({"designs": designs(mixed=-100.0)}, design())
+    assert plain(bad) == "No design of the table is within 5 % of float's total."
+    unknown = designs(mixed=1.0).with_columns(within=pl.lit(None))
+    for table in (designs(), unknown):
+        assert summary({"designs": table}, design()) == ""
+
+
+def test_the_cheapest_within_the_tolerance() -> None:
+    """Trial 1 has 4 % more error than float in F and none in phi; trial 2 has 10 % more in phi."""
+    tables = {"trials": trials(), "baseline": baseline(), "designs": designs(mixed=1.0)}
+    assert {cost: plain(text) for cost, text in cheapest_trials(tables).items()} == {
+        "coefficient_kbit": "Cheapest within 5 % of float's errors: 120 kbit of coefficients (trial 1 of 5); "
+        "by random choice: 160 kbit of coefficients (trial 1 of 3).",
+        "LUT": "Cheapest within 5 % of float's errors: 10,000 LUT (trial 1 of 5); "
+        "by random choice: 12,000 LUT (trial 1 of 3).",
+    }
+    for few in (baseline().head(1), trials([])):
+        assert cheapest_trials(tables | {"baseline": few})["LUT"].endswith("; by random choice: none of 1 trials.")
+    del tables["baseline"]
+    assert plain(cheapest_trials(tables)["LUT"]) == "Cheapest within 5 % of float's errors: 10,000 LUT (trial 1 of 5)."
