@@ -1,4 +1,4 @@
-"""A serial core in Verilog, in Amaranth's simulator, as gates, and with a wrong coefficient."""
+"""A serial core in Verilog, in Amaranth's simulator, and as gates."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.hdl.serial.designs import LEARNED
+from tests.marks import long
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import SERIAL, Adc, Formats, Search
 from tfra.model.cover.scenes import contact_codes
@@ -41,11 +42,13 @@ def verified(design: Design) -> Report:
     return verify(design, contact_codes(design, FRAMES, 1) * design.adc.lsb, "icarus", random=0)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("design", [DESIGN, replace(LEARNED["2×3, forces"], name="learned")])
-def test_verify(design: Design) -> None:
+@pytest.mark.parametrize(
+    ("design", "target"),
+    [(DESIGN, "portable"), *long((DESIGN, "ice40"), (replace(LEARNED["2×3, forces"], name="learned"), "ice40"))],
+)
+def test_verify(design: Design, target: str) -> None:
     """Words under all stalls, and the timing as stated; the coefficients in a model of the target's memories."""
-    found = verified(replace(design, target="ice40"))
+    found = verified(replace(design, target=target))
     stated = microarchitecture(design)
     assert found.passed
     assert (found.timing.latency, found.timing.interval) == (stated.latency, stated.initiation_interval)

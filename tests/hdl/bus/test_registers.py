@@ -109,17 +109,6 @@ def test_every_bit(registers: RegisterMap) -> None:
     agree(registers, bits(registers), None, Model(registers))
 
 
-def test_every_address() -> None:
-    """Read, written with ones and read again, up to the end of the map and beyond."""
-    ones = (0xFFFFFFFF, 15)
-    script = (
-        access
-        for address in range(0, 1 << MAP.address_bits, 4)
-        for access in [("read", address), ("write", address, *ones), ("read", address)]
-    )
-    agree(MAP, script, None, Model(MAP))
-
-
 def test_a_planted_difference_is_noticed() -> None:
     """Of the model's map one reset value, one bit, or one clear differs."""
     script = [
@@ -191,21 +180,3 @@ def test_hardware_and_software_in_the_same_cycle() -> None:
     assert read(0x60, {up: 1}, clear, {up: 1}) == 1  # the pulse is there a cycle after the write
     assert read(0x70, {store: 1, "hardware.FRAME_CYCLES.cycles": 77}, clear, {}) == 0
     assert read(0x70, clear, {store: 1, "hardware.FRAME_CYCLES.cycles": 77}) == 77
-
-
-def test_a_counter_wraps_and_another_is_never_cleared() -> None:
-    ups = [{"hardware.SMALL.count_up": 1, "hardware.SMALL.free_up": 1}] * 5
-    clear = {"port.write": 1, "port.address": 0x14, "port.data": 1 << 9, "port.strobe": 2}
-    read = {"port.read": 1, "port.address": 0x10}
-    cycles = port_cycles(*ups, read, clear, {}, read)
-    shown = [each["port.answer"] for each in play(Bank(ODD), cycles, ["port.answer"])]
-    assert shown[7] == 1 << 1 | (3 + 5) % 4 << 4 | 5 << 9
-    assert shown[-1] == 0 << 1 | (3 + 5) % 4 << 4 | 5 << 9
-
-
-def test_an_interrupt_is_there_while_an_enabled_event_is() -> None:
-    enable = {"port.write": 1, "port.address": 0x4C, "port.data": 2, "port.strobe": 1}
-    clear = {**enable, "port.address": 0x50}
-    events = [{"hardware.INTERRUPT_STATUS.loaded_set": 1}, {"hardware.INTERRUPT_STATUS.frame_set": 1}]
-    shown = [each["interrupt"] for each in play(Bank(MAP), port_cycles(enable, *events, {}, clear), ["interrupt"])]
-    assert shown == [0, 0, 0, 0, 1, 1, 0, 0]

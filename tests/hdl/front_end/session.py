@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from amaranth import Elaboratable, Module, ResetInserter, Signal
+from amaranth import ResetInserter, Signal
 from amaranth.sim import Simulator
 
 from tfra.hdl.front_end.ports import EVENTS
@@ -43,24 +43,12 @@ class Seen:
     """Cycle of each code's transfer."""
 
 
-class Resettable(Elaboratable):
-    """A front end with a reset."""
-
-    def __init__(self, unit: FrontEnd) -> None:
-        self.unit, self.reset = unit, Signal()
-
-    def elaborate(self, platform: Any) -> Module:
-        m = Module()
-        m.submodules.unit = ResetInserter({"sync": self.reset})(self.unit)
-        return m
-
-
 class Session:
     """Steps to be played in order; each method adds one."""
 
     def __init__(self, unit: FrontEnd, *, stall_in: Pattern = flowing, stall_out: Pattern = flowing, seed: int = 0):
-        self.top, self.unit = Resettable(unit), unit
-        self.seen, self.cycle, self.steps, self.background = Seen(), 0, [], []
+        self.unit, self._reset = unit, Signal()
+        self.seen, self.cycle, self._steps = Seen(), 0, []
         self._in, self._out = stall_in(random.Random(f"{seed} in")), stall_out(random.Random(f"{seed} out"))
 
     def set(self, settings: Settings, tables: Tables | None = None, **more: int) -> None:
@@ -78,7 +66,7 @@ class Session:
                 await self._write(ctx, kind, 0, words)
             ctx.set(own.run, 1)
 
-        self.steps.append(step)
+        self._steps.append(step)
 
     async def _write(self, ctx: Any, kind: int, place: int, words: Any) -> None:
         bus = self.unit.tables
@@ -101,7 +89,7 @@ class Session:
             await ctx.tick().repeat(2)
             self.seen.values.append(ctx.get(self.unit.tables.value))
 
-        self.steps.append(step)
+        self._steps.append(step)
 
     def frames(self, *frames: Frame) -> None:
         """Send them."""
@@ -120,7 +108,7 @@ class Session:
                     self.seen.taken.append(self.cycle)
                     ctx.set(self.unit.i.valid, 0)
 
-        self.steps.append(step)
+        self._steps.append(step)
 
     def pulse(self, name: str) -> None:
         """``tare`` or ``simulate``."""
@@ -131,7 +119,7 @@ class Session:
             ctx.set(getattr(self.unit, name), 0)
             await ctx.tick().repeat(3)
 
-        self.steps.append(step)
+        self._steps.append(step)
 
     def reset(self, *, skip: bool, drained: bool = True) -> None:
         """A soft reset, which cuts a frame if it is to ``skip`` its rest."""
@@ -139,13 +127,13 @@ class Session:
         async def step(ctx: Any) -> None:
             if drained:
                 await self._drained(ctx)
-            ctx.set(self.top.reset, 1)
+            ctx.set(self._reset, 1)
             ctx.set(self.unit.skip, skip)
             await ctx.tick().repeat(2)
-            ctx.set(self.top.reset, 0)
+            ctx.set(self._reset, 0)
             ctx.set(self.unit.skip, 0)
 
-        self.steps.append(step)
+        self._steps.append(step)
 
     def check(self, name: str, value: int) -> None:
         """A port has a value, once all frames are out."""
@@ -154,7 +142,7 @@ class Session:
             await self._drained(ctx)
             assert ctx.get(getattr(self.unit, name)) == value, name
 
-        self.steps.append(step)
+        self._steps.append(step)
 
     async def _drained(self, ctx: Any) -> None:
         await ctx.tick()
@@ -164,18 +152,17 @@ class Session:
 
     def play(self) -> Seen:
         """Play all steps until the unit is empty."""
-        simulator = Simulator(self.top)
+        simulator = Simulator(ResetInserter(self._reset)(self.unit))
         simulator.add_clock(1e-6)
 
         async def main(ctx: Any) -> None:
-            for step in self.steps:
+            for step in self._steps:
                 await step(ctx)
             await self._drained(ctx)
 
         simulator.add_testbench(self._watch, background=True)  # first: it counts cycles for the others
         simulator.add_testbench(main)
-        for process in (self._take, *self.background):
-            simulator.add_testbench(process, background=True)
+        simulator.add_testbench(self._take, background=True)
         simulator.run()
         return self.seen
 

@@ -165,15 +165,6 @@ def signed(frames: list[Frame]) -> list[list[int]]:
     return [np.array(frame.words, dtype=np.uint16).astype(np.int16).tolist() for frame in frames]
 
 
-@pytest.mark.parametrize("bits", [8, 14, 16])
-def test_words_are_codes_after_a_reset(bits):
-    top = 1 << (bits - 1)
-    session = transparent(make(bits=bits))
-    frame = Frame(words([0, 1, -1, top - 1, -top, top // 2]))
-    session.frames(frame)
-    assert session.play().codes == signed([frame])
-
-
 @pytest.mark.parametrize(("size", "repairs"), [((2, 2), 1), ((2, 3), 0), ((2, 3), 2), *long(((5, 5), 0), ((5, 5), 2))])
 def test_cycles_are_the_promised_ones(size, repairs):
     """Of frames with a pause between them, and without; a taxel a cycle."""
@@ -208,26 +199,17 @@ def test_a_frame_that_goes_on_or_ends_early_leaves_no_trace():
     assert seen.events == {"accepted": 3, "dropped": 3, "short_frame": 2, "long_frame": 1}
 
 
-@pytest.mark.parametrize("taken", [1, 3, 5])
-def test_the_rest_of_a_frame_that_a_reset_cut_is_skipped(taken):
+@pytest.mark.parametrize(("taken", "skip"), [(1, True), (3, True), (5, True), (2, False)])
+def test_the_rest_of_a_frame_that_a_reset_cut_is_skipped_on_demand(taken, skip):
     frames = numbered(3)
     session = transparent(make())
     session.frames(Frame(frames[0].words[:taken], ends=False))
-    session.reset(skip=True, drained=False)
-    session.frames(Frame(frames[0].words[taken:]), *frames[1:])
+    session.reset(skip=skip, drained=False)
+    session.frames(Frame(frames[0].words[taken:] if skip else frames[0].words), *frames[1:])
     seen = session.play()
-    assert seen.codes == signed(frames[1:])
-    assert [each["sequence"] for each in seen.facts] == [0, 1]
-    assert seen.events == {"accepted": 2}
-
-
-def test_a_reset_without_a_frame_skips_nothing():
-    frames = numbered(3)
-    session = transparent(make())
-    session.frames(Frame(frames[0].words[:2], ends=False))
-    session.reset(skip=False, drained=False)
-    session.frames(*frames)
-    assert session.play().codes == signed(frames)
+    assert seen.codes == signed(frames[skip:])
+    assert [each["sequence"] for each in seen.facts] == list(range(3 - skip))
+    assert seen.events == {"accepted": 3 - skip}
 
 
 def test_a_tare_that_a_reset_cuts_leaves_the_offsets():
@@ -279,20 +261,6 @@ def test_late_frames_are_dropped_whole_or_wait():
         assert (seen.taken[-1] < 100) == bool(drop)
 
 
-def test_a_frame_right_after_a_tare_has_the_new_offsets():
-    design = make(2, 2)
-    session, expected = Session(FrontEnd(design)), Expected(design)
-    session.set(Settings(14))
-    session.pulse("tare")
-    expected.unit.tare()
-    frames = numbered(4, 4)
-    session.frames(*frames)
-    expected.frames(frames)
-    seen = session.play()
-    assert len(seen.codes) == 3
-    compare(seen, expected)
-
-
 @pytest.mark.parametrize("stall", [flowing, random_stalls])
 def test_taxels_that_can_not_wait_go_before_repairs(stall):
     """A frame comes while the one before is being repaired: neither waits for the other's products for long."""
@@ -315,22 +283,6 @@ def test_taxels_that_can_not_wait_go_before_repairs(stall):
         assert (np.diff(seen.taken)[: 2 * m - 1] == 1).all()
 
 
-def test_nothing_is_taken_while_the_unit_does_not_run():
-    session = transparent(make())
-    session.frames(*numbered(1))
-    session.set(Settings(14))
-    session.steps.append(lambda ctx: stopped(ctx, session))
-    session.frames(*numbered(1))
-    assert len(session.play().codes) == 2
-
-
-async def stopped(ctx, session: Session) -> None:
-    ctx.set(session.unit.settings.run, 0)
-    await ctx.tick()
-    assert not ctx.get(session.unit.i.ready)
-    ctx.set(session.unit.settings.run, 1)
-
-
 def test_a_simulated_error_is_in_the_next_frame_alone():
     session = transparent(make(), log2_average=1)
     session.frames(*numbered(2))
@@ -338,21 +290,6 @@ def test_a_simulated_error_is_in_the_next_frame_alone():
     session.pulse("simulate")
     session.frames(*numbered(4))
     assert [each["flags"]["simulated"] for each in session.play().facts] == [0, 1, 0]
-
-
-def test_the_time_of_the_first_taxel():
-    session = transparent(make())
-    unit = session.unit
-
-    async def clock(ctx):
-        for now in range(1, 10_000):
-            ctx.set(unit.time, now)
-            await ctx.tick()
-
-    session.background.append(clock)
-    session.frames(*numbered(4))
-    seen = session.play()
-    assert [each["started"] for each in seen.facts] == seen.taken[::6]
 
 
 @pytest.mark.parametrize("bits", [6, 7, 17])

@@ -83,9 +83,6 @@ class Bench:
         self.wrapper = Wrapper(self.design, self.map, loaded=self.words > 0)
         self.dut = AxiCore(self.wrapper, EchoCore(self.design, self.words))
 
-    def address(self, name: str) -> int:
-        return self.map[name].address
-
     async def write(self, ctx: Any, name: str, **fields: int) -> None:
         """Write a register: the given fields, others as after a reset."""
         register = self.map[name]
@@ -96,7 +93,7 @@ class Bench:
 
     async def read(self, ctx: Any, name: str) -> dict[str, int]:
         """Fields of a register."""
-        word, response = await Manager(ctx, self.dut.axi).read(self.address(name))
+        word, response = await Manager(ctx, self.dut.axi).read(self.map[name].address)
         assert response == 0
         return {each.name: (word >> each.low) & ((1 << each.bits) - 1) for each in self.map[name].fields}
 

@@ -1,23 +1,24 @@
-"""Everything around a core, with a simple core inside: frames, errors, resets, load, times."""
+"""Everything around a core, with a simple core inside: frames, errors, resets, load, times; what cores promise it."""
 
 import random
 import zlib
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from tests.hdl.ip.harness import Bench
 from tests.marks import long
-from tfra.model.choices import Adc, Architecture, Bus, Search
+from tfra.hdl.cores import microarchitecture
+from tfra.model.choices import SERIAL, Architecture, Bus, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
+from tfra.sim.harness import play
 
 
-def design(taxels_per_beat: int = 1, **choices: Any) -> TfraDesign:
+def design(taxels_per_beat: int = 1) -> TfraDesign:
     sensor = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
-    return TfraDesign(
-        sensor, "small", search=Search(3), architecture=Architecture(4), bus=Bus(taxels_per_beat), **choices
-    )
+    return TfraDesign(sensor, "small", search=Search(3), architecture=Architecture(4), bus=Bus(taxels_per_beat))
 
 
 def packed(taxels: list[int], per_beat: int) -> list[int]:
@@ -118,20 +119,6 @@ def test_soft_reset_in_frames() -> None:
     assert cut == 1
     assert words[:-1] == bench.answer(7, 0)[: len(words) - 1]
     assert whole == (0, bench.answer(50, 0, 9))
-
-
-@pytest.mark.long
-def test_soft_reset_between_frames() -> None:
-    bench = Bench(design(4))
-
-    async def host(ctx: Any) -> None:
-        for _ in range(2):
-            await bench.write(ctx, "CONTROL", run=1, soft_reset=1)
-            await bench.send(ctx, packed(FRAME, 4))
-            await bench.settle(ctx)
-
-    bench.run(host)
-    assert bench.back == [(0, bench.answer(7, 0))] * 2
 
 
 def test_run_stops_between_frames() -> None:
@@ -242,7 +229,11 @@ def test_calibration() -> None:
     assert bench.back == [(0, bench.answer(7 - 5, 0))]
 
 
-@pytest.mark.parametrize("bits", [7, 17])
-def test_converters_that_do_not_fit_are_refused(bits: int) -> None:
-    with pytest.raises(ValueError, match=r"adc\.bits: 8 to 16"):
-        Bench(design(adc=Adc(bits)))
+@pytest.mark.parametrize(("architecture", "images"), [(SERIAL, "inline"), (Architecture(4), "load")])
+def test_cores_take_a_coefficient_a_cycle_after_a_reset(architecture: Architecture, images: str) -> None:
+    """So a word of LOAD_DATA never waits."""
+    timing = microarchitecture(replace(design(), architecture=architecture, images=images))
+    assert timing.loaded is not None
+    cycles = [{"load.valid": 1, "load.payload": word} for word in (*timing.loaded.ravel().tolist(), 0)]
+    ready = [row["load.ready"] for row in play(timing.build(), cycles, ["load.ready"])]
+    assert ready == [1] * timing.loaded.size + [0]

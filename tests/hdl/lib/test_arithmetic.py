@@ -1,6 +1,8 @@
 """Rounding against the model; counting zeros against Python, and what a register between its halves would hold."""
 
 import random
+from collections.abc import Awaitable, Callable
+from typing import Any
 
 import pytest
 from amaranth import Cat, Module, Shape, Signal, Value, signed, unsigned
@@ -18,6 +20,12 @@ def _words(width: int) -> list[int]:
     return [0, *heads, *(draw.getrandbits(width) >> draw.randrange(width) for _ in range(100))]
 
 
+def _simulate(m: Module, bench: Callable[[Any], Awaitable[None]]) -> None:
+    simulator = Simulator(m)
+    simulator.add_testbench(bench)
+    simulator.run()
+
+
 @pytest.mark.parametrize("width", [1, 2, 7, 8, 9, 14, 15, 16, 17, 24, 26, 31, 32, 33, 40, 63, 64])
 def test_zeros_above_the_highest_bit(width: int) -> None:
     m, value, halves = Module(), Signal(width), list[Value]()
@@ -32,7 +40,7 @@ def test_zeros_above_the_highest_bit(width: int) -> None:
     assert len(Cat(halves)) <= len(seen)
     always = (1 << len(Cat(halves))) - 1
 
-    async def bench(ctx) -> None:  # type: ignore[no-untyped-def]
+    async def bench(ctx: Any) -> None:
         nonlocal always
         for word in _words(width):
             ctx.set(value, word)
@@ -40,9 +48,7 @@ def test_zeros_above_the_highest_bit(width: int) -> None:
             assert ctx.get(zeros) == width - word.bit_length(), (width, word)
             always &= ctx.get(seen)
 
-    simulator = Simulator(m)
-    simulator.add_testbench(bench)
-    simulator.run()
+    _simulate(m, bench)
     # Synthesis would keep its register, which begins at zero, and make one of all such registers of a core.
     assert always == 0
 
@@ -56,7 +62,7 @@ def test_every_word_is_rounded_as_in_the_model(shape: Shape, drop: int, rounding
     m.d.comb += result.eq(round_off(value, drop, rounding))
     m.d.comb += negated.eq(round_negated(value, drop))
 
-    async def bench(ctx) -> None:  # type: ignore[no-untyped-def]
+    async def bench(ctx: Any) -> None:
         low = -64 if shape.signed else 0
         for word in range(low, low + (1 << shape.width)):
             ctx.set(value, word)
@@ -64,6 +70,4 @@ def test_every_word_is_rounded_as_in_the_model(shape: Shape, drop: int, rounding
             assert ctx.get(result) == round_shift(word, drop, rounding), word
             assert ctx.get(negated) == -round_shift(word, drop), word
 
-    simulator = Simulator(m)
-    simulator.add_testbench(bench)
-    simulator.run()
+    _simulate(m, bench)

@@ -55,16 +55,17 @@ def test_survives_stalls(stall_in, stall_out):
     assert seen.values["o"] == expected(SHAPES[0], sent), "seed 2"
 
 
-def test_rounds_halves_away_from_zero():
-    sent = [{"numerator": n, "denominator": 4, "negative": s} for n in (1, 2, 3, 5, 6, 7) for s in (0, 1)]
-    seen = run(Divider(4, 4, 0), {"i": sent}, {"o": len(sent)})
-    assert seen.values["o"] == [0, 0, 1, -1, 1, -1, 1, -1, 2, -2, 2, -2]
-
-
-def test_zero_denominator_is_the_limit():
-    sent = [{"numerator": n, "denominator": 0, "negative": s} for n in (0, 5, 63) for s in (0, 1)]
-    seen = run(Divider(6, 6, 4, 2), {"i": sent}, {"o": len(sent)})
-    assert seen.values["o"] == [64, -64] * 3
+@pytest.mark.parametrize(
+    ("shape", "numerators", "denominator", "quotients"),
+    [
+        ((4, 4, 0), (1, 2, 3, 5, 6, 7), 4, (0, 1, 1, 1, 2, 2)),  # halves go away from zero
+        ((6, 6, 4, 2), (0, 5, 63), 0, (64, 64, 64)),  # without a denominator, the limit
+    ],
+)
+def test_literal_quotients(shape, numerators, denominator, quotients):
+    sent = [{"numerator": n, "denominator": denominator, "negative": s} for s in (0, 1) for n in numerators]
+    seen = run(Divider(*shape), {"i": sent}, {"o": len(sent)})
+    assert seen.values["o"] == [*quotients, *(-q for q in quotients)]
 
 
 def test_a_wrong_bit_is_noticed():

@@ -1,5 +1,8 @@
 """Fork, Router, FIFOs, tokens and the skid buffer keep order and lose nothing under any stalls."""
 
+from functools import partial
+from itertools import pairwise
+
 import pytest
 from amaranth import Module, signed, unsigned
 from amaranth.lib import data, stream, wiring
@@ -29,19 +32,28 @@ def test_router_sends_every_kind_where_its_table_says(stall_in):
     assert seen.cycles["o.0"] == [cycle + Router.latency for n, cycle in enumerate(seen.cycles["i"]) if n % 3 != 2]
 
 
-@pytest.mark.parametrize("parts", [1, 2, 4])
+QUEUES = {
+    "skid": (partial(SkidBuffer, unsigned(12)), 1, 1),
+    "facts": (partial(PerFrameFifo, unsigned(12), (), 3), PerFrameFifo.latency, 1),
+    **{f"{parts} parts": (partial(Fifo, unsigned(12), 5, parts), Fifo.latency, parts) for parts in (1, 2, 4)},
+}
+"""What gives out what it takes, its latency and its interval."""
+
+
+@pytest.mark.parametrize("queue", QUEUES)
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
-def test_fifo_keeps_order_whatever_its_width(parts, stall_in, stall_out):
+def test_queues_keep_order(queue, stall_in, stall_out):
     values = [number * 2654435761 % 4096 for number in range(40)]
-    seen = run(Fifo(unsigned(12), 5, parts), {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
+    seen = run(QUEUES[queue][0](), {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
     assert seen.values["o"] == values
 
 
-@pytest.mark.parametrize("parts", [1, 2, 4])
-def test_latency_of_a_fifo(parts):
-    seen = run(Fifo(unsigned(12), 5, parts), {"i": list(range(9))}, {"o": 9})
-    assert seen.cycles["o"] == [cycle + Fifo.latency for cycle in seen.cycles["i"]]
-    assert [b - a for a, b in zip(seen.cycles["i"], seen.cycles["i"][1:], strict=False)] == [parts] * 8
+@pytest.mark.parametrize("queue", QUEUES)
+def test_cycles_of_queues(queue):
+    make, latency, interval = QUEUES[queue]
+    seen = run(make(), {"i": list(range(9))}, {"o": 9})
+    assert seen.cycles["o"] == [cycle + latency for cycle in seen.cycles["i"]]
+    assert [b - a for a, b in pairwise(seen.cycles["i"])] == [interval] * 8
 
 
 @pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
@@ -51,13 +63,6 @@ def test_facts_keep_order_and_only_their_fields(stall_in, stall_out):
     facts = PerFrameFifo(shape, ("mu", "flag"), 4)
     seen = run(facts, {"i": values}, {"o": 40}, stall_in=stall_in, stall_out=stall_out)
     assert seen.values["o"] == [value | {"rest": 0} for value in values]
-
-
-def test_facts_wait_for_as_long_and_for_as_many_frames_as_told():
-    seen = run(PerFrameFifo(unsigned(8), (), 3), {"i": list(range(9))}, {"o": 9})
-    assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [PerFrameFifo.latency] * 9
-    with pytest.raises(AssertionError, match="no end"):
-        run(PerFrameFifo(unsigned(8), (), 3), {"i": list(range(4))}, {"o": 5}, limit=200)
 
 
 def test_tokens_are_as_many_as_were_given():
@@ -80,15 +85,3 @@ def test_tokens_are_as_many_as_were_given():
         run(Taken(), {"give": [1] * 8}, {"o": 8}, limit=200)
     with pytest.raises(AssertionError, match="no end"):
         run(Taken(), {}, {"o": 4}, limit=200)
-
-
-@pytest.mark.parametrize(("stall_in", "stall_out"), STALLS)
-def test_a_skid_buffer_keeps_order_under_stalls(stall_in, stall_out):
-    values = list(range(60))
-    seen = run(SkidBuffer(unsigned(8)), {"i": values}, {"o": 60}, stall_in=stall_in, stall_out=stall_out)
-    assert seen.values["o"] == values
-
-
-def test_a_skid_buffer_costs_a_cycle_and_no_throughput():
-    seen = run(SkidBuffer(unsigned(8)), {"i": list(range(20))}, {"o": 20})
-    assert [o - i for i, o in zip(seen.cycles["i"], seen.cycles["o"], strict=True)] == [1] * 20

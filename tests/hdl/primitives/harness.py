@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from amaranth.back import rtlil
-from amaranth.sim import Simulator
 
 from tfra.codegen.verilog.emit import plain_verilog
 from tfra.hdl.primitives import cell_models
+from tfra.sim.harness import play, port
 
 Inputs = Mapping[str, Sequence[int]]
 """By port, its value in every cycle."""
@@ -36,32 +36,22 @@ endmodule
 
 def in_amaranth(dut: Any, inputs: Inputs, outputs: Mapping[str, int]) -> list[list[str]]:
     """Values of ``outputs`` (by port, their bits) before each clock edge, in hexadecimal."""
-    seen = []
-
-    async def process(ctx: Any) -> None:
-        for cycle in range(_cycles(inputs)):
-            for name, values in inputs.items():
-                ctx.set(_port(dut, name), values[cycle])
-            seen.append([_hex(ctx.get(_port(dut, name)), bits) for name, bits in outputs.items()])
-            await ctx.tick()
-
-    simulator = Simulator(dut)
-    simulator.add_clock(1e-6)
-    simulator.add_testbench(process)
-    simulator.run()
-    return seen
+    cycles = [dict(zip(inputs, values, strict=True)) for values in zip(*inputs.values(), strict=True)]
+    record = play(dut, cycles, [_path(name) for name in outputs])
+    masks = [(1 << bits) - 1 for bits in outputs.values()]
+    return [[f"{value & mask:x}" for value, mask in zip(row.values(), masks, strict=True)] for row in record]
 
 
 def in_icarus(dut: Any, inputs: Inputs, outputs: Mapping[str, int], target: str, place: Path) -> list[list[str]]:
     """The same from the Verilog of ``dut`` with the models of the target's cells; ``x`` where a bit is unknown."""
     models = [file.read_text() for file in cell_models(target, "multiplier", "rom")]
     (place / "dut.v").write_text(plain_verilog(str(rtlil.convert(dut, name="dut", emit_src=False)), "dut", (), models))
-    bits = {name: len(_port(dut, name)) for name in inputs}
+    bits = {name: len(port(dut, _path(name))) for name in inputs}
     declared = [*(("reg", name, bits[name]) for name in inputs), *(("wire", name, n) for name, n in outputs.items())]
     (place / "tb.v").write_text(
         TESTBENCH.format(
             top=sum(bits.values()) - 1,
-            last=_cycles(inputs) - 1,
+            last=len(next(iter(inputs.values()))) - 1,
             declarations=" ".join(f"{kind} [{n - 1}:0] {name};" for kind, name, n in declared),
             connections=", ".join(f".{name}({name})" for _, name, _ in declared),
             inputs=", ".join(inputs),
@@ -70,10 +60,10 @@ def in_icarus(dut: Any, inputs: Inputs, outputs: Mapping[str, int], target: str,
         )
     )
     lines = []
-    for cycle in range(_cycles(inputs)):
+    for values in zip(*inputs.values(), strict=True):
         word = 0
-        for name, values in inputs.items():
-            word = word << bits[name] | values[cycle] & ((1 << bits[name]) - 1)
+        for value, size in zip(values, bits.values(), strict=True):
+            word = word << size | value & ((1 << size) - 1)
         lines.append(f"{word:x}\n")
     (place / "inputs.hex").write_text("".join(lines))
     return icarus("tb.v", "dut.v", *map(str, cell_models(target, "multiplier", "rom")), place=place)
@@ -86,15 +76,6 @@ def icarus(*files: str, place: Path) -> list[list[str]]:
     return [line.split() for line in done.stdout.splitlines()]
 
 
-def _cycles(inputs: Inputs) -> int:
-    return len(next(iter(inputs.values())))
-
-
-def _port(dut: Any, name: str) -> Any:
-    """``NAME``, or ``NAME__3`` for a place of an array, as Verilog has it."""
-    name, _, place = name.partition("__")
-    return getattr(dut, name)[int(place)] if place else getattr(dut, name)
-
-
-def _hex(value: int, bits: int) -> str:
-    return f"{value & ((1 << bits) - 1):0{-(-bits // 4)}x}"
+def _path(name: str) -> str:
+    """The attribute of a port; a place of an array is ``NAME__3`` in Verilog."""
+    return name.replace("__", ".")

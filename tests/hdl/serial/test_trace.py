@@ -1,5 +1,7 @@
 """The trace of a frame names stages, texts and values; instructions in readable text."""
 
+from itertools import product
+
 import pytest
 
 from tests.hdl.serial.designs import DESIGNS
@@ -62,11 +64,8 @@ def test_text(instruction, text):
 
 
 def test_every_combination_has_a_text():
-    for op in Op:
-        for left in range(8):
-            for source in Src:
-                for dest in Dest:
-                    assert disassemble(Instruction(op, left, source, dest, NO_POINTER))
+    for op, left, source, dest in product(Op, range(8), Src, Dest):
+        assert disassemble(Instruction(op, left, source, dest, NO_POINTER))
 
 
 def test_destinations():

@@ -19,7 +19,7 @@ from tfra.model.choices import SERIAL, Architecture, Search
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
-from tfra.sim.harness import play, run
+from tfra.sim.harness import apart, flowing, play, run
 
 SENSOR = SensorArray(2, 2, 4e-3, 4e-3, 3e-3)
 DESIGN = TfraDesign(SENSOR, search=Search(7), architecture=Architecture(4))
@@ -42,16 +42,13 @@ def test_encoded_frames_are_read_as_slip(stall_in: Any, stall_out: Any) -> None:
 @settings(max_examples=20)
 def test_decoded_frames_are_those_that_were_sent(sent: list[bytes]) -> None:
     line = b"".join(map(framed, sent))
-    record = play(Decoder(), at_once(line), ("o.valid", "o.payload", "end", "fault"))
+    cycles = [*({"i.payload": byte, "i.valid": 1} for byte in line), {}]
+    record = play(Decoder(), cycles, ("o.valid", "o.payload", "end", "fault"))
     parts = bytearray()
     for row in record:
         parts += bytes([row["o.payload"]]) * row["o.valid"] + b"|" * row["end"]
     assert parts == b"".join(b"|" + one + b"|" for one in sent)
     assert not any(row["fault"] for row in record)
-
-
-def at_once(line: bytes) -> list[dict[str, Any]]:
-    return [{"i.payload": byte, "i.valid": 1} for byte in line] + [{}]
 
 
 KINDS = ("good", "short", "long", "odd", "lost", "escape", "empty")
@@ -112,9 +109,7 @@ class Chain(wiring.Component):
         m.submodules.core = core = microarchitecture(self._design).build()
         m.d.comb += [bridge.i.payload.eq(self.i.payload), bridge.i.valid.eq(self.i.valid), self.i.ready.eq(1)]
         for name in core.signature.members:
-            if name != "result":
-                connect(m, getattr(bridge, name), getattr(core, name))
-        connect(m, core.result, bridge.result)
+            connect(m, getattr(bridge, name), getattr(core, name))
         connect(m, bridge.o, flipped(self.o))
         return m
 
@@ -127,11 +122,5 @@ def test_a_core_behind_the_line_gives_the_models_words(design: TfraDesign) -> No
     line = start + framed(little_endian(codes[0].ravel(), 2)) + framed(b"12345")
     expected = little_endian(design.model(codes[:1]).words.ravel(), 4)
     # Bytes are apart, as on a line.
-    record = run(Chain(design), {"i": list(line)}, {"o": len(framed(expected))}, stall_in=every_second)
+    record = run(Chain(design), {"i": list(line)}, {"o": len(framed(expected))}, stall_in=apart(flowing, 2))
     assert frames(bytes(record.values["o"])) == [expected]
-
-
-def every_second(rng: random.Random) -> Any:
-    """A byte in two cycles."""
-    while True:
-        yield from (True, False)

@@ -32,6 +32,18 @@ def sums(inverse: int = 1, factor: float = 1.0, **choices):
     return design
 
 
+def scaled(design, factors):
+    """The same with the rows of its direct weights times ``factors``."""
+    direct = design.weights.direct * np.array(factors)[:, None]
+    return replace(design, weights=replace(design.weights, direct=direct))
+
+
+def implausible(design, codes):
+    """Whether each of the frames is, once all words are checked."""
+    check(design, codes)
+    return (field(design, design.model(codes).words, "status")[:, 0] & Status.IMPLAUSIBLE != 0).tolist()
+
+
 def frames(resultants):
     """Codes whose sums are four times ``resultants (n, 3)``."""
     x, y, z = np.array(resultants).T[:, :, None, None]
@@ -73,42 +85,30 @@ def test_a_ratio_that_is_rounded_to_its_limit():
     assert (x < 4 * z).all()
 
 
-@pytest.mark.parametrize(("threshold", "implausible"), [(64, False), (63, True)])
-def test_an_uncertainty_at_the_threshold(threshold, implausible):
+@pytest.mark.parametrize(("threshold", "over"), [(64, False), (63, True)])
+def test_an_uncertainty_at_the_threshold(threshold, over):
     """4 times the uncertainty is the normal force exactly; a frame that neither presses nor pulls is implausible."""
-    design, codes = sums(threshold=threshold / 256), frames([(3, 5, -7), (-1, 2, -1000), (5, 0, 0)])
-    check(design, codes)
-    found = field(design, design.model(codes).words, "status")[:, 0] & Status.IMPLAUSIBLE != 0
-    assert found.tolist() == [implausible, implausible, True]
+    codes = frames([(3, 5, -7), (-1, 2, -1000), (5, 0, 0)])
+    assert implausible(sums(threshold=threshold / 256), codes) == [over, over, True]
 
 
 @pytest.mark.parametrize(
-    ("threshold", "uncertainty", "implausible"),
+    ("threshold", "uncertainty", "over"),
     [(0, 0, False), (0, 1, True), (255 / 256, 1, True), (1, 1, False), (257 / 256, 1, False), (1, 2, True)],
 )
-def test_the_least_force_that_presses(threshold, uncertainty, implausible):
+def test_the_least_force_that_presses(threshold, uncertainty, over):
     """F_z is -1 on the vector grid, beside a large F_x; at the threshold all bits of what is compared are ones."""
-    design = sums(threshold=threshold)
-    direct = design.weights.direct.copy()
-    direct[2:] = np.array([[1.0], [-uncertainty]]) / 1024
-    design = replace(design, weights=replace(design.weights, direct=direct))
+    design = scaled(sums(threshold=threshold), [1, 1, 1 / 256, uncertainty / 64])
     codes = frames([(1500, 0, -1)])
-    check(design, codes)
+    assert implausible(design, codes) == [over]
     assert next(iter(design.model.traces(codes))).total[0, :, 0].tolist() == [-1, uncertainty]
-    found = field(design, design.model(codes).words, "status")[0, 0] & Status.IMPLAUSIBLE
-    assert bool(found) == implausible
 
 
-@pytest.mark.parametrize(("threshold", "implausible"), [(0, True), (1 / 256, True), (1, False), (200, False)])
-def test_words_hold_outputs_that_are_larger_than_all_else(threshold, implausible):
+@pytest.mark.parametrize(("threshold", "over"), [(0, True), (1 / 256, True), (1, False), (200, False)])
+def test_words_hold_outputs_that_are_larger_than_all_else(threshold, over):
     """The uncertainty is as large as F_z; it is moved, and F_z is multiplied, before they are compared."""
-    design = sums(threshold=threshold, formats=Formats("sums", 16, BITS, 0, 3))
-    direct = design.weights.direct * [[1 << 12], [1 << 12], [1 << 12], [1 << 14]]
-    design = replace(design, weights=replace(design.weights, direct=direct))
-    codes = frames([(0, 0, -2048), (3, -5, -2000)])
-    check(design, codes)
-    found = field(design, design.model(codes).words, "status")[:, 0] & Status.IMPLAUSIBLE != 0
-    assert found.tolist() == [implausible, implausible]
+    design = scaled(sums(threshold=threshold, formats=Formats("sums", 16, BITS, 0, 3)), [1 << 12] * 3 + [1 << 14])
+    assert implausible(design, frames([(0, 0, -2048), (3, -5, -2000)])) == [over, over]
 
 
 @pytest.mark.parametrize("inverse", [0, 1])

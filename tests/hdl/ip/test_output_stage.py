@@ -1,44 +1,12 @@
-"""Blocks around a core alone: CRC, load, and the last stage of output frames."""
+"""The last stage of output frames alone."""
 
 import random
-import zlib
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from tests.hdl.bus.manager import simulated
-from tfra.hdl.ip.crc import Crc
 from tfra.hdl.ip.output_stage import OutputStage
-
-
-@settings(max_examples=8, deadline=None)
-@given(words=st.lists(st.integers(0, (1 << 32) - 1), max_size=6), rest=st.integers(0, 3))
-def test_crc(words: list[int], rest: int) -> None:
-    crc, pulses = Crc(), []
-
-    async def drive(ctx: Any) -> None:
-        for word in words:
-            ctx.set(crc.word, word)
-            ctx.set(crc.start, 1)
-            await ctx.tick()
-            ctx.set(crc.start, 0)
-            await ctx.tick().repeat(crc.interval - 1 + rest)
-        await ctx.tick().repeat(crc.latency - crc.interval)
-        assert ctx.get(crc.crc) == zlib.crc32(b"".join(word.to_bytes(4, "little") for word in words))
-        await ctx.tick().repeat(3)
-        ctx.set(crc.restart, 1)
-        await ctx.tick()
-        assert ctx.get(crc.crc) == 0
-
-    async def watch(ctx: Any) -> None:
-        while True:
-            pulses.append(ctx.get(crc.done))
-            await ctx.tick()
-
-    simulated(crc, drive, background=[watch])
-    assert sum(pulses) == (len(words) if rest else min(1, len(words)))
 
 
 @pytest.mark.parametrize("seed", range(4))
