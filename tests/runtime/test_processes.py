@@ -1,4 +1,4 @@
-"""No started program outlives the one that started it, however that ends."""
+"""No started program outlives the one that started it, however that ends.  Linux only."""
 
 import os
 import random
@@ -7,17 +7,22 @@ import subprocess
 import sys
 import time
 import uuid
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
 
-from tests.runtime import kills
-from tests.runtime.kills import MARK, marked, survivors
 from tfra.cli.main import main
 from tfra.codegen.verilog import emit as verilog
 from tfra.runtime.ownership import directory_objection
 from tfra.runtime.processes import Stopped, complaint, running, stoppable
 from tfra.runtime.scratch import sweep
+
+PATIENCE = 5.0
+"""Seconds that killed processes have to disappear."""
+MARK = "TFRA_KILL_MARK"
+CONFIG = (Path(__file__).parents[2] / "examples" / "small.toml").read_text()
+SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
 STARTER = """
 import sys
@@ -40,6 +45,46 @@ except Stopped as stopped:
 """Threads that wait for programs that hear no signal and have programs of their own."""
 
 
+def survivors(
+    command: Sequence[str], env: Mapping[str, str], delay: float, number: signal.Signals, directory: Path
+) -> list[str]:
+    """Start ``command``, send it alone the signal ``number`` after ``delay`` seconds, and return what survived it.
+
+    Survivors are ``PID COMMAND`` of processes that the command started, directly or not.
+    """
+    mark = uuid.uuid4().hex
+    quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    process = subprocess.Popen(command, env={**env, MARK: mark}, cwd=directory, preexec_fn=hear_signals, **quiet)
+    try:
+        process.wait(delay)
+    except subprocess.TimeoutExpired:
+        process.send_signal(number)
+    process.wait()
+    end = time.monotonic() + PATIENCE
+    while (found := marked(mark)) and time.monotonic() < end:
+        time.sleep(0.05)
+    return found
+
+
+def hear_signals() -> None:
+    """Restore signals that ``nohup`` and shells make background processes ignore."""
+    for number in SIGNALS[1:]:
+        signal.signal(number, signal.SIG_DFL)
+
+
+def marked(mark: str) -> list[str]:
+    """Return ``PID COMMAND`` of every living process with ``mark`` in its environment."""
+    found, needle = [], f"{MARK}={mark}".encode()
+    for place in Path("/proc").glob("[0-9]*"):
+        try:
+            if needle in (place / "environ").read_bytes().split(b"\0"):
+                words = (place / "cmdline").read_bytes().replace(b"\0", b" ").decode(errors="replace")
+                found.append(f"{place.name} {words}")
+        except OSError:  # it has ended
+            continue
+    return found
+
+
 def become(mark: str, count: int) -> bool:
     """Whether there are ``count`` marked processes in the end: starting takes time, and so does init's reaping."""
     for _ in range(1000):
@@ -49,12 +94,12 @@ def become(mark: str, count: int) -> bool:
     return False
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
+@pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_to_the_starter_ends_all(tmp_path: Path, number: signal.Signals) -> None:
     mark = uuid.uuid4().hex
     variables = {**os.environ, MARK: mark, "TMPDIR": str(tmp_path)}
     command = [sys.executable, "-c", STARTER]
-    how = {"stdout": subprocess.PIPE, "text": True, "preexec_fn": kills.hear_signals}
+    how = {"stdout": subprocess.PIPE, "text": True, "preexec_fn": hear_signals}
     with subprocess.Popen(command, env=variables, **how) as process:
         assert process.stdout is not None
         started = [process.stdout.readline() for _ in range(2)]
@@ -70,7 +115,7 @@ def test_a_signal_to_the_starter_ends_all(tmp_path: Path, number: signal.Signals
 
 def test_survivors_are_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The check itself: a program that nobody looks after is found."""
-    monkeypatch.setattr(kills, "PATIENCE", 0.1)
+    monkeypatch.setattr(sys.modules[__name__], "PATIENCE", 0.1)
     sleeper = "import subprocess, time; subprocess.Popen(['sleep', '600'], start_new_session=True); time.sleep(600)"
     found = survivors([sys.executable, "-c", sleeper], os.environ, 1.0, signal.SIGKILL, tmp_path)
     assert [line.split()[1:] for line in found] == [["sleep", "600"]]
@@ -80,7 +125,7 @@ def test_survivors_are_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.long
 def test_a_command_killed_at_any_moment_leaves_its_output_whole(tmp_path: Path) -> None:
     """The old output or the new one, no process, and nothing of its own that the next run does not remove."""
-    (tmp_path / "tiny.toml").write_text(kills.CONFIG)
+    (tmp_path / "tiny.toml").write_text(CONFIG)
     (tmp_path / "tmp").mkdir()
     env = {**os.environ, "TFRA_CACHE": str(tmp_path / "cache"), "TMPDIR": str(tmp_path / "tmp")}
     script = "import sys; from tfra.cli.entry import main; sys.exit(main())"
@@ -89,7 +134,7 @@ def test_a_command_killed_at_any_moment_leaves_its_output_whole(tmp_path: Path) 
     subprocess.run(command, env=env, cwd=tmp_path, check=True, capture_output=True)
     seconds, names = time.monotonic() - start, {path.name for path in tmp_path.iterdir()}
     rng = random.Random(1)
-    for number in 2 * kills.SIGNALS:
+    for number in 2 * SIGNALS:
         assert survivors(command, env, rng.uniform(0, seconds), number, tmp_path) == []
         assert directory_objection(tmp_path / "core", "generate") is None
     subprocess.run(command, env=env, cwd=tmp_path, check=True, capture_output=True)
@@ -179,7 +224,7 @@ def test_a_killed_yosys_is_told_in_a_line(
 ) -> None:
     monkeypatch.setattr(verilog, "_YOSYS", "import os; os.kill(os.getpid(), 9)")
     config = tmp_path / "tiny.toml"
-    config.write_text(kills.CONFIG)
+    config.write_text(CONFIG)
     assert main(["generate", str(config), "--out", str(tmp_path / "core")]) == 1
     assert capsys.readouterr().err == "tfra generate: yosys failed: killed by SIGKILL: is there enough memory?\n"
     assert [path.name for path in tmp_path.iterdir()] == ["tiny.toml"]

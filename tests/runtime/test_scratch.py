@@ -58,14 +58,6 @@ def test_what_a_killed_process_leaves_goes_and_what_a_living_one_has_stays(tmp_p
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("suffix", ["part", "lock"])
-def test_half_of_what_an_owner_has_is_dead(tmp_path: Path, suffix: str) -> None:
-    """Killed before the folder was there, or after it had gone."""
-    (tmp_path / f".tfra-0123.{suffix}").touch()
-    sweep(tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_where_there_are_no_locks_nobody_is_dead(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def none(*_: object) -> None:
         raise OSError(errno.ENOLCK, "No locks available")

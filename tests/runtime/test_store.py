@@ -2,11 +2,14 @@
 
 import multiprocessing
 import os
+import socket
 import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import chdir, suppress
 from pathlib import Path
 from typing import Any
 
@@ -14,10 +17,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.runtime.damages import DAMAGES
+from tests.runtime.test_staging import dies_at
 from tfra.runtime import store as module
 from tfra.runtime.errors import InputError
-from tfra.runtime.scratch import scratch
+from tfra.runtime.scratch import part, scratch
 from tfra.runtime.store import Files, Store, cache_directory, cached, cached_step, work_folder
 
 FILES = {"top.v": b"module top;\nendmodule\n", "empty": b"", "image.hex": bytes(range(256)) * 9}
@@ -34,8 +37,52 @@ class Maker:
         return self.files
 
 
+def _folder(place: Path) -> None:
+    (place / "obj").mkdir(parents=True)
+    (place / "obj" / "top.v").write_text("module top; endmodule")
+
+
+def _socket(place: Path) -> None:
+    with chdir(place.parent), socket.socket(socket.AF_UNIX) as bound:  # names of sockets are short
+        bound.bind("s")
+        os.rename("s", place.name)
+
+
+def _lock(entry: Path) -> Path:
+    return entry.with_name(f".tfra-{entry.name}.lock")
+
+
+DAMAGES: dict[str, Callable[[Path], object]] = {
+    "missing": lambda entry: None,
+    "zeros": lambda entry: entry.write_bytes(bytes(2400)),
+    "text": lambda entry: entry.write_bytes(b"nothing to see here\n" * 100),
+    "another entry": lambda entry: entry.write_bytes((entry.parent / "core-another").read_bytes()),
+    "an empty folder": Path.mkdir,
+    "a full folder": _folder,
+    "a locked folder": lambda entry: (_folder(entry), entry.chmod(0)),
+    "a dangling link": lambda entry: entry.symlink_to("nowhere"),
+    "a link to itself": lambda entry: entry.symlink_to(entry.name),
+    "a link to a device": lambda entry: entry.symlink_to("/dev/zero"),
+    "a pipe": os.mkfifo,
+    "a socket": _socket,
+    "unreadable": lambda entry: (entry.write_bytes(b""), entry.chmod(0)),
+    "a lock that nobody holds": lambda entry: _lock(entry).touch(),
+    "an unreadable lock": lambda entry: (_lock(entry).touch(), _lock(entry).chmod(0)),
+    "a folder as lock": lambda entry: _lock(entry).mkdir(),
+    "a link as lock": lambda entry: _lock(entry).symlink_to("nowhere"),
+    "half an entry of a killed run": lambda entry: part(entry.parent, entry.name).write_bytes(b"half"),
+    "a folder of a killed run": lambda entry: _folder(part(entry.parent, entry.name)),
+}
+"""What stands in the place of an entry that is gone, or beside it."""
+
+
+def damaged(entry: Path, damage: Callable[[Path], object]) -> None:
+    entry.unlink()
+    damage(entry)
+
+
 @given(st.dictionaries(st.text(), st.binary()))
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 def test_an_entry_gives_back_what_was_made(files: Files) -> None:
     with tempfile.TemporaryDirectory() as folder:
         place, make = Path(folder, "core-x"), Maker(files)
@@ -45,11 +92,11 @@ def test_an_entry_gives_back_what_was_made(files: Files) -> None:
 
 
 @pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
-def test_a_damaged_entry_is_made_again(tmp_path: Path, damage) -> None:
+def test_a_damaged_entry_is_made_again(tmp_path: Path, damage: Callable[[Path], object]) -> None:
     place, make = tmp_path / "core-x", Maker()
     cached(tmp_path / "core-another", Maker({"a": b"b"}))
     cached(place, make)
-    damage(place)
+    damaged(place, damage)
     assert [cached(place, make) for _ in range(2)] == [FILES] * 2
     assert make.calls == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["core-another", "core-x"]
@@ -60,10 +107,22 @@ def test_no_wrong_bit_and_no_wrong_length_passes(tmp_path: Path) -> None:
     cached(place, make)
     content = place.read_bytes()
     flipped = [content[:at] + bytes([content[at] ^ 1 << at % 8]) + content[at + 1 :] for at in range(len(content))]
-    for wrong in [*flipped, *(content[:end] for end in range(len(content)))]:
+    for wrong in [*flipped, *(content[:end] for end in range(len(content))), content + b"\0"]:
         place.write_bytes(wrong)
         assert cached(place, make) == make.files
-    assert make.calls == 1 + 2 * len(content)
+    assert make.calls == 2 + 2 * len(content)
+
+
+def test_death_at_every_step_leaves_nothing_that_the_next_does_not_remove(tmp_path: Path) -> None:
+    place, step = tmp_path / "core-x", 0
+    while dies_at(step, lambda: (cached(place, Maker()), module.put(tmp_path, "note", b"n"))):
+        step += 1
+        assert cached(place, Maker()) == FILES
+        with scratch(tmp_path):
+            pass
+        assert {path.name for path in tmp_path.iterdir()} <= {"core-x", "note"}
+        place.unlink()
+    assert step > 8
 
 
 def test_what_a_link_leads_to_stays(tmp_path: Path) -> None:
@@ -108,15 +167,14 @@ def _want(place: Path, seed: int) -> None:
     for turn in range(25):
         assert cached(place, lambda: FILES) == FILES
         if turn % 3 == 0:
-            try:
-                damages[(seed + turn) % len(damages)](place)
-            except OSError:  # another was faster
-                continue
+            with suppress(OSError):  # another was faster
+                damaged(place, damages[(seed + turn) % len(damages)])
 
 
 def test_processes_that_damage_and_want_the_same_get_it(tmp_path: Path) -> None:
     """Right at every look, while others replace it, break it, and take the locks away."""
     spawn = multiprocessing.get_context("spawn")
+    cached(tmp_path / "core-another", Maker({"a": b"b"}))
     workers = [spawn.Process(target=_want, args=(tmp_path / "core-x", 7 * seed)) for seed in range(3)]
     for worker in workers:
         worker.start()
@@ -126,15 +184,18 @@ def test_processes_that_damage_and_want_the_same_get_it(tmp_path: Path) -> None:
 
 
 def test_a_failure_leaves_nothing_and_is_made_again(tmp_path: Path) -> None:
-    place = tmp_path / "core-x"
+    def fail(failure: Exception) -> Files:
+        raise failure
 
-    def fail() -> Files:
-        raise ArithmeticError
-
-    with pytest.raises(ArithmeticError):
-        cached(place, fail)
-    assert list(tmp_path.iterdir()) == []
-    assert cached(place, Maker()) == FILES
+    for failure, error, line in (
+        (ArithmeticError("no"), ArithmeticError, "no"),
+        (OSError(28, "No space left on device"), InputError, f"{tmp_path}: cannot be written: No space left on device"),
+    ):
+        with pytest.raises(error) as caught:
+            cached(tmp_path / "core-x", lambda failure=failure: fail(failure))
+        assert str(caught.value) == line
+        assert list(tmp_path.iterdir()) == []
+    assert cached(tmp_path / "core-x", Maker()) == FILES
 
 
 def test_an_entry_that_cannot_be_stored_is_used_all_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -145,15 +206,6 @@ def test_an_entry_that_cannot_be_stored_is_used_all_the_same(tmp_path: Path, mon
     with pytest.warns(UserWarning, match=r"core-x: not kept for the next run: No space left on device$"):
         assert cached(tmp_path / "core-x", Maker()) == FILES
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_full_disk_while_an_entry_is_made_is_told(tmp_path: Path) -> None:
-    def full() -> Files:
-        raise OSError(28, "No space left on device")
-
-    with pytest.raises(InputError) as told:
-        cached(tmp_path / "core-x", full)
-    assert str(told.value) == f"{tmp_path}: cannot be written: No space left on device"
 
 
 # Steps of tools
@@ -179,17 +231,6 @@ def test_a_step_runs_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert (second / "before").read_text() == "second"
     cached_step("yosys-skin", "1" * 16, second, lambda: step(second))
     assert calls == [first, second]
-
-
-def test_a_step_that_fails_runs_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TFRA_CACHE", str(tmp_path / "cache"))
-
-    def fail() -> dict[str, Any]:
-        raise ArithmeticError
-
-    with pytest.raises(ArithmeticError):
-        cached_step("route-skin", "0" * 16, tmp_path, fail)
-    assert cached_step("route-skin", "0" * 16, tmp_path, lambda: {"mhz": 2}) == ({"mhz": 2}, False)
 
 
 # Results of one computation
@@ -248,20 +289,15 @@ def test_places(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("below", ["", "deeper"])
-def test_a_named_place_that_is_a_file_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, below: str) -> None:
+def test_a_named_place_that_cannot_be_used_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path, below: str) -> None:
     (tmp_path / "file").write_text("mine")
     place = tmp_path / "file" / below
-    with pytest.raises(InputError) as told:
-        cache_directory(place)
-    assert str(told.value) == f"{place}: cannot be used as cache: Not a directory"
     monkeypatch.setenv("TFRA_CACHE", str(place))
-    with pytest.raises(InputError) as told:
-        cache_directory()
-    assert str(told.value) == f"TFRA_CACHE: {place}: cannot be used as cache: Not a directory"
+    for chosen, name in ((place, place), (None, f"TFRA_CACHE: {place}")):
+        with pytest.raises(InputError) as caught:
+            cache_directory(chosen)
+        assert str(caught.value) == f"{name}: cannot be used as cache: Not a directory"
     assert (tmp_path / "file").read_text() == "mine"
-
-
-def test_a_named_place_that_cannot_be_written_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(module.os, "access", lambda *_: False)  # for root everything can be
     with pytest.raises(InputError, match=r"cannot be used as cache: it cannot be written$"):
         cache_directory(tmp_path)
