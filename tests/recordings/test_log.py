@@ -15,14 +15,12 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 from rosbags.typesys import Stores, get_typestore
 
-from tfra.model.choices import Adc
-from tfra.model.sensor import SensorArray
-from tfra.recordings.frames import Recording, read_recording
-from tfra.recordings.input import PLAIN, Input
+from tests.recordings.test_formats import FRAMES as DOUBLES
+from tests.recordings.test_formats import read, refusal
+from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError
 
-SENSOR = SensorArray(2, 3, 4e-3, 2e-3, 3e-3)
-FRAMES = (np.arange(24.0).reshape(4, 2, 3) - 7.25).astype(np.float32)
+FRAMES = DOUBLES.astype(np.float32)
 START = 1_700_000_000_123_456_789
 TIMES = [START, START + 1, START + 10_000_000, START + 2_000_000_000]
 SECONDS = [0.0, 1e-9, 0.01, 2.0]
@@ -87,16 +85,6 @@ LOGS: dict[str, Callable[[Path, Sequence[Message]], Path]] = {
 
 def of(topic: str, kind: str, write: Callable[[np.ndarray], bytes], frames: np.ndarray = FRAMES) -> list[Message]:
     return [(topic, kind, time, write(frame)) for time, frame in zip(TIMES, frames, strict=False)]
-
-
-def read(path: Path, how: Input = PLAIN) -> Recording:
-    return read_recording(path, SENSOR, Adc(), how)
-
-
-def refusal(path: Path, how: Input = PLAIN) -> str:
-    with pytest.raises(InputError) as caught:
-        read(path, how)
-    return str(caught.value).removeprefix(f"{path}: ")
 
 
 @pytest.mark.parametrize("log", LOGS.values(), ids=LOGS)
@@ -165,9 +153,7 @@ def test_wrong_logs(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("package", "suffix"), [("mcap", "mcap"), ("rosbags", "mcap"), ("polars", "parquet")])
-def test_a_missing_package_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package: str, suffix: str
-) -> None:
+def test_a_missing_package_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, package: str, suffix: str) -> None:
     path = tmp_path / f"f.{suffix}"
     path.write_bytes(b"")
     monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None if name == package else find_spec(name))
