@@ -20,8 +20,7 @@ import numpy as np
 import pytest
 
 from tests.cli.test_cli import refusal
-from tests.view.made import write
-from tests.view.test_feed import unpacked
+from tests.view.made import unpacked, write
 from tfra.cli.main import main
 
 PATIENCE = 60.0

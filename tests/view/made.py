@@ -1,9 +1,11 @@
 """Results of the float and the bit-accurate model, as `tfra estimate` writes them, and their frames."""
 
+import base64
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from tfra.cli.frames import simulated
 from tfra.codegen.config.read import Project, load
@@ -13,6 +15,7 @@ from tfra.model.converter import quantise
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Tfra
 from tfra.runtime.outputs import write_npz
+from tfra.view.pack import Packed
 
 CONFIG = """
 [sensor]
@@ -71,3 +74,8 @@ def write(folder: Path) -> dict[str, dict[str, Any]]:
     for name, held in made.items():
         write_npz(folder / f"{name}.npz", held, "frames" if name == "frames" else "estimate")
     return made
+
+
+def unpacked(array: Packed) -> npt.NDArray[Any]:
+    """The numbers that a page's script reads."""
+    return np.frombuffer(base64.b64decode(array["data"]), dtype=np.dtype(array["type"]).newbyteorder("<"))

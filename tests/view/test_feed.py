@@ -1,6 +1,5 @@
 """The feed: what came, what was estimated, what is kept, and what is said."""
 
-import base64
 import json
 import threading
 from collections.abc import Iterator
@@ -10,6 +9,7 @@ import numpy as np
 import pytest
 
 import tfra.view.feed as module
+from tests.view.made import unpacked
 from tfra.model.arrays import Floats
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
@@ -21,15 +21,13 @@ DESIGN = TfraDesign(SensorArray(4, 6, 4e-3, 3e-3, 3e-3))
 FRAMES = np.random.default_rng(5).normal(-1e4, 1e4, (200, 4, 6))
 
 
-def feed(frames: Any, estimate: Any = None) -> tuple[Feed, list[str]]:
-    """A feed that has read ``frames``, and what was told."""
+def feed(*frames: Any, estimate: Any = None) -> tuple[Feed, list[str]]:
+    """A feed that has read ``frames`` before it estimates the first, and what was told."""
     made, told = Feed("here", "float", DESIGN, estimate or Tfra.of(DESIGN)), []
-    made.read(frames, told.append)
-    return made, told
-
-
-def run(made: Feed) -> None:
+    for each in frames:
+        made.read(each, told.append)
     threading.Thread(target=made.run, daemon=True).start()
+    return made, told
 
 
 def answer(made: Feed, after: int = -1, patience: float = 10.0) -> dict[str, Any]:
@@ -37,13 +35,8 @@ def answer(made: Feed, after: int = -1, patience: float = 10.0) -> dict[str, Any
     return found
 
 
-def unpacked(packed: dict[str, str]) -> Floats:
-    return np.frombuffer(base64.b64decode(packed["data"]), packed["type"]).astype(float)
-
-
 def test_a_piece_holds_the_numbers_of_its_frames() -> None:
     made, told = feed(FRAMES[:3])
-    run(made)
     found = answer(made)
     (piece,) = found["pieces"]
     expected = Tfra.of(DESIGN)(FRAMES[:3])
@@ -61,7 +54,6 @@ def test_a_piece_holds_the_numbers_of_its_frames() -> None:
 def test_frames_that_nobody_has_time_for_are_left_out() -> None:
     """All came before the first was estimated: the latest 64 are."""
     made, _ = feed(FRAMES)
-    run(made)
     found = answer(made)
     np.testing.assert_array_equal(unpacked(found["pieces"][0]["numbers"]), np.arange(136, 200))
     assert [found[key] for key in ("came", "estimated")] == [200, 64]
@@ -72,7 +64,6 @@ def test_frames_that_nobody_has_time_for_are_left_out() -> None:
 
 def test_lines_that_are_no_frames_are_counted_and_the_first_is_told() -> None:
     made, told = feed([FRAMES[0], "line 2: no", FRAMES[1], "line 4: nothing"])
-    run(made)
     found = answer(made)
     assert told == ["line 2: no"]
     assert [found[key] for key in ("came", "malformed", "fault")] == [2, 2, "line 2: no"]
@@ -89,7 +80,7 @@ def test_a_stream_without_a_frame_and_one_that_breaks() -> None:
     made, _ = feed(breaks())
     found = answer(made, patience=0)
     assert [found[key] for key in ("state", "message")] == ["broken", "here broke: Connection reset by peer."]
-    waiting = answer(Feed("here", "float", DESIGN, Tfra.of(DESIGN)), patience=0)
+    waiting = answer(feed()[0], patience=0)
     assert waiting["message"] == "Waiting for the first frame of here."
 
 
@@ -102,8 +93,7 @@ def test_no_more_is_kept_than_there_is_room_for(monkeypatch: pytest.MonkeyPatch)
         waiting[next(steps)].wait(10)
         return Tfra.of(DESIGN)(stress)
 
-    made = Feed("here", "float", DESIGN, estimate)
-    run(made)
+    made, _ = feed(estimate=estimate)
     for turn in range(3):
         made.read(FRAMES[:40], lambda fault: None)
         waiting[turn].set()
@@ -120,8 +110,7 @@ def test_no_more_is_kept_than_there_is_room_for(monkeypatch: pytest.MonkeyPatch)
 def test_frames_that_are_too_old_are_not_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     now = iter(float(second) for second in (100, 105, 120))
     monkeypatch.setattr(module.time, "time", lambda: next(now))
-    made = Feed("here", "float", DESIGN, Tfra.of(DESIGN))
-    run(made)
+    made, _ = feed()
     for number in range(3):
         made.read(FRAMES[:1], lambda fault: None)
         answer(made, after=number - 1)
@@ -137,9 +126,8 @@ def test_it_is_not_over_while_frames_are_estimated() -> None:
         slow.wait(10)
         return Tfra.of(DESIGN)(stress)
 
-    made, _ = feed(FRAMES[:2], estimate)
+    made, _ = feed(FRAMES[:2], estimate=estimate)
     assert not answer(made, patience=0)["over"]
-    run(made)
     assert not answer(made, patience=0.05)["over"]
     slow.set()
     assert len(answer(made)["pieces"]) == 1
@@ -148,7 +136,6 @@ def test_it_is_not_over_while_frames_are_estimated() -> None:
 
 def test_a_wrong_number_is_noticed() -> None:
     made, _ = feed(FRAMES[:3] * 1.01)
-    run(made)
     (piece,) = answer(made)["pieces"]
     codes, scale = (unpacked(piece["results"][0]["stress"][key]) for key in ("codes", "scale"))
     with pytest.raises(AssertionError):

@@ -10,15 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from tests.view.made import write
-from tfra.model.tfra import Tfra
+from tests.view.made import unpacked, write
 from tfra.view.chosen import Chosen, frame_bytes, sweep_bytes
-from tfra.view.pack import Packed, packed, references, result, scaled, times
+from tfra.view.pack import packed, result, scaled, times
 from tfra.view.resultfile import Recorded, References, read_all
-
-
-def unpacked(given: Packed) -> np.ndarray:
-    return np.frombuffer(base64.b64decode(given["data"]), dtype=np.dtype(given["type"]).newbyteorder("<"))
 
 
 @pytest.fixture(scope="module")
@@ -41,20 +36,6 @@ def test_bytes_are_little_endian() -> None:
     assert packed(np.array([1, -2]), "int16") == {"type": "int16", "data": base64.b64encode(b"\1\0\xfe\xff").decode()}
 
 
-def test_sweeps_are_those_of_the_model(read: tuple[list[Recorded], list[References]]) -> None:
-    recorded = read[0][0]
-    chosen = Chosen(range(2, 24, 2), 24, 3, False)
-    sweep = {key: unpacked(value) for key, value in result(recorded, chosen)["sweep"].items()}
-    kept = Tfra.of(recorded.design)(recorded.stress[2:24:6], keep_sweep=True).sweep
-    assert kept is not None
-    count = len(kept.mu)
-    np.testing.assert_array_equal(sweep["start"], kept.mu[:, 0].astype(np.float32))
-    np.testing.assert_array_equal(sweep["b_z"].reshape(count, -1), kept.b_z.astype(np.float32))
-    np.testing.assert_array_equal(sweep["b_xy"].reshape(count, -1), kept.b_xy.astype(np.float32))
-    bits = np.unpackbits(sweep["plateau"].reshape(count, -1), axis=1)[:, :101]
-    np.testing.assert_array_equal(bits.astype(bool), kept.plateau)
-
-
 def test_a_frame_has_the_bytes_that_were_counted(read: tuple[list[Recorded], list[References]]) -> None:
     plain, chosen = read[0][0], Chosen(range(24), 24, 1, False)
     held = replace(plain.found, uncertainty=np.ones(24), threshold=0.25, residual=np.ones(24))
@@ -75,12 +56,3 @@ def test_a_frame_has_the_bytes_that_were_counted(read: tuple[list[Recorded], lis
     alone = replace(held, forces=np.full((24, 3, 4, 6), np.nan))
     assert result(replace(plain, found=alone, swept=False), chosen) == content | {"threshold": 25}
     assert size(content) + size(clock) == 24 * frame_bytes(24, resultant_alone=True)
-
-
-def test_references_are_named_as_values(read: tuple[list[Recorded], list[References]]) -> None:
-    chosen = Chosen(range(1, 24, 5), 24, 1, False)
-    found = {name: unpacked(value) for name, value in references(read[1][0], chosen).items()}
-    np.testing.assert_allclose(found["phi"], np.arange(0, 360, 15)[1::5])
-    np.testing.assert_allclose(found["mu"], 0.5)
-    np.testing.assert_allclose(found["f_z"], -4)
-    np.testing.assert_allclose(np.hypot(found["f_x"], found["f_y"]), 2, rtol=1e-6)

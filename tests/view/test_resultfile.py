@@ -49,33 +49,20 @@ def having(**changed: Any) -> Callable[[Arrays], Arrays]:
     return lambda held: held | changed
 
 
+OLD = "the key is missing, an earlier version made this file: run tfra estimate again"
+
 WRONG = {
-    "stress": (
-        lacking("stress"),
-        "stress: the key is missing, an earlier version made this file: run tfra estimate again",
-    ),
-    "config": (
-        lacking("config"),
-        "config: the key is missing, an earlier version made this file: run tfra estimate again",
-    ),
-    "no result": (
-        lambda held: {"a": held["mu"]},
-        "forces: is no result of tfra estimate: the key is missing, the file has: a",
-    ),
-    "frames": (
-        lambda held: {"frames": held["stress"]},
-        "frames without reference values: one of resultant_ref, mu_ref, phi_ref_deg is needed",
-    ),
+    **{key: (lacking(key), f"{key}: {OLD}") for key in CONTEXT},
+    "no result": (lambda held: {"a": held["mu"]}, "forces: is no result of tfra estimate: the key is missing, the fil"),
+    "frames": (lambda held: {"frames": held["stress"]}, "frames without reference values: one of resultant_ref, mu_r"),
     "key": (lacking("mu_x"), "mu_x: the key is missing"),
     "shape": (having(mu=np.zeros(3)), "mu: shape (24,) is needed, got (3,)"),
     "rows": (having(stress=np.zeros((24, 5, 6))), "stress: shape (n, 4, 6) is needed, got (24, 5, 6)"),
     "no frames": (having(stress=np.zeros((0, 4, 6))), "stress: at least one frame is needed, got none"),
     "nan": (having(phi_deg=np.full(24, np.nan)), "phi_deg: frame 0 has a value that is not finite"),
+    "nan residual": (having(residual=np.full(24, np.nan)), "residual: frame 0 has a value that is not finite"),
     "no forces": (having(forces=np.full((24, 3, 4, 6), np.nan)), "forces: frame 0 has a value that is not finite"),
-    "no threshold": (
-        having(uncertainty=np.ones(24)),
-        "threshold: the key is missing, an earlier version made this file: run tfra estimate again",
-    ),
+    "no threshold": (having(uncertainty=np.ones(24)), f"threshold: {OLD}"),
     "thresholds": (having(uncertainty=np.ones(24), threshold=np.ones(24)), "threshold: shape () is needed, got (24,)"),
     "nan threshold": (having(uncertainty=np.ones(24), threshold=np.nan), "threshold: a positive number is needed"),
     "zero threshold": (having(uncertainty=np.ones(24), threshold=0), "threshold: a positive number is needed, got 0"),
@@ -127,7 +114,3 @@ def test_a_damaged_text_is_told(made: tuple[Path, dict[str, Arrays]], tmp_path: 
     file.write_bytes(data[:place] + b"x" + data[place + 1 :])
     with pytest.raises(InputError, match=r"r\.npz: engine: is damaged: Bad CRC"):
         read_all([file])
-
-
-def test_context() -> None:
-    assert CONTEXT == ("stress", "engine", "config")
