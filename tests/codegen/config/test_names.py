@@ -63,22 +63,12 @@ def test_words_of_languages_are_complete() -> None:
     check_packaged("skin")
 
 
-def test_names_that_are_free() -> None:
-    assert [checked(name) for name in ("Module", "skin", "dut", "core")] == ["Module", "skin", "dut", "core"]
-
-
 def test_icarus_agrees(tmp_path: Path) -> None:
     """A module of a free name compiles, one of a keyword does not."""
+    assert [checked(name) for name in ("Module", "skin", "dut", "core")] == ["Module", "skin", "dut", "core"]
     assert shutil.which("iverilog"), "apt-get install iverilog"
-    for name, compiles in (
-        ("small", False),
-        ("module", False),
-        ("logic", False),
-        ("wreal", False),
-        ("skin", True),
-        ("dut", True),
-    ):
+    for name in ("small", "module", "logic", "wreal", "skin", "dut"):
         source = tmp_path / f"{name}.v"
         source.write_text(f"module {name}; endmodule\nmodule {name}_tb; {name} dut(); endmodule\n")
         command = ["iverilog", "-g2012", "-o", str(tmp_path / "out"), str(source)]
-        assert (subprocess.run(command, capture_output=True, check=False).returncode == 0) == compiles
+        assert (subprocess.run(command, capture_output=True, check=False).returncode == 0) == (name in ("skin", "dut"))
