@@ -5,6 +5,7 @@ values check whether they fit together.
 """
 
 import math
+from dataclasses import fields
 from fractions import Fraction
 from typing import Annotated, Any, Literal
 
@@ -14,7 +15,7 @@ from tfra.model.choices import Adc, Architecture, Bus, Images, Search
 from tfra.model.cover.layer import Sampling
 from tfra.model.estimators import DEFAULT, ESTIMATORS
 from tfra.model.sensor import sensor_keys
-from tfra.recordings.input import Coding, Order, Sign, Unit
+from tfra.recordings.input import Input
 
 MOST_DIRECTIONS = 100_000
 """Contacts that one ``phi_deg`` may expand to."""
@@ -54,19 +55,16 @@ class AdcSection(Section):
     contact_threshold_codes: int | None = None
 
 
-class InputSection(Section):
-    """``[input]``: how a recording is to be read; :class:`tfra.recordings.input.Input` has the defaults."""
+_LIMITED: dict[str, Any] = {
+    "tare_frames": Annotated[int, Field(ge=0, le=1_000_000)],
+    "tare": Annotated[str, Field(min_length=1)],
+    "skip_columns": Annotated[int, Field(ge=0, le=1000)],
+}
+_INPUT: dict[str, Any] = {key.name: (_LIMITED.get(key.name, key.type) | None, None) for key in fields(Input)}
 
-    unit: Unit | None = None
-    compression: Sign | None = None
-    coding: Coding | None = None
-    tare_frames: Annotated[int, Field(ge=0, le=1_000_000)] | None = None
-    tare: Annotated[str, Field(min_length=1)] | None = None
-    order: Order | None = None
-    flip_x: bool | None = None
-    flip_y: bool | None = None
-    skip_columns: Annotated[int, Field(ge=0, le=1000)] | None = None
-    topic: str | None = None
+
+class InputSection(create_model("_", __base__=Section, **_INPUT)):  # type: ignore[misc]
+    """``[input]``: how a recording is to be read; :class:`tfra.recordings.input.Input` has the defaults."""
 
 
 class SearchSection(Section):

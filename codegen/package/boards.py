@@ -8,7 +8,7 @@ from amaranth import ClockDomain, ClockSignal, DomainRenamer, Module, ResetSigna
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out, connect
 
-from tfra.codegen.package.contents import Contents, fill
+from tfra.codegen.package.contents import Contents
 from tfra.codegen.verilog.emit import core_instance, plain_verilog, to_rtlil
 from tfra.families.family import Board
 from tfra.hdl.lib.pipeline import delayed, register
@@ -99,11 +99,10 @@ def boards(contents: Contents) -> dict[str, str]:
         return {}
     folder = f"boards/{board.name}"
     size = contents.part.target.part.rpartition("-")[2]
-    values = {"name": contents.name, "size": size, "images": " ".join(contents.images)}
     return {
-        **{f"{folder}/{file}": fill(f"{board.name}_{file}", values) for file in board.files},
+        **{f"{folder}/{file}": contents.fill(f"{board.name}_{file}", size=size) for file in board.files},
         f"{folder}/top.v": plain_verilog(to_rtlil(BoardTop(contents.design, board), TOP), TOP, PORTS),
-        "boards/talk.py": fill("talk.py.txt", {"name": contents.name, "baud": BAUD}),
+        "boards/talk.py": contents.fill("talk.py.txt", baud=BAUD),
         "boards/line.json": json.dumps(_line(contents)) + "\n",
     }
 

@@ -7,7 +7,8 @@ from importlib.resources import files
 from string import Template
 from typing import Any
 
-from tfra.codegen.registers.values import registers_of
+from tfra.codegen.registers.files import VENDOR
+from tfra.codegen.registers.source import registers_of
 from tfra.codegen.verilog.wrapper import module_name
 from tfra.families import Target
 from tfra.hdl.bus.map import RegisterMap
@@ -63,11 +64,6 @@ class Contents:
         return registers_of(self.design)
 
     @property
-    def version(self) -> str:
-        """Version of the generator, as three numbers."""
-        return str(self.facts["generator"]).rpartition(" ")[2]
-
-    @property
     def rtl(self) -> list[str]:
         """Files of the modules to synthesise."""
         return [f"{self.name}.v", f"{self.wrapper}.v"]
@@ -90,11 +86,25 @@ class Contents:
         return {f"testbench/{file.name}": file.read_text() for file in found}
 
 
+    def fill(self, file: str, **values: object) -> str:
+        """The ``file`` of ``templates`` with ``values`` and those of all templates for its placeholders."""
+        target, version = self.part.target, self.facts["generator"].rpartition(" ")[2]
+        common = {
+            "name": self.name,
+            "wrapper": self.wrapper,
+            "vendor": VENDOR,
+            "generator": self.facts["generator"],
+            "version": version,
+            "release": ".".join(version.split(".")[:2]),
+            "computes": self.facts["computes"],
+            "images": " ".join(self.images),
+            "part": target.name,
+            "mhz": f"{target.clock_mhz:g}",
+            "period": f"{1000 / target.clock_mhz:.3f}",
+        }
+        return Template(template(file)).substitute(common | values)
+
+
 def template(name: str) -> str:
     """The text of a file in this folder's ``templates``."""
     return files("tfra.codegen.package").joinpath("templates", name).read_text("utf-8")
-
-
-def fill(name: str, values: Mapping[str, object]) -> str:
-    """The file ``name`` of ``templates`` with ``values`` for its placeholders."""
-    return Template(template(name)).substitute(values)

@@ -1,13 +1,45 @@
 """Drivers of a core with registers: files in C and in Python for a host."""
 
 import json
+from collections.abc import Mapping
 from importlib.resources import files
+from typing import Any
 
-from tfra.codegen.package.constants import constants, constants_header
-from tfra.codegen.registers.values import parameters, registers_of
+from tfra.codegen.registers.source import parameters, registers_of
+from tfra.hdl.bus.map import BITS, RegisterMap
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.front_end.ports import NUMBER
+from tfra.hdl.ip.framer import FAULTS, FORMAT, FORMAT_PLACE, HEADER_WORDS
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
+from tfra.model.fixed.front_end import DEVIATION, GAIN, LEAST_WORD, MOST_AVERAGED, UNITY, WEIGHT, WORD
+from tfra.model.fixed.repair import HEADER as REPAIR_HEADER
+from tfra.model.tfra import Status
+
+HEADER: Mapping[str, tuple[int, int, int]] = {
+    "sequence": (0, 0, NUMBER),
+    "user": (0, NUMBER, NUMBER),
+    "faults": (1, 0, max(FAULTS.values()) + 1),
+    "format": (1, FORMAT_PLACE, BITS - FORMAT_PLACE),
+}
+"""Fields before the result words of an output frame: beat, lowest bit, bits; a fault has the place of its error."""
+
+TABLES = ("offsets", "gains", "repairs")
+"""By their numbers in CALIBRATION_PLACE.kind."""
+LIMITS = {
+    "word_bits_least": LEAST_WORD,
+    "word_bits_most": WORD,
+    "log2_frames_most": MOST_AVERAGED,
+    "unity_gain": UNITY,
+}
+"""Settings of the front end that registers could hold and hardware refuses are outside of these; the gain of 1."""
+CODES = {
+    "offset_bits": DEVIATION,
+    "gain_bits": GAIN,
+    "repair_weight_bits": WEIGHT,
+    "repair_target_bit": REPAIR_HEADER.bit_length() - 1,
+}
+"""Bits of the words of the tables, and of their parts; a repair has its weight lowest, then the taxel."""
 
 C_FILES = ("tfra_driver.h", "tfra_driver.c", "tfra_frame.c", "tfra_units.h", "example.c")
 PYTHON_FILES = (*(f"tfra_host/{part}.py" for part in ("__init__", "core", "frame", "registers")), "example.py")
@@ -34,14 +66,50 @@ def driver_files(design: Design) -> dict[str, str]:
     example = texts["driver/example.c"].splitlines(keepends=True)
     kept = "".join(line for line in example if loaded is not None or "NAME_coefficients" not in line)
     texts["driver/example.c"] = kept.replace("NAME_", f"{design.name}_")
-    texts["driver/tfra_constants.h"] = constants_header()
+    texts["driver/tfra_constants.h"] = _constants_header()
     texts[f"driver/{config}.h"] = _config(design, config)
     if loaded is not None:
         texts[f"driver/{design.name}_coefficients.h"] = _coefficients(design.name, loaded)
     texts |= {f"python/{name}": (source / name).read_text(encoding="utf-8") for name in PYTHON_FILES}
     texts["python/example.py"] = texts["python/example.py"].replace("NAME.json", f"{design.name}.json")
-    numbers = constants(registers_of(design))
+    numbers = _constants(registers_of(design))
     return texts | {"python/tfra_host/constants.json": json.dumps(numbers, indent=1) + "\n"}
+
+
+def _constants(registers: RegisterMap) -> dict[str, Any]:
+    """All of them as plain data, with the register map: what the Python driver reads as JSON."""
+    return {
+        "registers": {
+            register.name: {
+                "address": register.address,
+                "reset": register.reset,
+                "fields": {field.name: [field.low, field.bits] for field in register.fields},
+            }
+            for register in registers.registers
+        },
+        "header": {name: list(place) for name, place in HEADER.items()},
+        "header_beats": HEADER_WORDS,
+        "frame_format": FORMAT,
+        "tables": {name: number for number, name in enumerate(TABLES)},
+        "limits": LIMITS,
+        "codes": CODES,
+        "status": {flag.name: flag.value for flag in Status},
+    }
+
+
+def _constants_header() -> str:
+    """``tfra_constants.h``: the same for C, but for the registers, which ``tfra.h`` has."""
+    places = [
+        (f"HEADER__{name.upper()}_{ending}", value)
+        for name, (beat, low, bits) in HEADER.items()
+        for ending, value in (("beat", beat), ("bp", low), ("bm", hex(((1 << bits) - 1) << low)))
+    ]
+    numbers = {"header_beats": HEADER_WORDS, "frame_format": FORMAT, **LIMITS, **CODES}
+    numbers |= {f"table_{name}": number for number, name in enumerate(TABLES)}
+    places += [(name.upper(), value) for name, value in numbers.items()]
+    places += [(f"STATUS__{flag.name}", hex(flag.value)) for flag in Status]
+    text = "Header of output frames, tables, limits, flags of the status; the same for every design."
+    return _header("tfra_constants", text, [f"#define TFRA_{name} {value}u" for name, value in places])
 
 
 def _config(design: Design, config: str) -> str:

@@ -3,8 +3,7 @@
 import json
 from collections.abc import Iterable
 
-from tfra.codegen.package.contents import Contents, fill
-from tfra.codegen.registers.files import VENDOR
+from tfra.codegen.package.contents import Contents
 from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.verilog.wrapper import input_bits
 from tfra.families import FAMILIES, xilinx
@@ -38,35 +37,17 @@ _FILES = (
 
 def constraints(contents: Contents) -> dict[str, str]:
     """The clock's period in Synopsys' format, for the wrapper and for the core, whichever is the top module."""
-    return {f"constraints/{contents.name}.sdc": fill("constraints.sdc", _timing(contents))}
-
-
-def _timing(contents: Contents) -> dict[str, str]:
-    """Values for templates: the part, its clock and period."""
-    target = contents.part.target
-    return {
-        "name": contents.name,
-        "part": target.name,
-        "mhz": f"{target.clock_mhz:g}",
-        "period": f"{1000 / target.clock_mhz:.3f}",
-    }
+    return {f"constraints/{contents.name}.sdc": contents.fill("constraints.sdc")}
 
 
 def vivado(contents: Contents) -> dict[str, str]:
     """A script that packages the wrapper as an IP core, and its constraints."""
-    values = {
-        **_timing(contents),
-        "wrapper": contents.wrapper,
-        "vendor": VENDOR,
-        "version": ".".join(contents.version.split(".")[:2]),
-        "description": f"Computes {contents.facts['computes']}".replace('"', "'"),
-        "images": " ".join(contents.images),
-        "registers": "".join(map(_register, contents.registers.registers)).rstrip(),
-    }
-    return {
-        "vivado/package_ip.tcl": fill("package_ip.tcl", values),
-        f"vivado/{contents.wrapper}.xdc": fill("wrapper.xdc", values),
-    }
+    script = contents.fill(
+        "package_ip.tcl",
+        description=f"Computes {contents.facts['computes']}".replace('"', "'"),
+        registers="".join(map(_register, contents.registers.registers)).rstrip(),
+    )
+    return {"vivado/package_ip.tcl": script, f"vivado/{contents.wrapper}.xdc": contents.fill("wrapper.xdc")}
 
 
 def _register(register: Register) -> str:
@@ -87,14 +68,9 @@ def _braced(text: str) -> str:
 
 def litex(contents: Contents) -> dict[str, str]:
     """The wrapper as a module in Python that needs LiteX alone."""
-    values = {
-        "name": contents.name,
-        "wrapper": contents.wrapper,
-        "bits": input_bits(contents.design),
-        "sources": ", ".join(f'"{name}"' for name in contents.rtl),
-        "images": ", ".join(f'"{name}"' for name in contents.images),
-    }
-    return {f"litex/{contents.name}.py": fill("litex.py.txt", values)}
+    sources, images = (", ".join(f'"{name}"' for name in names) for names in (contents.rtl, contents.images))
+    text = contents.fill("litex.py.txt", bits=input_bits(contents.design), sources=sources, images=images)
+    return {f"litex/{contents.name}.py": text}
 
 
 def fusesoc(contents: Contents) -> dict[str, str]:
@@ -105,19 +81,16 @@ def fusesoc(contents: Contents) -> dict[str, str]:
         options = {**options, "nextpnr_options": [*contents.part.target.device]}
     rules = [f"{name}: {{file_type: vlt}}" for name in contents.rules]
     copied = [f"{name}: {{file_type: user, copyto: {name}}}" for name in contents.images]
-    values = {
-        "name": contents.name,
-        "vendor": VENDOR,
-        "version": contents.version,
-        "description": json.dumps(f"Computes {contents.facts['computes']}"),
-        "rtl": _listed([*contents.rtl, *copied]),
-        "simulated": _listed([*contents.cells, f"testbench/{contents.name}_tb.v"]),
-        "linted": _listed([*rules, *contents.rtl, *contents.cells]),
-        "top": contents.wrapper,
-        "tool": tool,
-        "options": json.dumps(options),
-    }
-    return {f"{contents.name}.core": fill("fusesoc.core", values)}
+    text = contents.fill(
+        "fusesoc.core",
+        description=json.dumps(f"Computes {contents.facts['computes']}"),
+        rtl=_listed([*contents.rtl, *copied]),
+        simulated=_listed([*contents.cells, f"testbench/{contents.name}_tb.v"]),
+        linted=_listed([*rules, *contents.rtl, *contents.cells]),
+        tool=tool,
+        options=json.dumps(options),
+    )
+    return {f"{contents.name}.core": text}
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -130,5 +103,4 @@ def readme(contents: Contents) -> dict[str, str]:
     names = {"name": contents.name, "board": board.name if board else ""}
     rows = [(file.format(**names), text.format(**names)) for file, text in _FILES]
     table = "\n".join(f"| `{file}` | {text} |" for file, text in rows if file in contents.texts)
-    values = {**names, "files": table, "computes": contents.facts["computes"], "generator": contents.facts["generator"]}
-    return {"README.md": fill("README.md", values)}
+    return {"README.md": contents.fill("README.md", board=names["board"], files=table)}

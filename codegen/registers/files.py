@@ -1,7 +1,6 @@
 """What drivers and tools need of the registers of a design: C header, page, IP-XACT."""
 
-from tfra.codegen.registers.source import SOURCE, as_map, compiled
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.source import SOURCE, as_map, compiled, parameters
 from tfra.hdl.bus.map import Field, Kind, RegisterMap
 from tfra.model.fixed.design import Design
 from tfra.report.html import Section, page, paragraph

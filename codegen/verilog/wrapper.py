@@ -7,7 +7,7 @@ from amaranth import ClockDomain, Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.codegen.registers.values import registers_of
+from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import sidecar
 from tfra.codegen.sidecar.schema import Port
 from tfra.codegen.verilog.emit import core_instance, plain_verilog, to_rtlil

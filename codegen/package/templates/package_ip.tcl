@@ -21,7 +21,7 @@ update_compile_order -fileset sources_1
 ipx::package_project -root_dir [file join $$here ip] -vendor $vendor -library core -taxonomy /UserIP -import_files -force
 set core [ipx::current_core]
 set_property name $wrapper $$core
-set_property version $version $$core
+set_property version $release $$core
 set_property display_name {$name} $$core
 set_property description {$description} $$core
 set_property supported_families {artix7 Production kintex7 Production zynq Production zynquplus Production} $$core

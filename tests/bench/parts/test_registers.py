@@ -6,8 +6,7 @@ import pytest
 
 from bench.publish import ROOT
 from tfra.codegen.config.read import load
-from tfra.codegen.registers.source import register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.source import parameters, register_map
 from tfra.codegen.verilog.emit import to_rtlil
 from tfra.families import find
 from tfra.hdl.bus.registers import Registers

@@ -13,9 +13,8 @@ from tests.browser import browser
 from tests.codegen.package.made import PARALLEL, PART, SERIAL_CORE
 from tests.model.fixed.learned.cases import learned_design as learned
 from tfra.codegen.package.contents import Contents
-from tfra.codegen.package.datasheet import datasheet
-from tfra.codegen.package.sheettables import CONTACTS, SEED, accuracy
-from tfra.codegen.registers.values import registers_of
+from tfra.codegen.package.datasheet import CONTACTS, SEED, accuracy, datasheet
+from tfra.codegen.registers.source import registers_of
 from tfra.codegen.sidecar.build import core_ports, sidecar
 from tfra.codegen.verilog.wrapper import ports_of
 from tfra.hdl.cores import microarchitecture

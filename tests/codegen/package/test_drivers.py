@@ -24,11 +24,9 @@ from tests.codegen.package.c_driver import SOURCES, STRICT, CCore, compiled
 from tests.codegen.package.test_simulated import DESIGN, frames
 from tests.hdl.bus.model import Model
 from tests.model.fixed.learned.cases import learned_design
-from tfra.codegen.package.constants import HEADER
-from tfra.codegen.package.drivers import driver_files
+from tfra.codegen.package.drivers import HEADER, driver_files
 from tfra.codegen.registers.files import register_files
-from tfra.codegen.registers.source import register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.source import parameters, register_map
 from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.cores import microarchitecture
 from tfra.hdl.ip.framer import FAULTS

@@ -13,8 +13,7 @@ import pytest
 from tests.codegen.package.c_driver import SOURCES, STRICT
 from tests.codegen.package.test_drivers import beats, written
 from tests.codegen.package.test_simulated import DESIGN
-from tfra.codegen.registers.source import register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.source import parameters, register_map
 from tfra.codegen.sidecar.build import LOADED
 from tfra.codegen.verilog.testbench import hex_words
 from tfra.hdl.cores import microarchitecture

@@ -8,8 +8,7 @@ from xml.etree import ElementTree
 import pytest
 
 from tfra.codegen.registers.files import register_files
-from tfra.codegen.registers.source import register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.source import parameters, register_map
 from tfra.hdl.bus.map import Kind
 from tfra.model.choices import Architecture
 from tfra.model.fixed.tfra.design import TfraDesign

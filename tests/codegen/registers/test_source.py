@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.model.fixed.learned.cases import learned_design
-from tfra.codegen.registers.source import SOURCE, as_map, compiled, register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.source import SOURCE, as_map, compiled, parameters, register_map
 from tfra.hdl.bus.map import Field, Kind
 from tfra.hdl.cores import microarchitecture
 from tfra.model.choices import Architecture

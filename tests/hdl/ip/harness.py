@@ -10,8 +10,7 @@ from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tests.hdl.bus.manager import Manager, Process, simulated
-from tfra.codegen.registers.source import register_map
-from tfra.codegen.registers.values import parameters
+from tfra.codegen.registers.source import parameters, register_map
 from tfra.hdl.interface import ports
 from tfra.hdl.ip.axi_core import AxiCore
 from tfra.hdl.ip.wrapper import Wrapper
