@@ -5,9 +5,11 @@ whose total error stays close to float's; and for each cost ``least_COST``, the 
 close.  Closeness is judged on the training frames; the table also has the errors on the held-out frames.
 """
 
+import json
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import polars as pl
@@ -18,11 +20,11 @@ from tfra.runtime.processes import ToolError
 from tfra.runtime.scratch import scratch, temporary
 from tfra.study.errors.cascade import SIGNED
 from tfra.study.frames.block import Part
-from tfra.study.report.labels import CLOSE_PERCENT, HELD_OUT, PLACED
+from tfra.study.report.labels import CLOSE_PERCENT, HELD_OUT, PLACED, Tables
 from tfra.study.search.evaluate import CHANGE, COSTS, Evaluation
 from tfra.study.search.space import Space
 from tfra.study.search.trials import COMPLETE, Trial
-from tfra.study.task import RowTask
+from tfra.study.tasks import Pieces
 from tfra.synth.run import Run
 
 
@@ -64,17 +66,32 @@ def formats_text(formats: Formats) -> str:
 
 
 @dataclass(frozen=True)
-class Described(RowTask):
-    """Errors and costs of named designs; the row ``float`` has the errors of float arithmetic on the same codes."""
+class RowTask(ABC):
+    """A task whose ``jobs`` make a row each of one table with the task's name."""
 
-    designs: tuple[Named, ...]
+    jobs: tuple[Any, ...]
     evaluation: Evaluation
-    name = "designs"
+    name: ClassVar[str]
+    unit = "designs"
 
-    @property
-    def jobs(self) -> tuple[Named | None, ...]:
-        """Float arithmetic, then each design."""
-        return (None, *self.designs)
+    @abstractmethod
+    def row(self, job: Any) -> Mapping[str, Any]:
+        """The row of a job, in plain values."""
+
+    def __call__(self, job: Any) -> bytes:
+        """The row as JSON."""
+        return json.dumps(self.row(job)).encode()
+
+    def tables(self, piece: Pieces) -> Tables:
+        """The table."""
+        rows = [json.loads(piece(number)) for number in range(len(self.jobs))]
+        return {self.name: pl.DataFrame(rows, infer_schema_length=None)}
+
+
+class Described(RowTask):
+    """Errors and costs of named designs; the job None, the row ``float``, is float arithmetic on the same codes."""
+
+    name = "designs"
 
     def row(self, job: Named | None) -> dict[str, Any]:
         """Errors on the training and the held-out frames, and costs."""
@@ -93,18 +110,10 @@ class Described(RowTask):
         return {**row, "within": is_close(held_out) if CHANGE in held_out else None, **costs}
 
 
-@dataclass(frozen=True)
 class Uniform(RowTask):
-    """Designs with ``bits`` in all coefficients and operands each, measured as the trials of a search are."""
+    """Designs with so many bits in all coefficients and operands each, measured as the trials of a search are."""
 
-    bits: tuple[int, ...]
-    evaluation: Evaluation
     name = "uniform_trials"
-
-    @property
-    def jobs(self) -> tuple[int, ...]:
-        """The lengths."""
-        return self.bits
 
     def row(self, job: int) -> dict[str, Any]:
         """The result of a length."""
@@ -132,16 +141,9 @@ class Uniform(RowTask):
 class Verified(RowTask):
     """Named designs in RTL, against the bit-accurate model, on the first frames held out."""
 
-    designs: tuple[Named, ...]
-    evaluation: Evaluation
     frames: int
     simulator: str | None
     name = "verified"
-
-    @property
-    def jobs(self) -> tuple[Named, ...]:
-        """The designs."""
-        return self.designs
 
     def row(self, job: Named) -> dict[str, Any]:
         """Words that were compared, and that differ."""
@@ -159,16 +161,9 @@ class Verified(RowTask):
 class Placed(RowTask):
     """Named designs, placed and routed; one that does not fit the part, or on which the tools fail, states so."""
 
-    designs: tuple[Named, ...]
-    evaluation: Evaluation
     seeds: int
     clock_mhz: float
     name = "placed"
-
-    @property
-    def jobs(self) -> tuple[Named, ...]:
-        """The designs."""
-        return self.designs
 
     def row(self, job: Named) -> dict[str, Any]:
         """Resources, and the median frequency where the part's tools give one."""

@@ -1,6 +1,7 @@
 """A study from its file to its report: tasks one after the other, each in pieces that workers compute."""
 
 import math
+import resource
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -12,25 +13,26 @@ import polars as pl
 
 from tfra.codegen.config.write import config_text
 from tfra.families import DEFAULT
+from tfra.report.html import page, paragraph
+from tfra.report.table import Table
 from tfra.runtime.digest import digest
 from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import output_directory
 from tfra.runtime.store import Store, put, work_folder
 from tfra.study.designs import Described, Named, Placed, Uniform, Verified, cheapest
-from tfra.study.errors.comparisons import UNIFORM, converters, sensitivity, uniform, variants
-from tfra.study.errors.variation import Comparison, Variation
+from tfra.study.errors.comparisons import converters, sensitivity, uniform, variants
+from tfra.study.errors.variation import Variation
+from tfra.study.frames.block import parquet
 from tfra.study.frames.frameset import FrameSet
 from tfra.study.report.page import render
 from tfra.study.report.summary import summary
-from tfra.study.schema import SearchSection, StudyDocument
+from tfra.study.schema import SearchSection, StudyDocument, UniformSection
 from tfra.study.search.evaluate import CHANGE, Evaluation, TooFewError
-from tfra.study.search.search import EmptySpaceError, Search, front
+from tfra.study.search.search import EmptySpaceError, Search, trial_table
 from tfra.study.search.space import Space
 from tfra.study.search.trials import StoreError, Trial, Trials, public, sqlite
 from tfra.study.studyfile import StudyFile
-from tfra.study.task import Task, parquet
-from tfra.study.tasks import Errors, Signals
-from tfra.study.times import Timing, times_page
+from tfra.study.tasks import Comparison, Errors, Signals, Task
 from tfra.study.workers import Workers, fingerprint
 
 PARTIAL = "partial.html"
@@ -63,14 +65,14 @@ def run(
             result = Run(study, folder, pool, reporter, trials or sqlite(folder / "trials.sqlite"))
             result.run_tasks()
         result.write(fresh)
-        (fresh / "times.html").write_text(times_page(result.timings, worker_text), encoding="utf-8")
+        (fresh / "times.html").write_text(times_page(result.times, worker_text), encoding="utf-8")
     designs = result.tables["designs"].rows(named=True) if "designs" in result.tables else []
     return {"answer": summary(result.tables, study.design).replace("`", ""), "designs": designs}
 
 
 @dataclass
 class Run:
-    """Results of a study so far: ``tables`` by name, the ``designs`` of the search, and how long tasks took.
+    """Results of a study so far: ``tables`` by name, the ``designs`` of the search, and the ``times`` of tasks.
 
     Frames, finished pieces and trials are stored in ``folder`` at once.
     """
@@ -82,7 +84,7 @@ class Run:
     trials: str
     tables: dict[str, pl.DataFrame] = field(default_factory=dict)
     designs: list[Named] = field(default_factory=list)
-    timings: list[Timing] = field(default_factory=list)
+    times: list[tuple[str, str, int, float, float | None]] = field(default_factory=list)
     last_page: float = field(default_factory=time.perf_counter)
 
     def run_tasks(self) -> None:
@@ -150,8 +152,7 @@ class Run:
         assert target is not None
         costs = tuple(section.costs)
         evaluation = Evaluation(base, frames, costs, target, tuple(section.errors), section.give_up_percent)
-        lengths = document.uniform.bits if document.uniform else UNIFORM
-        plain = Uniform(tuple(lengths), replace(evaluation, limit=math.inf))
+        plain = Uniform(tuple((document.uniform or UniformSection()).bits), replace(evaluation, limit=math.inf))
         self._run_task(plain)
         bits, cell = plain.fewest(self.tables[plain.name]), target.family.multiplier
         start = bits or base.formats.operand
@@ -165,7 +166,7 @@ class Run:
             for name, trial in cheapest(trials, costs).items()
         )
         self.designs = [*([Named.of(base, "uniform", plain.design(bits))] if bits else []), *winners]
-        self._run_task(Described((Named("base", base), *self.designs), evaluation))
+        self._run_task(Described((None, Named("base", base), *self.designs), evaluation))
         if document.verify and winners:
             self._run_task(Verified(winners, evaluation, document.verify.frames, document.verify.simulator))
             self._join_designs("verified")
@@ -237,7 +238,18 @@ class Run:
         start = time.perf_counter()
         with self.reporter(name, unit, jobs, finished) as advance:
             yield advance
-        self.timings.append(Timing(name, unit, jobs, finished, time.perf_counter() - start))
+        seconds, done = time.perf_counter() - start, jobs - finished
+        rate = round(done / seconds, 2) if done else None
+        self.times.append((name, f"{jobs:,} {unit}", finished, round(seconds, 1), rate))
+
+
+def times_page(times: Sequence[tuple[str, str, int, float, float | None]], workers: str) -> str:
+    """How long the tasks took, on a page of its own, because the rest of a report is the same in every run."""
+    header = ("task", "jobs", "finished before", "time / s", "jobs a second")
+    kilobytes = max(resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    total = sum(seconds for *_, seconds, _ in times)
+    words = f"Done by {workers}: {total:,.1f} s in all. Memory of the largest process: {kilobytes / 1024:,.0f} MB."
+    return page("Times of the study", [paragraph(words), Table("Times", header, times).html()], [])
 
 
 def _piece_name(number: int) -> str:
@@ -251,21 +263,3 @@ def _table_names(document: StudyDocument) -> list[str]:
     if document.search:
         names += ["trials", *(["baseline"] if document.search.baseline else []), "designs"]
     return names
-
-
-def trial_table(trials: Sequence[Trial], search: Search, quantities: Sequence[str]) -> pl.DataFrame:
-    """A row each trial: its choices, objectives, errors of the ``quantities``, and whether it is on the front."""
-    best = {trial.number for trial in front(trials, search.objectives)}
-    rows = [
-        {
-            "number": trial.number,
-            "generation": trial.number // search.size,
-            "state": trial.state,
-            **search.space.point(trial.indices),
-            **{name: trial.values.get(name) for name in (*search.objectives, *quantities)},
-            "front": trial.number in best,
-            "reason": trial.reason,
-        }
-        for trial in trials
-    ]
-    return pl.DataFrame(rows, infer_schema_length=None)

@@ -9,11 +9,11 @@ from pydantic import Field
 
 from tfra.codegen.config.schema import Section
 from tfra.families import DEFAULT_PART
-from tfra.study.errors.comparisons import CONVERTER_BITS, CONVERTER_NOISE, SHORTER, STEPS, TOLERANCES, UNIFORM
 from tfra.study.frames.schema import FramesSection
 from tfra.study.search.evaluate import QUANTITIES
 
-Lengths = Annotated[list[Annotated[int, Field(ge=1, le=64)]], Field(min_length=1, max_length=64)]
+SOME = Field(min_length=1, max_length=64)
+Lengths = Annotated[list[Annotated[int, Field(ge=1, le=64)]], SOME]
 Share = Annotated[float, Field(ge=0, le=1)]
 Tolerance = Annotated[float, Field(ge=0, le=1e6)]
 
@@ -21,33 +21,30 @@ Tolerance = Annotated[float, Field(ge=0, le=1e6)]
 class UniformSection(Section):
     """``[uniform]``: designs whose coefficients and operands all have as many bits."""
 
-    bits: Lengths = Field(default_factory=lambda: list(UNIFORM))
+    bits: Lengths = Field(default=[*range(8, 21)])
 
 
 class ConverterSection(Section):
-    """``[converter]``: every converter after every noise."""
+    """``[converter]``: every converter after every noise, the deviation of a taxel as a share of the frame's peak."""
 
-    bits: Lengths = Field(default_factory=lambda: list(CONVERTER_BITS))
-    noise_share_of_peak: Annotated[list[Share], Field(min_length=1, max_length=64)] = Field(
-        default_factory=lambda: list(CONVERTER_NOISE)
-    )
+    bits: Lengths = Field(default=[*range(8, 17)])
+    noise_share_of_peak: Annotated[list[Share], SOME] = Field(default=[0.0, 0.0005, 0.001, 0.002, 0.005])
 
 
 class SensitivitySection(Section):
     """``[sensitivity]``: every signal alone shorter by some bits."""
 
-    shorter: Lengths = Field(default_factory=lambda: list(SHORTER))
+    shorter: Lengths = Field(default=[1, 2, 4])
 
 
 class VariantsSection(Section):
-    """``[variants]``: other steps of the sweep, other plateau tolerances, other rounding of products."""
+    """``[variants]``: other steps of the sweep, other plateau tolerances, other rounding of products.
 
-    steps: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], Field(min_length=1, max_length=64)] = Field(
-        default_factory=lambda: list(STEPS)
-    )
-    plateau_tolerance: Annotated[list[Tolerance], Field(min_length=1, max_length=64)] = Field(
-        default_factory=lambda: list(TOLERANCES)
-    )
+    Friction is found in steps of 1/K; tolerances are in LSB of the converter, summed over the array.
+    """
+
+    steps: Annotated[list[Annotated[int, Field(ge=1, le=4096)]], SOME] = Field(default=[10, 20, 50, 100, 200, 500])
+    plateau_tolerance: Annotated[list[Tolerance], SOME] = Field(default=[0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0])
 
 
 Names = Annotated[list[str], Field(min_length=1, max_length=16)]
@@ -57,14 +54,14 @@ class SearchSection(Section):
     """``[search]``: sufficient word lengths, for a part."""
 
     target: str = DEFAULT_PART
-    costs: Names = Field(default_factory=lambda: ["coefficient_kbit", "DSP"])
-    errors: Names = Field(default_factory=lambda: list(QUANTITIES))
+    costs: Names = Field(default=["coefficient_kbit", "DSP"])
+    errors: Names = Field(default=[*QUANTITIES])
     give_up_percent: Annotated[float, Field(ge=0, le=1e6)] = 25.0
     generations: Annotated[int, Field(ge=1, le=10_000)] = 20
     size: Annotated[int, Field(ge=2, le=10_000)] = 24
     seed: Annotated[int, Field(ge=0)] = 1
     baseline: bool = True
-    space: dict[str, Any] = Field(default_factory=dict)
+    space: dict[str, Any] = Field(default={})
 
 
 class VerifySection(Section):

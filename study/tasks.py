@@ -1,7 +1,13 @@
-"""The tasks that measure the design of a study: errors by step, and signals inside the core."""
+"""The tasks of a study: jobs that any process can run, and tables of their results.
+
+The result of a job, its piece, is a string of bytes that depends only on the task and the job, not on the process or
+the time.
+"""
 
 import json
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any, NamedTuple, Protocol
 
 import polars as pl
 
@@ -9,14 +15,39 @@ from tfra.model.arrays import Ints
 from tfra.model.converter import convert
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.study.errors.statistics import errors, flagged, flips
-from tfra.study.errors.variation import cascade_of
-from tfra.study.frames.block import Part
+from tfra.study.errors.variation import COLUMNS, Variation, cascade_of, rows
+from tfra.study.frames.block import Part, from_parquet, parquet
 from tfra.study.frames.frameset import FrameSet
+from tfra.study.report.labels import Tables
 from tfra.study.signals.measures import decision_table, range_table, stage_table, total
 from tfra.study.signals.tfra.instrument import Instrument
 from tfra.study.signals.tfra.observation import catalogue
 from tfra.study.signals.tfra.signals import stage_of
-from tfra.study.task import Pieces, Tables, from_parquet, parquet
+
+Pieces = Callable[[int], bytes]
+"""Loads the piece of the n-th job."""
+
+
+class Task(Protocol):
+    """A task that can be pickled; its ``repr`` identifies it."""
+
+    @property
+    def name(self) -> str:
+        """One word, for the progress display and for files."""
+
+    @property
+    def unit(self) -> str:
+        """Plural name of the jobs."""
+
+    @property
+    def jobs(self) -> Sequence[Any]:
+        """All jobs, in order."""
+
+    def __call__(self, job: Any) -> bytes:
+        """The piece of a job."""
+
+    def tables(self, piece: Pieces) -> Tables:
+        """The tables of all pieces, by name."""
 
 
 @dataclass(frozen=True)
@@ -73,3 +104,60 @@ class Signals:
         measures = total(json.loads(piece(job)) for job in self.jobs)
         stages, ranges = stage_table(stage_of, measures), range_table(catalogue(self.design), measures)
         return {"stages": stages, "decisions": decision_table(measures), "ranges": ranges}
+
+
+class Job(NamedTuple):
+    """Variations from ``first`` to before ``stop`` on a block."""
+
+    block: int
+    first: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The table ``name`` of variations on all frames of a part, whose scores do not depend on the split into jobs.
+
+    BLAS must have the same number of threads in all processes; then tables are the same for any number of processes.
+    """
+
+    name: str
+    frames: FrameSet
+    variations: tuple[Variation, ...]
+    part: Part = Part.TRAIN
+    together: int = 16
+    unit = "jobs"
+
+    @property
+    def jobs(self) -> list[Job]:
+        """Block by block, of up to ``together`` variations: the float estimates are made once for a job."""
+        count = len(self.variations)
+        return [
+            Job(block, first, min(first + self.together, count))
+            for block in range(self.frames.definition.blocks(self.part))
+            for first in range(0, count, self.together)
+        ]
+
+    def __call__(self, job: Job) -> bytes:
+        """Scores of a job's variations, some 100 bytes a frame for one step; empty if none of them fits."""
+        cascade, scores = cascade_of(self.frames, self.part, job.block), []
+        for number in range(job.first, job.stop):
+            each = self.variations[number]
+            if each.design:
+                table = cascade(each.design, each.compared, each.noise)
+                scores.append(table.with_columns(variation=pl.lit(number)))
+        return parquet(pl.concat(scores, how="diagonal")) if scores else b""
+
+    def tables(self, piece: Pieces) -> Tables:
+        """The table of :func:`tfra.study.errors.variation.rows`; one job's variations are in memory at a time."""
+        groups: dict[tuple[int, int], list[int]] = {}
+        for number, job in enumerate(self.jobs):
+            groups.setdefault((job.first, job.stop), []).append(number)
+        table_rows: list[dict[str, Any]] = []
+        for group, numbers in groups.items():
+            blocks = [from_parquet(data) for data in map(piece, numbers) if data]
+            scores = pl.concat(blocks) if blocks else None
+            for number in range(*group):
+                own = None if scores is None else scores.filter(variation=number)
+                table_rows += rows(self.variations[number], own)
+        return {self.name: pl.DataFrame(table_rows, schema_overrides=COLUMNS, infer_schema_length=None)}

@@ -9,7 +9,7 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import CancelledError, Executor, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from functools import cache
@@ -24,7 +24,6 @@ Done = TypeVar("Done")
 
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "POLARS_MAX_THREADS"), "1")
 """Environment variables that NumPy and Polars need when they are loaded."""
-
 
 _PDEATHSIG = 1
 """Of prctl(2)."""
@@ -57,10 +56,8 @@ def processes(count: int) -> Iterator[Workers]:
     pool = ProcessPoolExecutor(count, mp_context=context, initializer=_serve, initargs=(os.getpid(),))
 
     def work(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
-        numbers = {pool.submit(do, job): number for number, job in enumerate(jobs)}
         try:
-            for future in as_completed(numbers):
-                yield numbers[future], future.result()
+            yield from _results(pool, do, jobs)
         except BrokenProcessPool:
             raise LostWorkerError("a worker process was killed: is there enough memory?") from None
 
@@ -79,6 +76,13 @@ def processes(count: int) -> Iterator[Workers]:
                 os.environ[name] = value
 
 
+def _results(pool: Executor, do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
+    """Number and result of each job as it arrives; the result is no longer kept then."""
+    numbers = {pool.submit(do, job): number for number, job in enumerate(jobs)}
+    for future in as_completed(list(numbers)):
+        yield numbers.pop(future), future.result()
+
+
 def _serve(parent: int) -> None:
     """Prepare a worker: it is killed when ``parent`` dies, and leaves Ctrl-C to it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -95,8 +99,7 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
     if no scheduler answers within ``patience`` seconds, if it has no workers, or if one of them has other sources or
     settings.
     """
-    from distributed import CancelledError, Client, KilledWorker
-    from distributed import as_completed as arrived
+    from distributed import Client, KilledWorker
     from distributed.comm.core import CommClosedError
 
     try:
@@ -106,18 +109,13 @@ def cluster(address: str, patience: float = 30.0) -> Iterator[Workers]:
 
     def work(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
         try:
-            yield from send(do, jobs)
+            yield from _results(executor, do, jobs)
         except KilledWorker:
             raise LostWorkerError("a job has killed one worker after the other: is there enough memory?") from None
         except (CancelledError, CommClosedError):
             raise LostWorkerError(f"the Dask scheduler at {address} has gone.") from None
 
-    def send(do: Callable[[Job], Done], jobs: Sequence[Job]) -> Iterator[tuple[int, Done]]:
-        numbers = {client.submit(do, job, pure=False): number for number, job in enumerate(jobs)}
-        for future in arrived(list(numbers)):  # type: ignore[no-untyped-call]
-            yield numbers[future], future.result()
-            future.release()
-
+    executor = client.get_executor(pure=False)  # type: ignore[no-untyped-call]
     with client:
         _require_alike(client.run(_identity), address)
         yield work

@@ -9,38 +9,20 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from tfra.families import DEFAULT, Family
+from tfra.families import Family
 from tfra.model.choices import Adc, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.rounding import Rounding
 from tfra.study.errors.cascade import Step
 from tfra.study.errors.variation import Facts, Variation
-from tfra.study.search.costs import coefficient_kbit, dsp
+from tfra.study.search.evaluate import coefficient_kbit, dsp
 from tfra.study.search.space import Space
-
-UNIFORM = tuple(range(8, 21))
-"""Bits of coefficients and operands that are compared."""
-
-SHORTER = (1, 2, 4)
-"""Bits by which one signal at a time is shortened."""
 
 FRACTIONS = ("vector_fraction", "force_fraction")
 """Formats that are not word lengths but numbers of bits below one code."""
 
-CONVERTER_BITS = tuple(range(8, 17))
-"""Bits of the converters that are compared."""
 
-CONVERTER_NOISE = (0.0, 0.0005, 0.001, 0.002, 0.005)
-"""Deviations of every taxel's noise, as shares of the frame's peak."""
-
-STEPS = (10, 20, 50, 100, 200, 500)
-"""K: mu is found in steps of 1/K."""
-
-TOLERANCES = (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
-"""In LSB of the converter, summed over the array."""
-
-
-def uniform(base: TfraDesign, lengths: Sequence[int], family: Family = DEFAULT) -> tuple[Variation, ...]:
+def uniform(base: TfraDesign, lengths: Sequence[int], family: Family) -> tuple[Variation, ...]:
     """Designs whose coefficients and operands all have n bits, for each n of ``lengths``.
 
     Vectors keep the bits below one code that they have in ``base``, and one more for each bit that operands are longer
@@ -57,7 +39,7 @@ def _uniform(base: TfraDesign, bits: int, family: Family) -> Variation:
     return _priced(Variation.of(facts, lambda: Space.design(base, point)), family)
 
 
-def sensitivity(base: TfraDesign, family: Family = DEFAULT, shorter: Sequence[int] = SHORTER) -> tuple[Variation, ...]:
+def sensitivity(base: TfraDesign, family: Family, shorter: Sequence[int]) -> tuple[Variation, ...]:
     """``base`` with one signal at a time ``shorter`` by a number of bits: every signal, and vector and force fraction.
 
     Facts are ``signal``, ``bits`` that it is left, ``shorter``, and the costs as for :func:`uniform`.
@@ -81,9 +63,7 @@ def _priced(variation: Variation, family: Family) -> Variation:
     return replace(variation, facts={**variation.facts, **costs})
 
 
-def converters(
-    base: TfraDesign, bits: Sequence[int] = CONVERTER_BITS, noise: Sequence[float] = CONVERTER_NOISE
-) -> tuple[Variation, ...]:
+def converters(base: TfraDesign, bits: Sequence[int], noise: Sequence[float]) -> tuple[Variation, ...]:
     """``base`` after every converter and every noise; facts are ``noise_share_of_peak`` and ``bits``.
 
     All have the same exact stress, the drawn offsets and the same noise, scaled.  Full scale stays, and so do a
@@ -111,9 +91,7 @@ def behind(base: TfraDesign, bits: int) -> TfraDesign:
     return replace(base, adc=Adc(bits, base.adc.full_scale, threshold), search=search)
 
 
-def variants(
-    base: TfraDesign, steps: Sequence[int] = STEPS, tolerances: Sequence[float] = TOLERANCES
-) -> tuple[Variation, ...]:
+def variants(base: TfraDesign, steps: Sequence[int], tolerances: Sequence[float]) -> tuple[Variation, ...]:
     """``base`` with other steps, with other tolerances, and with every rounding of its products.
 
     Facts are ``variant``, what is varied, and all three settings: ``steps``, ``plateau_tolerance_lsb``, ``rounding``.

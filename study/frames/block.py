@@ -40,6 +40,18 @@ def generator(seed: int, part: Part, number: int, stream: Stream) -> np.random.G
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
 
 
+def parquet(table: pl.DataFrame) -> bytes:
+    """A table as a Parquet file: the same bytes for the same table."""
+    stream = BytesIO()
+    table.write_parquet(stream, compression="zstd", statistics=False)
+    return stream.getvalue()
+
+
+def from_parquet(data: bytes) -> pl.DataFrame:
+    """The table of a Parquet file."""
+    return pl.read_parquet(BytesIO(data))
+
+
 def with_noise(stress: Singles, spread: npt.ArrayLike, offset: npt.ArrayLike, normal: Floats) -> Singles:
     """``stress (n, rows, columns)`` with noise and a common offset, both shares ``(n,)`` of the frame's peak.
 
@@ -97,13 +109,11 @@ class Block:
     def to_parquet(self) -> bytes:
         """Return the block as a Parquet file; equal blocks give equal bytes."""
         arrays = [pl.Series(column, getattr(self, name).reshape(len(self), -1)) for name, column in _ARRAYS.items()]
-        stream = BytesIO()
-        self.truth.with_columns(*arrays).write_parquet(stream, compression="zstd", statistics=False)
-        return stream.getvalue()
+        return parquet(self.truth.with_columns(*arrays))
 
     @classmethod
     def from_parquet(cls, data: bytes, start: int, rows: int, columns: int) -> "Block":
         """Return the block in the bytes of a Parquet file."""
-        table = pl.read_parquet(BytesIO(data))
+        table = from_parquet(data)
         arrays = {name: table[column].to_numpy().reshape(-1, rows, columns) for name, column in _ARRAYS.items()}
         return cls(start, truth=table.drop(*_ARRAYS.values()), **arrays)

@@ -11,10 +11,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from tfra.families import Target
+from tfra.families import FAMILIES, Family, Target
 from tfra.hdl.cores import microarchitecture
+from tfra.hdl.parallel.scaling import CHUNK, word_bits
+from tfra.hdl.serial.product import low_bits
+from tfra.hdl.serial.program.tfra.memory import sizes
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.converter import convert
+from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Status
@@ -22,11 +26,10 @@ from tfra.study.errors.cascade import differences
 from tfra.study.errors.statistics import BEYOND
 from tfra.study.frames.block import Block, Part
 from tfra.study.frames.frameset import FrameSet
-from tfra.study.search.costs import coefficient_kbit, dsp
 from tfra.study.search.search import Measured
 from tfra.study.search.space import Point, Space
 from tfra.study.search.trials import COMPLETE, STOPPED, UNFIT
-from tfra.synth.estimate import estimate
+from tfra.synth.estimate import estimate, multipliers
 
 CYCLES = ("latency_cycles", "interval_cycles")
 ELABORATED = ("LUT", "FF", "BRAM")
@@ -179,3 +182,52 @@ def percentile(errors: Floats) -> float:
 def _sample(base: TfraDesign, frames: FrameSet, part: Part, number: int) -> Sample:
     """Made once in each process that measures, since the float steps take longer than a design's own."""
     return Sample.of(base, frames.block(part, number))
+
+
+# Costs of a design from its choices, without elaboration, for the thousands of designs of a study.
+
+
+def coefficient_kbit(design: Design) -> float:
+    """Coefficients of all operators, each stored once, in 1000 bits."""
+    return design.coefficient_bits / 1000
+
+
+def products(design: Design) -> list[tuple[int, int]]:
+    """Widths of the factors of every multiplier of the core."""
+    return _serial(design) if design.architecture.kind == "serial" else _parallel(design)
+
+
+def dsp(design: Design, family: Family) -> int:
+    """Multiplier cells that the core takes of ``family``, as :func:`tfra.synth.estimate.estimate` counts them.
+
+    Those of the lanes, which come first, are instances for some targets, however short the products are.
+    """
+    cell, cells = family.multiplier, FAMILIES[design.target].gateware if design.target in FAMILIES else {}
+    named = design.architecture.mac_lanes if "multiplier" in cells else 0
+    whole = cell and replace(cell, shortest=(0, 0), sign_bits=1)
+    widths = products(design)
+    return sum(multipliers(each, whole if place < named else cell) for place, each in enumerate(widths))
+
+
+def _parallel(design: Design) -> list[tuple[int, int]]:
+    bits, architecture = design.formats.bits, design.architecture
+    scalar = bits("scalar")
+    return [
+        *[(design.coefficient_word, design.operand_word)] * architecture.mac_lanes,
+        *[(bits("operand.combine"), scalar)] * architecture.vector_words,
+        (bits("sums"), bits("direction")),  # dependent
+        (scalar, scalar - 1),  # friction: |mu_ind| is at most one
+        (bits("sums"), scalar),  # resultant
+        *((chunk, scalar) for chunk in _chunks(word_bits(design))),  # scaling
+    ]
+
+
+def _chunks(bits: int) -> list[int]:
+    """Words of the partial products of a word of ``bits``; all but the last are unsigned."""
+    return [bits] if bits <= CHUNK + 1 else [CHUNK + 1, *_chunks(bits - CHUNK)]
+
+
+def _serial(design: Design) -> list[tuple[int, int]]:
+    size = sizes(design)
+    pairs = [(size.multiplicand, size.multiplier), *[(size.operand, size.coefficient)] * size.lanes]
+    return [(a - low_bits(a), b - low_bits(b)) for a, b in pairs]

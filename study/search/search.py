@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import optuna
+import polars as pl
 from optuna.distributions import BaseDistribution, IntDistribution
 from optuna.samplers import BaseSampler, NSGAIISampler, RandomSampler
 from optuna.trial import TrialState, create_trial
@@ -153,3 +154,21 @@ def front(trials: Iterable[Trial], objectives: Sequence[str]) -> list[Trial]:
         if not any(all(a <= b for a, b in zip(values[other.number], own, strict=True)) for other in best):
             best.append(trial)
     return sorted(best, key=lambda trial: trial.number)
+
+
+def trial_table(trials: Sequence[Trial], search: Search, quantities: Sequence[str]) -> pl.DataFrame:
+    """A row each trial: its choices, objectives, errors of the ``quantities``, and whether it is on the front."""
+    best = {trial.number for trial in front(trials, search.objectives)}
+    rows = [
+        {
+            "number": trial.number,
+            "generation": trial.number // search.size,
+            "state": trial.state,
+            **search.space.point(trial.indices),
+            **{name: trial.values.get(name) for name in (*search.objectives, *quantities)},
+            "front": trial.number in best,
+            "reason": trial.reason,
+        }
+        for trial in trials
+    ]
+    return pl.DataFrame(rows, infer_schema_length=None)

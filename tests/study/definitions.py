@@ -13,7 +13,7 @@ from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.study.frames.frameset import Definition
 from tfra.study.frames.schema import FramesSection
-from tfra.study.task import Task
+from tfra.study.tasks import Task
 
 SENSOR = SensorArray(6, 8, 3e-3, 2e-3, 2e-3)
 LAYER = LayerSpec(poisson=0.48, sampling="point")

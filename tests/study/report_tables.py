@@ -8,19 +8,18 @@ import polars as pl
 import pytest
 
 from tests.study.definitions import one_after_another, tables_of
-from tfra.families import find
+from tfra.families import DEFAULT, find
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.study.designs import Described, Named
 from tfra.study.errors.comparisons import converters, sensitivity, uniform, variants
-from tfra.study.errors.variation import Comparison, Variation
+from tfra.study.errors.variation import Variation
 from tfra.study.frames.frameset import Definition, FrameSet
-from tfra.study.run import trial_table
 from tfra.study.search import evaluate
 from tfra.study.search.evaluate import CHANGE, Evaluation
-from tfra.study.search.search import Search
+from tfra.study.search.search import Search, trial_table
 from tfra.study.search.space import Space
 from tfra.study.search.trials import Trials, sqlite
-from tfra.study.tasks import Errors, Signals
+from tfra.study.tasks import Comparison, Errors, Signals
 
 FORCE = "force_difference_percent_of_true_force"
 COSTS = ("coefficient_kbit", "latency_cycles")
@@ -48,12 +47,10 @@ def make(design: TfraDesign, definition: Definition, folder: Path) -> dict[str, 
 
 def variations(design: TfraDesign) -> dict[str, tuple[Variation, ...]]:
     """What is compared, by table: each has one that does not fit, but for variants."""
-    chosen = tuple(
-        each for each in sensitivity(design) if each.facts["signal"] in SIGNALS and each.facts["shorter"] != 2
-    )
+    chosen = tuple(each for each in sensitivity(design, DEFAULT, (1, 4)) if each.facts["signal"] in SIGNALS)
     short = replace(design, formats=replace(design.formats, name="custom", operand=14, signals=()))
     return {
-        "uniform": uniform(design, (10, 12, 14, 18, 28)),
+        "uniform": uniform(design, (10, 12, 14, 18, 28), DEFAULT),
         "sensitivity": chosen,
         "converter": converters(short, (8, 12, 16), (0.0, 0.01)),
         "variants": variants(design, (50, 100), (1.0,)),
@@ -80,7 +77,7 @@ def designs(design: TfraDesign, frames: FrameSet) -> pl.DataFrame:
     quick = SimpleNamespace(total={"LUT": 20_000, "FF": 15_000, "BRAM": 51})
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(evaluate, "estimate", lambda design, family: quick)
-        table = tables_of(Described(named, evaluation(design, frames)))["designs"]
+        table = tables_of(Described((None, *named), evaluation(design, frames)))["designs"]
     placed = pl.when(pl.col("name").is_in(["base", "mixed"]))
     columns = {f"placed_{name}": placed.then(1.2 * pl.col(name)) for name in ("LUT", "FF", "DSP", "BRAM")}
     columns |= {"fmax_mhz": placed.then(84.25), "part": placed.then(pl.lit("LFE5U-45F"))}

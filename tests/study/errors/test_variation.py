@@ -17,9 +17,10 @@ from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
 from tfra.study.errors.cascade import SIGNED, Cascade, Step, View
 from tfra.study.errors.statistics import errors, flips
-from tfra.study.errors.variation import Comparison, Job, Variation, cascade_of
+from tfra.study.errors.variation import Variation, cascade_of
 from tfra.study.frames.block import BLOCK, Part
 from tfra.study.frames.frameset import Definition, FrameSet
+from tfra.study.tasks import Comparison, Job
 
 EVEN = MIXTURE.replace("force_n = -2", "force_n = -2\nnoise_share_of_peak = 0.001")
 """All frames have noise of the same share."""
