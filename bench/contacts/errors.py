@@ -21,8 +21,7 @@ from bench.publish import ROOT, insert, store
 from tfra.codegen.config.read import load
 from tfra.model.arrays import Floats
 from tfra.model.boussinesq import operators
-from tfra.model.cover.cells import taxel_forces
-from tfra.model.cover.contact import Contact
+from tfra.model.cover.contact import Contact, taxel_forces
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.metrics import error_force, error_mu, error_phi

@@ -1,4 +1,4 @@
-"""Single static contacts: shape, place and resultant of a load on the cover of the array."""
+"""Static contacts: shape, place and resultant of a load on the cover of the array, and its part on each taxel."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -11,6 +11,7 @@ import numpy.typing as npt
 from scipy import special
 
 from tfra.model.arrays import Floats
+from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import quoted
 
 
@@ -136,9 +137,9 @@ class Contacts:
     force: Floats
 
     @classmethod
-    def of(cls, contacts: Sequence[Contact]) -> "Contacts":
+    def of(cls, contacts: "Sequence[Contact] | Contacts") -> "Contacts":
         """The same contacts as arrays."""
-        return cls(
+        return contacts if isinstance(contacts, Contacts) else cls(
             np.array([c.shape.value for c in contacts], dtype=np.str_),
             np.array([(c.center_x, c.center_y) for c in contacts], dtype=np.float64).reshape(-1, 2),
             np.array([(c.half_x, c.half_y) for c in contacts], dtype=np.float64).reshape(-1, 2),
@@ -171,14 +172,6 @@ def _hertz_transform(s_x: Floats, s_y: Floats) -> Floats:
 _HERTZ_SERIES = [3.0 * (-1) ** j * (2 * j + 2) / math.factorial(2 * j + 3) for j in range(6)]
 
 
-def _uniform_transform(s_x: Floats, s_y: Floats) -> Floats:
-    return np.asarray(np.sinc(s_x / np.pi) * np.sinc(s_y / np.pi))
-
-
-def _rounded_transform(s_x: Floats, s_y: Floats) -> Floats:
-    return _jinc(s_x) * _jinc(s_y)
-
-
 def _jinc(s: Floats) -> Floats:
     """2 J1(s) / s, which rounds to 1 below s = 1e-8 (j1 itself loses digits near 1e-308)."""
     small = np.abs(s) < 1e-8
@@ -188,16 +181,6 @@ def _jinc(s: Floats) -> Floats:
 
 def _hertz_density(u: Floats, v: Floats) -> Floats:
     return np.asarray(1.5 / np.pi * np.sqrt(np.maximum(0.0, 1.0 - u * u - v * v)))
-
-
-def _uniform_density(u: Floats, v: Floats) -> Floats:
-    return np.where((np.abs(u) <= 1.0) & (np.abs(v) <= 1.0), 0.25, 0.0)
-
-
-def _rounded_density(u: Floats, v: Floats) -> Floats:
-    root_u = np.sqrt(np.maximum(0.0, 1.0 - u * u))
-    root_v = np.sqrt(np.maximum(0.0, 1.0 - v * v))
-    return np.asarray(4.0 / np.pi**2 * root_u * root_v)
 
 
 def _hertz_integral(u: Floats, v: Floats) -> Floats:
@@ -213,15 +196,6 @@ def _hertz_integral(u: Floats, v: Floats) -> Floats:
     return np.asarray(np.copysign(1.5 / np.pi, u * v) * volume)
 
 
-def _uniform_integral(u: Floats, v: Floats) -> Floats:
-    return np.asarray(0.25 * u * v)
-
-
-def _rounded_integral(u: Floats, v: Floats) -> Floats:
-    along_u, along_v = (w * np.sqrt(1.0 - w * w) + np.arcsin(w) for w in (u, v))
-    return np.asarray(along_u * along_v / np.pi**2)
-
-
 class _Profile(NamedTuple):
     """A profile of unit force: its transform, the profile itself, and its integral from (0, 0)."""
 
@@ -229,9 +203,45 @@ class _Profile(NamedTuple):
     density: Callable[[Floats, Floats], Floats]
     integral: Callable[[Floats, Floats], Floats]
 
+    @classmethod
+    def product(cls, *lines: Callable[[Floats], Floats]) -> "_Profile":
+        """A profile that is the product of two equal ones along a line, given by its own three functions."""
+        return cls(*((lambda u, v, line=line: line(u) * line(v)) for line in lines))
+
 
 _PROFILES = {
     ContactShape.HERTZ: _Profile(_hertz_transform, _hertz_density, _hertz_integral),
-    ContactShape.UNIFORM: _Profile(_uniform_transform, _uniform_density, _uniform_integral),
-    ContactShape.ROUNDED: _Profile(_rounded_transform, _rounded_density, _rounded_integral),
+    ContactShape.UNIFORM: _Profile.product(
+        lambda s: np.sinc(s / np.pi), lambda u: np.where(np.abs(u) <= 1.0, 0.5, 0.0), lambda u: 0.5 * u
+    ),
+    ContactShape.ROUNDED: _Profile.product(
+        _jinc,
+        lambda u: 2.0 / np.pi * np.sqrt(np.maximum(0.0, 1.0 - u * u)),
+        lambda u: (u * np.sqrt(1.0 - u * u) + np.arcsin(u)) / np.pi,
+    ),
 }
+
+
+def cell_shares(sensor: SensorArray, contacts: Sequence[Contact] | Contacts) -> Floats:
+    """Return the share of each contact's load on each taxel's pitch_x x pitch_y cell, ``(n, rows, columns)``.
+
+    The cells tile the block, so that the shares of a contact inside it add up to 1.  No quadrature: profiles are
+    integrated in closed form (:meth:`ContactShape.gathered`).
+    """
+    loads = Contacts.of(contacts)
+    x = (np.arange(sensor.columns + 1) - 0.5) * sensor.pitch_x
+    y = (np.arange(sensor.rows + 1) - 0.5) * sensor.pitch_y
+    shares = np.empty((len(loads), sensor.rows, sensor.columns))
+    for shape in ContactShape:
+        which = np.flatnonzero(loads.shape == shape.value)
+        center, half = loads.center[which, :, None], loads.half[which, :, None]
+        u, v = (x - center[:, 0]) / half[:, 0], (y - center[:, 1]) / half[:, 1]
+        corners = shape.gathered(u[:, None, :], v[:, :, None])
+        shares[which] = np.diff(np.diff(corners, axis=1), axis=2)
+    return np.maximum(shares, 0.0)  # rounding leaves some below
+
+
+def taxel_forces(sensor: SensorArray, contacts: Sequence[Contact] | Contacts) -> Floats:
+    """Return the load on each taxel's cell, the f of Eq. 3: ``(n, 3, rows, columns)`` in N."""
+    loads = Contacts.of(contacts)
+    return np.asarray(loads.force[:, :, None, None] * cell_shares(sensor, loads)[:, None])

@@ -16,15 +16,15 @@ with q_z, q_x, q_y the amplitudes of cos cos, sin cos and cos sin.  Young's modu
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from tfra.model.arrays import Floats, Ints
+from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contact, Contacts, ContactShape
 from tfra.model.sensor import SensorArray
 
@@ -86,8 +86,7 @@ class ElasticLayer:
     @property
     def modes(self) -> int:
         """Number of modes of the series; memory and time of a frame are proportional to it."""
-        cutoff = _cutoff(self) / self.thickness
-        return _count(self.size_x, cutoff) * _count(self.size_y, cutoff)
+        return math.prod(_counts(self))
 
     def transfer(self, k: npt.ArrayLike) -> tuple[Floats, Floats]:
         """Return sigma_zz at the base per unit of q_z and of t (see the module's equation) at k >= 0, rad/m.
@@ -108,14 +107,14 @@ class ElasticLayer:
         contacts: Sequence[Contact] | Contacts,
         x: npt.ArrayLike,
         y: npt.ArrayLike,
-        window: tuple[float, float] | None = None,
+        window: tuple[float, float] = (0.0, 0.0),
     ) -> Floats:
         """Return the normal stress b_z at the base, Pa, compression negative.
 
         Args:
             contacts: The loads, each a frame of its own.
             x, y: Coordinates of the grid's columns and rows, m; one-dimensional.
-            window: Sides of the rectangle about each grid point to average over, m; None for point values.
+            window: Sides of the rectangle about each grid point to average over, m; zero for point values.
 
         Returns:
             Array of shape ``(len(contacts), len(y), len(x))``.  Modes are summed up to ``TRUNCATION``.
@@ -124,23 +123,21 @@ class ElasticLayer:
             ValueError: A footprint (named by the contact's index and the field), a grid point or a window
                 leaves the block, or ``x`` or ``y`` is not one-dimensional.
         """
-        loads = contacts if isinstance(contacts, Contacts) else Contacts.of(contacts)
+        loads, modes = Contacts.of(contacts), _modes(self)
         self._check_footprints(loads)
-        width_x, width_y = (0.0, 0.0) if window is None else window
-        modes = _modes(self)
-        waves_x = _sampled_cosines(modes.kx, x, width_x, self.origin_x, self.size_x, "x")
-        waves_y = _sampled_cosines(modes.ky, y, width_y, self.origin_y, self.size_y, "y")
-        loads = replace(loads, center=loads.center - (self.origin_x, self.origin_y))
+        waves_x = _sampled_cosines(modes.kx, x, window[0], self.origin_x, self.size_x, "x")
+        waves_y = _sampled_cosines(modes.ky, y, window[1], self.origin_y, self.size_y, "y")
+        center = loads.center - (self.origin_x, self.origin_y)
         result = np.empty((len(loads), waves_y.shape[0], waves_x.shape[0]))
         step = max(1, _CHUNK // modes.normal.size)
-        for shape, rows in _chunks(loads, step):
-            part = Contacts(loads.shape[rows], loads.center[rows], loads.half[rows], loads.force[rows])
-            result[rows] = _superpose(modes, shape, part, waves_x, waves_y)
+        for shape in ContactShape:
+            which = np.flatnonzero(loads.shape == shape.value)
+            for rows in (which[start : start + step] for start in range(0, len(which), step)):
+                part = center[rows], loads.half[rows], loads.force[rows]
+                result[rows] = _superpose(modes, shape, *part, waves_x, waves_y)
         return result
 
-    def influence(
-        self, x: npt.ArrayLike, y: npt.ArrayLike, load: tuple[float, float]
-    ) -> tuple[Floats, Floats, Floats]:
+    def influence(self, x: npt.ArrayLike, y: npt.ArrayLike, load: tuple[float, float]) -> tuple[Floats, Floats, Floats]:
         """Return b_z at each point of a grid per newton along x, y, z at each point, ``(points, points)`` each, 1/m^2.
 
         ``x`` and ``y`` as for ``base_stress``; points are row-major, row = stress, column = force.  A force is spread
@@ -188,7 +185,7 @@ def frames(
     """
     if sampling not in ("point", "area"):
         raise ValueError(f'sampling: "point" or "area" is needed, got {sampling!r}')
-    window = (sensor.pitch_x, sensor.pitch_y) if sampling == "area" else None
+    window = (sensor.pitch_x, sensor.pitch_y) if sampling == "area" else (0.0, 0.0)
     x, y = np.arange(sensor.columns) * sensor.pitch_x, np.arange(sensor.rows) * sensor.pitch_y
     return ElasticLayer.under(sensor, poisson).base_stress(contacts, x, y, window)
 
@@ -207,39 +204,28 @@ class _Modes(NamedTuple):
 
 @lru_cache(maxsize=16)
 def _modes(layer: ElasticLayer) -> _Modes:
-    cutoff = _cutoff(layer) / layer.thickness
-    kx = _wavenumbers(layer.size_x, cutoff)
-    ky = _wavenumbers(layer.size_y, cutoff)
+    count_x, count_y = _counts(layer)
+    kx: Floats = np.arange(count_x) * (math.pi / layer.size_x)
+    ky: Floats = np.arange(count_y) * (math.pi / layer.size_y)
     k = np.hypot(kx[:, None], ky)
     normal, tangential = layer.transfer(k)
     slope = np.divide(tangential, k, out=np.zeros_like(k), where=k > 0)  # at k = 0 kx, ky vanish
-    weight = np.outer(_weights(kx), _weights(ky)) / (layer.size_x * layer.size_y)
+    # of a cosine series on [0, size]: 1 for the mean, 2 for the rest
+    weight = np.outer(np.where(kx > 0, 2.0, 1.0), np.where(ky > 0, 2.0, 1.0)) / (layer.size_x * layer.size_y)
     modes = _Modes(kx, ky, weight * normal, weight * slope)
     for array in modes:
         array.flags.writeable = False
     return modes
 
 
-def _wavenumbers(size: float, cutoff: float) -> Floats:
-    return np.asarray(np.arange(_count(size, cutoff)) * (math.pi / size))
-
-
-def _count(size: float, cutoff: float) -> int:
-    return math.floor(cutoff * size / math.pi) + 1
-
-
-def _weights(k: Floats) -> Floats:
-    """Weights of a cosine series on [0, size]: 1 for the mean, 2 for the rest."""
-    return np.where(k == 0.0, 1.0, 2.0)
-
-
-def _cutoff(layer: ElasticLayer) -> float:
-    """Return the largest k h of the modes that are kept, so that the others stay below ``TRUNCATION``."""
+def _counts(layer: ElasticLayer) -> tuple[int, int]:
+    """Modes along x and along y up to the smallest k h, in quarters, above which all stay below ``TRUNCATION``."""
     spacing = math.pi * layer.thickness * math.hypot(1 / layer.size_x, 1 / layer.size_y)
     cutoff = max(4.0, math.floor(4 * spacing) / 4)  # below, the bound is infinite
     while _tail(layer, cutoff) > TRUNCATION:
         cutoff += 0.25
-    return cutoff
+    k = cutoff / layer.thickness
+    return math.floor(k * layer.size_x / math.pi) + 1, math.floor(k * layer.size_y / math.pi) + 1
 
 
 def _tail(layer: ElasticLayer, cutoff: float) -> float:
@@ -260,9 +246,7 @@ def _tail(layer: ElasticLayer, cutoff: float) -> float:
     return scale * (2.0 * math.pi / (dx * dy) * plane + 2.0 * (1.0 / dx + 1.0 / dy) * line)
 
 
-def _sampled_cosines(
-    k: Floats, at: npt.ArrayLike, width: float, low: float, size: float, name: str
-) -> Floats:
+def _sampled_cosines(k: Floats, at: npt.ArrayLike, width: float, low: float, size: float, name: str) -> Floats:
     """cos(k (at - low)) averaged over ``width``, shape ``(len(at), len(k))``."""
     points = np.asarray(at, dtype=np.float64)
     if points.ndim != 1:
@@ -276,9 +260,7 @@ def _sampled_cosines(
     return np.asarray(np.cos(np.outer(place, k)) * np.sinc(k * (width / (2 * np.pi))))
 
 
-def _pairs(
-    k: Floats, at: npt.ArrayLike, width: float, low: float, size: float, name: str
-) -> tuple[Floats, Floats]:
+def _pairs(k: Floats, at: npt.ArrayLike, width: float, low: float, size: float, name: str) -> tuple[Floats, Floats]:
     """Products of the cosine at each point with the load at each, ``(len(at), len(at), len(k))``.
 
     The load is even about its point; the second array is for a load along the axis, as sine times k.
@@ -289,28 +271,21 @@ def _pairs(
     return cosines[:, None] * even, cosines[:, None] * odd
 
 
-def _chunks(loads: Contacts, step: int) -> Iterator[tuple[ContactShape, Ints]]:
-    """Yield at most ``step`` contact indices of one shape at a time."""
-    for shape in ContactShape:
-        indices = np.flatnonzero(loads.shape == shape.value)
-        for start in range(0, len(indices), step):
-            yield shape, indices[start : start + step]
-
-
-def _superpose(modes: _Modes, shape: ContactShape, loads: Contacts, waves_x: Floats, waves_y: Floats) -> Floats:
+def _superpose(
+    modes: _Modes, shape: ContactShape, center: Floats, half: Floats, forces: Floats, waves_x: Floats, waves_y: Floats
+) -> Floats:
     """Sum the series of n contacts of one ``shape`` at (rows, columns) points: shape ``(n, rows, columns)``.
 
-    Centres are relative to the block's corner.
-
-    The load's phases and the samples' cosines are separable, so with the (n, p, q) spectrum in the middle
+    ``center (n, 2)`` is relative to the block's corner; ``half (n, 2)``, ``forces (n, 3)``.  The load's phases and the
+    samples' cosines are separable, so with the (n, p, q) spectrum in the middle
 
         b_z = F_z Cx N Cy' + F_x Sx T Cy' + F_y Cx T Sy',    Sx, Sy including kx, ky.
     """
-    sides = loads.half[:, :, None]
+    sides = half[:, :, None]
     spectrum = shape.transform((sides[:, 0] * modes.kx)[:, :, None], (sides[:, 1] * modes.ky)[:, None, :])
-    force = loads.force[:, :, None, None]
-    phase_x = loads.center[:, :1] * modes.kx
-    phase_y = loads.center[:, 1:] * modes.ky
+    force = forces[:, :, None, None]
+    phase_x = center[:, :1] * modes.kx
+    phase_y = center[:, 1:] * modes.ky
     cos_x = np.cos(phase_x)[:, None, :] * waves_x
     sin_x = (np.sin(phase_x) * modes.kx)[:, None, :] * waves_x
     cos_y = (np.cos(phase_y)[:, None, :] * waves_y).transpose(0, 2, 1)

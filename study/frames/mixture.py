@@ -14,8 +14,7 @@ import polars as pl
 
 from tfra.codegen.config.cover import LayerSpec
 from tfra.model.arrays import Floats
-from tfra.model.cover.cells import cell_shares
-from tfra.model.cover.contact import Contacts, ContactShape
+from tfra.model.cover.contact import Contacts, ContactShape, cell_shares
 from tfra.model.cover.layer import frames
 from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import quoted

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from tfra.model.arrays import Floats
-from tfra.model.cover.cells import taxel_forces
-from tfra.model.cover.contact import Contacts
+from tfra.model.cover.contact import Contacts, taxel_forces
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import SENSORS, random_contacts
 from tfra.model.learned.field import influence, residual, spread

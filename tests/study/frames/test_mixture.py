@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.study.definitions import LAYER, MIXTURE, SENSOR, definition, section
-from tfra.model.cover.cells import cell_shares
-from tfra.model.cover.contact import Contact
+from tfra.model.cover.contact import Contact, cell_shares
 from tfra.model.cover.layer import frames
 from tfra.runtime.errors import InputError
 from tfra.study.frames.block import BLOCK, Block, Part
