@@ -112,12 +112,5 @@ def random_cover(sensor: SensorArray, rng: np.random.Generator) -> tuple[Cover, 
     deviation = rng.choice((-1, 1)) * rng.uniform(*WRONGLY) if wrong else rng.uniform(-THICKNESS, THICKNESS)
     thickness = sensor.thickness * (1 + deviation)
     margin = MARGIN * thickness * (rng.random() < CONTINUED)
-    layer = ElasticLayer(
-        sensor.size_x + 2 * margin,
-        sensor.size_y + 2 * margin,
-        thickness,
-        rng.uniform(*POISSON),
-        -sensor.pitch_x / 2 - margin,
-        -sensor.pitch_y / 2 - margin,
-    )
+    layer = ElasticLayer.under(sensor, rng.uniform(*POISSON), thickness, margin)
     return Cover(layer, (sensor.pitch_x, sensor.pitch_y) if rng.random() < AREA else (0.0, 0.0)), wrong

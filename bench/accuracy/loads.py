@@ -52,17 +52,10 @@ class Cover:
 
     def __call__(self, sensor: SensorArray, contacts: Contacts, rng: np.random.Generator) -> Scene:
         """Frames of single contacts."""
-        beyond = self.margin * sensor.thickness
-        layer = ElasticLayer(
-            sensor.size_x + 2 * beyond,
-            sensor.size_y + 2 * beyond,
-            self.thickness * sensor.thickness,
-            self.poisson,
-            -sensor.pitch_x / 2 - beyond,
-            -sensor.pitch_y / 2 - beyond,
-        )
+        thickness, margin = self.thickness * sensor.thickness, self.margin * sensor.thickness
+        layer = ElasticLayer.under(sensor, self.poisson, thickness, margin)
         x, y = np.arange(sensor.columns) * sensor.pitch_x, np.arange(sensor.rows) * sensor.pitch_y
-        window = (sensor.pitch_x, sensor.pitch_y) if self.sampling == "area" else None
+        window = (sensor.pitch_x, sensor.pitch_y) if self.sampling == "area" else (0.0, 0.0)
         return Scene(layer.base_stress(contacts, x, y, window), contacts.force)
 
 

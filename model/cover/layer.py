@@ -72,16 +72,12 @@ class ElasticLayer:
                 raise ValueError(f"{name}: a finite coordinate is needed, got {getattr(self, name)}")
 
     @classmethod
-    def under(cls, sensor: SensorArray, poisson: float = 0.48) -> "ElasticLayer":
-        """Return the cover of ``sensor``: half a pitch beyond its outer taxels, ``thickness`` high."""
-        return cls(
-            size_x=sensor.size_x,
-            size_y=sensor.size_y,
-            thickness=sensor.thickness,
-            poisson=poisson,
-            origin_x=-sensor.pitch_x / 2,
-            origin_y=-sensor.pitch_y / 2,
-        )
+    def under(
+        cls, sensor: SensorArray, poisson: float = 0.48, thickness: float | None = None, margin: float = 0.0
+    ) -> "ElasticLayer":
+        """Return the cover of ``sensor``, of another ``thickness`` if given: ``margin`` beyond its outer cells."""
+        sizes, height = (sensor.size_x + 2 * margin, sensor.size_y + 2 * margin), thickness or sensor.thickness
+        return cls(*sizes, height, poisson, -sensor.pitch_x / 2 - margin, -sensor.pitch_y / 2 - margin)
 
     @property
     def modes(self) -> int:
@@ -205,8 +201,8 @@ class _Modes(NamedTuple):
 @lru_cache(maxsize=16)
 def _modes(layer: ElasticLayer) -> _Modes:
     count_x, count_y = _counts(layer)
-    kx: Floats = np.arange(count_x) * (math.pi / layer.size_x)
-    ky: Floats = np.arange(count_y) * (math.pi / layer.size_y)
+    kx = np.asarray(np.arange(count_x) * (math.pi / layer.size_x))
+    ky = np.asarray(np.arange(count_y) * (math.pi / layer.size_y))
     k = np.hypot(kx[:, None], ky)
     normal, tangential = layer.transfer(k)
     slope = np.divide(tangential, k, out=np.zeros_like(k), where=k > 0)  # at k = 0 kx, ky vanish

@@ -45,9 +45,7 @@ def worst(exact: Floats, found: Floats) -> float:
 def cover_of(sensor: SensorArray, kind: str) -> Cover:
     window = (sensor.pitch_x, sensor.pitch_y) if kind == "area" else (0.0, 0.0)
     margin = MARGIN * sensor.thickness if kind == "continued" else 0.0
-    corner = -sensor.pitch_x / 2 - margin, -sensor.pitch_y / 2 - margin
-    sizes = sensor.size_x + 2 * margin, sensor.size_y + 2 * margin
-    return Cover(ElasticLayer(*sizes, 1.03 * sensor.thickness, 0.46, *corner), window)
+    return Cover(ElasticLayer.under(sensor, 0.46, 1.03 * sensor.thickness, margin), window)
 
 
 @pytest.mark.parametrize("kind", ["point", "area", "continued"])
