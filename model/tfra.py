@@ -23,6 +23,9 @@ COEFFICIENT_LIMIT = 2.0
 TIE = 1e-12
 """Rounding noise: |cos| and |sin| closer than this (relative) count as equal, and |mu| <= 1 holds within it."""
 
+STILL = 1e-6
+"""A tangential resultant below this share of the normal one is rounding error and has no direction."""
+
 _CHUNK_BYTES = 4 << 20
 
 
@@ -140,30 +143,22 @@ def unit_scaled(vectors: Floats) -> tuple[Floats, Ints]:
     return np.ldexp(vectors, -exponents[:, None]), exponents
 
 
-class Products:
-    """The products of a frame with the operators; every vector is ``(n, m)``, SI."""
+def tangential(resultant: Floats) -> Floats:
+    """Modulus ``(n,)`` of the tangential force of ``resultant (n, 3)``, N."""
+    return np.hypot(resultant[:, 0], resultant[:, 1])
 
-    def __init__(self, ops: Operators) -> None:
-        self._ops = ops
-        self._normal = ops.c33 @ ops.pinv3
-        self.sums = ops.pinv1.sum(axis=0), ops.pinv2.sum(axis=0)
-        """Column sums ``(m,)`` of A1-dagger and A2-dagger, for Eq. 12."""
 
-    def solve(self, b: Floats) -> Floats:
-        """C33^-1 b (Eq. 9)."""
-        return b @ self._ops.c33_inv.T
+def friction(resultant: Floats) -> Floats:
+    """mu ``(n,)`` of ``resultant (n, 3)`` in N (Eq. 15): tangential over normal force, 0 without the latter."""
+    normal = np.abs(resultant[:, 2])
+    return np.divide(tangential(resultant), normal, out=np.zeros(len(normal)), where=normal > 0)
 
-    def stress(self, n: Floats) -> tuple[Floats, Floats, Floats]:
-        """C31 n, C32 n, C33 n."""
-        return n @ self._ops.c31.T, n @ self._ops.c32.T, n @ self._ops.c33.T
 
-    def normal(self, e: Floats) -> Floats:
-        """C33 A3-dagger e."""
-        return e @ self._normal.T
-
-    def forces(self, d: Floats) -> tuple[Floats, Floats, Floats]:
-        """A1-dagger d, A2-dagger d, A3-dagger d."""
-        return d @ self._ops.pinv1.T, d @ self._ops.pinv2.T, d @ self._ops.pinv3.T
+def direction_deg(resultant: Floats) -> tuple[Floats, Bools]:
+    """phi ``(n,)`` in degrees, in [0, 360) (Eq. 16), and where there is none: there it is 0."""
+    still = tangential(resultant) <= STILL * np.abs(resultant[:, 2])
+    phi = np.degrees(np.arctan2(resultant[:, 1], resultant[:, 0])) % 360.0 % 360.0  # -1e-20 % 360 is 360
+    return np.where(still, 0.0, phi), still
 
 
 class Tfra:
@@ -191,7 +186,8 @@ class Tfra:
         self.steps = steps
         self.plateau_tolerance = plateau_tolerance
         self.contact_threshold = contact_threshold
-        self._products = Products(ops or operators(sensor))
+        self._ops = ops or operators(sensor)
+        self._normal = self._ops.c33 @ self._ops.pinv3
         self._x, self._y = sensor.positions()
 
     @classmethod
@@ -208,13 +204,13 @@ class Tfra:
         regular = contact & traction
         direction, v_zero = self._direction(b, regular)
         n = self._weights(b, regular)
-        by_x, by_y, by_z = self._products.stress(n)
+        by_x, by_y, by_z = (n @ c.T for c in (self._ops.c31, self._ops.c32, self._ops.c33))
         d0, d1, d2 = b + by_z, -by_x, -by_y
         alpha, beta, vanishing = self._dependent(direction, n, d0, d1, d2, regular)
         swap = direction.sweep_y[:, None]
         d_ind, d_dep = np.where(swap, d2, d1), np.where(swap, d1, d2)
         e0, e1 = d0 + alpha[:, None] * d_dep, d_ind + beta[:, None] * d_dep
-        p, q = self._products.normal(e0) - by_z, self._products.normal(e1)
+        p, q = e0 @ self._normal.T - by_z, e1 @ self._normal.T
         index, sweep = self._search(b, p, q, direction, keep_sweep)
         index = np.where(regular, index, 0)
         mu_ind = np.where(regular, self._grid(direction, index), 0.0)
@@ -223,8 +219,6 @@ class Tfra:
         mu_y = np.where(direction.sweep_y, mu_ind, mu_dep)
         forces = self._forces(b, n, e0 + mu_ind[:, None] * e1, mu_x, mu_y, contact, regular)
         resultant = forces.sum(axis=2)  # Eq. 12
-        tangential = np.hypot(resultant[:, 0], resultant[:, 1])
-        mu = np.divide(tangential, np.abs(resultant[:, 2]), out=np.zeros(len(b)), where=resultant[:, 2] != 0)
         status = (
             np.where(contact, 0, Status.NO_CONTACT)
             | np.where(contact & ~traction, Status.COMPRESSION_ONLY, 0)
@@ -235,7 +229,7 @@ class Tfra:
         phi = np.where(regular, np.degrees(np.arctan2(direction.sin, direction.cos)) % 360.0, 0.0)
         phi[phi == 360.0] = 0.0  # what % makes of the smallest negative angles
         shape = (len(b), 3, self.sensor.rows, self.sensor.columns)
-        return Result(forces.reshape(shape), resultant, phi, mu, mu_x, mu_y, index, status, sweep)
+        return Result(forces.reshape(shape), resultant, phi, friction(resultant), mu_x, mu_y, index, status, sweep)
 
     def _direction(self, b: Floats, regular: Bools) -> tuple[Direction, Bools]:
         """Unit vector along c - t (Eqs. 11, 19-22), cleared of its denominators, and where it vanishes."""
@@ -257,14 +251,14 @@ class Tfra:
 
     def _weights(self, b: Floats, regular: Bools) -> Floats:
         """n = -w_z >= 0 (Eq. 9); frames without traction keep the unclipped C33^-1 b, which solves them."""
-        w_z = self._products.solve(b)
+        w_z = b @ self._ops.c33_inv.T
         return np.where(regular[:, None], np.maximum(-w_z, 0.0), -w_z)
 
     def _dependent(
         self, direction: Direction, n: Floats, d0: Floats, d1: Floats, d2: Floats, regular: Bools
     ) -> tuple[Floats, Floats, Bools]:
         """alpha, beta of mu_dep = alpha + beta * mu_ind (Eqs. 17, 18 times cos phi) and where they vanish."""
-        col1, col2 = self._products.sums
+        col1, col2 = (pinv.sum(axis=0) for pinv in (self._ops.pinv1, self._ops.pinv2))
         total = n.sum(axis=1)
         a10, a11, a12 = d0 @ col1, total + d1 @ col1, d2 @ col1  # Eq. 12
         a20, a21, a22 = d0 @ col2, d1 @ col2, total + d2 @ col2
@@ -285,9 +279,7 @@ class Tfra:
         start = np.where(direction.negative, self.steps, 0).reshape(-1, *[1] * (index.ndim - 1))
         return np.asarray((index - start) / self.steps)
 
-    def _search(
-        self, b: Floats, p: Floats, q: Floats, direction: Direction, keep: bool
-    ) -> tuple[Ints, Sweep | None]:
+    def _search(self, b: Floats, p: Floats, q: Floats, direction: Direction, keep: bool) -> tuple[Ints, Sweep | None]:
         """Index of the smallest B^z, ties by B^xy, then first in sweep order (Eqs. 23, 25-27)."""
         count, candidates = len(b), self.steps + 1
         mu = self._grid(direction, np.broadcast_to(np.arange(candidates), (count, candidates)))
@@ -309,7 +301,7 @@ class Tfra:
         self, b: Floats, n: Floats, d: Floats, mu_x: Floats, mu_y: Floats, contact: Bools, regular: Bools
     ) -> Floats:
         """Scaled forces ``(n, 3, m)`` of the chosen candidate (Eqs. 10 and 28-31)."""
-        f_x, f_y, f_z = self._products.forces(d)
+        f_x, f_y, f_z = (d @ pinv.T for pinv in (self._ops.pinv1, self._ops.pinv2, self._ops.pinv3))
         forces = np.stack([f_x + mu_x[:, None] * n, f_y + mu_y[:, None] * n, f_z - n], axis=1)
         total, exponent = unit_scaled(forces.sum(axis=2))
         f_star = np.ldexp(np.linalg.norm(total, axis=1), exponent)  # Eq. 30

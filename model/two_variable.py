@@ -14,9 +14,8 @@ from scipy import optimize
 from tfra.model.arrays import Bools, Floats
 from tfra.model.boussinesq import operators
 from tfra.model.choices import Choices
-from tfra.model.resultant import direction, friction
 from tfra.model.sensor import SensorArray
-from tfra.model.tfra import Result, Status, check_frames, in_contact, unit_scaled
+from tfra.model.tfra import Result, Status, check_frames, direction_deg, friction, in_contact, unit_scaled
 
 GRID = 21
 """Points along each axis of the first grid; its best peaks are refined."""
@@ -153,7 +152,7 @@ class TwoVariable:
     def _result(self, forces: Floats, mu: Floats, contact: Bools, regular: Bools) -> Result:
         """Resultant (Eq. 12), friction (Eq. 15), direction (Eq. 16) and status of ``forces (n, 3, m)``."""
         resultant = forces.sum(axis=2)
-        phi, still = direction(resultant)
+        phi, still = direction_deg(resultant)
         status = (
             np.where(contact, 0, Status.NO_CONTACT)
             | np.where(contact & ~regular, Status.COMPRESSION_ONLY, 0)

@@ -9,8 +9,8 @@ from tfra.model.arrays import Floats
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import any_contacts
 from tfra.model.metrics import errors
-from tfra.model.resultant import direction, friction
 from tfra.model.sensor import SensorArray
+from tfra.model.tfra import direction_deg, friction
 
 NOISES = (0.0, 1e-3, 1e-2)
 """Standard deviations of the noise over each frame's peak."""
@@ -47,7 +47,7 @@ class Resultants:
     @property
     def phi_deg(self) -> Floats:
         """Direction of the tangential force in [0, 360), ``(n,)``."""
-        return direction(self.resultant)[0]
+        return direction_deg(self.resultant)[0]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,7 @@ from tfra.model.cover.scenes import any_contacts
 from tfra.model.fixed.words import decode
 from tfra.model.learned.learned import Learned
 from tfra.model.metrics import Contact
-from tfra.model.resultant import friction
-from tfra.model.tfra import Tfra
+from tfra.model.tfra import Tfra, friction
 from tfra.model.two_variable import TwoVariable
 from tfra.train.errors import Resultants
 

@@ -12,8 +12,8 @@ import numpy as np
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import Contacts
 from tfra.model.cover.layer import ElasticLayer, Sampling, frames
-from tfra.model.resultant import friction
 from tfra.model.sensor import SensorArray
+from tfra.model.tfra import friction
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,8 @@ import numpy.typing as npt
 from tfra.model.learned.field import residual, spread
 from tfra.model.learned.network import Network
 from tfra.model.learned.weights import Weights
-from tfra.model.resultant import direction, friction
 from tfra.model.sensor import SensorArray
-from tfra.model.tfra import Result, Status, check_frames, in_contact, unit_scaled
+from tfra.model.tfra import Result, Status, check_frames, direction_deg, friction, in_contact, unit_scaled
 
 
 class Learned:
@@ -21,9 +20,7 @@ class Learned:
     Raises ``ValueError`` that starts with the name of what is wrong.
     """
 
-    def __init__(
-        self, sensor: SensorArray, weights: Weights, threshold: float, contact_threshold: float = 0.0
-    ) -> None:
+    def __init__(self, sensor: SensorArray, weights: Weights, threshold: float, contact_threshold: float = 0.0) -> None:
         if not threshold > 0:
             raise ValueError(f"threshold: more than zero is needed, got {threshold}")
         if not contact_threshold >= 0:
@@ -42,7 +39,7 @@ class Learned:
         unit, uncertainty = outputs[:, :3], np.maximum(outputs[:, 3], 0.0)
         spreads = spread(self.sensor, scaled, unit)
         left = residual(self.sensor, scaled, spreads)
-        phi, still = direction(unit)
+        phi, still = direction_deg(unit)
         implausible = (uncertainty > self.threshold * np.abs(unit[:, 2])) | (unit[:, 2] >= 0)
         status = (
             np.where(contact, 0, Status.NO_CONTACT)
