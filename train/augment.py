@@ -6,7 +6,7 @@ Offsets that differ from taxel to taxel can't be told from noise in a single fra
 import numpy as np
 import numpy.typing as npt
 
-from tfra.train.simulator import Singles
+from tfra.model.arrays import Singles
 
 GAIN, GAINED = 0.03, 0.2
 """Largest standard deviation of the gains, and the share of frames that have any."""

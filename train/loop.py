@@ -14,11 +14,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from tfra.model.arrays import Singles
+from tfra.model.learned.network import outputs
 from tfra.model.sensor import SensorArray
 from tfra.train.augment import augmented, broken
-from tfra.train.network import Shape, loss_and_gradient, outputs
+from tfra.train.network import Shape, loss_and_gradient
 from tfra.train.pool import Frames, Pool
-from tfra.train.simulator import Singles
 from tfra.train.update import update
 
 BATCH = 512

@@ -1,21 +1,18 @@
 """The network in single precision, folded by the mirrors, and the gradient of its loss, by hand.
 
-The parameters are those of :class:`tfra.model.learned.network.Folded`: a matrix for each parity (EE, OX, OY, OO), which
-takes a quarter of the products that a matrix over all mirrors would take.  The parity is the first axis of all vectors.
+Parameters are :class:`tfra.model.learned.network.Folded`; the parity is the first axis of all vectors.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
+from tfra.model.arrays import Singles
 from tfra.model.choices import SERIAL, Choices
-from tfra.model.fixed.butterfly import HADAMARD, taxel_index
-from tfra.model.learned.network import READ
-from tfra.model.learned.weights import MIRRORS, OUTPUTS, Weights
+from tfra.model.fixed.butterfly import taxel_index
+from tfra.model.learned.network import MIRRORS, OUTPUTS, READ, Folded, Weights, butterfly_first, layer, read
 from tfra.model.sensor import SensorArray
-from tfra.train.simulator import Singles
 
 SMOOTH, TANGENTIAL = 1e-3, 1.5
 """The loss of a frame is (|dF|^2 + SMOOTH^2 |F|^2)^(1/2) / |F|, where dF_x and dF_y count ``TANGENTIAL`` times."""
@@ -28,20 +25,8 @@ UNEXPLAINED = 0.5
 
 _STRETCH = np.array([TANGENTIAL, TANGENTIAL, 1], np.float32)
 
-_SIGNS = HADAMARD.astype(np.float32)
-
 _READS = np.equal.outer(range(MIRRORS), READ).astype(np.float32)
 """1 where an output reads a parity, ``(parities, 1, outputs)``."""
-
-
-class Parameters(NamedTuple):
-    """The arrays of ``Folded``, or the gradient of each."""
-
-    first: Singles  # (4, Q, C1)
-    second: Singles  # (4, C1, C2)
-    read2: Singles  # (4, C2), the output first
-    read1: Singles  # (4, C1)
-    direct: Singles  # (4, Q)
 
 
 @dataclass(frozen=True)
@@ -67,11 +52,11 @@ class Shape:
         """Number of parameters."""
         return sum(int(np.prod(size)) for size in self.sizes)
 
-    def split(self, vector: Singles) -> Parameters:
+    def split(self, vector: Singles) -> Folded[Singles]:
         """Views of a vector of parameters."""
         ends = np.cumsum([int(np.prod(size)) for size in self.sizes])
         parts = np.split(vector, ends[:-1])
-        return Parameters(*(part.reshape(size) for part, size in zip(parts, self.sizes, strict=True)))
+        return Folded(*(part.reshape(size) for part, size in zip(parts, self.sizes, strict=True)))
 
     @property
     def scale(self) -> Singles:
@@ -86,27 +71,20 @@ class Shape:
 
     def folded(self, n: Singles) -> Singles:
         """Parities ``(4, k, Q)`` of frames ``n (k, m)``."""
-        return _butterfly(n[:, self._places].transpose(1, 0, 2))
+        return butterfly_first(n[:, self._places].transpose(1, 0, 2))
 
     def weights(self, vector: Singles) -> Weights:
         """The parameters as ``Weights``: sums over parities are linear in the taxels, so unit frames give them."""
         part = self.split(vector)
         units = self.folded(np.eye(self.sensor.taxels, dtype=np.float32))
         direct = np.stack([units[parity] @ row for parity, row in zip(READ, part.direct, strict=True)]) / MIRRORS
-        layers = (units @ part.first).sum(axis=0).T, _butterfly(part.second).transpose(0, 2, 1)
+        layers = (units @ part.first).sum(axis=0).T, butterfly_first(part.second).transpose(0, 2, 1)
         return Weights(*(each.astype(np.float64) for each in (*layers, part.read2, part.read1, direct)))
 
 
-def outputs(parameters: Parameters, inputs: Singles) -> Singles:
-    """Outputs ``(k, 4)`` of the network for the parities ``inputs (4, k, Q)`` of frames."""
-    h1, _ = _layer(inputs, parameters.first)
-    h2, _ = _layer(h1, parameters.second)
-    return _read(parameters, h2, h1, inputs)
-
-
 def loss_and_gradient(
-    parameters: Parameters, inputs: Singles, forces: Singles, weight: Singles
-) -> tuple[float, Parameters]:
+    parameters: Folded[Singles], inputs: Singles, forces: Singles, weight: Singles
+) -> tuple[float, Folded[Singles]]:
     """The loss of a batch, and the gradient that a step follows.
 
     In: the parities ``inputs (4, k, Q)`` of k frames, their resultants ``forces (k, 3)`` over the same scale of each,
@@ -116,39 +94,22 @@ def loss_and_gradient(
     target is |dF| of the present parameters, a constant for the gradient.  Where the weight is below one, it is
     ``UNEXPLAINED`` |F| at least.
     """
-    h1, above1 = _layer(inputs, parameters.first)
-    h2, above2 = _layer(h1, parameters.second)
-    read = _read(parameters, h2, h1, inputs)
+    h1, above1 = layer(inputs, parameters.first)
+    h2, above2 = layer(h1, parameters.second)
+    estimates = read(parameters, h2, h1, inputs)
     modulus = np.linalg.norm(forces, axis=1, keepdims=True)
-    error = (read[:, :3] - forces) / modulus
+    error = (estimates[:, :3] - forces) / modulus
     stretched = error * _STRETCH
     each = np.sqrt((stretched * stretched).sum(axis=1, keepdims=True) + np.float32(SMOOTH**2))
     target = np.maximum(np.linalg.norm(error, axis=1, keepdims=True), np.float32(UNEXPLAINED) * (weight < 1))
-    doubt = np.float32(DOUBT) * (read[:, 3:] / modulus - target)
+    doubt = np.float32(DOUBT) * (estimates[:, 3:] / modulus - target)
     back = np.concatenate([weight * stretched * _STRETCH / each, doubt], axis=1) / modulus
     to_h2, to_h1 = (back @ (_READS[:, :, None] * rows) for rows in (parameters.read2, parameters.read1))
-    back2 = _butterfly(_butterfly(to_h2) * above2)
-    back1 = _butterfly(_butterfly(to_h1 + back2 @ parameters.second.swapaxes(1, 2)) * above1)
-    gradient = Parameters(
+    back2 = butterfly_first(butterfly_first(to_h2) * above2)
+    back1 = butterfly_first(butterfly_first(to_h1 + back2 @ parameters.second.swapaxes(1, 2)) * above1)
+    gradient = Folded(
         inputs.swapaxes(1, 2) @ back1,
         h1.swapaxes(1, 2) @ back2,
         *((back.T @ h)[READ, range(len(OUTPUTS))] for h in (h2, h1, inputs)),
     )
     return float((weight * each).sum()), gradient
-
-
-def _layer(parities: Singles, matrices: Singles) -> tuple[Singles, np.typing.NDArray[np.bool_]]:
-    """Parities ``(4, k, C)`` of a layer from those of its input, and where its units at the mirrors are above zero."""
-    mirrors = _butterfly(parities @ matrices)
-    return _butterfly(np.maximum(mirrors, 0)), mirrors > 0
-
-
-def _read(parameters: Parameters, h2: Singles, h1: Singles, inputs: Singles) -> Singles:
-    """Outputs ``(k, 4)``: each reads one parity."""
-    terms = (h2, parameters.read2), (h1, parameters.read1), (inputs, parameters.direct)
-    return np.stack([sum(h[parity] @ read[o] for h, read in terms) for o, parity in enumerate(READ)], axis=1)
-
-
-def _butterfly(parities: Singles) -> Singles:
-    """The butterfly over the first axis, as one small product."""
-    return np.asarray((_SIGNS @ parities.reshape(MIRRORS, -1)).reshape(parities.shape))

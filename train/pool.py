@@ -10,10 +10,10 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from tfra.model.arrays import Bools
+from tfra.model.arrays import Bools, Singles
 from tfra.model.sensor import SensorArray
 from tfra.train.prior import random_cover, random_loads
-from tfra.train.simulator import Singles, grid_count, responses
+from tfra.train.simulator import grid_count, responses
 
 CHUNK = 512
 """Loads on one cover; both contacts of a frame are on the same one."""

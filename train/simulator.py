@@ -13,13 +13,10 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Floats, Singles
 from tfra.model.cover.layer import ElasticLayer
 from tfra.model.sensor import SensorArray
-
-Singles = npt.NDArray[np.float32]
 
 SPACING = 0.25
 """Largest distance of point forces, in thicknesses; what their grid adds is then below exp(-20)."""

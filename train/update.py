@@ -8,11 +8,11 @@ import math
 
 import numpy as np
 
+from tfra.model.arrays import Singles
 from tfra.train.network import Shape
-from tfra.train.simulator import Singles
 
 LAYERS = 2
-"""The first arrays of ``Parameters`` are matrices of layers."""
+"""The first arrays of ``Folded`` are matrices of layers."""
 
 MOMENTUM = 0.95
 """Decay rate of the layers' momentum."""

@@ -15,8 +15,7 @@ from bench.accuracy.figure import plot
 from bench.accuracy.tables import tables
 from bench.publish import insert, store
 from tfra.codegen.config.write import millimetres
-from tfra.model.learned.network import Network
-from tfra.model.learned.weights import NAMES
+from tfra.model.learned.network import NAMES, Network
 
 PAGE = "docs/accuracy.md"
 SHORT = "accuracy short"

@@ -20,7 +20,7 @@ from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.design import LearnedDesign
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.learned.weights import Weights
+from tfra.model.learned.network import Weights
 from tfra.model.sensor import SensorArray
 from tfra.sim.verify import verify
 

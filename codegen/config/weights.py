@@ -1,6 +1,6 @@
 """WEIGHTS.npz: the learned estimator of one sensor, as ``tfra train`` makes it.
 
-    first, second, read2, read1, direct   float32, as in :class:`tfra.model.learned.weights.Weights`
+    first, second, read2, read1, direct   float32, as in :class:`tfra.model.learned.network.Weights`
     curve (k, 3)                          step, loss in training, loss on held-out frames
     about                                 JSON: :class:`About`
 
@@ -22,7 +22,7 @@ from tfra.codegen.config.complaints import complaint
 from tfra.codegen.config.schema import Section, SensorSection
 from tfra.codegen.config.write import sensor_section
 from tfra.model.arrays import Floats
-from tfra.model.learned.weights import NAMES, Weights
+from tfra.model.learned.network import NAMES, Weights
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import Archive, any_shape, archive
 from tfra.runtime.errors import InputError, quoted

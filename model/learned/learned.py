@@ -4,8 +4,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.learned.field import residual, spread
-from tfra.model.learned.network import Network
-from tfra.model.learned.weights import Weights
+from tfra.model.learned.network import Network, Weights
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status, check_frames, direction_deg, friction, in_contact, unit_scaled
 

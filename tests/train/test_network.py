@@ -6,9 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.model.learned.plain import plain
+from tfra.model.learned.network import outputs
 from tfra.model.sensor import SensorArray
 from tfra.train.augment import augmented, broken
-from tfra.train.network import DOUBT, SMOOTH, TANGENTIAL, UNEXPLAINED, Shape, loss_and_gradient, outputs
+from tfra.train.network import DOUBT, SMOOTH, TANGENTIAL, UNEXPLAINED, Shape, loss_and_gradient
 
 
 def case(rows: int, columns: int, counts: tuple[int, int], seed: int) -> tuple[Shape, np.ndarray]:

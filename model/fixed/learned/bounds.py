@@ -8,7 +8,7 @@ from tfra.model.fixed.learned.resultant import THRESHOLD_BITS
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.widths import Widths, require_exact, widths_of
 from tfra.model.learned.field import MOST_FRICTION
-from tfra.model.learned.weights import MIRRORS
+from tfra.model.learned.network import MIRRORS
 
 
 def bounds(choices: Choices, stacks: Mapping[str, Stack]) -> dict[str, float]:

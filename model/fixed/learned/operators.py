@@ -12,8 +12,6 @@ F_y in the parities that they read, and the uncertainty.  A quarter in every ope
 the factor of its butterfly.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from tfra.model.arrays import Floats, Ints
@@ -21,8 +19,7 @@ from tfra.model.choices import Choices
 from tfra.model.fixed.butterfly import EE, HADAMARD, OX, OY
 from tfra.model.fixed.coefficients import Folding, Operator, Stack, nearest_rows, quantise_rows, stacked
 from tfra.model.learned.field import influence
-from tfra.model.learned.network import Folded
-from tfra.model.learned.weights import MIRRORS, Weights
+from tfra.model.learned.network import MIRRORS, NAMES, Folded, Weights, fold
 
 OPERATORS = {
     "first": ("first", "direct", "inverse"),
@@ -53,53 +50,31 @@ def names(taxel_forces: bool) -> dict[str, tuple[str, ...]]:
 
 def make_stacks(choices: Choices, weights: Weights, taxel_forces: bool) -> dict[str, Stack]:
     """Every stack by its name, in the order of ``OPERATORS``."""
-    layers = Layers.of(Folded.of(choices, weights))
-    quantised = [
-        _operator(choices, "first", layers.first, over_array=True),
-        _operator(choices, "direct", layers.direct, over_array=True),
-        _operator(choices, "second", layers.second),
-        _operator(choices, "read1", layers.read1),
-        _operator(choices, "read2", layers.read2),
-    ]
+    rows = balanced_rows(fold(choices, weights))
+    quantised = [_operator(choices, name, each) for name, each in zip(NAMES, rows, strict=True)]
     if taxel_forces:
-        g, fold = influence(choices.sensor), Folding(choices)
+        g, folding = influence(choices.sensor), Folding(choices)
         quantised += [
-            fold.matrix("inverse", -g.inverse / choices.sensor.taxel_area / MIRRORS),
-            fold.matrix("shear_x", g.inverse @ g.x / MIRRORS, OX),
-            fold.matrix("shear_y", g.inverse @ g.y / MIRRORS, OY),
+            folding.matrix("inverse", -g.inverse / choices.sensor.taxel_area / MIRRORS),
+            folding.matrix("shear_x", g.inverse @ g.x / MIRRORS, OX),
+            folding.matrix("shear_y", g.inverse @ g.y / MIRRORS, OY),
         ]
     return stacked(choices, quantised, names(taxel_forces))
 
 
-@dataclass(frozen=True, eq=False)
-class Layers:
+def balanced_rows(folded: Folded[Floats]) -> Folded[Floats]:
     """The network as rows ``(n, 4, K)`` of operators, each layer's units brought to the same range.
 
     A unit of a layer can be made smaller and its weights in the next layers larger, without another result.  Here all
     units share one grid: those of the first layer exceed a word of b by ``FINER`` bits at most, those of the second do
     not exceed the first's.
     """
-
-    first: Floats
-    second: Floats
-    read2: Floats
-    read1: Floats
-    direct: Floats
-
-    @classmethod
-    def of(cls, folded: Folded) -> "Layers":
-        """Rows of the ``folded`` weights."""
-        first, second = np.moveaxis(folded.first, -1, 0), np.moveaxis(folded.second, -1, 0)
-        size1 = unit_gain(first) / 2**FINER
-        second = second * size1
-        size2 = unit_gain(second)
-        return cls(
-            first / size1[:, None, None],
-            second / size2[:, None, None],
-            output_rows(folded.read2 * size2),
-            output_rows(folded.read1 * size1),
-            output_rows(folded.direct),
-        )
+    first, second = np.moveaxis(folded.first, -1, 0), np.moveaxis(folded.second, -1, 0)
+    size1 = unit_gain(first) / 2**FINER
+    second = second * size1
+    size2 = unit_gain(second)
+    reads = (output_rows(read) for read in (folded.read2 * size2, folded.read1 * size1, folded.direct))
+    return Folded(first / size1[:, None, None], second / size2[:, None, None], *reads)
 
 
 def unit_gain(rows: Floats | Ints) -> Floats:
@@ -124,11 +99,9 @@ def outputs(quads: Ints) -> Ints:
     return np.stack([quads[:, quad, parity] for quad, parity in PLACES], axis=1)
 
 
-def _operator(choices: Choices, name: str, rows: Floats, over_array: bool = False) -> Operator:
-    """Quantise; ``over_array``: the operand is a vector over the array."""
-    bits = choices.formats.bits(f"coefficient.{name}")
+def _operator(choices: Choices, name: str, rows: Floats) -> Operator:
+    """Quantise, in the order of the array where the operand is a vector over it."""
+    bits, over_array = choices.formats.bits(f"coefficient.{name}"), name in OPERATORS["first"]
     words, fraction = quantise_rows(choices, rows, bits) if over_array else nearest_rows(rows, bits)
     gain, folded = unit_gain(words).max() / MIRRORS, np.abs(words).sum(axis=-1).max()
     return Operator(name, words, EE, fraction, float(gain) / 2.0**fraction, float(folded) / 2.0**fraction)
-
-

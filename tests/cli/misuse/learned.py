@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.cli.misuse.mistakes import CONFIG, Make, Misuse, config
 from tfra.codegen.config.weights import Trained, write_weights
-from tfra.model.learned.weights import Weights
+from tfra.model.learned.network import Weights
 from tfra.model.sensor import SensorArray
 
 ESTIMATOR = '[estimator]\nkind = "learned"\nweights = "w.npz"\n'

@@ -12,7 +12,7 @@ import pytest
 from tests.model.learned.random_weights import random_weights
 from tfra.codegen.config import weights as weightsfile
 from tfra.codegen.config.weights import Trained, read_weights, sensor_sha256, write_weights
-from tfra.model.learned.weights import NAMES, Weights
+from tfra.model.learned.network import NAMES, Weights
 from tfra.model.sensor import SensorArray
 from tfra.runtime.errors import InputError
 from tfra.runtime.outputs import write_npz

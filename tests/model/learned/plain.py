@@ -3,7 +3,7 @@
 import numpy as np
 
 from tfra.model.arrays import Floats
-from tfra.model.learned.weights import Weights
+from tfra.model.learned.network import Weights
 from tfra.model.sensor import SensorArray
 
 CHI = np.array([[1, -1, 1, -1], [1, 1, -1, -1], [1, 1, 1, 1], [1, 1, 1, 1]])

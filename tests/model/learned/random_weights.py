@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tfra.model.learned.weights import Weights
+from tfra.model.learned.network import Weights
 
 
 def random_weights(rng: np.random.Generator, taxels: int, c1: int, c2: int) -> Weights:

@@ -10,7 +10,7 @@ from tests.model.learned.random_weights import random_weights
 from tfra.model.arrays import Floats
 from tfra.model.learned.field import influence
 from tfra.model.learned.learned import Learned
-from tfra.model.learned.weights import Weights
+from tfra.model.learned.network import Weights
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
 

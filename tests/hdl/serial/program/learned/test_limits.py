@@ -9,7 +9,7 @@ from tests.hdl.serial.interpreted import check
 from tests.model.fixed.learned.cases import learned_design
 from tfra.model.choices import SERIAL, Adc, Formats
 from tfra.model.fixed.words import field
-from tfra.model.learned.weights import Weights
+from tfra.model.learned.network import Weights
 from tfra.model.tfra import Status
 
 BITS = 12
