@@ -54,11 +54,6 @@ _LONGEST_TEXT = 1 << 20
 """Bytes of a text."""
 
 
-def any_shape(shape: Shape) -> str | None:
-    """Accept every shape."""
-    return None
-
-
 def fits(needed: NeededShape) -> CheckShape:
     """Return the check for a ``needed`` shape."""
 
@@ -99,7 +94,7 @@ class Archive:
         """Names of the arrays."""
         return [name.removesuffix(".npy") for name in self.zip.namelist()]
 
-    def read(self, key: str, check: CheckShape) -> Array:
+    def read(self, key: str, check: CheckShape = lambda shape: None) -> Array:
         """Return the array called ``key``; raises ``InputError`` as ``read_npy`` and for a damaged archive."""
         with self._member(key) as (stream, size):
             return _read(self.file, key, stream, size, check)
@@ -109,7 +104,7 @@ class Archive:
         with self._member(key) as (stream, size):
             if size > _LONGEST_TEXT:
                 raise InputError(self.file, key, f"a text of at most {_LONGEST_TEXT:,} bytes is needed")
-            return str(_read(self.file, key, stream, size, fits(()), "a text is", "U")[()])
+            return str(_read(self.file, key, stream, size, fits(()), "U")[()])
 
     @contextmanager
     def _member(self, key: str) -> Iterator[tuple[IO[bytes], int]]:
@@ -147,18 +142,11 @@ def archive(file: Path) -> Iterator[Archive]:
             yield Archive(file, opened_zip)
 
 
-def _read(
-    file: Path,
-    key: str,
-    stream: IO[bytes],
-    size: int,
-    check: CheckShape,
-    needed: str = "real numbers are",
-    kinds: str = "iuf",
-) -> Array:
-    """Return the array in the ``size`` bytes of ``stream``; ``kinds`` are those of NumPy that are ``needed``."""
+def _read(file: Path, key: str, stream: IO[bytes], size: int, check: CheckShape, kinds: str = "iuf") -> Array:
+    """Return the array in the ``size`` bytes of ``stream``; it must be of one of the ``kinds`` of NumPy."""
     shape, fortran, dtype = _header(file, key, stream)
     if dtype.kind not in kinds:
+        needed = "a text is" if kinds == "U" else "real numbers are"
         raise InputError(file, key, f"{needed} needed, got {'records' if dtype.kind == 'V' else dtype}")
     if any(count >= 1 << 63 for count in shape):
         raise InputError(file, key, f"the header promises the impossible shape {quoted(shape)}")

@@ -1,19 +1,19 @@
 """Reading recordings, and the ground truth of simulated frames, from files of any supported format."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tfra.model.arrays import Floats
+from tfra.model.arrays import Bools, Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import archive, doubles, fits
 from tfra.recordings.format import FRAMES, Values
 from tfra.recordings.formats import format_of, suffixes
-from tfra.recordings.input import PLAIN, Input, arranged, codes_of, no_codes, overridden, stress
+from tfra.recordings.input import PLAIN, Input, arranged, codes_of, overridden, stress
 from tfra.runtime.errors import InputError, require
 from tfra.runtime.inputs import no_memory
 from tfra.runtime.ownership import is_as_written
@@ -97,7 +97,7 @@ def pascals(file: Path, levels: Floats, adc: Adc, given: Input, rest: Floats | N
     Raises ``InputError`` naming ``file`` for the first value that is no stress.
     """
     frames = stress(levels, given, adc, rest)
-    _require_stress(file, frames)
+    _refuse(file, frames, ~(np.abs(frames) <= MOST), _no_stress)
     return frames
 
 
@@ -113,7 +113,7 @@ def in_place(file: Path, values: Floats, sensor: SensorArray, adc: Adc, given: I
     """
     frames = arranged(values, given, sensor)
     if given != PLAIN:
-        _require_finite(file, frames)
+        _refuse(file, frames, ~np.isfinite(frames), _no_stress)
     if given.unit == "codes":
         _require_codes(file, frames, adc, given)
     return frames
@@ -149,31 +149,28 @@ def _read(file: Path, sensor: SensorArray, given: Input) -> Values:
     return chosen.read(file, sensor, given)
 
 
-def _require_finite(file: Path, frames: Floats) -> None:
-    if len(bad := np.argwhere(~np.isfinite(frames))):
-        raise InputError(file, FRAMES, "frame {}, row {}, column {} is not finite".format(*bad[0]))
+def _refuse(file: Path, frames: Floats, wrong: Bools, reason: Callable[[float], str]) -> None:
+    """Raise ``InputError`` with the ``reason`` for the first of ``frames (n, rows, columns)`` that is ``wrong``."""
+    if len(bad := np.argwhere(wrong)):
+        place = tuple(bad[0])
+        raise InputError(file, FRAMES, "frame {}, row {}, column {} ".format(*place) + reason(float(frames[place])))
+
+
+def _no_stress(value: float) -> str:
+    return f"is {value:g} Pa, the limit is {MOST:g} Pa" if np.isfinite(value) else "is not finite"
 
 
 def _require_codes(file: Path, frames: Floats, adc: Adc, given: Input) -> None:
-    if not len(bad := no_codes(frames, given, adc)):
-        return
-    value, (first, last) = frames[tuple(bad[0])], codes_of(given.coding, adc.bits)
-    hints = (
-        (value % 1 or not -(2**adc.bits) <= value < 2**adc.bits, ": is the unit Pa or kPa? (--unit)"),
-        (given.coding == "signed" and frames.min() >= 0, ": are they offset binary? (--coding offset)"),
-        (frames.min() < 0, ": are they signed? (--coding signed)"),
-    )
-    hint = next((hint for holds, hint in hints if holds), "")
-    place = "frame {}, row {}, column {}".format(*bad[0])
-    reason = f"{place} is {value:g}, {given.coding} codes of {adc.bits} bits are whole numbers from {first} to {last}"
-    raise InputError(file, FRAMES, f"{reason}{hint}")
+    first, last = codes_of(given.coding, adc.bits)
 
+    def reason(value: float) -> str:
+        hints = (
+            (value % 1 or not -(2**adc.bits) <= value < 2**adc.bits, ": is the unit Pa or kPa? (--unit)"),
+            (given.coding == "signed" and frames.min() >= 0, ": are they offset binary? (--coding offset)"),
+            (frames.min() < 0, ": are they signed? (--coding signed)"),
+        )
+        hint = next((hint for holds, hint in hints if holds), "")
+        codes = f"{given.coding} codes of {adc.bits} bits are whole numbers from {first} to {last}"
+        return f"is {value:g}, {codes}{hint}"
 
-def _require_stress(file: Path, frames: Floats) -> None:
-    """Raise ``InputError`` for the first value that cannot be a stress."""
-    bad = np.argwhere(~(np.abs(frames) <= MOST))
-    if not len(bad):
-        return
-    value = frames[tuple(bad[0])]
-    reason = f"is {value:g} Pa, the limit is {MOST:g} Pa" if np.isfinite(value) else "is not finite"
-    raise InputError(file, FRAMES, "frame {}, row {}, column {} {}".format(*bad[0], reason))
+    _refuse(file, frames, (frames < first) | (frames > last) | (frames % 1 != 0), reason)

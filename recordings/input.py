@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from tfra.model.arrays import Floats
 from tfra.model.choices import Adc
@@ -88,12 +87,6 @@ def codes_of(coding: Coding, bits: int) -> tuple[int, int]:
     return (-half, half - 1) if coding == "signed" else (0, 2 * half - 1)
 
 
-def no_codes(frames: Floats, given: Input, adc: Adc) -> npt.NDArray[np.intp]:
-    """Indices ``(k, 3)`` of values in ``frames (n, rows, columns)`` that are no codes of the converter."""
-    first, last = codes_of(given.coding, adc.bits)
-    return np.argwhere((frames < first) | (frames > last) | (frames % 1 != 0))
-
-
 def stress(frames: Floats, given: Input, adc: Adc, rest: Floats | None = None) -> Floats:
     """Return the stress of ``frames (n, rows, columns)`` in the recording's unit: Pa, compression negative.
 
@@ -109,13 +102,7 @@ def stress(frames: Floats, given: Input, adc: Adc, rest: Floats | None = None) -
         level = level - float(1 << (adc.bits - 1))
     if rest is not None:
         level = level - rest.mean(axis=0)
-    if (factor := _pascals(given, adc)) != 1:
+    code = adc.lsb / 2 if given.coding == "unipolar" else adc.lsb  # all bits of unipolar codes are for one sign
+    if (factor := PASCALS.get(given.unit, code)) != 1:
         level = level * factor
     return -level if given.compression == "positive" else level
-
-
-def _pascals(given: Input, adc: Adc) -> float:
-    """Pa per unit; unipolar codes use all their bits for one sign, so each is half as large."""
-    if given.unit != "codes":
-        return PASCALS[given.unit]
-    return adc.lsb / 2 if given.coding == "unipolar" else adc.lsb

@@ -110,7 +110,11 @@ class Feed:
                             self._first_fault = frame
                             report(frame)
                     else:
-                        self._take(frame)
+                        now = time.time()
+                        if not self.counts["came"]:
+                            self._begun, self._state = now, "running"
+                        self._waiting.append(Arrival(self.counts["came"], now, frame))
+                        self.counts["came"] += 1
                     self._changed.notify_all()
             state, cause = "ended", ""
         except OSError as error:
@@ -118,13 +122,6 @@ class Feed:
         with self._changed:
             self._state, self._reason = state, cause
             self._changed.notify_all()
-
-    def _take(self, frame: Floats) -> None:
-        now = time.time()
-        if not self.counts["came"]:
-            self._begun, self._state = now, "running"
-        self._waiting.append(Arrival(self.counts["came"], now, frame))
-        self.counts["came"] += 1
 
     def run(self) -> None:
         """Estimate arriving frames, for ever."""

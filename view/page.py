@@ -196,7 +196,7 @@ def _summary(results: Sequence[Recorded], labels: Sequence[str], chosen: Chosen)
     }
     if any(fact.threshold_percent for fact in summaries):
         rows["uncertainty, median"] = [_median(fact.uncertainty_percent, ".3g", " % of |F_z|") for fact in summaries]
-        rows["implausible over"] = [_percent(fact.threshold_percent) for fact in summaries]
+        rows["implausible over"] = [_number(fact.threshold_percent, ".3g", " % of |F_z|") for fact in summaries]
     lines = "".join(
         f"<tr><th scope=row>{name}</th>{''.join(f'<td>{text(cell)}</td>' for cell in cells)}</tr>"
         for name, cells in rows.items()
@@ -215,11 +215,11 @@ def _notes(fact: Facts) -> Iterator[str]:
 
 
 def _median(spread: Spread | None, digits: str, unit: str) -> str:
-    return "–" if spread is None else f"{spread.median:{digits}}{unit}"
+    return _number(spread.median if spread else None, digits, unit)
 
 
-def _percent(share: float | None) -> str:
-    return "–" if share is None else f"{share:.3g} % of |F_z|"
+def _number(value: float | None, digits: str, unit: str) -> str:
+    return "–" if value is None else f"{value:{digits}}{unit}"
 
 
 def _numbers(labels: Sequence[str], rows: dict[str, str], caption: str) -> str:

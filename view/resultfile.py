@@ -121,7 +121,7 @@ def _result(path: Path) -> Recorded:
         values |= {key: _numbers(found, key, (count,)) for key in OPTIONAL if key in found.keys}
         learned = "uncertainty" in values
         values |= {"threshold": _threshold(found)} if learned else {}
-        forces = _forces(found, (count, 3, *frame), learned)
+        forces = _numbers(found, "forces", (count, 3, *frame), may_lack=learned)  # a core may give the resultant alone
         time = _numbers(found, "time", (count,)) if "time" in found.keys else None
     values |= {key: values[key].astype(np.int64) for key in ("sweep_index", "status")}
     _require_known(path, values["status"] & ~_BITS != 0, "status", "is no status")
@@ -143,35 +143,25 @@ def _references(path: Path, first: Recorded) -> References:
 
 
 def _threshold(found: Archive) -> float:
-    """The threshold of the uncertainty of a ``learned`` result; raises ``InputError`` for one that is none."""
+    """The threshold of the uncertainty of a learned result; raises ``InputError`` for one that is none."""
     if "threshold" not in found.keys:
         raise InputError(found.file, "threshold", OLD)
-    threshold = float(_read(found, "threshold", ()))
+    threshold = float(doubles(found.read("threshold", fits(()))))
     if not 0 < threshold < np.inf:
         raise InputError(found.file, "threshold", f"a positive number is needed, got {threshold:g}")
     return threshold
 
 
-def _forces(found: Archive, needed: NeededShape, learned: bool) -> Floats:
-    """Forces at the taxels, finite; a core of the ``learned`` estimator may have left them out: all are NaN."""
-    forces = _read(found, "forces", needed)
-    return forces if learned and np.isnan(forces).all() else _finite(found, "forces", forces)
+def _numbers(found: Archive, key: str, needed: NeededShape, may_lack: bool = False) -> Floats:
+    """The finite numbers of ``key``, whose shape is ``needed``; if they ``may_lack``, all are NaN.
 
-
-def _numbers(found: Archive, key: str, needed: NeededShape) -> Floats:
-    """The finite numbers of ``key``, whose shape is ``needed``; raises ``InputError`` for others."""
-    return _finite(found, key, _read(found, key, needed))
-
-
-def _read(found: Archive, key: str, needed: NeededShape) -> Floats:
+    Raises ``InputError`` for others.
+    """
     if key not in found.keys:
         raise InputError(found.file, key, "the key is missing")
-    return doubles(found.read(key, fits(needed)))
-
-
-def _finite(found: Archive, key: str, numbers: Floats) -> Floats:
+    numbers = doubles(found.read(key, fits(needed)))
     bad = np.argwhere(~np.isfinite(numbers))
-    if len(bad):
+    if len(bad) and not (may_lack and np.isnan(numbers).all()):
         raise InputError(found.file, key, f"frame {bad[0][0]} has a value that is not finite")
     return numbers
 

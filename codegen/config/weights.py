@@ -24,7 +24,7 @@ from tfra.codegen.config.write import sensor_section
 from tfra.model.arrays import Floats
 from tfra.model.learned.network import NAMES, Weights
 from tfra.model.sensor import SensorArray
-from tfra.recordings.arrays import Archive, any_shape, archive
+from tfra.recordings.arrays import Archive, archive
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.outputs import write_npz
 from tfra.runtime.ownership import file_objection
@@ -104,7 +104,7 @@ def read_weights(file: Path, sensor: SensorArray) -> Trained:
             raise InputError(file, missing, f"the key is missing: {_AGAIN}")
         about = _about(stored)
         _require_sensor(file, about, sensor)
-        arrays = {key: np.asarray(stored.read(key, any_shape), dtype=np.float64) for key in (*NAMES, "curve")}
+        arrays = {key: np.asarray(stored.read(key), dtype=np.float64) for key in (*NAMES, "curve")}
     curve = arrays.pop("curve")
     if curve.ndim != 2 or curve.shape[1] != 3 or not np.isfinite(curve).all():
         raise InputError(file, "curve", f"finite numbers of shape (k, 3) are needed, got shape {curve.shape}")

@@ -43,12 +43,14 @@ class Table:
         """Cells of a line."""
         return self.skip + self.sensor.taxels
 
+    def split(self, line: str) -> list[str]:
+        """The cells of ``line`` as they are written."""
+        return line.split(None if self.separator == " " else self.separator)
+
     def cells(self, line: str) -> list[str]:
         """The cells of ``line``, with points in their numbers; a separator at its end has none after it."""
-        if self.separator == ",":
-            cells = line.split(",")
-        else:
-            cells = [_with_point(cell) for cell in line.split(None if self.separator == " " else self.separator)]
+        cells = self.split(line)
+        cells = [cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell for cell in cells]
         if len(cells) == self.width + 1 and not cells[-1].strip():
             del cells[-1]
         return cells
@@ -95,11 +97,11 @@ def table_for(file: Path, sensor: SensorArray, skip: int, first: list[str]) -> T
     """Return the table that the first lines of text fit; if they fit none, the one with the most helpful error."""
     tables = [Table(file, sensor, skip, separator) for separator in _SEPARATORS]
     fitting = [table for table in tables if any(map(table.fits, first))]
-    return fitting[0] if fitting else max(tables, key=lambda table: sum(_numbers(table, line) for line in first))
 
+    def numbers(table: Table) -> int:
+        return sum(_is_number(cell) for line in first for cell in table.cells(line))
 
-def _numbers(table: Table, line: str) -> int:
-    return sum(map(_is_number, table.cells(line)))
+    return fitting[0] if fitting else max(tables, key=numbers)
 
 
 def _times(cells: list[str]) -> Floats | None:
@@ -130,28 +132,19 @@ def are_headings(cells: list[str]) -> bool:
     )
 
 
-def _with_point(cell: str) -> str:
-    return cell.replace(",", ".") if cell.count(",") == 1 and "." not in cell else cell
-
-
 def _require_one_point(table: Table, texts: list[tuple[int, str]]) -> None:
     """Numbers with points in one place and commas in another may have the commas between thousands."""
     if table.separator == ",":
         return
     first: dict[str, int] = {}
     for number, line in texts:
-        for mark in re.findall("(?<=[0-9])[.,](?=[0-9])", _taxels(table, line)):
+        for mark in re.findall("(?<=[0-9])[.,](?=[0-9])", " ".join(table.split(line)[table.skip :])):
             first.setdefault(mark, number)
     if len(first) == 2:
         (other, _), (here, number) = first.items()
         names = {".": "points", ",": "commas"}
         reason = f"this line has decimal {names[here]}, others have decimal {names[other]}"
         raise InputError(table.file, f"line {number}", reason)
-
-
-def _taxels(table: Table, line: str) -> str:
-    """The text of ``line`` after the cells that are skipped."""
-    return " ".join(line.split(None if table.separator == " " else table.separator)[table.skip :])
 
 
 def _require_numbers(table: Table, line: Line, lines: list[Line]) -> None:
