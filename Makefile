@@ -13,7 +13,7 @@
 #              every estimator on identical frames, TFRA's sources of error, offsets and dead taxels
 # make cores, make speed
 #              cycles of cores by their lanes; speed and memory of the models
-# make estimates, make serial
+# make estimates
 #              the prices of tfra size, fitted to syntheses of parallel and of serial cores
 # make baselines, make axi_cost
 #              resources and frequency by version of the tools, docs/synth.md; what the wrapper costs, docs/ip.md
@@ -30,7 +30,7 @@ VENV := .venv
 READY := $(VENV)/ready
 PYTEST := OMP_NUM_THREADS=1 $(VENV)/bin/pytest -n 2 --dist worksteal
 
-CAMPAIGNS := campaign axi gates mutants formats bits accuracy errors front_end cores speed estimates serial baselines axi_cost \
+CAMPAIGNS := campaign axi gates mutants formats bits accuracy errors front_end cores speed estimates baselines axi_cost \
   truth
 
 .PHONY: demo test test-rest test-all docs counts pages clean icarus chromium $(CAMPAIGNS)

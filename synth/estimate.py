@@ -2,7 +2,7 @@
 
 Multipliers and memories follow yosys' mapping rules; lookup tables and flip-flops are sums of the
 operators that :mod:`tfra.synth.cell_count` finds in the design, each kind at the price fitted to syntheses: of parallel
-cores for ECP5 (``python -m bench.parts.estimates``), of serial cores for iCE40 (``python -m bench.parts.serial``).
+cores for ECP5, of serial cores for iCE40 (``python -m bench.parts.estimates``).
 Other families have other rules for memories and carry chains: for them the estimate is a guide, not a proof.
 """
 

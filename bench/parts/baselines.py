@@ -1,17 +1,17 @@
 """Baselines of resources and frequency: ``python -m bench.parts.baselines [NAME ...]`` measures and writes them.
 
-A baseline is a file in ``bench/baselines``; new versions of tools are added to it.
+A baseline is a file in ``bench/baselines``, an object: a key made of the tools' versions, then ``resources`` and
+``mhz``.  New versions of tools are added to it.
 """
 
 import json
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.parts.baseline import entry, key
 from bench.parts.flat import Flat
 from bench.publish import ROOT
 from tfra.codegen.verilog.emit import to_rtlil
@@ -27,6 +27,13 @@ from tfra.synth.run import netlist
 from tfra.synth.tools import versions
 
 FOLDER = ROOT / "bench" / "baselines"
+
+GROWTH = 0.05
+"""A resource may grow by this share before it counts as a regression."""
+SLOWDOWN = 0.15
+"""The frequency may fall by this share, since seeds differ by several per cent."""
+
+REMEASURE = "make baselines"
 
 
 def core(rows: int, columns: int, mac: int) -> Design:
@@ -56,7 +63,7 @@ SUBJECTS = {
 
 
 def measure(subject: Subject) -> dict[str, Any]:
-    """The parts of a report that :func:`bench.parts.baseline.compare` looks at."""
+    """The parts of a report that :func:`compare` looks at."""
     target = find(subject.target)
     with tempfile.TemporaryDirectory() as folder:
         synthesis = synthesise(subject.text(), subject.top, target, Path(folder))
@@ -67,6 +74,47 @@ def measure(subject: Subject) -> dict[str, Any]:
         "clock": clock_facts(routes) if routes else None,
         "tools": versions(target.family),
     }
+
+
+def key(tools: Mapping[str, str]) -> str:
+    """The baseline's name of these versions."""
+    return ", ".join(f"{name} {number}" for name, number in sorted(tools.items()))
+
+
+def entry(found: Mapping[str, Any]) -> dict[str, Any]:
+    """The part of a report that a baseline keeps."""
+    clock = found["clock"]
+    return {
+        "resources": {name: row["used"] for name, row in found["resources"].items()},
+        "mhz": clock["median_mhz"] if clock else None,
+    }
+
+
+def compare(found: Mapping[str, Any], baselines: Mapping[str, Any]) -> list[str]:
+    """Sentences on regressions from the baseline of the same tools; empty if there is none.
+
+    Raises ``ValueError``, with the command that measures anew, for versions without a baseline and for a baseline
+    that is not one.
+    """
+    version = key(found["tools"])
+    if version not in baselines:
+        raise ValueError(f"there is no baseline of {version}: {REMEASURE}")
+    old, new = baselines[version], entry(found)
+    if _kinds(old) != _kinds(new):
+        raise ValueError(f"the baseline of {version} is damaged: {REMEASURE}")
+    worse = [
+        f"{name}: {used:,}, the baseline has {before:,}"
+        for name, used in new["resources"].items()
+        if used > (before := old["resources"][name]) * (1 + GROWTH)
+    ]
+    if new["mhz"] is not None and new["mhz"] < old["mhz"] * (1 - SLOWDOWN):
+        worse.append(f"Fmax: {new['mhz']} MHz, the baseline has {old['mhz']} MHz")
+    return worse
+
+
+def _kinds(value: Any) -> Any:
+    """The types of an entry, by key, to compare two entries."""
+    return {name: _kinds(part) for name, part in value.items()} if isinstance(value, dict) else type(value)
 
 
 def main(names: list[str]) -> None:

@@ -1,13 +1,18 @@
-"""Fit the prices of ``tfra.synth.estimate`` to syntheses: ``python -m bench.parts.estimates`` writes its data file.
+"""Fit the prices of ``tfra.synth.estimate`` to syntheses, and write its data files.
 
-Every design of the grid is synthesised for ECP5; those of ``UNSEEN`` are not fitted but compared with the fit.
+``python -m bench.parts.estimates [--kind serial] [--refit]`` synthesises every design of a grid, by default of both
+kinds of cores; those that are not fitted are compared with the fit.  With ``--refit`` the designs of the data file are
+counted anew, but not synthesised.
+
+A lookup table of a serial core is a logic cell of iCE40, as nextpnr packs them: there are a quarter more of them than
+lookup tables, since flip-flops behind block memories, multipliers and carries take cells of their own.
 """
 
+import argparse
 import json
-import sys
+import re
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,64 +20,103 @@ import numpy as np
 from scipy.optimize import nnls
 
 from bench.publish import ROOT
-from tfra.families import Family, find
-from tfra.model.choices import FORMATS, Adc, Architecture, Search
+from tfra.families import Family, Target, find
+from tfra.model.choices import FORMATS, SERIAL, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.cell_count import CellCount, cell_counts
 from tfra.synth.estimate import KINDS, Prices, features, price
-from tfra.synth.flow import synthesise
+from tfra.synth.flow import NETLIST, synthesise
 from tfra.synth.run import netlist
-from tfra.synth.tools import versions
-
-DATA = ROOT / "synth" / "estimate_parallel.json"
-TARGET = find("ecp5-85")
+from tfra.synth.tools import run, versions
 
 
-def design(rows: int, columns: int, mac: int, **others: Any) -> Design:
-    """A core on a grid of 4 mm x 2 mm."""
-    sensor = SensorArray(rows, columns, 4e-3, 2e-3, 3e-3)
-    return TfraDesign(sensor, name=f"a{rows}x{columns}_l{mac}", architecture=Architecture(mac), **others)
+@dataclass(frozen=True)
+class Grid:
+    """Designs of one kind on a part, the resources whose estimates are uncertain, and whether cells are packed."""
+
+    target: Target
+    fitted: tuple[Design, ...]
+    unseen: tuple[Design, ...]
+    uncertain: tuple[str, ...]
+    packed: bool
 
 
-FITTED = (
-    design(4, 4, 4),
-    design(2, 2, 4),
-    design(3, 5, 4, adc=Adc(10)),
-    design(3, 3, 4, formats=replace(FORMATS["wide"], name="custom")),
-    design(4, 6, 8, search=Search(100, 3.0)),
-    design(5, 5, 12),
-)
-UNSEEN = (
-    design(6, 4, 24, search=Search(30)),
-    design(7, 9, 32),
-    design(10, 10, 16),
-)
+def parallel(rows: int, columns: int, mac: int, **others: Any) -> Design:
+    """A parallel core on a grid of 4 mm x 2 mm."""
+    return _design(f"a{rows}x{columns}_l{mac}", rows, columns, architecture=Architecture(mac), **others)
 
 
-def measure(subject: Design) -> dict[str, Any]:
+def serial(rows: int, columns: int, **others: Any) -> Design:
+    """A serial core on such a grid."""
+    return _design(f"s{rows}x{columns}", rows, columns, architecture=SERIAL, target="ice40", **others)
+
+
+def _design(name: str, rows: int, columns: int, **others: Any) -> Design:
+    return TfraDesign(SensorArray(rows, columns, 4e-3, 2e-3, 3e-3), name=name, **others)
+
+
+GRIDS = {
+    "parallel": Grid(
+        find("ecp5-85"),
+        (
+            parallel(4, 4, 4),
+            parallel(2, 2, 4),
+            parallel(3, 5, 4, adc=Adc(10)),
+            parallel(3, 3, 4, formats=replace(FORMATS["wide"], name="custom")),
+            parallel(4, 6, 8, search=Search(100, 3.0)),
+            parallel(5, 5, 12),
+        ),
+        (parallel(6, 4, 24, search=Search(30)), parallel(7, 9, 32), parallel(10, 10, 16)),
+        ("LUT", "FF"),
+        packed=False,
+    ),
+    "serial": Grid(
+        find("ice40up5k"),
+        (
+            serial(4, 4, search=Search(20)),
+            serial(2, 2, adc=Adc(10)),
+            serial(6, 8, formats=FORMATS["wide"]),
+            serial(8, 8, adc=Adc(12), formats=Formats("custom", 14, 14, 5, 3)),
+            serial(3, 5, adc=Adc(8), formats=Formats("custom", 10, 10, 2, 2)),
+        ),
+        (
+            serial(10, 10),
+            serial(5, 7, search=Search(16, 2.5)),
+            serial(9, 7, adc=Adc(16), formats=Formats("custom", 16, 20, 10, 4)),
+            serial(4, 7, adc=Adc(10), formats=Formats("custom", 12, 16, 6, 3)),
+            serial(8, 12, adc=Adc(12)),
+            serial(7, 7, search=Search(200), formats=Formats("custom", 20, 20, 11, 6)),
+        ),
+        ("LUT", "FF", "BRAM"),
+        packed=True,
+    ),
+}
+"""By the kind of core."""
+
+
+def measure(subject: Design, grid: Grid) -> dict[str, Any]:
     """Features and resources of one design."""
-    with tempfile.TemporaryDirectory() as folder:
-        found = synthesise(netlist(subject, TARGET), subject.name, TARGET, Path(folder))
-    return {"name": subject.name, "features": asked(subject), "measured": dict(found.resources)}
+    target = grid.target
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        found = dict(synthesise(netlist(subject, target), subject.name, target, folder).resources)
+        if grid.packed:
+            tool = target.family.place_and_route
+            assert tool
+            run(tool.program, [*target.device, "--json", NETLIST, "--pack-only"], folder, "pack.log")
+            (cells,) = re.findall(rf"{''.join(tool.bels['LUT'])}: +(\d+)/", (folder / "pack.log").read_text())
+            found["LUT"] = int(cells)
+    return {"name": subject.name, "features": asked(subject, target.family), "measured": found}
 
 
-def asked(subject: Design, family: Family = TARGET.family) -> dict[str, float]:
+def asked(subject: Design, family: Family) -> dict[str, float]:
     """Features of one design on ``family``, all blocks together."""
     total = CellCount()
     for block in cell_counts(subject).values():
         total += block
     return features(total, family, subject.architecture.kind)
-
-
-def recount(path: Path, designs: Sequence[Design], family: Family) -> dict[str, Any]:
-    """The stored measurements of ``designs``, which are counted again, not synthesised."""
-    record: dict[str, Any] = json.loads(path.read_text())
-    by_name = {subject.name: subject for subject in designs}
-    for row in (*record["fitted"], *record["unseen"]):
-        row["features"] = asked(by_name[row["name"]], family)
-    return record
 
 
 def fit(rows: list[dict[str, Any]], family: str) -> Prices:
@@ -94,45 +138,44 @@ def errors(rows: list[dict[str, Any]], rates: Prices) -> dict[str, Any]:
     }
 
 
-def main(arguments: list[str]) -> None:
-    """Measure, fit, write and print; with ``--refit`` the designs are counted anew, but not synthesised."""
-    designs = {"fitted": FITTED, "unseen": UNSEEN}
-    conclude(measured(arguments, DATA, designs, TARGET.family, measure), DATA, ("LUT", "FF"))
-
-
-def measured(
-    arguments: list[str],
-    path: Path,
-    designs: Mapping[str, Sequence[Design]],
-    family: Family,
-    measure: Callable[[Design], dict[str, Any]],
-) -> dict[str, Any]:
-    """The family, the versions of its tools, and what :func:`measure` returns for all ``designs``; printed as it comes.
-
-    With ``--refit`` these are the measurements in the file ``path``, and only the designs' features are new.
-    """
-    if arguments == ["--refit"]:
-        return recount(path, [subject for part in designs.values() for subject in part], family)
+def measured(grid: Grid) -> dict[str, Any]:
+    """The family, the versions of its tools, and the measurements of all designs; printed as they come."""
+    family = grid.target.family
     record: dict[str, Any] = {"family": family.name, "estimator": TfraDesign.estimator, "tools": versions(family)}
-    for key, subjects in designs.items():
+    for key in ("fitted", "unseen"):
         record[key] = []
-        for subject in subjects:
-            record[key].append(measure(subject))
+        for subject in getattr(grid, key):
+            record[key].append(measure(subject, grid))
             print(record[key][-1], flush=True)
     return record
 
 
-def conclude(record: dict[str, Any], path: Path, uncertain: tuple[str, ...]) -> None:
-    """Fit, write the data file ``path`` with the largest errors of the ``uncertain`` resources, and print."""
-    rates = fit(record["fitted"], record["family"])
-    worst = errors([*record["fitted"], *record["unseen"]], rates)
-    error = {name: round(float(max(abs(worst[name]))), 3) for name in uncertain}
-    path.write_text(json.dumps(record | {"lut": rates.lut, "ff": rates.ff, "error": error}, indent=1) + "\n")
-    print(rates, error)
-    for key in ("fitted", "unseen"):
-        for name, found in errors(record[key], rates).items():
-            print(f"{key} {name}: " + ", ".join(f"{e:+.1%}" for e in found))
+def recount(record: dict[str, Any], grid: Grid) -> dict[str, Any]:
+    """The stored measurements, whose designs are counted again."""
+    by_name = {subject.name: subject for subject in (*grid.fitted, *grid.unseen)}
+    for row in (*record["fitted"], *record["unseen"]):
+        row["features"] = asked(by_name[row["name"]], grid.target.family)
+    return record
+
+
+def main() -> None:
+    """Measure or count, fit, write the data file with the largest errors of the uncertain resources, and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kind", choices=list(GRIDS), help="default: both")
+    parser.add_argument("--refit", action="store_true", help="fit the stored measurements again")
+    options = parser.parse_args()
+    for kind in [options.kind] if options.kind else GRIDS:
+        path, grid = ROOT / "synth" / f"estimate_{kind}.json", GRIDS[kind]
+        record = recount(json.loads(path.read_text()), grid) if options.refit else measured(grid)
+        rates = fit(record["fitted"], record["family"])
+        worst = errors([*record["fitted"], *record["unseen"]], rates)
+        error = {name: round(float(max(abs(worst[name]))), 3) for name in grid.uncertain}
+        path.write_text(json.dumps(record | {"lut": rates.lut, "ff": rates.ff, "error": error}, indent=1) + "\n")
+        print(rates, error)
+        for key in ("fitted", "unseen"):
+            for name, found in errors(record[key], rates).items():
+                print(f"{key} {name}: " + ", ".join(f"{e:+.1%}" for e in found))
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()
