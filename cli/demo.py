@@ -17,14 +17,15 @@ from pathlib import Path
 
 from rich.console import Console
 
+from tfra.codegen.config.read import load
 from tfra.contacts import Truth
 from tfra.hdl.cores import microarchitecture
-from tfra.model.arrays import Floats
 from tfra.model.converter import quantise
 from tfra.model.fixed.words import decode
-from tfra.model.metrics import errors
 from tfra.model.tfra import Result, Tfra
 from tfra.model.truth import sentence
+from tfra.paper.published import PAPER, PRINTED, Contacts, errors, largest, number, percents, plain
+from tfra.paper.setups import EXAMPLES
 from tfra.runtime.errors import InputError
 from tfra.runtime.processes import Stopped, stoppable
 from tfra.sim.run import ProtocolError, Run, SimulationError, simulate
@@ -36,35 +37,13 @@ FULL = slice(8, 20)
 """The averaged intervals: twelve with the pipeline full, for which the design states the interval.  The first frames
 enter an empty core, and no others follow the last ones."""
 
-EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Largest errors over all directions, in percent as the paper measures (Eqs. 35, 33, 34)."""
-
-    force: float
-    mu: float
-    phi: float
-
-    def within(self, other: "Errors") -> bool:
-        """True if no error is larger than the other's."""
-        return self.force <= other.force and self.mu <= other.mu and self.phi <= other.phi
-
-
-PAPER = {"hertz_40x20": Errors(10.93, 9.41, 1.64), "rectangle_40x40": Errors(5.44, 4.46, 3.16)}
-"""Largest errors of the paper's Tables 1 and 2, by example."""
-
 
 @dataclass(frozen=True)
 class Sensor:
     """One sensor's frames through every engine."""
 
     name: str
-    resultant: Floats
-    """Ground truth, ``(n, 3)`` N."""
-    mu: Floats
-    phi_deg: Floats
+    truth: Contacts
     exact: Result
     """Float TFRA on the exact stress."""
     same: Result
@@ -75,16 +54,6 @@ class Sensor:
     interval: int
     """Cycles between frames, as the design states them."""
 
-    def errors(self, result: Result) -> dict[str, Floats]:
-        """Return the errors of ``result``, ``(n,)`` each, by the keys of ``tfra.model.metrics.ERRORS``."""
-        return errors(self, result)
-
-    def largest(self, result: Result) -> Errors:
-        """Return the largest errors of ``result`` as the paper measures them."""
-        found = self.errors(result)
-        keys = "paper_force_percent_of_estimate", "paper_mu_percent_of_one", "paper_phi_percent_of_turn"
-        return Errors(*(float(found[key].max()) for key in keys))
-
     @property
     def measured_interval(self) -> int | None:
         """Cycles between frames with the pipeline full; None if there were too few."""
@@ -94,10 +63,10 @@ class Sensor:
     @property
     def failures(self) -> list[str]:
         """What is wrong: empty if all words were compared and equal and no error exceeds the paper's."""
-        found = []
+        found, worst = [], largest(errors(self.truth, self.core))
         if self.differing or not self.run.compared == self.run.words.size > 0:
             found.append(f"{self.differing} of {self.run.words.size} words differ, {self.run.compared} were compared")
-        if not self.largest(self.core).within(PAPER[self.name]):
+        if any(worst[key] > PRINTED[self.name][key] for key in PAPER):
             found.append("an error is larger than the paper's largest")
         if self.measured_interval not in (None, self.interval):
             found.append(f"frames come every {self.measured_interval} cycles, not {self.interval}")
@@ -106,20 +75,16 @@ class Sensor:
 
 def measure(path: Path, simulator: str | None = None) -> Sensor:
     """Run the contacts of the CONFIG file at ``path`` through float TFRA, the bit-accurate model and the core."""
-    from tfra.codegen.config.read import load
-
     project = load(path)
-    design, contacts, layer = project.design, project.contacts, project.layer
-    stress = layer.frames(design.sensor, contacts)
+    design, truth = project.design, Truth(project.contacts)
+    stress = project.layer.frames(design.sensor, project.contacts)
     codes = quantise(design, stress)
     expected = design.model(codes).words
     run = simulate(design, codes, simulator, expected=expected)
-    tfra, truth = Tfra.of(design), Truth(contacts)
+    tfra = Tfra.of(design)
     return Sensor(
         path.stem,
-        truth.resultant,
-        truth.mu,
-        truth.phi_deg,
+        Contacts(truth.resultant, truth.mu, truth.phi_deg),
         tfra(stress),
         tfra(codes * design.adc.lsb),
         decode(design, run.words),
@@ -130,35 +95,32 @@ def measure(path: Path, simulator: str | None = None) -> Sensor:
 
 
 def directions(sensor: Sensor) -> list[str]:
-    """Return the table of the paper: reference, float TFRA and core for every direction, with errors."""
+    """The table of the paper: reference, float TFRA and core for every direction, with errors."""
     row = "{:>5} {:<9} {:>6} {:>6} {:>6} {:>6} {:>7} {:>6} {:>6} {:>6} {:>6}".format
+    truth = sensor.truth
     lines = [
-        f"{sensor.name}: 24 directions of one contact" if len(sensor.mu) == 24 else sensor.name,
+        f"{sensor.name}: 24 directions of one contact" if len(truth.mu) == 24 else sensor.name,
         "F in N, phi in degrees; errors against the reference: phi in degrees, mu, the",
         "length of the error of F in N and in percent of the reference's |F|.",
         "float: double precision on the exact stress; core: the simulated Verilog.",
         "",
         row("phi", "", "F_x", "F_y", "F_z", "mu", "phi", "err:", "mu", "F/N", "F/%"),
     ]
-    found = {"float": (sensor.exact, sensor.errors(sensor.exact)), "core": (sensor.core, sensor.errors(sensor.core))}
-    for n, angle in enumerate(sensor.phi_deg):
-        reference = _result(sensor.resultant[n], sensor.mu[n], angle)
-        lines.append(row(f"{angle:.0f}", "reference", *reference, *[""] * 4).rstrip())
-        for name, (result, error) in found.items():
-            values = _result(result.resultant[n], result.mu[n], result.phi_deg[n])
-            percent = f"{error['force_percent_of_resultant'][n]:.2f}"
-            off = f"{error['phi_deg'][n]:.2f}", f"{error['mu_abs'][n]:.3f}", f"{error['force_n'][n]:.2f}", percent
-            lines.append(row("", name, *values, *off))
+    found = {name: (result, errors(truth, result)) for name, result in (("float", sensor.exact), ("core", sensor.core))}
+    for n, angle in enumerate(truth.phi_deg):
+        lines.append(row(f"{angle:.0f}", "reference", *_frame(truth, n), *[""] * 4).rstrip())
+        for name, (result, every) in found.items():
+            off = plain({key: float(values[n]) for key, values in every.items() if values.ndim == 1})
+            lines.append(row("", name, *_frame(result, n), *off))
     return lines
 
 
-def _result(resultant: Floats, mu: float, phi: float) -> list[str]:
-    forces = (f"{round(force, 2) + 0.0:.2f}" for force in resultant.tolist())  # never minus zero
-    return [*forces, f"{mu:.3f}", f"{round(phi, 2) % 360:.2f}"]
+def _frame(of: Contacts | Result, n: int) -> list[str]:
+    return [*(number(f, 2) for f in of.resultant[n]), number(of.mu[n], 3), f"{round(of.phi_deg[n], 2) % 360:.2f}"]
 
 
 def maxima(sensors: Sequence[Sensor]) -> list[str]:
-    """Return the largest errors, in plain units and as the paper measures them, beside the paper's."""
+    """The largest errors, in plain units and as the paper measures them, beside the paper's."""
     row = "{:<26} {:>7} {:>5} {:>6} {:>6} {:>8} {:>7} {:>8}".format
     lines = [
         "Largest errors over all directions. The paper's own: e(F), worst component in",
@@ -168,24 +130,18 @@ def maxima(sensors: Sequence[Sensor]) -> list[str]:
         row("", "phi/deg", "mu", "F/N", "F/%", "e(F)/%", "e(mu)/%", "e(phi)/%"),
     ]
     for sensor in sensors:
-        paper = PAPER[sensor.name]
-        stated = f"{3.6 * paper.phi:.2f}", f"{paper.mu / 100:.3f}", "", "", *_percent(paper)
-        lines += [sensor.name, row("  paper, Tables 1 and 2", *stated)]
+        paper = PRINTED[sensor.name]
+        stated = paper | {"phi_deg": 3.6 * paper["phi"], "mu_abs": paper["mu"] / 100}
         results = {"float, exact stress": sensor.exact, "float, converter's codes": sensor.same, "core": sensor.core}
-        for name, result in results.items():
-            worst = {key: float(error.max()) for key, error in sensor.errors(result).items()}
-            plain = f"{worst['phi_deg']:.2f}", f"{worst['mu_abs']:.3f}", f"{worst['force_n']:.2f}"
-            percent = f"{worst['force_percent_of_resultant']:.2f}"
-            lines.append(row(f"  {name}", *plain, percent, *_percent(sensor.largest(result))))
+        worst = {name: largest(errors(sensor.truth, result)) for name, result in results.items()}
+        lines.append(sensor.name)
+        for name, each in ({"paper, Tables 1 and 2": stated} | worst).items():
+            lines.append(row(f"  {name}", *plain(each), *percents(each)))
     return lines
 
 
-def _percent(worst: Errors) -> list[str]:
-    return [f"{value:.2f}" for value in (worst.force, worst.mu, worst.phi)]
-
-
 def speed(sensor: Sensor) -> str:
-    """Return the number of words compared and the measured initiation interval."""
+    """The number of words compared and the measured initiation interval."""
     run, measured = sensor.run, sensor.measured_interval
     often = "too few frames to measure the interval" if measured is None else f"a frame every {measured:,} cycles"
     return (
@@ -211,7 +167,7 @@ def _demonstrate(arguments: Sequence[str] | None) -> int:
     start, status = time.monotonic(), Console(stderr=True)
     sensors = []
     try:
-        for name in PAPER:
+        for name in PRINTED:
             with status.status(f"{name}: building and simulating the core"):
                 sensors.append(measure(options.examples / f"{name}.toml", options.simulator))
     except InputError as error:

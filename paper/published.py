@@ -21,6 +21,12 @@ PAPER = {
 }
 """Errors as the paper measures them, in percent (Eqs. 35, 33, 34), and their keys in ``metrics.ERRORS``."""
 
+PRINTED = {
+    "hertz_40x20": {"force": 10.93, "mu": 9.41, "phi": 1.64},
+    "rectangle_40x40": {"force": 5.44, "mu": 4.46, "phi": 3.16},
+}
+"""Largest errors that the paper's text states for its Tables 1 and 2, by example and by the keys of ``PAPER``."""
+
 PLAIN = ("phi_deg", "mu_abs", "force_n", "force_percent_of_resultant")
 """Errors in plain units, keys of ``metrics.ERRORS``: degrees, absolute, length of F's error in N and in % of |F|."""
 
@@ -40,7 +46,7 @@ def table(name: str) -> list[dict[str, str]]:
         return list(csv.DictReader(line for line in stream if not line.startswith("#")))
 
 
-def errors(reference: Contacts, estimate: Contacts) -> dict[str, Floats]:
+def errors(reference: metrics.Contact, estimate: metrics.Contact) -> dict[str, Floats]:
     """Errors by the keys of ``PAPER`` and of ``PLAIN``, each ``(n,)``, and of each component as ``axes (n, 3)``."""
     every = metrics.errors(reference, estimate)
     ours = {key: every[name] for key, name in PAPER.items()} | {key: every[key] for key in PLAIN}
@@ -50,6 +56,21 @@ def errors(reference: Contacts, estimate: Contacts) -> dict[str, Floats]:
 def largest(every: dict[str, Floats]) -> dict[str, float]:
     """The largest of :func:`errors`, by the keys of ``PAPER`` and of ``PLAIN``."""
     return {key: float(every[key].max()) for key in (*PAPER, *PLAIN)}
+
+
+def number(value: float, digits: int) -> str:
+    """``value`` with that many decimals, never as minus zero."""
+    return f"{round(float(value), digits) + 0.0:.{digits}f}"
+
+
+def percents(worst: dict[str, float]) -> list[str]:
+    """Cells in the order of ``PAPER``."""
+    return [number(worst[key], 2) for key in PAPER]
+
+
+def plain(values: dict[str, float]) -> list[str]:
+    """Cells in the order of ``PLAIN``; empty ones without values."""
+    return [number(values[key], 3 if key == "mu_abs" else 2) if key in values else "" for key in PLAIN]
 
 
 def errors_of(rows: list[dict[str, str]]) -> dict[str, Floats]:

@@ -19,6 +19,7 @@ from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Result, Tfra
 from tfra.model.two_variable import TwoVariable
+from tfra.paper.published import PRINTED
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
 """Next to this package, in the repository as in an installation."""
@@ -80,11 +81,11 @@ def setups() -> tuple[Setup, Setup]:
     return (
         Setup(
             "hertz", "Hertzian contact", "table1_hertzian.csv",
-            {"force": 10.93, "mu": 9.41, "phi": 1.64}, load(EXAMPLES / "hertz_40x20.toml"),
+            PRINTED["hertz_40x20"], load(EXAMPLES / "hertz_40x20.toml"),
         ),
         Setup(
             "rectangle", "non-Hertzian contact", "table2_nonhertzian.csv",
-            {"force": 5.44, "mu": 4.46, "phi": 3.16}, load(EXAMPLES / "rectangle_40x40.toml"),
+            PRINTED["rectangle_40x40"], load(EXAMPLES / "rectangle_40x40.toml"),
         ),
     )  # fmt: skip
 

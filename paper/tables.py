@@ -8,7 +8,19 @@ import numpy as np
 from tfra.model.arrays import Floats
 from tfra.model.cover.contact import ContactShape
 from tfra.paper.picture import Text
-from tfra.paper.published import METHODS, PAPER, PLAIN, Contacts, errors, errors_of, largest, table
+from tfra.paper.published import (
+    METHODS,
+    PAPER,
+    PLAIN,
+    Contacts,
+    errors,
+    errors_of,
+    largest,
+    number,
+    percents,
+    plain,
+    table,
+)
 from tfra.paper.setups import TABLE_DIRECTIONS, Setup, near
 
 HEADER = (
@@ -61,22 +73,8 @@ def build(name: str, setup: Setup) -> Table:
         parts += _rows(engine, reference, estimate, every)
     order = {str(phi): place for place, phi in enumerate(TABLE_DIRECTIONS)}
     rows = sorted(parts, key=lambda row: order[row[0]])
-    maxima = [(method, *_percent(e), *_plain(e)) for method, e in worst.items()]
+    maxima = [(method, *percents(e), *plain(e)) for method, e in worst.items()]
     return Table(name, f"Forces, {setup.title}", rows, maxima, worst, _text(setup, worst))
-
-
-def number(value: float, digits: int) -> str:
-    """``value`` with that many decimals, never as minus zero."""
-    return f"{round(float(value), digits) + 0.0:.{digits}f}"
-
-
-def _percent(worst: dict[str, float]) -> list[str]:
-    return [number(worst[key], 2) for key in PAPER]
-
-
-def _plain(values: dict[str, float]) -> list[str]:
-    """Cells in the order of ``PLAIN``; empty ones without values."""
-    return [number(values[key], 3 if key == "mu_abs" else 2) if key in values else "" for key in PLAIN]
 
 
 def _published(setup: Setup) -> tuple[list[tuple[str, ...]], dict[str, dict[str, float]]]:
@@ -105,23 +103,23 @@ def _row(method: str, values: Sequence[str], every: dict[str, Floats], n: int) -
     own = {key: float(every[key][n]) for key in (*PAPER, *PLAIN)}
     e = [number(value, 2) for value in (*every["axes"][n], own["mu"])]
     quantities = [cell for n, error in enumerate(e) for cell in (pairs[2 * n], pairs[2 * n + 1], error)]
-    return phi_ref, method, *quantities, phi, number(own["phi"], 2), *_plain(own)
+    return phi_ref, method, *quantities, phi, number(own["phi"], 2), *plain(own)
 
 
 def _text(setup: Setup, worst: dict[str, dict[str, float]]) -> Text:
     def by_paper(method: str) -> str:
-        force, mu, phi = _percent(worst[method])
+        force, mu, phi = percents(worst[method])
         return f"{method}: e(F) {force} %, e(μ) {mu} %, e(φ) {phi} %."
 
     def plainly(method: str) -> str:
-        phi, mu, newtons, percent = _plain(worst[method])
+        phi, mu, newtons, percent = plain(worst[method])
         return f"{method}: φ {phi}°, μ {mu}, F {newtons} N or {percent} % of |F|."
 
     contact, sensor = setup.project.contacts[0], setup.project.design.sensor
     size = f"{2e3 * contact.half_x:g} mm × {2e3 * contact.half_y:g} mm"
     return Text(
         "The text states largest errors of {} % (forces), {} % (μ) and {} % (φ), by its Eqs. 33–35. Recomputed from "
-        "the printed, rounded numbers, they are ".format(*_percent(setup.printed))
+        "the printed, rounded numbers, they are ".format(*percents(setup.printed))
         + f"{by_paper('published TFRA, recomputed').partition(': ')[2]} {_note(setup, worst)}",
         "Largest errors by the paper's measures, "
         + " ".join(by_paper(method) for method in setup.engines)

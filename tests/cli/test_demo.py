@@ -10,6 +10,7 @@ import pytest
 from tfra.cli import demo
 from tfra.model.tfra import Result
 from tfra.model.truth import sentence
+from tfra.paper.published import Contacts
 
 EXAMPLE = """
 [sensor]
@@ -39,10 +40,11 @@ def cache(builds: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.long
 def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    for name in demo.PAPER:
+    for name in demo.PRINTED:
         (tmp_path / f"{name}.toml").write_text(EXAMPLE)
     arguments = ["--simulator", "icarus", "--examples", str(tmp_path)]
-    monkeypatch.setattr(demo, "PAPER", dict.fromkeys(demo.PAPER, demo.Errors(99.0, 99.0, 50.0)))
+    generous = {"force": 99.0, "mu": 99.0, "phi": 50.0}
+    monkeypatch.setattr(demo, "PRINTED", dict.fromkeys(demo.PRINTED, generous))
     assert demo.main(arguments) == 0
     printed = capsys.readouterr().out
     said = " ".join(printed.split())
@@ -52,7 +54,7 @@ def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
     assert sum(line.split()[1:2] == ["reference"] for line in printed.splitlines()) == 2 * 2
     assert max(map(len, printed.splitlines())) <= demo.WIDTH
     assert "\N{HORIZONTAL ELLIPSIS}" not in printed
-    monkeypatch.setattr(demo, "PAPER", dict.fromkeys(demo.PAPER, demo.Errors(0.01, 99.0, 50.0)))
+    monkeypatch.setattr(demo, "PRINTED", dict.fromkeys(demo.PRINTED, generous | {"force": 0.01}))
     assert demo.main(arguments) == 1
     said = " ".join(capsys.readouterr().out.split())
     assert "FAILED: hertz_40x20: an error is larger than the paper's largest; rect" in said
@@ -62,13 +64,12 @@ def test_demo(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Ca
 def sensor(phi_deg: float = 359.99, force: float = -123.45) -> demo.Sensor:
     """A sensor whose numbers are as wide as they come: -123 N, 360 degrees, errors of 100 % and more."""
     n = 24
-    many = np.full(n, 0.5), np.linspace(0, 345, n)
-    resultant = np.full((n, 3), force)
-    zero = np.zeros(n)
+    resultant, zero = np.full((n, 3), force), np.zeros(n)
+    truth = Contacts(resultant, np.full(n, 0.5), np.linspace(0, 345, n))
     found = Result(np.zeros((n, 3, 2, 2)), -resultant, np.full(n, phi_deg), zero + 3.999, zero, zero, zero, zero)
     words = np.zeros((n, 5), dtype=np.int64)
     run = SimpleNamespace(words=words, compared=words.size, interval=np.full(n - 1, 1500), simulator="verilator")
-    return demo.Sensor("rectangle_40x40", resultant, *many, found, found, found, run, 0, 1500)
+    return demo.Sensor("rectangle_40x40", truth, found, found, found, run, 0, 1500)
 
 
 def test_no_number_is_too_wide() -> None:
@@ -81,7 +82,7 @@ def test_no_number_is_too_wide() -> None:
 
 def test_every_column_by_hand() -> None:
     one = sensor()
-    one.resultant[:] = (3.0, 0.0, -4.0)
+    one.truth.resultant[:] = (3.0, 0.0, -4.0)
     found = replace(one.core, resultant=np.tile([3.0, 1.0, -4.0], (24, 1)), mu=np.full(24, 0.6))
     found = replace(found, phi_deg=np.full(24, 9.0))
     lines = demo.directions(replace(one, exact=found, core=found))
@@ -92,8 +93,7 @@ def test_every_column_by_hand() -> None:
 
 def test_what_fails() -> None:
     perfect = sensor()
-    found = replace(perfect.core, resultant=perfect.resultant, mu=perfect.mu, phi_deg=perfect.phi_deg)
-    good = replace(perfect, core=found)
+    good = replace(perfect, core=perfect.truth)
     assert good.failures == []
     assert good.measured_interval == 1500
     assert replace(good, differing=2).failures == ["rectangle_40x40: 2 of 120 words differ, 120 were compared"]

@@ -12,11 +12,11 @@ import pytest
 
 from tests.accessibility import faults_at_all_widths
 from tests.browser import browser
-from tfra.cli.demo import PAPER
 from tfra.cli.main import main
 from tfra.model.cover.contact import Contact
 from tfra.model.sensor import SensorArray
 from tfra.paper.picture import rounded, to_csv
+from tfra.paper.published import PRINTED
 from tfra.paper.report import report
 from tfra.paper.setups import DIRECTIONS, setups
 from tfra.paper.surfaces import cell_means
@@ -119,7 +119,7 @@ def test_maxima(folder: Path, table: str, example: str) -> None:
     maxima = {row[0]: [float(cell) for cell in row[1:4]] for row in rows(folder / f"{table}_maxima.csv")[1:]}
     plain = {row[0]: [float(cell) for cell in row[4:] if cell] for row in rows(folder / f"{table}_maxima.csv")[1:]}
     assert plain["printed in the paper's text"] == []
-    limits = list(vars(PAPER[example]).values())
+    limits = list(PRINTED[example].values())
     assert maxima["printed in the paper's text"] == limits
     for method in (*ENGINES, "published TFRA"):
         mine = [row for row in rows(folder / f"{table}.csv")[1:] if row[1] == method]
