@@ -23,31 +23,20 @@ from __future__ import annotations
 
 TYPE_CHECKING = False  # importing typing takes milliseconds, and every command imports this file
 if TYPE_CHECKING:
-    from tfra.contacts import Truth
-    from tfra.model.cover.contact import Contact, ContactShape
-    from tfra.model.tfra import Status
-    from tfra.recordings.frames import Recording
-    from tfra.result import Errors, Page, Result
-    from tfra.runtime.errors import InputError, Notice
-    from tfra.sensor import Sensor, load
+    from tfra.contacts import Truth as Truth
+    from tfra.model.cover.contact import Contact as Contact
+    from tfra.model.cover.contact import ContactShape as ContactShape
+    from tfra.model.tfra import Status as Status
+    from tfra.recordings.frames import Recording as Recording
+    from tfra.result import Errors as Errors
+    from tfra.result import Page as Page
+    from tfra.result import Result as Result
+    from tfra.runtime.errors import InputError as InputError
+    from tfra.runtime.errors import Notice as Notice
+    from tfra.sensor import Sensor as Sensor
+    from tfra.sensor import load as load
 
     __version__: str
-
-__all__ = [
-    "Contact",
-    "ContactShape",
-    "Errors",
-    "InputError",
-    "Notice",
-    "Page",
-    "Recording",
-    "Result",
-    "Sensor",
-    "Status",
-    "Truth",
-    "__version__",
-    "load",
-]
 
 _HOMES = {
     "Contact": "tfra.model.cover.contact",
@@ -64,6 +53,8 @@ _HOMES = {
     "load": "tfra.sensor",
 }
 """Modules that are imported at the first use of a name."""
+
+__all__ = [*_HOMES, "__version__"]
 
 if not TYPE_CHECKING:  # type checkers know the names and must report others
 

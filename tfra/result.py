@@ -13,7 +13,7 @@ import numpy as np
 from tfra.codegen.config.read import Project
 from tfra.codegen.config.write import config_text
 from tfra.model import tfra
-from tfra.model.arrays import Floats, Ints
+from tfra.model.arrays import Floats
 from tfra.model.metrics import ERRORS, Contact, errors
 from tfra.recordings.facts import facts, lines
 from tfra.recordings.frames import Recording
@@ -24,73 +24,27 @@ if TYPE_CHECKING:
     from tfra.view.resultfile import Recorded, References
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Result:
-    """Forces of n frames; arrays have the same names as in result files.
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Result(tfra.Result):
+    """Forces of n frames; arrays have the same names as in result files.  Printing a result gives a summary.
 
-    ``notices`` are the warnings of ``Sensor.estimate``.  Printing a result gives a summary.
+    - ``forces (n, 3, rows, columns)``: f_x, f_y, f_z at every taxel, N; NaN from a core that leaves them out
+    - ``resultant (n, 3)``: F_x, F_y, F_z, N; F_z < 0 presses
+    - ``phi_deg (n,)``: direction of the tangential force, degrees in [0, 360)
+    - ``mu (n,)``: friction coefficient, tangential over normal force; ``mu_x``, ``mu_y``: its components
+    - ``sweep_index (n,)``: index of the candidate that the search chose
+    - ``status (n,)``: bits of ``tfra.Status``; 0 if none is set
+    - ``notices``: the warnings of ``Sensor.estimate``
+
+    Of the learned estimator alone, else None: ``uncertainty (n,)``, how unsure it is of the resultant, N, no error bar;
+    ``threshold`` of the uncertainty over ``|F_z|``, over which frames are ``IMPLAUSIBLE``; ``residual (n,)``, the share
+    of the stress that the forces leave unexplained.
     """
 
     project: Project
     recording: Recording
     engine: str
-    found: tfra.Result
     notices: tuple[str, ...] = ()
-
-    @property
-    def forces(self) -> Floats:
-        """``(n, 3, rows, columns)``: f_x, f_y, f_z at every taxel, N; NaN from a core that leaves them out."""
-        return self.found.forces
-
-    @property
-    def resultant(self) -> Floats:
-        """``(n, 3)``: F_x, F_y, F_z, N; F_z < 0 presses."""
-        return self.found.resultant
-
-    @property
-    def phi_deg(self) -> Floats:
-        """``(n,)``: direction of the tangential force, degrees in [0, 360)."""
-        return self.found.phi_deg
-
-    @property
-    def mu(self) -> Floats:
-        """``(n,)``: friction coefficient, tangential over normal force."""
-        return self.found.mu
-
-    @property
-    def mu_x(self) -> Floats:
-        """``(n,)``: component of the friction coefficient along x."""
-        return self.found.mu_x
-
-    @property
-    def mu_y(self) -> Floats:
-        """``(n,)``: component of the friction coefficient along y."""
-        return self.found.mu_y
-
-    @property
-    def sweep_index(self) -> Ints:
-        """``(n,)``: index of the candidate that the search chose."""
-        return self.found.sweep_index
-
-    @property
-    def status(self) -> Ints:
-        """``(n,)``: bits of ``tfra.Status``; 0 if none is set."""
-        return self.found.status
-
-    @property
-    def uncertainty(self) -> Floats | None:
-        """``(n,)``: how unsure the estimator is of the resultant, N, no error bar; only the learned one has it."""
-        return self.found.uncertainty
-
-    @property
-    def threshold(self) -> float | None:
-        """Of the uncertainty over ``|F_z|``: frames over it are ``IMPLAUSIBLE``; only the learned estimator has it."""
-        return self.found.threshold
-
-    @property
-    def residual(self) -> Floats | None:
-        """``(n,)``: share of the stress that the forces leave unexplained; only the learned estimator has it."""
-        return self.found.residual
 
     @property
     def stress(self) -> Floats:
@@ -103,10 +57,10 @@ class Result:
         return self.recording.time
 
     def __len__(self) -> int:
-        return len(self.found.mu)
+        return len(self.mu)
 
     def __repr__(self) -> str:
-        text = "\n  ".join([*lines(facts(self.stress, self.found)), *(f"warning: {n}" for n in self.notices)])
+        text = "\n  ".join([*lines(facts(self.stress, self)), *(f"warning: {n}" for n in self.notices)])
         return f"<tfra.Result of the {self.engine} engine, {len(self)} frames\n  {text}>"
 
     def errors(self, truth: Contact) -> Errors:
@@ -122,7 +76,7 @@ class Result:
         number of frames.
         """
         _require_frames("Result.errors", truth, len(self))
-        return Errors(errors(truth, self.found))
+        return Errors(errors(truth, self))
 
     def save(self, path: str | Path) -> None:
         """Write the result as ``tfra estimate`` does: an archive .npz, or a folder .csv or .parquet of two tables.
@@ -133,7 +87,7 @@ class Result:
         file, design = Path(path), self.project.design
         check_result(file, "estimate", [self.project.path])
         text = config_text(design, self.project.layer, "", self.project.weights)
-        write_result(file, Estimate(self.recording, self.found, self.engine, text), "estimate", [self.project.path])
+        write_result(file, Estimate(self.recording, self, self.engine, text), "estimate", [self.project.path])
 
     def view(
         self,
@@ -180,7 +134,7 @@ class Result:
         from tfra.view.resultfile import Recorded
 
         of = self.project
-        return Recorded(name, self.engine, of.design, self.found, self.stress, self.time, of.design.sweeps)
+        return Recorded(name, self.engine, of.design, self, self.stress, self.time, of.design.sweeps)
 
 
 def _require_frames(call: str, truth: Contact, count: int) -> None:
