@@ -39,13 +39,6 @@ def test_the_page_tells_the_record(kept: dict[str, Any]) -> None:
     assert told(accuracy.SHORT, "README.md") == told(accuracy.SHORT)
 
 
-def test_another_record_makes_other_tables(kept: dict[str, Any]) -> None:
-    wrong = copy.deepcopy(kept)
-    wrong["pooled"][QUIET][LEARNED]["mu"][0] += 0.01
-    found = tables(wrong)
-    assert {name for name in found if told(name) != found[name]} == {"accuracy short", "accuracy median"}
-
-
 def test_the_kept_record_is_of_this_list(kept: dict[str, Any]) -> None:
     assert kept["seed"] == cases.SEED
     assert kept["contacts"] == accuracy.COUNT

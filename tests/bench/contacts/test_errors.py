@@ -102,9 +102,3 @@ def test_a_pair_in_one_place_and_direction_is_one_contact(group):
     apart = dict(errors.pairs(group, True))["4"]
     np.testing.assert_allclose(apart.forces[:, 2], one.forces[:, 2])
     assert (np.hypot(*apart.forces[:, :2].T) < np.hypot(*one.forces[:, :2].T)).all()
-
-
-def test_contacts_stay_or_move(group):
-    still = replace(group, contacts=group.contacts[:1] * 3)
-    assert errors.steady(still)
-    assert not errors.steady(group)

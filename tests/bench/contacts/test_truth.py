@@ -22,31 +22,9 @@ def test_the_package_has_the_medians_of_the_study():
     assert medians() == {"0.3": 0.046, "0.5": 0.438, "0.7": 0.902}
 
 
-def test_the_sentence():
-    assert sentence() == (
-        "Under an elastic cover TFRA's friction coefficient is right near 0.5 only: it finds 0.05 where 0.3 is true "
-        "and 0.90 where 0.7 is true (medians of random contacts, docs/studies/errors.md)."
-    )
-
-
 def test_pages_say_it():
     assert " ".join(block("truth").split()) == f"- {sentence()}"
     assert block("right", "docs/measured.md") == truth.table(truth.rows())
-
-
-def test_the_table_has_a_column_for_each_friction():
-    rows = {
-        "0.1": {"mu_found": None, "flagged": 8, "frames": 8, "phi": {"median": 25.0}, "modulus": 0.8},
-        "0.5": {"mu_found": [0.31, 0.44, 0.58], "flagged": 2, "frames": 8, "phi": {"median": 1.5}, "modulus": 0.907},
-    }
-    assert truth.table(rows).splitlines() == [
-        "| true μ | 0.1 | 0.5 |",
-        "|---|---:|---:|",
-        "| μ found, median (5–95 %) | – | 0.44 (0.31–0.58) |",
-        "| φ off, median, in degrees | – | 5 |",
-        "| force found over true modulus, median | 0.80 | 0.91 |",
-        "| frames with a status bit, nearly all `COMPRESSION_ONLY` | 100% | 25% |",
-    ]
 
 
 def test_other_results_change_every_place(tmp_path, monkeypatch):
