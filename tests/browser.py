@@ -1,6 +1,5 @@
 """Chromium without a window, driven over its debugging pipe: what a page shows, says and asks for."""
 
-import base64
 import json
 import os
 import shutil
@@ -83,13 +82,6 @@ class Browser:
             assert time.monotonic() < end, f"never true: {expression}"
             time.sleep(0.02)
         return value
-
-    def picture(self, file: Path) -> None:
-        """Write a picture of the whole page."""
-        size = self.call("Page.getLayoutMetrics")["cssContentSize"]
-        clip = {"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1}
-        answer = self.call("Page.captureScreenshot", clip=clip, captureBeyondViewport=True)
-        file.write_bytes(base64.b64decode(answer["data"]))
 
     def _receive(self) -> dict[str, Any]:
         while b"\0" not in self._waiting:

@@ -202,8 +202,7 @@ class Sensor:
         notices = [_as_arguments(doubt) for doubt in doubts(project.design, recording.frames, found, recording.given)]
         for notice in notices:
             warnings.warn(notice, Notice, stacklevel=2)
-        about = {"project": self.project, "recording": recording, "engine": engine, "notices": tuple(notices)}
-        return Result(**vars(found), **about)
+        return Result(**vars(found), project=self.project, recording=recording, engine=engine, notices=tuple(notices))
 
     def _stress(self, frames: npt.ArrayLike) -> Floats:
         """``frames`` as ``(n, rows, columns)``, n >= 1; raises ``InputError`` for another shape and for NaN."""

@@ -10,7 +10,6 @@ from bench import headline
 from bench.cycles import cores
 from bench.publish import ROOT, stored
 from tfra.codegen.config.read import MOST_TAXELS, load
-from tfra.codegen.sidecar.build import sidecar
 from tfra.hdl.cores import microarchitecture
 from tfra.model.boussinesq import operators
 from tfra.model.sensor import SensorArray
@@ -139,9 +138,3 @@ def test_presets(name):
     for row in rows:
         cells = row.split(" | ")
         assert cells[8:10] == [f"{cycles.latency:,}", f"{cycles.initiation_interval:,}"]
-
-
-def test_sidecar():
-    found = sidecar(cores.design(16))
-    assert found["multiplications_per_frame"] == products()
-    assert found["interval_cycles"] == core(16).initiation_interval

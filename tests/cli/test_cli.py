@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -80,20 +78,6 @@ def test_help_lists_the_commands_and_an_example(capsys: pytest.CaptureFixture[st
     assert "tfra frames examples/hertz_40x20.toml --out frames.npz" in text
 
 
-def test_help_of_a_command_shows_examples(capsys: pytest.CaptureFixture[str]) -> None:
-    for command in ("frames", "estimate", "generate", "verify"):
-        assert main([command, "--help"]) == 0
-        assert f"tfra {command} examples/hertz_40x20.toml" in capsys.readouterr().out
-
-
-def test_as_a_program(tmp_path: Path) -> None:
-    command = [sys.executable, "-m", "tfra.cli", "frames", "none.toml", "--out", "f.npz"]
-    found = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
-    assert found.returncode == 2
-    assert found.stderr == "none.toml: cannot be read: No such file or directory\n"
-    assert found.stdout == ""
-
-
 # frames
 
 
@@ -127,11 +111,9 @@ def test_frames_tells_when_they_exceed_full_scale(folder: Path, capsys: pytest.C
 # estimate
 
 
-@pytest.mark.parametrize("engine", ["float", "fixed"])
-def test_estimate(folder: Path, capsys: pytest.CaptureFixture[str], engine: str) -> None:
-    command = ["estimate", "skin.toml", "frames.npz", "--engine", engine, "--out", "result.npz", "--json"]
+def test_estimate(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
-    assert main(command) == 0
+    assert main(["estimate", "skin.toml", "frames.npz", "--out", "result.npz", "--json"]) == 0
     summary = json.loads(capsys.readouterr().out)
     design = load("skin.toml").design
     expected = Tfra(design.sensor, 100, 3 * design.adc.lsb)(np.load("frames.npz")["frames"])
@@ -139,12 +121,9 @@ def test_estimate(folder: Path, capsys: pytest.CaptureFixture[str], engine: str)
         keys = ["forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status"]
         assert found.files == [*keys, "stress", "engine", "config"]
         np.testing.assert_array_equal(found["stress"], np.load("frames.npz")["frames"])
-        assert found["engine"][()] == engine
-        assert found["forces"].shape == (3, 3, 5, 6)
-        if engine == "float":
-            for key in keys:
-                np.testing.assert_array_equal(found[key], getattr(expected, key))
-        np.testing.assert_allclose(found["resultant"], expected.resultant, atol=0.2)
+        assert found["engine"][()] == "float"
+        for key in keys:
+            np.testing.assert_array_equal(found[key], getattr(expected, key))
         assert summary["resultant_n"] == found["resultant"].tolist()
         assert summary["phi_deg"] == found["phi_deg"].tolist()
     assert summary["frames"] == 3
@@ -288,12 +267,7 @@ def test_generate(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
 USAGE = [
     (["frobnicate"], "tfra: No such command 'frobnicate'."),
     (["--frobnicate"], "tfra: No such option: --frobnicate"),
-    (["frames"], "tfra frames: Missing argument 'CONFIG'."),
     (["frames", "skin.toml"], "tfra frames: Missing option '--out'."),
-    (
-        ["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--engine", "abacus"],
-        "tfra estimate: Invalid value for '--engine': 'abacus' is not one of 'float', 'fixed', 'rtl', 'two-variable'.",
-    ),
     (
         ["verify", "skin.toml", "--simulator", "abacus"],
         "tfra verify: Invalid value for '--simulator': 'abacus' is not one of 'icarus', 'verilator', 'amaranth'.",
@@ -303,10 +277,6 @@ USAGE = [
         "tfra verify: Invalid value for '--seed': "
         "Input should be a valid integer, unable to parse string as an integer",
     ),
-    (["synth", "skin.toml", "--out", "d"], "tfra synth: Missing option '--target'."),
-    (["size", "skin.toml", "--target", "xc7"], "tfra size: Missing option '--frames-per-second'."),
-    (["paper"], "tfra paper: Missing option '--out'."),
-    (["frames", "none.toml", "--out", "f.npz"], "none.toml: cannot be read: No such file or directory"),
     (["frames", "skin.toml", "--out", "no/f.npz"], "no/f.npz: cannot be written: No such file or directory"),
 ]
 
@@ -316,43 +286,6 @@ def test_wrong_usage(
     folder: Path, capfd: pytest.CaptureFixture[str], arguments: list[str], line: str
 ) -> None:
     assert refusal(capfd, *arguments) == line
-
-
-COMMANDS = [
-    ("frames", "bad.toml", "--out", "out.npz"),
-    ("estimate", "bad.toml", "frames.npz", "--out", "out.npz"),
-    ("generate", "bad.toml", "--out", "out"),
-    ("verify", "bad.toml"),
-]
-
-
-def test_wrong_config(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    Path("bad.toml").write_text(CONFIG.replace("rows = 5", ""))
-    for command in COMMANDS:
-        assert refusal(capfd, *command) == "bad.toml: sensor.rows: is missing"
-
-
-def test_no_contacts(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    Path("bare.toml").write_text(CONFIG.partition("[[contact]]")[0])
-    line = "bare.toml: contact: at least one [[contact]] is needed to simulate frames"
-    assert refusal(capfd, "frames", "bare.toml", "--out", "f.npz") == line
-
-
-def test_frames_over_full_scale(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    frames = np.zeros((2, 5, 6))
-    frames[1, 2, 3] = 3e5
-    np.save("frames.npy", frames)
-    line = "frames.npy: frames: frame 1, row 2, column 3 is 300000 Pa, over the full scale of 200000 Pa"
-    for engine in ("fixed", "rtl"):
-        assert refusal(capfd, "estimate", "skin.toml", "frames.npy", "--engine", engine, "--out", "r.npz") == line
-    assert refusal(capfd, "verify", "skin.toml", "--frames", "frames.npy") == line
-
-
-def test_a_mesh_too_coarse_for_the_contact(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    Path("coarse.toml").write_text(CONFIG + '[layer]\nsolver = "fem"\nelement_mm = 30.0\n')
-    said = refusal(capfd, "frames", "coarse.toml", "--out", "f.npz")
-    assert said.startswith("coarse.toml: contact 0: elements of 0.03 m are too coarse for half_")
-    assert not Path("f.npz").exists()
 
 
 def test_formats_that_overflow(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

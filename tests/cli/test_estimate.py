@@ -82,17 +82,6 @@ def test_json_has_the_same_facts(capsys: pytest.CaptureFixture[str]) -> None:
     assert summary["ranges"]["mu"]["max"] == max(content["mu"])
 
 
-def test_compression_positive(capsys: pytest.CaptureFixture[str]) -> None:
-    np.save("other.npy", -stress())
-    run(capsys)
-    expected = Path("r.npz").read_bytes()
-    _, err = run(capsys, "--compression", "positive", frames="other.npy")
-    assert err == ""
-    assert Path("r.npz").read_bytes() == expected
-    run(capsys, frames="other.npy")
-    assert Path("r.npz").read_bytes() != expected
-
-
 def test_warnings_in_json(capsys: pytest.CaptureFixture[str]) -> None:
     np.save("kpa.npy", stress() / 1e3)
     capsys.readouterr()
@@ -134,14 +123,6 @@ def test_fixed_always_sees_codes(capfd: pytest.CaptureFixture[str]) -> None:
         line = f"tfra estimate: --codes: the {engine} engine always sees the converter's codes"
         arguments = ["estimate", "skin.toml", "frames.npz", "--engine", engine, "--codes", "--out", "new.npz"]
         assert refusal(capfd, *arguments) == line
-
-
-def test_codes_refuse_what_the_converter_cannot_show(capfd: pytest.CaptureFixture[str]) -> None:
-    np.save("large.npy", stress() * 1e3)
-    said = refusal(capfd, "estimate", "skin.toml", "large.npy", "--codes", "--out", "new.npz")
-    assert said.startswith("large.npy: frames: frame 0, row ")
-    assert said.endswith("times full scale: is the file in Pa, and adc.full_scale_pa in Pa (not in kPa)?")
-    assert main(["estimate", "skin.toml", "large.npy", "--out", "new.npz"]) == 0
 
 
 def test_frames_without_contact(capsys: pytest.CaptureFixture[str]) -> None:

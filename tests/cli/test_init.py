@@ -1,9 +1,7 @@
 """``tfra init`` and ``tfra examples``: files to begin with, which every command takes."""
 
-import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.cli.test_cli import refusal
@@ -21,25 +19,6 @@ INIT = ("init", *SENSOR, "--thickness", "3")
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-@pytest.mark.long
-def test_every_command_takes_it(capsys: pytest.CaptureFixture[str]) -> None:
-    """Frames of a plausible height, whose forces come back; a core; its size."""
-    options = ("--adc-bits", "12", "--full-scale", "150e3", "--target", "ecp5-45")
-    assert main([*INIT, *options, "--out", "sensor.toml"]) == 0
-    design = load("sensor.toml").design
-    assert (design.name, design.adc.bits, design.adc.full_scale, design.target) == ("sensor", 12, 150e3, "ecp5")
-    assert (design.sensor.rows, design.sensor.columns, design.sensor.pitch_y) == (4, 6, 2.5e-3)
-    assert main(["frames", "sensor.toml", "--out", "frames.npz"]) == 0
-    for engine in ("float", "fixed"):
-        assert main(["estimate", "sensor.toml", "frames.npz", "--engine", engine, "--out", "forces.npz"]) == 0
-        assert np.load("forces.npz")["status"].tolist() == [0] * 24
-    assert main(["generate", "sensor.toml", "--out", "core"]) == 0
-    size = ["--target", "ecp5-45", "--frames-per-second", "1000", "--latency-us", "500", "--json"]
-    capsys.readouterr()
-    assert main(["size", "sensor.toml", *size]) == 0
-    assert json.loads(capsys.readouterr().out)["target"] == "ecp5-45-6"
 
 
 def test_standard_output_is_the_same_file(capsys: pytest.CaptureFixture[str]) -> None:
@@ -66,17 +45,6 @@ def test_a_part_decides_cells_and_kind(part: str, family: str, kind: str) -> Non
     assert main([*INIT, "--target", part, "--out", "sensor.toml"]) == 0
     design = load("sensor.toml").design
     assert (design.target, design.architecture.kind) == (family, kind)
-
-
-def test_an_edited_file_is_yours(capfd: pytest.CaptureFixture[str]) -> None:
-    run = [*INIT, "--out", "sensor.toml"]
-    assert main(run) == main(run) == 0
-    Path("sensor.toml").write_text(edited := Path("sensor.toml").read_text().replace("bits = 14", "bits = 12"))
-    assert refusal(capfd, *run) == (
-        "sensor.toml: is not replaced: it has changed since tfra wrote it: move it away, or choose another place"
-    )
-    assert Path("sensor.toml").read_text() == edited
-    assert load("sensor.toml").design.adc.bits == 12
 
 
 def test_a_file_called_like_a_keyword(capfd: pytest.CaptureFixture[str]) -> None:

@@ -160,26 +160,6 @@ def table(path: Path) -> dict[str, list[Any]]:
     return {head: list(column) for head, column in zip(heads, zip(*numbers, strict=True), strict=True)}
 
 
-@pytest.mark.parametrize("form", ["npz", "csv", "parquet"])
-def test_results_are_replaced_by_the_rules(capfd: pytest.CaptureFixture[str], form: str) -> None:
-    def content() -> dict[Path, bytes]:
-        place = Path(f"r.{form}")
-        return {path: path.read_bytes() for path in (place.iterdir() if place.is_dir() else [place])}
-
-    run = ["estimate", "skin.toml", "frames.npz", "--out", f"r.{form}"]
-    assert main(run) == 0
-    first = content()
-    assert main([*run, "--compression", "positive"]) == 0
-    assert content() != first
-    assert main(run) == 0
-    assert content() == first
-    victim = max(content(), key=lambda path: path.suffix == f".{form}")
-    mine = first[victim][:99] + b"mine" + first[victim][103:]
-    victim.write_bytes(mine)
-    assert "has changed since tfra wrote it" in refusal(capfd, *run)
-    assert victim.read_bytes() == mine
-
-
 def test_an_output_is_not_the_tare(capfd: pytest.CaptureFixture[str]) -> None:
     write_npz("rest.npz", {"frames": np.zeros((1, 5, 6))}, "estimate")
     run = ["estimate", "skin.toml", "frames.npz", "--tare", "rest.npz", "--out", "rest.npz"]

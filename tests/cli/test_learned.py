@@ -15,7 +15,6 @@ from tests.model.learned.random_weights import random_weights
 from tfra.cli.main import main
 from tfra.codegen.config.read import load
 from tfra.codegen.config.weights import Trained, read_weights, write_weights
-from tfra.model.converter import quantise
 from tfra.model.learned.learned import Learned
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Status, Tfra
@@ -59,14 +58,6 @@ def test_the_float_engine_is_the_learned_estimator(capsys: pytest.CaptureFixture
         for key in ("forces", "resultant", "phi_deg", "mu", "mu_x", "mu_y", "sweep_index", "status", "residual"):
             assert np.array_equal(found[key], getattr(expected, key)), key
         assert 'weights = "lab/w.npz"' in str(found["config"])
-
-
-def test_codes(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["estimate", "skin.toml", "frames.npz", "--out", "r.npz", "--codes"]) == 0
-    design = load("skin.toml").design
-    expected = estimator()(quantise(design, stress()) * design.adc.lsb)
-    with np.load("r.npz") as found:
-        assert np.array_equal(found["resultant"], expected.resultant)
 
 
 def test_tables_have_the_residual() -> None:
@@ -154,9 +145,3 @@ def test_no_study_of_it(capfd: pytest.CaptureFixture[str]) -> None:
     assert refusal(capfd, "study", "study.toml", "--out", "out").endswith(
         "config: a design of the TFRA estimator is needed"
     )
-
-
-def test_weights_that_do_not_fit(capfd: pytest.CaptureFixture[str]) -> None:
-    Path("skin.toml").write_text((CONFIG + ESTIMATOR).replace("thickness_mm = 3", "thickness_mm = 3.5"))
-    expected = "lab/w.npz: sensor.thickness_mm: is trained for 3, CONFIG has 3.5: run tfra train again"
-    assert refusal(capfd, "live", "skin.toml", "frames.npz").endswith(expected)

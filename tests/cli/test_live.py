@@ -21,7 +21,6 @@ import pytest
 
 from tests.cli.test_cli import refusal
 from tests.view.made import unpacked, write
-from tfra.cli.main import main
 
 PATIENCE = 60.0
 
@@ -187,8 +186,3 @@ def test_plotly_is_asked_for(folder: Path, capfd: pytest.CaptureFixture[str], mo
     monkeypatch.setattr("tfra.runtime.errors.find_spec", lambda name: None)
     line = "tfra live: plotly is missing, please run: pip install 'tfra[view]'"
     assert refusal(capfd, "live", "skin.toml", "frames.npz") == line
-
-
-def test_help(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["live", "--help"]) == 0
-    assert "tcp://HOST:PORT" in capsys.readouterr().out

@@ -1,6 +1,5 @@
 """From observations to the page: percentiles, verdicts, tables, and the record that they tell."""
 
-import copy
 import json
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,6 +1,5 @@
 """The scenes of the error study are what they say, and its measure is zero for a perfect estimate alone."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np

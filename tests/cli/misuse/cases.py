@@ -252,6 +252,7 @@ DOUBTS = [
     Misuse("offsets of single taxels", recorded(untared), NPY, 0),
     Misuse("a stuck taxel", recorded(stuck), NPY, 0),
     Misuse("over full scale", recorded(lambda b: 100 * b), f"{NPY} --engine fixed"),
+    Misuse("verified over full scale", recorded(lambda b: 100 * b), "verify skin.toml --frames wrong.npy"),
 ]
 
 VIEW = "view r.npz --out page.html {}"
