@@ -9,12 +9,18 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from tfra.model.arrays import Floats
 from tfra.paper.literal import LiteralTfra
-from tfra.paper.picture import Column, Columns, Picture, Text, legend_below, stacked
-from tfra.paper.setups import DIRECTIONS, Engine, Setup
+from tfra.paper.picture import Columns, Picture, Text, legend_below, stacked
+from tfra.paper.setups import DIRECTIONS, Setup
 from tfra.report.colours import BLUE, GREEN, VERMILION
 
-STYLES = {"two-variable": (VERMILION, "s"), "TFRA literal": (GREEN, "^"), "TFRA": (BLUE, "o")}
-COLUMNS = {"two-variable": "two_variable_ms", "TFRA literal": "literal_ms", "TFRA": "tfra_ms"}
+SERIES = {
+    "two-variable": ("two_variable_ms", VERMILION, "s"),
+    "TFRA literal": ("literal_ms", GREEN, "^"),
+    "TFRA": ("tfra_ms", BLUE, "o"),
+}
+"""By name: column, colour and marker."""
+
+Model = Callable[[Floats], object]
 
 
 def fig9(setups: Sequence[Setup], repeats: int, advance: Callable[[int], None]) -> Picture:
@@ -41,7 +47,7 @@ def fig9(setups: Sequence[Setup], repeats: int, advance: Callable[[int], None]) 
 def _columns(setup: Setup, repeats: int) -> Columns:
     design = setup.project.design
     stress = setup.stress(setup.contacts(DIRECTIONS))
-    models: dict[str, Engine] = {
+    models: dict[str, Model] = {
         "two-variable": setup.engines["two-variable, own reading"],
         "TFRA literal": LiteralTfra(design.sensor, design.search.steps),
         "TFRA": setup.tfra,
@@ -49,11 +55,11 @@ def _columns(setup: Setup, repeats: int) -> Columns:
     columns: Columns = {"phi_ref_deg": np.array(DIRECTIONS)}
     for name, model in models.items():
         model(stress[:2])
-        columns[COLUMNS[name]] = 1e3 * np.array([_median(model, frame[None], repeats) for frame in stress])
+        columns[SERIES[name][0]] = 1e3 * np.array([_median(model, frame[None], repeats) for frame in stress])
     return columns
 
 
-def _median(model: Engine, frame: Floats, repeats: int) -> float:
+def _median(model: Model, frame: Floats, repeats: int) -> float:
     """Median of ``repeats`` durations of a call, in seconds."""
     times = []
     for _ in range(repeats):
@@ -64,19 +70,12 @@ def _median(model: Engine, frame: Floats, repeats: int) -> float:
 
 
 def _measured(title: str, columns: Columns) -> str:
-    slow, literal, fast = (columns[name] for name in COLUMNS.values())
-
-    def median_and_longest(name: str, times: Column) -> str:
-        return f"{name} {np.median(times):.2f} ms ({times.max():.2f})"
-
-    def ratio(one: Column, other: Column) -> str:
-        return f"{np.median(one) / np.median(other):.1f}"
-
+    times = {name: columns[column] for name, (column, *_) in SERIES.items()}
+    listed = ", ".join(f"{name} {np.median(each):.2f} ms ({each.max():.2f})" for name, each in times.items())
+    slow, literal, fast = (float(np.median(each)) for each in times.values())
     return (
-        f"{title}, median (longest) over the directions: {median_and_longest('two-variable', slow)}, "
-        f"{median_and_longest('TFRA literal', literal)}, {median_and_longest('TFRA', fast)}. Ratios of medians: "
-        f"two-variable to literal {ratio(slow, literal)}, to TFRA {ratio(slow, fast)}; "
-        f"literal to TFRA {ratio(literal, fast)}."
+        f"{title}, median (longest) over the directions: {listed}. Ratios of medians: two-variable to literal "
+        f"{slow / literal:.1f}, to TFRA {slow / fast:.1f}; literal to TFRA {literal / fast:.1f}."
     )
 
 
@@ -84,9 +83,8 @@ def _draw(setups: Sequence[Setup], parts: dict[str, Columns], repeats: int) -> F
     figure = Figure(figsize=(9.0, 4.0), layout="constrained")
     axes = figure.subplots(1, len(setups), sharey=True)
     for panel, letter, setup in zip(axes, "ab", setups, strict=True):
-        for name, (color, marker) in STYLES.items():
-            times = parts[setup.key][COLUMNS[name]]
-            panel.plot(DIRECTIONS, times, marker=marker, color=color, linewidth=1, label=name)
+        for name, (column, color, marker) in SERIES.items():
+            panel.plot(DIRECTIONS, parts[setup.key][column], marker=marker, color=color, linewidth=1, label=name)
         panel.set(title=f"({letter}) {setup.title}", xlabel=r"$\varphi_{ref}$ / °", xticks=range(0, 361, 45))
         panel.set_yscale("log")
         panel.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))

@@ -58,13 +58,20 @@ def run(
     """
     import numpy as np
 
+    from tfra.model.fixed.words import decode
+
     if engine in DOUBLE:
         if converted:
             frames = np.multiply(codes(project, frames, source), project.design.adc.lsb, dtype=np.float64)
         return _in_chunks(double(engine, project), frames, advance)
     check_core(project)
-    measured = codes(project, frames, source)
-    return _rtl(project, measured, advance) if engine is Engine.RTL else _fixed(project, measured, advance)
+    design, measured = project.design, codes(project, frames, source)
+    if engine is Engine.RTL:
+        from tfra.sim.run import simulate
+
+        return decode(design, simulate(design, measured, progress=advance).words)
+    fixed = design.model
+    return _in_chunks(lambda part: decode(design, fixed(part).words), measured, advance)
 
 
 def codes(project: Project, frames: Floats, source: str | Path) -> Ints:
@@ -84,20 +91,6 @@ def double(engine: Engine, project: Project) -> Callable[[Floats], Result]:
 
     design = project.design
     return TwoVariable.of(design) if engine is Engine.TWO_VARIABLE else design.float_model
-
-
-def _fixed(project: Project, codes: Ints, advance: Advance) -> Result:
-    from tfra.model.fixed.words import decode
-
-    fixed = project.design.model
-    return _in_chunks(lambda part: decode(project.design, fixed(part).words), codes, advance)
-
-
-def _rtl(project: Project, codes: Ints, advance: Advance) -> Result:
-    from tfra.model.fixed.words import decode
-    from tfra.sim.run import simulate
-
-    return decode(project.design, simulate(project.design, codes, progress=advance).words)
 
 
 def _in_chunks(run: Callable[[Any], Result], data: Any, advance: Advance) -> Result:

@@ -15,16 +15,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from bench.accuracy.loads import peak
 from bench.contacts import truth
 from bench.contacts.half_space import half_space
 from bench.publish import ROOT, insert, store
 from tfra.codegen.config.read import load
 from tfra.model.arrays import Floats
 from tfra.model.boussinesq import operators
-from tfra.model.cover.contact import Contact, taxel_forces
+from tfra.model.cover.contact import Contacts, taxel_forces
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.metrics import error_force, error_mu, error_phi
+from tfra.model.resultant import friction
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Tfra
 
@@ -40,12 +42,7 @@ class Group:
     """Contacts on one sensor."""
 
     sensor: SensorArray
-    contacts: list[Contact]
-
-    @property
-    def forces(self) -> Floats:
-        """Their resultants ``(n, 3)``, N."""
-        return np.array([contact.force for contact in self.contacts])
+    contacts: Contacts
 
     @property
     def pitch(self) -> Floats:
@@ -57,13 +54,10 @@ class Group:
         """Middle of the array ``(2,)``, m."""
         return self.pitch * (self.sensor.columns - 1, self.sensor.rows - 1) / 2
 
-    def moved(self, halves: Floats, centres: Floats) -> "Group":
-        """The same loads with half sizes and centres ``(n, 2)`` or ``(2,)``, m."""
-        sizes, places = (np.broadcast_to(value, (len(self.contacts), 2)) for value in (halves, centres))
-        rows = zip(self.contacts, sizes, places, strict=True)
-        return Group(
-            self.sensor, [replace(c, half_x=a, half_y=b, center_x=x, center_y=y) for c, (a, b), (x, y) in rows]
-        )
+    def changed(self, **fields: Floats) -> "Group":
+        """The same contacts with other fields of :class:`Contacts`, whose shapes they broadcast to."""
+        arrays = {name: np.broadcast_to(value, getattr(self.contacts, name).shape) for name, value in fields.items()}
+        return replace(self, contacts=replace(self.contacts, **arrays))
 
 
 @dataclass(frozen=True)
@@ -85,21 +79,21 @@ def groups(count: int) -> dict[str, Group]:
     Of ``count`` drawn ones those are left out that TFRA flags, nearly always because no taxel is under traction.
     """
     projects = {name: load(ROOT / "examples" / f"{example}.toml") for name, example in EXAMPLES.items()}
-    paper = {name: Group(project.design.sensor, list(project.contacts)) for name, project in projects.items()}
+    paper = {name: Group(project.design.sensor, Contacts.of(project.contacts)) for name, project in projects.items()}
     sensor = paper["rectangle"].sensor
-    drawn = random_contacts(sensor, count, np.random.default_rng(SEED))
+    drawn = Contacts.of(random_contacts(sensor, count, np.random.default_rng(SEED)))
     swept = Tfra(sensor)(frames(sensor, drawn)).status == 0
-    return {"random": Group(sensor, [c for c, good in zip(drawn, swept, strict=True) if good])} | paper
+    return {"random": Group(sensor, Contacts(**{key: array[swept] for key, array in vars(drawn).items()}))} | paper
 
 
 def scene(group: Group, steps: int = 100) -> Scene:
     """The group on an elastic layer, stress at the taxels' centres."""
-    return Scene(group.sensor, frames(group.sensor, group.contacts), group.forces, steps)
+    return Scene(group.sensor, frames(group.sensor, group.contacts), group.contacts.force, steps)
 
 
 def kernels(group: Group) -> Scenes:
     """Scenes from TFRA's assumptions to a sensor's conditions."""
-    sensor, contacts, forces = group.sensor, group.contacts, group.forces
+    sensor, contacts, forces = group.sensor, group.contacts, group.contacts.force
     ideal = taxel_forces(sensor, contacts).reshape(len(contacts), -1) @ operators(sensor).a.T  # Eq. 3
     yield "forces at taxels", Scene(sensor, ideal.reshape(-1, sensor.rows, sensor.columns), forces)
     yield "half-space", Scene(sensor, half_space(sensor, contacts), forces)
@@ -111,18 +105,17 @@ def resolutions(group: Group) -> Scenes:
     """Arrays of 5 x 5 to 20 x 20 taxels over the same surface."""
     sensor = group.sensor
     for side in (5, 7, 10, 14, 20):
-        finer = SensorArray(side, side, sensor.size_x / side, sensor.size_y / side, sensor.thickness)
-        x, y = (sensor.pitch_x - finer.pitch_x) / 2, (sensor.pitch_y - finer.pitch_y) / 2
-        contacts = [replace(c, center_x=c.center_x + x, center_y=c.center_y + y) for c in group.contacts]
-        yield f"{side}×{side}", scene(Group(finer, contacts))
+        finer = Group(
+            SensorArray(side, side, sensor.size_x / side, sensor.size_y / side, sensor.thickness), group.contacts
+        )
+        yield f"{side}×{side}", scene(finer.changed(center=group.contacts.center + (group.pitch - finer.pitch) / 2))
 
 
 def noises(group: Group) -> Scenes:
     """Normal noise on every taxel, its standard deviation in percent of the frame's peak."""
     exact, rng = scene(group), np.random.default_rng(SEED)
-    peak = np.abs(exact.stress).max(axis=(1, 2), keepdims=True)
     for percent in (0, 0.1, 0.3, 1, 3):
-        noise = percent / 100 * peak * rng.normal(size=exact.stress.shape)
+        noise = percent / 100 * peak(exact.stress) * rng.normal(size=exact.stress.shape)
         yield f"{percent:g} %", replace(exact, stress=exact.stress + noise)
 
 
@@ -137,19 +130,21 @@ def converters(group: Group) -> Scenes:
 
 def frictions(group: Group, layer: bool) -> Scenes:
     """Every contact with one friction coefficient, on the layer or on a half-space."""
+    force = group.contacts.force
     for mu in (0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.9):
-        same = Group(group.sensor, [replace(c, mu=mu) for c in group.contacts])
+        tangential = force[:, :2] * (mu / friction(force))[:, None]
+        same = group.changed(force=np.concatenate([tangential, force[:, 2:]], axis=1))
         stress = (frames if layer else half_space)(same.sensor, same.contacts)
-        yield f"{mu:g}", Scene(same.sensor, stress, same.forces)
+        yield f"{mu:g}", Scene(same.sensor, stress, same.contacts.force)
 
 
 def sizes(group: Group) -> Scenes:
     """Half sides from a quarter to four pitches, centres within half a pitch of the middle; the paper's stay."""
     rng, count = np.random.default_rng(SEED), len(group.contacts)
-    spread = 0.0 if steady(group) else 0.5
+    spread = 0.0 if len(np.unique(group.contacts.center, axis=0)) == 1 else 0.5
     centres = group.middle + rng.uniform(-spread, spread, (count, 2)) * group.pitch
     for size in (0.25, 0.5, 0.75, 1, 1.5, 2, 3, 3.5):
-        yield f"{size:g}", scene(group.moved(size * group.pitch, centres))
+        yield f"{size:g}", scene(group.changed(half=size * group.pitch, center=centres))
 
 
 def centres(group: Group) -> Scenes:
@@ -157,9 +152,9 @@ def centres(group: Group) -> Scenes:
     rng = np.random.default_rng(SEED)
     angle = rng.uniform(0, 2 * np.pi, len(group.contacts))
     way = np.stack([np.cos(angle), np.sin(angle)], axis=1) * group.pitch
-    halves = np.minimum([(c.half_x, c.half_y) for c in group.contacts], 2 * group.pitch)
+    small = group.changed(half=np.minimum(group.contacts.half, 2 * group.pitch))
     for distance in (0, 0.25, 0.5, 1, 2, 3):
-        yield f"{distance:g}", scene(group.moved(halves, group.middle + distance * way))
+        yield f"{distance:g}", scene(small.changed(center=group.middle + distance * way))
 
 
 def pairs(group: Group, turned: bool) -> Scenes:
@@ -170,16 +165,13 @@ def pairs(group: Group, turned: bool) -> Scenes:
     rng, count = np.random.default_rng(SEED), len(group.contacts)
     share = rng.uniform(0.2, 0.8, count)
     turn = rng.uniform(0, 2 * np.pi, count) * turned
-    halves = np.minimum([(c.half_x, c.half_y) for c in group.contacts], group.pitch)
+    small = group.changed(half=np.minimum(group.contacts.half, group.pitch))
+    x, y, z = group.contacts.force.T
+    other = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y, z])
     for distance in (0, 2, 3, 4, 5, 6):
         apart = np.array([distance / 2, 0]) * group.pitch
-        first, second = (group.moved(halves, group.middle + side * apart).contacts for side in (-1, 1))
-        ones = [replace(c, normal_force=c.normal_force * w) for c, w in zip(first, share, strict=True)]
-        twos = [
-            replace(c, normal_force=c.normal_force * (1 - w), phi=c.phi + t)
-            for c, w, t in zip(second, share, turn, strict=True)
-        ]
-        one, two = scene(Group(group.sensor, ones)), scene(Group(group.sensor, twos))
+        one = scene(small.changed(center=group.middle - apart, force=(share * [x, y, z]).T))
+        two = scene(small.changed(center=group.middle + apart, force=((1 - share) * other).T))
         yield f"{distance}", replace(one, stress=one.stress + two.stress, forces=one.forces + two.forces)
 
 
@@ -190,32 +182,20 @@ def searches(group: Group) -> Scenes:
         yield f"{1 / steps:g}", replace(exact, steps=steps)
 
 
-def steady(group: Group) -> bool:
-    """Whether all contacts have one place, as the paper's have."""
-    return len({(c.center_x, c.center_y) for c in group.contacts}) == 1
-
-
-@dataclass(frozen=True)
-class Study:
-    """One influence: what its settings are, and their scenes."""
-
-    label: str
-    scenes: Callable[[Group], Scenes]
-
-
-STUDIES = {
-    "kernel": Study("stress from", kernels),
-    "resolution": Study("taxels over the same surface", resolutions),
-    "noise": Study("noise, share of the peak", noises),
-    "converter": Study("bits of the converter", converters),
-    "friction": Study("μ of the contact", lambda group: frictions(group, True)),
-    "half-space": Study("μ of the contact, half-space", lambda group: frictions(group, False)),
-    "size": Study("half size / pitch", sizes),
-    "centre": Study("centre off the middle / pitch", centres),
-    "same": Study("two contacts, same direction: distance / pitch", lambda group: pairs(group, False)),
-    "turned": Study("two contacts, random directions: distance / pitch", lambda group: pairs(group, True)),
-    "search": Study("step Δ of the search", searches),
+STUDIES: dict[str, tuple[str, Callable[[Group], Scenes]]] = {
+    "kernel": ("stress from", kernels),
+    "resolution": ("taxels over the same surface", resolutions),
+    "noise": ("noise, share of the peak", noises),
+    "converter": ("bits of the converter", converters),
+    "friction": ("μ of the contact", lambda group: frictions(group, True)),
+    "half-space": ("μ of the contact, half-space", lambda group: frictions(group, False)),
+    "size": ("half size / pitch", sizes),
+    "centre": ("centre off the middle / pitch", centres),
+    "same": ("two contacts, same direction: distance / pitch", lambda group: pairs(group, False)),
+    "turned": ("two contacts, random directions: distance / pitch", lambda group: pairs(group, True)),
+    "search": ("step Δ of the search", searches),
 }
+"""Influences: what their settings are, and their scenes."""
 
 
 def errors(forces: Floats, found: Result) -> dict[str, Floats]:
@@ -274,7 +254,7 @@ def plot(results: dict[str, dict[str, Any]]) -> None:
                 values = [row[key][part] for row in rows.values()]
                 axes.plot(list(rows), values, line + marker, color=color, ms=4, label=NAMES[key] + text)
                 _mark_outside(axes, values, color)
-        axes.set(xlabel=STUDIES[name].label, yscale="log", ylim=SHOWN)
+        axes.set(xlabel=STUDIES[name][0], yscale="log", ylim=SHOWN)
         axes.yaxis.set_major_formatter("{x:g}")
         axes.tick_params(labelleft=True)
         if name == "kernel":
@@ -302,8 +282,8 @@ def main() -> None:
     count = parser.parse_args().contacts
     everyone = groups(count)
     results = {
-        name: {who: {label: measure(case) for label, case in study.scenes(group)} for who, group in everyone.items()}
-        for name, study in STUDIES.items()
+        name: {who: {label: measure(case) for label, case in scenes(group)} for who, group in everyone.items()}
+        for name, (_, scenes) in STUDIES.items()
     }
     store("errors", {"drawn": count, "contacts": len(everyone["random"].contacts), "seed": SEED, "results": results})
     for name in ("friction", "half-space"):

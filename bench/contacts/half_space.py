@@ -1,12 +1,10 @@
 """Stress under contacts by TFRA's own kernel (Eq. 5), as an elastic half-space would have it, by quadrature."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from scipy import special
 
 from tfra.model.arrays import Floats
-from tfra.model.cover.contact import Contact, ContactShape
+from tfra.model.cover.contact import Contacts, ContactShape
 from tfra.model.sensor import SensorArray
 
 
@@ -27,14 +25,15 @@ def nodes(shape: ContactShape, order: int) -> tuple[Floats, Floats, Floats]:
     return u.ravel(), v.ravel(), np.outer(w, w).ravel() / w.sum() ** 2
 
 
-def half_space(sensor: SensorArray, contacts: Sequence[Contact], order: int = 48) -> Floats:
+def half_space(sensor: SensorArray, contacts: Contacts, order: int = 48) -> Floats:
     """b_z at the taxels' centres, ``(n, rows, columns)`` in Pa, at depth h of a half-space without walls."""
     x, y = (p[:, None] for p in sensor.positions())
     stress = np.empty((len(contacts), sensor.taxels))
-    for row, contact in zip(stress, contacts, strict=True):
-        u, v, weight = nodes(contact.shape, order)
-        rx, ry = contact.center_x + contact.half_x * u - x, contact.center_y + contact.half_y * v - y
-        h, (f_x, f_y, f_z) = sensor.thickness, contact.force
+    loads = zip(contacts.shape, contacts.center, contacts.half, contacts.force, strict=True)
+    for row, (shape, center, half, (f_x, f_y, f_z)) in zip(stress, loads, strict=True):
+        u, v, weight = nodes(ContactShape(shape), order)
+        rx, ry = center[0] + half[0] * u - x, center[1] + half[1] * v - y
+        h = sensor.thickness
         c0 = 3 * h * h / (2 * np.pi * (rx * rx + ry * ry + h * h) ** 2.5)  # Eq. 5
         row[:] = (c0 * (rx * f_x + ry * f_y + h * f_z)) @ weight
     return stress.reshape(-1, sensor.rows, sensor.columns)

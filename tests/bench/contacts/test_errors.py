@@ -8,35 +8,29 @@ import pytest
 from bench.contacts import errors
 from bench.contacts.half_space import half_space, nodes
 from tfra.model.boussinesq import boussinesq
-from tfra.model.cover.contact import Contact, ContactShape
+from tfra.model.cover.contact import Contact, Contacts, ContactShape
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.sensor import SensorArray
 
 SENSOR = SensorArray(10, 10, 4e-3, 4e-3, 3e-3)
+CONTACTS = random_contacts(SENSOR, 6, np.random.default_rng(1))
 
 
 @pytest.fixture
 def group():
-    return errors.Group(SENSOR, random_contacts(SENSOR, 6, np.random.default_rng(1)))
-
-
-def perfect(group):
-    """An estimator that knows the answer."""
-    return SimpleNamespace(
-        resultant=group.forces.copy(),
-        mu=np.array([c.mu for c in group.contacts]),
-        phi_deg=np.degrees([c.phi for c in group.contacts]),
-    )
+    return errors.Group(SENSOR, Contacts.of(CONTACTS))
 
 
 def test_a_perfect_estimate_has_no_error_and_a_corrupted_one_has(group):
-    found = perfect(group)
-    for values in errors.errors(group.forces, found).values():
+    forces = group.contacts.force
+    mu, phi = np.array([c.mu for c in CONTACTS]), np.degrees([c.phi for c in CONTACTS])
+    found = SimpleNamespace(resultant=forces.copy(), mu=mu, phi_deg=phi)  # of an estimator that knows the answer
+    for values in errors.errors(forces, found).values():
         np.testing.assert_allclose(values, 0, atol=1e-9)
     found.resultant[0, 2] += 0.5
     found.mu[1] += 0.1
     found.phi_deg[2] += 36
-    seen = errors.errors(group.forces, found)
+    seen = errors.errors(forces, found)
     assert [int(values.argmax()) for values in seen.values()] == [0, 1, 2]
     np.testing.assert_allclose([seen["mu"][1], seen["phi"][2]], 10)
     np.testing.assert_allclose(seen["force"][0], 50 / np.linalg.norm(found.resultant[0]))
@@ -53,14 +47,15 @@ def test_half_space_of_a_point_is_the_kernel(group):
     contact = Contact("hertz", 12e-3, 20e-3, 1e-6, 1e-6, -5, 0.4, 0.7)
     c31, c32, c33 = (c[:, 5 * 10 + 3] for c in boussinesq(SENSOR))
     f_x, f_y, f_z = contact.force
-    np.testing.assert_allclose(half_space(SENSOR, [contact]).ravel(), c31 * f_x + c32 * f_y + c33 * f_z, rtol=1e-6)
+    found = half_space(SENSOR, Contacts.of([contact])).ravel()
+    np.testing.assert_allclose(found, c31 * f_x + c32 * f_y + c33 * f_z, rtol=1e-6)
     fine, finer = (half_space(SENSOR, group.contacts, order) for order in (48, 96))
     np.testing.assert_allclose(fine, finer, atol=1e-5 * np.abs(finer).max())
 
 
 @pytest.mark.parametrize("name", list(errors.STUDIES))
 def test_every_study_measures(name, group):
-    results = {label: errors.measure(scene) for label, scene in errors.STUDIES[name].scenes(group)}
+    results = {label: errors.measure(scene) for label, scene in errors.STUDIES[name][1](group)}
     assert len(results) > 3
     values = [row[key][part] for row in results.values() for key in errors.MEASURES for part in ("median", "p95")]
     assert np.isfinite(values).all()
@@ -77,7 +72,7 @@ def test_flagged_frames_have_no_say_in_the_friction_found(group):
 def test_neutral_settings_are_the_plain_scene(group):
     plain = errors.scene(group).stress
     for name, label in (("kernel", "layer"), ("resolution", "10×10"), ("noise", "0 %"), ("search", "0.01")):
-        found = dict(errors.STUDIES[name].scenes(group))[label]
+        found = dict(errors.STUDIES[name][1](group))[label]
         np.testing.assert_allclose(found.stress, plain, atol=1e-9 * np.abs(plain).max(), err_msg=name)
 
 
@@ -94,8 +89,7 @@ def test_noise_and_codes_are_as_large_as_stated(group):
 
 def test_a_pair_in_one_place_and_direction_is_one_contact(group):
     pair = dict(errors.pairs(group, False))["0"]
-    halves = np.minimum([(c.half_x, c.half_y) for c in group.contacts], group.pitch)
-    one = errors.scene(group.moved(halves, group.middle))
+    one = errors.scene(group.changed(half=np.minimum(group.contacts.half, group.pitch), center=group.middle))
     np.testing.assert_allclose(pair.stress, one.stress, atol=1e-9 * np.abs(one.stress).max())
     np.testing.assert_allclose(pair.forces, one.forces)
     apart = dict(errors.pairs(group, True))["4"]
