@@ -77,17 +77,6 @@ def uniform(out: str) -> str:
     return "\n".join([*head, *lines])
 
 
-def designs_of(name: str) -> list[dict[str, Any]]:
-    """The designs of a study, with what they save."""
-    rows = table(name, "designs").rows(named=True)
-    plain = next((row for row in rows if row["name"] == "uniform"), None)
-    for row in rows:
-        row["saves_percent"] = None
-        if plain and row["coefficient_kbit"]:
-            row["saves_percent"] = 100 * (1 - row["coefficient_kbit"] / plain["coefficient_kbit"])
-    return rows
-
-
 def designs(names: tuple[str, ...]) -> str:
     """The designs of some studies, on held-out frames."""
     head = (
@@ -98,14 +87,15 @@ def designs(names: tuple[str, ...]) -> str:
     for name in names:
         sensor = load_study(ROOT / example(name)).design.sensor
         pitches = f"{1e3 * sensor.pitch_x:g}×{1e3 * sensor.pitch_y:g} mm"
-        for row in designs_of(name):
-            if row["coefficient_kbit"] is None:
-                continue
-            saves = "" if row["saves_percent"] is None else f"{row['saves_percent']:.1f}"
+        rows = [row for row in table(name, "designs").rows(named=True) if row["coefficient_kbit"] is not None]
+        plain = next((row["coefficient_kbit"] for row in rows if row["name"] == "uniform"), None)
+        for row in rows:
+            kbit = row["coefficient_kbit"]
+            saves = f"{100 * (1 - kbit / plain):.1f}" if plain and kbit else ""
             verified = [f"{row[key]:,}" if row.get(key) is not None else "" for key in ("rtl_words", "rtl_differ")]
             lines.append(
-                f"| {sensor.rows}×{sensor.columns}, {pitches} | {row['name']} "
-                f"| {row['coefficient_kbit']:.1f} | {saves} | {row['DSP']:.0f} | {row['BRAM']:.0f} | {row['LUT']:,.0f} "
+                f"| {sensor.rows}×{sensor.columns}, {pitches} | {row['name']} | {kbit:.1f} | {saves} "
+                f"| {row['DSP']:.0f} | {row['BRAM']:.0f} | {row['LUT']:,.0f} "
                 f"| {row[f'{CHANGE}_held_out']:+.2f} | {' | '.join(verified)} |"
             )
     return "\n".join(lines)

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.exactness.axi import differences, run, verilog
-from bench.exactness.axi_traffic import traffic
+from bench.exactness.axi import differences, run, traffic, verilog
 from bench.publish import ROOT, publish
 from tfra.codegen.config.read import load
 from tfra.codegen.verilog.emit import to_rtlil

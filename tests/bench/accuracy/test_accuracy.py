@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.accuracy import accuracy, cases, estimators, figure, measure
+from bench.accuracy import accuracy, cases, estimators, measure
 from bench.accuracy.estimators import FIXED, LEARNED, NAMES
 from bench.accuracy.scenes import NOISES, QUIET, SCENES, scenes
-from bench.accuracy.tables import tables
-from bench.accuracy.targets import Target, furthest, verdict
+from bench.accuracy.tables import Target, furthest, tables, verdict
 from bench.publish import ROOT, stored
 from tests.bench.accuracy.random_case import random_case
 from tfra.train.errors import Resultants
@@ -75,9 +74,9 @@ def test_a_whole_record(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None
     assert {len(curve) for noise in found["curves"].values() for curve in noise.values()} == {measure.BINS}
     for table in tables(found).values():
         assert len({line.count("|") - line.count("\\|") for line in table.splitlines() if "|" in line}) == 1
-    monkeypatch.setattr(figure, "ROOT", tmp_path)
+    monkeypatch.setattr(accuracy, "ROOT", tmp_path)
     (tmp_path / "bench" / "results").mkdir(parents=True)
-    figure.plot(found["curves"])
+    accuracy.plot(found["curves"])
     assert {file.name for file in (tmp_path / "bench" / "results").iterdir()} == {"accuracy.svg"}
 
 

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.exactness.axi import differences, run, verilog
-from bench.exactness.axi_traffic import traffic
+from bench.exactness.axi import differences, run, traffic, verilog
 from bench.exactness.campaign import untrained
 from tfra.codegen.verilog.wrapper import module_name
 from tfra.model.choices import Architecture, Bus
