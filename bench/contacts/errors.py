@@ -26,9 +26,8 @@ from tfra.model.cover.contact import Contacts, taxel_forces
 from tfra.model.cover.layer import frames
 from tfra.model.cover.scenes import random_contacts
 from tfra.model.metrics import error_force, error_mu, error_phi
-from tfra.model.resultant import friction
 from tfra.model.sensor import SensorArray
-from tfra.model.tfra import Result, Tfra
+from tfra.model.tfra import Result, Tfra, friction
 
 PAGE = "docs/studies/errors.md"
 SEED = 2024
@@ -56,7 +55,9 @@ class Group:
 
     def changed(self, **fields: Floats) -> "Group":
         """The same contacts with other fields of :class:`Contacts`, whose shapes they broadcast to."""
-        arrays = {name: np.broadcast_to(value, getattr(self.contacts, name).shape) for name, value in fields.items()}
+        arrays: dict[str, Any] = {
+            name: np.broadcast_to(value, getattr(self.contacts, name).shape) for name, value in fields.items()
+        }
         return replace(self, contacts=replace(self.contacts, **arrays))
 
 
