@@ -29,7 +29,7 @@ def generate(config: Config, out: OutDirectory, package: Package = False, json: 
     """
     from tfra.codegen.config.read import load
     from tfra.codegen.generate import generate as write
-    from tfra.model.fixed.accuracy_estimate import accuracy_estimate
+    from tfra.model.fixed.feasibility import accuracy_estimate
     from tfra.runtime.processes import ToolError
     from tfra.synth.part import part_of
 

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from tfra.model.arrays import Ints
-from tfra.model.fixed.design import Design
-from tfra.model.fixed.result import FixedResult
+from tfra.model.fixed.design import Design, FixedResult
 from tfra.sim import tools
 from tfra.sim.report import Mismatch
 from tfra.sim.run import Netlist, Progress, ProtocolError, Run, SimulationError, simulate

@@ -19,9 +19,9 @@ from tfra.hdl.parallel.tfra.blocks import Blocks
 from tfra.hdl.parallel.tfra.probes import probes
 from tfra.hdl.parallel.tfra.timeline import TfraTimeline
 from tfra.model.choices import Architecture
-from tfra.model.fixed.learned.stages import Stage as LearnedStage
+from tfra.model.fixed.learned.pipeline import Stage as LearnedStage
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.tfra.stages import Stage
+from tfra.model.fixed.tfra.pipeline import Stage
 from tfra.model.sensor import SensorArray
 
 ROOT = Path(__file__).parents[1]

@@ -16,7 +16,7 @@ def check_core(project: Project) -> None:
     Raises ``InputError`` when the formats are too long or the sensor is too large.
     """
     from tfra.hdl.cores import microarchitecture
-    from tfra.model.fixed.advice import advice, fits
+    from tfra.model.fixed.feasibility import advice, fits
 
     try:
         microarchitecture(project.design).check()

@@ -10,7 +10,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape, round_top, two_steps
 from tfra.hdl.lib.pipeline import READ, register
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.model.rounding import Rounding
 
 

@@ -4,7 +4,7 @@ from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import operand
 from tfra.model.fixed.numbers import round_shift
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 
 
 def combine(design: Design, z: Ints, scalar: Ints, x: Ints) -> Ints:

@@ -2,7 +2,7 @@
 
 import difflib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar, Self
@@ -11,12 +11,30 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.arrays import Ints
-from tfra.model.choices import Architecture, Choices
+from tfra.model.choices import SCALARS, Architecture, Choices
 from tfra.model.fixed.coefficients import Stack
 from tfra.model.fixed.layout import Field, make_layout
-from tfra.model.fixed.result import FixedResult
 from tfra.model.fixed.widths import Widths
 from tfra.model.tfra import Result, Status
+
+
+@dataclass(frozen=True)
+class FixedResult:
+    """``words (n, frame_words)`` as the core sends them."""
+
+    words: Ints
+    parts: tuple[Mapping[str, Ints], ...]
+
+    @property
+    def stages(self) -> dict[str, Ints]:
+        """What flows between blocks, by name: the first axis is the frame, then come transfers in their order."""
+        return {name: np.concatenate([part[name] for part in self.parts]) for name in self.parts[0]}
+
+
+def signals_of(operators: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Signals that may have a word length of their own: coefficients of each stack's operators, operands, scalars."""
+    coefficients = (f"coefficient.{name}" for names in operators.values() for name in names)
+    return (*coefficients, *(f"operand.{name}" for name in (*operators, "combine")), *SCALARS)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,7 @@ from tfra.model.fixed.cordic import cordic, cordic_gain, iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.normaliser import Normalised
 from tfra.model.fixed.numbers import bit_length, divide, normalize, round_shift
-from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.widths import MU_LIMIT, force_drop
+from tfra.model.fixed.widths import MU_LIMIT, force_drop, scalar_fraction
 from tfra.model.rounding import Rounding
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from tfra.model.choices import Choices
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.model.rounding import Overflow
 
 COUNTER_BITS = 16

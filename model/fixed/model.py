@@ -7,8 +7,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from tfra.model.arrays import Ints
-from tfra.model.fixed.design import Design
-from tfra.model.fixed.result import FixedResult
+from tfra.model.fixed.design import Design, FixedResult
 
 Trace = TypeVar("Trace")
 """Results of every block for some frames."""

@@ -8,9 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from tfra.model.arrays import Ints
 from tfra.model.choices import Choices
 from tfra.model.fixed.coefficients import Stack
-from tfra.model.fixed.numbers import signed_bits
+from tfra.model.fixed.numbers import divide, signed_bits
 
 MU_LIMIT = 4
 """Scalars (alpha, beta, mu_x, mu_y) lie in [-4, 4)."""
@@ -49,6 +52,17 @@ class Widths:
     """Unsigned sum of a candidate's positive parts."""
     b_xy: int = 0
     """Unsigned |sum - sum| of Eq. 25."""
+
+
+def scalar_fraction(choices: Choices) -> int:
+    """Fraction bits of a scalar."""
+    return choices.formats.bits("scalar") - 3
+
+
+def mu_grid(choices: Choices) -> Ints:
+    """mu = k / K for k = 0 ... K as scalars, shape ``(K + 1,)``; the negative side is its mirror image."""
+    steps = np.arange(choices.candidates)
+    return divide(steps, np.int64(choices.search.steps), scalar_fraction(choices))
 
 
 def force_drop(choices: Choices) -> int:

@@ -18,8 +18,7 @@ from tfra.model.choices import Adc, Architecture, Search
 from tfra.model.converter import quantise
 from tfra.model.cover.scenes import contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.tfra.stages import Stage
+from tfra.model.fixed.tfra.pipeline import FixedTfra, Stage
 from tfra.model.fixed.words import decode
 from tfra.model.metrics import ERRORS
 from tfra.model.sensor import SensorArray

@@ -15,7 +15,7 @@ from tfra.hdl.parallel.learned.vectors import MEASURE, WORD, Vectors
 from tfra.hdl.parallel.payloads import product
 from tfra.hdl.parallel.scale_add import ScaleAdd, Stage
 from tfra.model.fixed.learned.design import LearnedDesign
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.model.learned.field import MOST_FRICTION
 
 _X = Stage.X_CHOSEN - WORD

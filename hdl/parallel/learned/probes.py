@@ -11,7 +11,7 @@ from tfra.hdl.parallel.learned.plan import UNITS, mirror_bits
 from tfra.hdl.parallel.learned.total import QUADS
 from tfra.hdl.parallel.probes import probe_of
 from tfra.model.fixed.learned.design import LearnedDesign
-from tfra.model.fixed.learned.stages import Stage
+from tfra.model.fixed.learned.pipeline import Stage
 
 _PLACES = (0, 1, 2, 3)
 """The words of a quad."""

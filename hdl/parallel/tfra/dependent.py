@@ -15,7 +15,7 @@ from tfra.hdl.lib.schedule import later, once
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 _WHOLE = int(COEFFICIENT_LIMIT).bit_length() - 1

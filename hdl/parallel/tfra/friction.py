@@ -13,7 +13,7 @@ from tfra.hdl.lib.schedule import once
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.scalars import mu_grid, scalar_fraction
+from tfra.model.fixed.widths import mu_grid, scalar_fraction
 from tfra.model.rounding import Rounding
 
 # Cycles of the schedule; a register is loaded at the end of its cycle.

@@ -8,7 +8,7 @@ from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.probes import probe_of
 from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.tfra.stages import Stage
+from tfra.model.fixed.tfra.pipeline import Stage
 
 _PLACES = (0, 1, 2, 3)
 """The words of a quad."""

@@ -12,7 +12,7 @@ from tfra.hdl.lib.schedule import later, once
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 
 
 class _Product(NamedTuple):

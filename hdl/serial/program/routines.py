@@ -31,7 +31,7 @@ from tfra.hdl.serial.program.assembler import Assembler
 from tfra.hdl.serial.program.memory import MemoryMap
 from tfra.hdl.serial.sizes import Sizes
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 
 _Arguments = ParamSpec("_Arguments")
 

@@ -4,9 +4,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from tfra.model.choices import SCALARS
 from tfra.model.fixed.coefficients import Stack
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.design import Design, signals_of
 from tfra.model.fixed.learned.bounds import make_widths
 from tfra.model.fixed.learned.operators import OPERATORS, make_stacks, names
 from tfra.model.fixed.learned.pipeline import FixedLearned
@@ -16,12 +15,7 @@ from tfra.model.learned.learned import Learned
 from tfra.model.learned.network import Weights
 from tfra.model.tfra import Status
 
-SIGNALS = (
-    *(f"coefficient.{name}" for names in OPERATORS.values() for name in names),
-    *(f"operand.{name}" for name in (*OPERATORS, "combine")),
-    *SCALARS,
-)
-"""Signals that may have a word length of their own: operators' coefficients, products' operands, scalars."""
+SIGNALS = signals_of(OPERATORS)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from tfra.model.fixed.butterfly import butterfly, to_taxels
 from tfra.model.fixed.combine import combine
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.learned.friction import Friction
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.model.learned.field import MOST_FRICTION
 
 

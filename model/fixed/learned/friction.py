@@ -9,8 +9,7 @@ from tfra.model.fixed.cordic import cordic, iterations
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant, gain_constants
 from tfra.model.fixed.numbers import divide, round_shift
-from tfra.model.fixed.scalars import scalar_fraction
-from tfra.model.fixed.widths import MU_LIMIT
+from tfra.model.fixed.widths import MU_LIMIT, scalar_fraction
 from tfra.model.rounding import Rounding
 
 

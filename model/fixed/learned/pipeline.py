@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -15,12 +16,26 @@ from tfra.model.fixed.learned.friction import Angle, Friction, angle, friction
 from tfra.model.fixed.learned.operators import outputs
 from tfra.model.fixed.learned.resultant import Judged, judged, resultant
 from tfra.model.fixed.learned.share import Share, share, shared
-from tfra.model.fixed.learned.stages import Stage
 from tfra.model.fixed.matvec import matvec
 from tfra.model.fixed.model import FixedModel
 from tfra.model.fixed.normaliser import Normalised, normaliser
 from tfra.model.fixed.words import encode
 from tfra.model.tfra import Status
+
+
+class Stage(StrEnum):
+    """Names of the blocks in the model, in the gateware and in a report, in dataflow order."""
+
+    NORMALISER = "normaliser"
+    MATVEC = "matvec"
+    ACTIVATION = "activation"
+    TOTAL = "total"
+    RESULTANT = "resultant"
+    ANGLE = "angle"
+    FRICTION = "friction"
+    FIELD = "field"
+    SHARE = "share"
+    WORDS = "words"
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import block_normalize, divide, significant_bits
-from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.model.tfra import COEFFICIENT_LIMIT
 
 

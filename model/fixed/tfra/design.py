@@ -6,27 +6,15 @@ from functools import cached_property
 import numpy as np
 
 from tfra.model.boussinesq import Operators, operators
-from tfra.model.choices import SCALARS
 from tfra.model.fixed.coefficients import Stack
-from tfra.model.fixed.design import Design
+from tfra.model.fixed.design import Design, signals_of
 from tfra.model.fixed.tfra.bounds import make_widths
 from tfra.model.fixed.tfra.operators import OPERATORS, PRODUCTS, make_stacks
 from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.fixed.widths import Widths
 from tfra.model.tfra import OF_CORES, Tfra
 
-SIGNALS = (
-    *(f"coefficient.{name}" for names in OPERATORS.values() for name in names),
-    *(f"operand.{name}" for name in (*OPERATORS, "combine")),
-    *SCALARS,
-)
-"""Signals that may have a word length of their own: operators' coefficients, products' operands, scalars."""
-
-
-RESULT_FIELDS = (
-    "frame", "exponent", "sweep_index", "phi", "mu", "mu_x", "mu_y", "resultant", "forces", "status",
-)  # fmt: skip
-"""Fields of a result frame."""
+SIGNALS = signals_of(OPERATORS)
 
 MOST_TAXELS = 1024
 """Most taxels for which singular values of a full matrix are computed."""
@@ -41,7 +29,9 @@ class TfraDesign(Design):
     products = PRODUCTS
     signals = SIGNALS
     status_bits = OF_CORES
-    result_fields = RESULT_FIELDS
+    result_fields = (
+        "frame", "exponent", "sweep_index", "phi", "mu", "mu_x", "mu_y", "resultant", "forces", "status",
+    )  # fmt: skip
 
     @property
     def exact_operators(self) -> Operators:

@@ -7,9 +7,8 @@ from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.combine import combine
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import round_shift
-from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.friction import Friction
-from tfra.model.fixed.widths import force_drop
+from tfra.model.fixed.widths import force_drop, scalar_fraction
 
 
 def friction_forces(design: Design, products: Ints, chosen: Friction, n: Ints) -> Ints:

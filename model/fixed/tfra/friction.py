@@ -7,9 +7,9 @@ import numpy as np
 from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.numbers import round_shift, saturate
-from tfra.model.fixed.scalars import mu_grid, scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.fixed.tfra.dependent import Dependent
+from tfra.model.fixed.widths import mu_grid, scalar_fraction
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The bit-accurate TFRA: the hardware's blocks in dataflow order."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
 import numpy as np
 
@@ -18,11 +19,28 @@ from tfra.model.fixed.tfra.dependent import Dependent, dependent, gather_sums
 from tfra.model.fixed.tfra.forces import forces
 from tfra.model.fixed.tfra.friction import Friction, friction
 from tfra.model.fixed.tfra.resultant import resultant
-from tfra.model.fixed.tfra.stages import Stage
 from tfra.model.fixed.tfra.sweep import Sweep, sweep
 from tfra.model.fixed.tfra.weights import weights
 from tfra.model.fixed.words import encode
 from tfra.model.tfra import Status
+
+
+class Stage(StrEnum):
+    """Names of the blocks in the model, in the gateware and in a report, in dataflow order."""
+
+    NORMALISER = "normaliser"
+    CENTROIDS = "centroids"
+    MATVEC = "matvec"
+    WEIGHTS = "weights"
+    DEPENDENT = "dependent"
+    COMBINE = "combine"
+    SWEEP = "sweep"
+    FRICTION = "friction"
+    RESULTANT = "resultant"
+    GAIN = "gain"
+    FORCES = "forces"
+    ANGLE = "angle"
+    SCALING = "scaling"
 
 
 @dataclass(frozen=True)

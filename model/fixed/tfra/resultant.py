@@ -6,9 +6,9 @@ from tfra.model.arrays import Bools, Ints
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.gain import Resultant
 from tfra.model.fixed.numbers import block_normalize, significant_bits
-from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import Friction
+from tfra.model.fixed.widths import scalar_fraction
 
 
 def exact_resultant(design: Design, affine: Dependent, chosen: Friction, regular: Bools) -> Ints:

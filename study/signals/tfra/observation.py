@@ -7,15 +7,13 @@ from tfra.model.fixed.butterfly import butterfly
 from tfra.model.fixed.combine import products
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.matvec import accumulate, operand
-from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.bounds import bounds
 from tfra.model.fixed.tfra.centroids import moments, offset, pitch_ratio
 from tfra.model.fixed.tfra.dependent import gather_sums, quotients
 from tfra.model.fixed.tfra.forces import friction_forces, scalars
-from tfra.model.fixed.tfra.pipeline import Trace, ordered
+from tfra.model.fixed.tfra.pipeline import Stage, Trace, ordered
 from tfra.model.fixed.tfra.resultant import exact_resultant
-from tfra.model.fixed.tfra.stages import Stage
-from tfra.model.fixed.widths import force_drop
+from tfra.model.fixed.widths import force_drop, scalar_fraction
 from tfra.model.tfra import COEFFICIENT_LIMIT
 from tfra.study.signals.tfra.signals import stage_of
 from tfra.study.signals.words import Observed, Word, cast, filled

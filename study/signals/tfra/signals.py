@@ -7,11 +7,9 @@ import numpy as np
 
 from tfra.model.arrays import Bools, Floats, Ints
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.dependent import gather_sums
-from tfra.model.fixed.tfra.pipeline import Trace
-from tfra.model.fixed.tfra.stages import Stage
-from tfra.model.fixed.widths import force_drop
+from tfra.model.fixed.tfra.pipeline import Stage, Trace
+from tfra.model.fixed.widths import force_drop, scalar_fraction
 
 _STAGES = {
     Stage.NORMALISER: ("stress", "b", "magnitude"),

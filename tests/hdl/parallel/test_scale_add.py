@@ -8,7 +8,7 @@ import pytest
 
 from tests.hdl.parallel.designs import VECTORS, label, random_words
 from tfra.hdl.parallel.scale_add import ScaleAdd, Stage
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.sim.harness import play
 
 BEATS = 300

@@ -1,5 +1,8 @@
 """Word lengths are as long as inputs can make words, and bounds hold for the inputs that come closest to them."""
 
+from fractions import Fraction
+from math import floor
+
 import numpy as np
 import pytest
 
@@ -9,6 +12,7 @@ from tfra.model.fixed.coefficients import Folding
 from tfra.model.fixed.numbers import signed_bits
 from tfra.model.fixed.tfra.dependent import gather_sums
 from tfra.model.fixed.tfra.pipeline import FixedTfra
+from tfra.model.fixed.widths import MU_LIMIT, mu_grid, scalar_fraction
 from tfra.model.sensor import SensorArray
 
 COARSE = {
@@ -65,3 +69,12 @@ def test_products_reach_their_bounds(name):
     full = 1 << (design.adc.bits - 1 + design.formats.vector_fraction)
     unfolded = largest(found @ np.array([[1, 1, 1, 1], [1, -1, 1, -1], [1, 1, -1, -1], [1, -1, -1, 1]])) / 4
     assert 0.98 * op.gain * full < unfolded <= op.gain * full + 2
+
+
+@pytest.mark.parametrize("steps", [1, 7, 100])
+@pytest.mark.parametrize("formats", ["standard", "wide"])
+def test_the_grid_is_rounded_to_nearest(formats, steps):
+    design = make_design(SENSORS["8×8, 2×2 mm, h 3 mm"], formats, steps)
+    one = 1 << scalar_fraction(design)
+    assert MU_LIMIT * one == 1 << (design.formats.operand - 1)
+    assert mu_grid(design).tolist() == [floor(Fraction(k * one, steps) + Fraction(1, 2)) for k in range(steps + 1)]

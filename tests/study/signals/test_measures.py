@@ -16,8 +16,7 @@ from tests.study.signals.measured import measures, ranges, stages
 from tfra.model.cover.scenes import SENSORS, contact_codes, directed_codes, wild_codes
 from tfra.model.fixed.butterfly import to_taxels
 from tfra.model.fixed.tfra import pipeline
-from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.tfra.stages import Stage
+from tfra.model.fixed.tfra.pipeline import FixedTfra, Stage
 from tfra.model.tfra import Status, Tfra
 from tfra.study.signals.measures import bits_needed, decision_table, range_of, total
 from tfra.study.signals.tfra import observation

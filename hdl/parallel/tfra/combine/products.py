@@ -12,7 +12,7 @@ from tfra.hdl.parallel.beats import beat_number, select_beat, vector_beats
 from tfra.hdl.parallel.payloads import chosen, vector_beat, vector_quad
 from tfra.hdl.parallel.tfra.combine.store import FRAMES, place
 from tfra.model.fixed.design import Design
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 
 
 class ProductBeats(wiring.Component):

@@ -17,7 +17,7 @@ from tfra.hdl.parallel.learned.core import LearnedCore
 from tfra.hdl.parallel.learned.parallel import LearnedParallel
 from tfra.hdl.parallel.learned.plan import FRAMES, plan
 from tfra.model.choices import FORMATS, Adc, Architecture
-from tfra.model.fixed.learned.stages import Stage
+from tfra.model.fixed.learned.pipeline import Stage
 from tfra.sim.harness import bursts, flowing, random_stalls, run
 from tfra.sim.run import simulate as simulate_core
 

@@ -13,7 +13,7 @@ from tfra.hdl.parallel.learned.plan import FRAMES
 from tfra.model.fixed.butterfly import distinct, to_quads
 from tfra.model.fixed.learned.field import field
 from tfra.model.fixed.learned.friction import Friction
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.sim.harness import PATTERNS, flowing, run
 
 NUMBER = 5

@@ -17,10 +17,10 @@ from tests.hdl.parallel.facts import (
 )
 from tests.marks import STALLS
 from tfra.hdl.parallel.tfra.friction import Friction
-from tfra.model.fixed.scalars import scalar_fraction
 from tfra.model.fixed.tfra.centroids import Direction
 from tfra.model.fixed.tfra.dependent import Dependent
 from tfra.model.fixed.tfra.friction import friction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.sim.harness import run
 
 

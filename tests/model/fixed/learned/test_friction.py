@@ -10,7 +10,7 @@ from tfra.model.fixed.cordic import iterations
 from tfra.model.fixed.gain import Resultant
 from tfra.model.fixed.learned.field import bounded
 from tfra.model.fixed.learned.friction import angle, friction
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 
 DESIGN = learned_design()
 ONE = 1 << (DESIGN.widths.division - 4)

@@ -11,8 +11,7 @@ from tfra.model.cover.scenes import directed_codes, wild_codes
 from tfra.model.fixed.butterfly import butterfly, to_taxels
 from tfra.model.fixed.coefficients import Operator
 from tfra.model.fixed.tfra.design import TfraDesign
-from tfra.model.fixed.tfra.pipeline import FixedTfra
-from tfra.model.fixed.tfra.stages import Stage
+from tfra.model.fixed.tfra.pipeline import FixedTfra, Stage
 from tfra.sim.run import simulate
 from tfra.study.signals.tfra.observation import catalogue, observe
 

@@ -10,7 +10,7 @@ from tests.marks import long
 from tfra.hdl.parallel.tfra.combine.unit import Combine
 from tfra.model.arrays import Ints
 from tfra.model.fixed.combine import combine
-from tfra.model.fixed.scalars import scalar_fraction
+from tfra.model.fixed.widths import scalar_fraction
 from tfra.sim.harness import PATTERNS, apart, bursts, flowing, random_stalls, run
 
 RUNS = [
