@@ -36,18 +36,16 @@ def register_port(address_bits: int) -> wiring.Signature:
     ``read`` or ``write`` is high for one cycle, never both.  ``answer`` and ``read_error``, or ``write_error``, are
     there ``ANSWER`` cycles later, and stay until the next access of that kind is answered.
     """
-    return wiring.Signature(
-        {
-            "address": Out(address_bits),  # of a byte; its low bits have no meaning
-            "read": Out(1),
-            "answer": In(BITS),
-            "read_error": In(1),
-            "write": Out(1),
-            "data": Out(BITS),  # the word to write ...
-            "strobe": Out(BYTES),  # ... and which of its bytes
-            "write_error": In(1),
-        }
-    )
+    return wiring.Signature({
+        "address": Out(address_bits),  # of a byte; its low bits have no meaning
+        "read": Out(1),
+        "answer": In(BITS),
+        "read_error": In(1),
+        "write": Out(1),
+        "data": Out(BITS),  # the word to write ...
+        "strobe": Out(BYTES),  # ... and which of its bytes
+        "write_error": In(1),
+    })
 
 
 class AxiLite(wiring.Component):

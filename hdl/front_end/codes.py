@@ -20,28 +20,24 @@ FETCH = 2
 
 def product_slot(taxels: int) -> data.StructLayout:
     """A taxel on its way to the multiplier; ``page`` is where its code goes."""
-    return data.StructLayout(
-        {
-            "valid": 1,
-            "deviation": signed(DEVIATION),
-            "gain": signed(GAIN + 1),
-            "index": counter_shape(taxels - 1),
-            "page": 1,
-        }
-    )
+    return data.StructLayout({
+        "valid": 1,
+        "deviation": signed(DEVIATION),
+        "gain": signed(GAIN + 1),
+        "index": counter_shape(taxels - 1),
+        "page": 1,
+    })
 
 
 def term_slot(taxels: int) -> data.StructLayout:
     """A term of a repair; an ``end`` has the weight 0, and if it ``writes``, the sum becomes the code of ``target``."""
-    return data.StructLayout(
-        {
-            "valid": 1,
-            "end": 1,
-            "writes": 1,
-            "weight": signed(WEIGHT),
-            "target": counter_shape(taxels - 1),
-        }
-    )
+    return data.StructLayout({
+        "valid": 1,
+        "end": 1,
+        "writes": 1,
+        "weight": signed(WEIGHT),
+        "target": counter_shape(taxels - 1),
+    })
 
 
 def stored_code(bits: int) -> data.StructLayout:
@@ -71,19 +67,17 @@ class Codes(wiring.Component):
     def __init__(self, design: Design) -> None:
         self._design = design
         taxels, bits = design.sensor.taxels, design.adc.bits
-        super().__init__(
-            {
-                "taxel": In(product_slot(taxels)),
-                "term": In(term_slot(taxels)),
-                "contact": In(16),  # setting: least size of a code that is a contact
-                "dead_band": In(16),  # setting: codes below it are ``small``
-                "page": In(1),  # of the frame that is repaired and read
-                "address": In(counter_shape(taxels - 1)),  # of a code on that page
-                "read": In(1),
-                "stored": Out(stored_code(bits)),  # the code at ``address``, a cycle after ``read``
-                "reached": Out(2),  # of each page: a code reaches ``contact``
-            }
-        )
+        super().__init__({
+            "taxel": In(product_slot(taxels)),
+            "term": In(term_slot(taxels)),
+            "contact": In(16),  # setting: least size of a code that is a contact
+            "dead_band": In(16),  # setting: codes below it are ``small``
+            "page": In(1),  # of the frame that is repaired and read
+            "address": In(counter_shape(taxels - 1)),  # of a code on that page
+            "read": In(1),
+            "stored": Out(stored_code(bits)),  # the code at ``address``, a cycle after ``read``
+            "reached": Out(2),  # of each page: a code reaches ``contact``
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -15,22 +15,20 @@ class Faults(wiring.Component):
     """Collect what is wrong with a frame, and with the frames that it is the mean of."""
 
     def __init__(self, taxels: int) -> None:
-        super().__init__(
-            {
-                "taxel": In(1),  # a taxel is at ``index`` and ``faults``
-                "index": In(counter_shape(taxels - 1)),
-                "faults": In(FAULTS),
-                "end": In(1),  # a complete frame has ended, a cycle after its last taxel at the earliest ...
-                "gap": In(1),  # ... with a gap before it,
-                "completes": In(1),  # it goes to the core,
-                "tares": In(1),  # it is one of a tare
-                "simulate": In(1),  # pulse
-                "flags": Out(FLAGS),  # of the core's frame, while it ``completes``
-                "events": Out(FAULTS),  # of the frame that ends
-                "faulty": Out(FAULTY),  # the last faulty taxel of the frame that ends ...
-                "faulty_store": Out(1),  # ... if it has one
-            }
-        )
+        super().__init__({
+            "taxel": In(1),  # a taxel is at ``index`` and ``faults``
+            "index": In(counter_shape(taxels - 1)),
+            "faults": In(FAULTS),
+            "end": In(1),  # a complete frame has ended, a cycle after its last taxel at the earliest ...
+            "gap": In(1),  # ... with a gap before it,
+            "completes": In(1),  # it goes to the core,
+            "tares": In(1),  # it is one of a tare
+            "simulate": In(1),  # pulse
+            "flags": Out(FLAGS),  # of the core's frame, while it ``completes``
+            "events": Out(FAULTS),  # of the frame that ends
+            "faulty": Out(FAULTY),  # the last faulty taxel of the frame that ends ...
+            "faulty_store": Out(1),  # ... if it has one
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -2,16 +2,15 @@
 
 from typing import Any
 
-from amaranth import Cat, Module, Mux, Signal, signed
+from amaranth import Cat, Const, Module, Mux, Signal, Value, signed
 from amaranth.lib import data, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.front_end.means import PART
-from tfra.hdl.front_end.reading import reading
+from tfra.hdl.front_end.intake import PART
 from tfra.hdl.lib.arithmetic import counter_shape
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.ram import Ram
-from tfra.model.fixed.front_end import MOST_AVERAGED, OLDEST, WORD
+from tfra.model.fixed.front_end import LEAST_WORD, MOST_AVERAGED, OLDEST, WORD
 
 SUM = WORD + 1 + MOST_AVERAGED
 """Bits of a sum."""
@@ -26,15 +25,13 @@ FAULTS = data.StructLayout({"saturated": 1, "out_of_range": 1, "stuck": 1})
 
 def summed(taxels: int) -> data.StructLayout:
     """A taxel with its sum over the frames of a mean, including this one."""
-    return data.StructLayout(
-        {
-            "valid": 1,
-            "index": counter_shape(taxels - 1),
-            "sum": signed(SUM),
-            "faults": FAULTS,
-            "part": PART,
-        }
-    )
+    return data.StructLayout({
+        "valid": 1,
+        "index": counter_shape(taxels - 1),
+        "sum": signed(SUM),
+        "faults": FAULTS,
+        "part": PART,
+    })
 
 
 class History(wiring.Component):
@@ -56,19 +53,17 @@ class History(wiring.Component):
     latency = 3
 
     def __init__(self, taxels: int) -> None:
-        super().__init__(
-            {
-                "entered": In(1),  # a taxel is transferred
-                "index": In(counter_shape(taxels - 1)),
-                "word": In(WORD),
-                "part": In(PART),  # of its frame
-                "good": In(1),  # its frame ends with it and is complete
-                "word_bits": In(5),  # settings
-                "is_unsigned": In(1),
-                "stuck_frames": In(AGE),
-                "o": Out(summed(taxels)),  # ``latency`` cycles later
-            }
-        )
+        super().__init__({
+            "entered": In(1),  # a taxel is transferred
+            "index": In(counter_shape(taxels - 1)),
+            "word": In(WORD),
+            "part": In(PART),  # of its frame
+            "good": In(1),  # its frame ends with it and is complete
+            "word_bits": In(5),  # settings
+            "is_unsigned": In(1),
+            "stuck_frames": In(AGE),
+            "o": Out(summed(taxels)),  # ``latency`` cycles later
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -100,3 +95,24 @@ class History(wiring.Component):
         ]
         states.write(o.valid, Cat(o.index, ~delayed(m, page, self.latency, "page")), updated)
         return m
+
+
+def reading(word: Value, word_bits: Value, is_unsigned: Value) -> tuple[Value, Value, Value]:
+    """Signed value of ``word`` times 2^(16 - ``word_bits``), 17 bits; whether it is saturated, and out of range.
+
+    Combinational.  A word is saturated at both ends of its range, and out of range if the bits above are no extension
+    of it.
+    """
+    unused = (WORD - word_bits)[:4]
+    at_least = [unused >= bits for bits in range(1, WORD - LEAST_WORD + 1)]  # so many bits are unused, or more
+    moved = (word << unused)[:WORD]
+    sign = moved[-1]
+    # Both ends have all bits set but for the sign, which an unsigned word has the other way round.
+    ones = moved[:-1] ^ (sign ^ is_unsigned).replicate(WORD - 1)
+    saturated = (ones | Cat(at_least, Const(0, LEAST_WORD - 1))).all()
+    extension = word ^ (word[-1] & ~is_unsigned).replicate(WORD)
+    above = Cat(at_least[::-1])  # the bits above the highest one of an unsigned word
+    from_sign = Cat(at_least[::-1], Const(1, 1))
+    outside_unsigned = (extension[LEAST_WORD:] & above).any()
+    outside_signed = (extension[LEAST_WORD - 1 :] & from_sign).any() & ~is_unsigned
+    return Cat(moved, sign & ~is_unsigned).as_signed(), saturated, outside_unsigned | outside_signed

@@ -33,21 +33,19 @@ class OutputReader(wiring.Component):
     def __init__(self, design: Design) -> None:
         taxels, code = design.sensor.taxels, stored_code(design.adc.bits)
         self._taxels = taxels
-        super().__init__(
-            {
-                "waiting": In(1),  # a complete frame is there, and its codes are written
-                "repair": Out(1),  # the frame is being repaired ...
-                "repaired": In(1),  # ... until it is
-                "facts": In(stream.Signature(FACTS)),  # of the frame, when valid
-                "o": Out(stream.Signature(FACTS)),  # the facts, taken before the first code
-                "address": Out(counter_shape(taxels - 1)),  # of a code
-                "read": Out(1),
-                "stored": In(code),  # the code, a cycle after ``read``
-                "silent": In(1),  # no code of the frame reaches the threshold of a contact
-                "codes": Out(stream.Signature(code.members["code"])),  # registered
-                "done": Out(1),  # the frame's last code is taken
-            }
-        )
+        super().__init__({
+            "waiting": In(1),  # a complete frame is there, and its codes are written
+            "repair": Out(1),  # the frame is being repaired ...
+            "repaired": In(1),  # ... until it is
+            "facts": In(stream.Signature(FACTS)),  # of the frame, when valid
+            "o": Out(stream.Signature(FACTS)),  # the facts, taken before the first code
+            "address": Out(counter_shape(taxels - 1)),  # of a code
+            "read": Out(1),
+            "stored": In(code),  # the code, a cycle after ``read``
+            "silent": In(1),  # no code of the frame reaches the threshold of a contact
+            "codes": Out(stream.Signature(code.members["code"])),  # registered
+            "done": Out(1),  # the frame's last code is taken
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

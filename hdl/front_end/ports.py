@@ -22,52 +22,46 @@ FACTS = data.StructLayout({"sequence": NUMBER, "user": NUMBER, "flags": FLAGS, "
 with the frame; ``started`` is the time of its first taxel.  Of a mean of frames, it is the last one.
 """
 
-SETTINGS = wiring.Signature(
-    {
-        "run": Out(1),
-        "drop_late": Out(1),
-        "check_sequence": Out(1),
-        "word_bits": Out(5),
-        "is_unsigned": Out(1),
-        "invert": Out(1),
-        "log2_average": Out(3),
-        "log2_tare": Out(3),
-        "dead_band": Out(16),
-        "contact": Out(16),
-        "stuck_frames": Out(8),
-        "repair_words": Out(16),
-    }
-)
+SETTINGS = wiring.Signature({
+    "run": Out(1),
+    "drop_late": Out(1),
+    "check_sequence": Out(1),
+    "word_bits": Out(5),
+    "is_unsigned": Out(1),
+    "invert": Out(1),
+    "log2_average": Out(3),
+    "log2_tare": Out(3),
+    "dead_band": Out(16),
+    "contact": Out(16),
+    "stuck_frames": Out(8),
+    "repair_words": Out(16),
+})
 """Settings, as software drives them: see the registers of the same names."""
 
-TABLES = wiring.Signature(
-    {
-        "place_written": Out(1),  # pulse: there is a new place ...
-        "index": Out(16),  # ... in the table
-        "kind": Out(2),  # ... of this kind
-        "data_written": Out(1),  # pulse: there is a word for the place
-        "data": Out(BITS),
-        "value": In(BITS),  # the word at the place, extended by its sign
-    }
-)
+TABLES = wiring.Signature({
+    "place_written": Out(1),  # pulse: there is a new place ...
+    "index": Out(16),  # ... in the table
+    "kind": Out(2),  # ... of this kind
+    "data_written": Out(1),  # pulse: there is a word for the place
+    "data": Out(BITS),
+    "value": In(BITS),  # the word at the place, extended by its sign
+})
 """The way of software to the tables of offsets, gains and repairs: registers ``CALIBRATION_...``."""
 
-EVENTS = wiring.Signature(
-    {
-        name: Out(1)
-        for name in (
-            "accepted",
-            "dropped",
-            "short_frame",
-            "long_frame",
-            "input_overflow",
-            "saturation",
-            "sequence_gap",
-            "out_of_range",
-            "stuck",
-        )
-    }
-)
+EVENTS = wiring.Signature({
+    name: Out(1)
+    for name in (
+        "accepted",
+        "dropped",
+        "short_frame",
+        "long_frame",
+        "input_overflow",
+        "saturation",
+        "sequence_gap",
+        "out_of_range",
+        "stuck",
+    )
+})
 """Pulses of a cycle; ``accepted`` for every complete frame, ``dropped`` for every other, the rest as in ERRORS."""
 
 FAULTY = data.StructLayout({"index": 16, "saturated": 1, "out_of_range": 1, "stuck": 1})

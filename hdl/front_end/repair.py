@@ -29,19 +29,17 @@ class Repair(wiring.Component):
 
     def __init__(self, taxels: int) -> None:
         self._places = repair_places(taxels)
-        super().__init__(
-            {
-                "write": In(1),  # software writes ``data`` at ``place``
-                "place": In(counter_shape(self._places - 1)),
-                "data": In(BITS),
-                "repair_words": In(16),  # setting: how many are used
-                "active": In(1),  # a frame is to be repaired ...
-                "repaired": Out(1),  # ... until it is
-                "blocked": In(1),  # a taxel comes to the multiplier ``FETCH`` cycles later
-                "term": Out(term_slot(taxels)),
-                "source": Out(counter_shape(taxels - 1)),  # the taxel whose code the term needs
-            }
-        )
+        super().__init__({
+            "write": In(1),  # software writes ``data`` at ``place``
+            "place": In(counter_shape(self._places - 1)),
+            "data": In(BITS),
+            "repair_words": In(16),  # setting: how many are used
+            "active": In(1),  # a frame is to be repaired ...
+            "repaired": Out(1),  # ... until it is
+            "blocked": In(1),  # a taxel comes to the multiplier ``FETCH`` cycles later
+            "term": Out(term_slot(taxels)),
+            "source": Out(counter_shape(taxels - 1)),  # the taxel whose code the term needs
+        })
 
     @staticmethod
     def cycles(words: int, headers: int) -> int:

@@ -11,8 +11,7 @@ from tfra.hdl.front_end.calibrate import Calibrate
 from tfra.hdl.front_end.codes import FETCH, Codes
 from tfra.hdl.front_end.faults import Faults
 from tfra.hdl.front_end.history import History
-from tfra.hdl.front_end.intake import ORIGIN, Intake
-from tfra.hdl.front_end.means import Means
+from tfra.hdl.front_end.intake import ORIGIN, Intake, Means
 from tfra.hdl.front_end.output_reader import OutputReader
 from tfra.hdl.front_end.ports import EVENTS, FACTS, FAULTY, SETTINGS, TABLES, TAXEL
 from tfra.hdl.front_end.repair import Repair
@@ -63,24 +62,22 @@ class FrontEnd(wiring.Component):
         self._repair = Repair(taxels)
         self._faults = Faults(taxels)
         self._reader = OutputReader(design)
-        super().__init__(
-            {
-                "i": In(stream.Signature(TAXEL)),  # row by row; a frame of another length is dropped
-                "settings": In(SETTINGS),
-                "tare": In(1),  # pulse
-                "simulate": In(1),  # pulse
-                "tables": In(TABLES),
-                "time": In(BITS),  # counts cycles
-                "skip": In(1),  # during a reset: the frame that it cuts goes on afterwards, and its rest is dropped
-                "codes": Out(stream.Signature(signed(design.adc.bits))),  # row by row
-                "facts": Out(stream.Signature(FACTS)),  # one transfer a frame, which is taken before the first code
-                "events": Out(EVENTS),
-                "faulty": Out(FAULTY),
-                "faulty_store": Out(1),  # pulse
-                "taring": Out(1),  # frames are averaged for the offsets
-                "busy": Out(1),  # a frame is in the unit
-            }
-        )
+        super().__init__({
+            "i": In(stream.Signature(TAXEL)),  # row by row; a frame of another length is dropped
+            "settings": In(SETTINGS),
+            "tare": In(1),  # pulse
+            "simulate": In(1),  # pulse
+            "tables": In(TABLES),
+            "time": In(BITS),  # counts cycles
+            "skip": In(1),  # during a reset: the frame that it cuts goes on afterwards, and its rest is dropped
+            "codes": Out(stream.Signature(signed(design.adc.bits))),  # row by row
+            "facts": Out(stream.Signature(FACTS)),  # one transfer a frame, which is taken before the first code
+            "events": Out(EVENTS),
+            "faulty": Out(FAULTY),
+            "faulty_store": Out(1),  # pulse
+            "taring": Out(1),  # frames are averaged for the offsets
+            "busy": Out(1),  # a frame is in the unit
+        })
 
     @property
     def latency(self) -> int:

@@ -6,11 +6,10 @@ from amaranth import Cat, Module, Mux, Signal, Value
 from amaranth.lib import wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.bus.bank import hardware
 from tfra.hdl.bus.map import BITS, RegisterMap
+from tfra.hdl.bus.registers import hardware
 from tfra.hdl.front_end.ports import EVENTS, FAULTY, SETTINGS, TABLES
-from tfra.hdl.ip.crc import Crc
-from tfra.hdl.ip.load import LOADING
+from tfra.hdl.ip.load import LOADING, Crc
 
 _SETTINGS = {
     "run": "CONTROL.run",
@@ -33,34 +32,28 @@ _EVENTS = ("short_frame", "long_frame", "input_overflow", "sequence_gap", "out_o
 
 
 class Control(wiring.Component):
-    """Between the ports of the registers and the blocks.
-
-    Arguments:
-        registers: the map.
-    """
+    """Between the ports of the ``registers`` and the blocks."""
 
     def __init__(self, registers: RegisterMap) -> None:
-        super().__init__(
-            {
-                "hardware": In(hardware(registers)),  # of the registers
-                "settings": Out(SETTINGS),
-                "tables": Out(TABLES),
-                "loading": Out(LOADING),
-                "restart": Out(1, init=1),  # a soft reset, and the first cycle after the reset; a register
-                "tare": Out(1),  # pulses of CONTROL
-                "simulate": Out(1),
-                "taxel_forces": Out(1),  # setting: output frames have the forces at the taxels
-                "time": Out(BITS),  # counts cycles
-                "events": In(EVENTS),  # of the front end
-                "faulty": In(FAULTY),
-                "faulty_store": In(1),
-                "taring": In(1),
-                "saturated": In(1),  # pulse: a result that ends reports saturation
-                "ended": In(1),  # pulse: the last word of an output frame is taken ...
-                "started": In(BITS),  # ... whose first taxel came at this time
-                "busy": In(1),  # a frame is in the blocks or the core
-            }
-        )
+        super().__init__({
+            "hardware": In(hardware(registers)),  # of the registers
+            "settings": Out(SETTINGS),
+            "tables": Out(TABLES),
+            "loading": Out(LOADING),
+            "restart": Out(1, init=1),  # a soft reset, and the first cycle after the reset; a register
+            "tare": Out(1),  # pulses of CONTROL
+            "simulate": Out(1),
+            "taxel_forces": Out(1),  # setting: output frames have the forces at the taxels
+            "time": Out(BITS),  # counts cycles
+            "events": In(EVENTS),  # of the front end
+            "faulty": In(FAULTY),
+            "faulty_store": In(1),
+            "taring": In(1),
+            "saturated": In(1),  # pulse: a result that ends reports saturation
+            "ended": In(1),  # pulse: the last word of an output frame is taken ...
+            "started": In(BITS),  # ... whose first taxel came at this time
+            "busy": In(1),  # a frame is in the blocks or the core
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

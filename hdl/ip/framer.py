@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.bus.map import BITS
 from tfra.hdl.front_end.ports import FACTS
 from tfra.hdl.interface import ports
-from tfra.hdl.ip.ports import RESULT_BEAT
+from tfra.hdl.ip.output_stage import RESULT_BEAT
 from tfra.hdl.lib.arithmetic import during
 from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.hdl.lib.streams import PerFrameFifo
@@ -53,16 +53,14 @@ class Framer(wiring.Component):
         self._words = design.frame_words
         field = next((field for field in design.layout if field.name == "forces"), None)
         self._forces = range(0) if field is None else range(field.start, field.start + field.count)
-        super().__init__(
-            {
-                "facts": In(stream.Signature(FACTS)),  # one transfer a frame
-                "result": In(stream.Signature(ports.result(design))),
-                "taxel_forces": In(1),  # setting: frames have the forces at the taxels
-                "o": Out(stream.Signature(RESULT_BEAT)),  # combinational from ``result``
-                "saturated": Out(1),  # pulse: the result that ends reports it, or its frame was
-                "busy": Out(1),  # a frame is there
-            }
-        )
+        super().__init__({
+            "facts": In(stream.Signature(FACTS)),  # one transfer a frame
+            "result": In(stream.Signature(ports.result(design))),
+            "taxel_forces": In(1),  # setting: frames have the forces at the taxels
+            "o": Out(stream.Signature(RESULT_BEAT)),  # combinational from ``result``
+            "saturated": Out(1),  # pulse: the result that ends reports it, or its frame was
+            "busy": Out(1),  # a frame is there
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

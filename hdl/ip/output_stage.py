@@ -3,12 +3,17 @@
 from typing import Any
 
 from amaranth import Module, Mux, Signal
-from amaranth.lib import stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.bus.map import BITS
-from tfra.hdl.ip.ports import OUTPUT_BEAT, RESULT_BEAT
 from tfra.hdl.lib.streams import SkidBuffer
+
+OUTPUT_BEAT = data.StructLayout({"data": BITS, "user": 1, "last": 1})
+"""A beat of an output frame; ``user`` in its last one: a reset cut the frame."""
+
+RESULT_BEAT = data.StructLayout({"data": BITS, "last": 1, "started": BITS})
+"""A beat of an output frame, and the time of the first taxel of its input frame."""
 
 
 class OutputStage(wiring.Component):
@@ -30,16 +35,14 @@ class OutputStage(wiring.Component):
     latency = SkidBuffer.latency
 
     def __init__(self) -> None:
-        super().__init__(
-            {
-                "i": In(stream.Signature(RESULT_BEAT)),
-                "o": Out(stream.Signature(OUTPUT_BEAT)),  # registered
-                "restart": In(1),  # the stages before are reset
-                "ended": Out(1),  # the last word of a complete frame is taken ...
-                "started": Out(BITS),  # ... whose first taxel came at this time
-                "busy": Out(1),  # a word waits
-            }
-        )
+        super().__init__({
+            "i": In(stream.Signature(RESULT_BEAT)),
+            "o": Out(stream.Signature(OUTPUT_BEAT)),  # registered
+            "restart": In(1),  # the stages before are reset
+            "ended": Out(1),  # the last word of a complete frame is taken ...
+            "started": Out(BITS),  # ... whose first taxel came at this time
+            "busy": Out(1),  # a word waits
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -3,37 +3,36 @@
 from typing import Any
 
 from amaranth import Module, Mux, Signal, Value
-from amaranth.lib import stream, wiring
+from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.front_end.ports import TAXEL
-from tfra.hdl.ip.ports import input_beat
+from tfra.hdl.front_end.ports import NUMBER, TAXEL
 from tfra.hdl.lib.arithmetic import counter_shape
+from tfra.model.fixed.front_end import WORD
+
+
+def input_beat(taxels: int) -> data.StructLayout:
+    """``taxels`` of an input frame, the first one lowest; ``last`` ends the frame, ``user`` is then its number."""
+    return data.StructLayout({"words": data.ArrayLayout(WORD, taxels), "user": NUMBER, "last": 1})
 
 
 class WidthConverter(wiring.Component):
-    """One taxel a cycle, without those lanes of a complete frame's last beat that are beyond its last taxel.
+    """One taxel a cycle, without the lanes of a complete frame's last beat that are beyond the last of its ``taxels``.
 
-    A single taxel a beat passes as it is.  Several come from a register, and the next beat is taken with the last of
-    them.
-
-    Arguments:
-        taxels: of a frame.
-        per_beat: taxels of a beat.
+    A single taxel a beat passes as it is.  Several, ``per_beat``, come from a register, and the next beat is taken with
+    the last of them.
     """
 
     def __init__(self, taxels: int, per_beat: int) -> None:
         self._per_beat = per_beat
         self._beats = -(-taxels // per_beat)  # of a complete frame
         self._last_lane = (taxels - 1) % per_beat  # in the last of these beats
-        super().__init__(
-            {
-                "i": In(stream.Signature(input_beat(per_beat))),
-                "o": Out(stream.Signature(TAXEL)),
-                "restart": In(1),  # the beat is forgotten and none is taken
-                "cut": Out(1),  # the frame of the last beat that was taken has not ended; a register
-            }
-        )
+        super().__init__({
+            "i": In(stream.Signature(input_beat(per_beat))),
+            "o": Out(stream.Signature(TAXEL)),
+            "restart": In(1),  # the beat is forgotten and none is taken
+            "cut": Out(1),  # the frame of the last beat that was taken has not ended; a register
+        })
 
     @property
     def latency(self) -> int:

@@ -14,9 +14,8 @@ from tfra.hdl.interface import ports
 from tfra.hdl.ip.control import Control
 from tfra.hdl.ip.framer import Framer
 from tfra.hdl.ip.load import Load
-from tfra.hdl.ip.output_stage import OutputStage
-from tfra.hdl.ip.ports import OUTPUT_BEAT, input_beat
-from tfra.hdl.ip.width_converter import WidthConverter
+from tfra.hdl.ip.output_stage import OUTPUT_BEAT, OutputStage
+from tfra.hdl.ip.width_converter import WidthConverter, input_beat
 from tfra.model.fixed.design import Design
 
 
@@ -29,12 +28,8 @@ class Wrapper(wiring.Component):
                                         └───────── facts of the frame ───────────▲
         axi ─▶ registers ─▶ control ─▶ settings, tables, load
 
-    Raises ``ValueError`` for converters and result words that don't fit.
-
-    Arguments:
-        design: the core's.
-        registers: the register map.
-        loaded: whether the core's coefficients are loaded.
+    ``loaded`` says whether the core of ``design`` has coefficients to be loaded.  Raises ``ValueError`` for converters
+    and result words that don't fit.
     """
 
     def __init__(self, design: Design, registers: RegisterMap, *, loaded: bool) -> None:
@@ -44,18 +39,16 @@ class Wrapper(wiring.Component):
         self._converter = WidthConverter(self._taxels, per_beat)
         self._front_end, self._framer, self._output = FrontEnd(design), Framer(design), OutputStage()
         self._load = Load(design.coefficient_word) if loaded else None
-        super().__init__(
-            {
-                "axi": In(bus(registers.address_bits)),  # AXI4-Lite of the registers
-                "frames": In(stream.Signature(input_beat(per_beat))),
-                "results": Out(stream.Signature(OUTPUT_BEAT)),
-                "interrupt": Out(1),  # a level
-                "core_reset": Out(1),  # a register
-                "taxel": Out(stream.Signature(ports.taxel(design))),  # to the core
-                "result": In(stream.Signature(ports.result(design))),  # of the core
-                **({"load": Out(stream.Signature(coefficient))} if loaded else {}),  # to a core that is loaded
-            }
-        )
+        super().__init__({
+            "axi": In(bus(registers.address_bits)),  # AXI4-Lite of the registers
+            "frames": In(stream.Signature(input_beat(per_beat))),
+            "results": Out(stream.Signature(OUTPUT_BEAT)),
+            "interrupt": Out(1),  # a level
+            "core_reset": Out(1),  # a register
+            "taxel": Out(stream.Signature(ports.taxel(design))),  # to the core
+            "result": In(stream.Signature(ports.result(design))),  # of the core
+            **({"load": Out(stream.Signature(coefficient))} if loaded else {}),  # to a core that is loaded
+        })
 
     @property
     def latency(self) -> int:

@@ -17,23 +17,17 @@ class Butterfly(wiring.Component):
         a, b, c, d -> [a + b, a - b, c + d, c - d] -> [a+b+c+d, a-b+c-d, a+b-c-d, a-b-c+d]
 
     An elastic pipeline of two adder levels, each followed by a register: one quad per cycle, eight adders.
-
-    Arguments:
-        bits: length of the words that enter; those that leave are two bits longer.
-
-    Members:
-        i: stream in, quads.
-        o: stream out, quads, registered.
     """
+
+    latency = 2
+    """Cycles from the transfer of a quad in to the transfer of the same quad out."""
 
     def __init__(self, bits: int) -> None:
         self._bits = bits
-        super().__init__({"i": In(stream.Signature(quad(bits))), "o": Out(stream.Signature(quad(bits + 2)))})
-
-    @property
-    def latency(self) -> int:
-        """Cycles from the transfer of a quad in to the transfer of the same quad out."""
-        return 2
+        super().__init__({
+            "i": In(stream.Signature(quad(bits))),
+            "o": Out(stream.Signature(quad(bits + 2))),  # registered
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

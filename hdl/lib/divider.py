@@ -48,15 +48,8 @@ class Divider(wiring.Component):
     send    1        1        1         ``o.ready``
     ======= ======== ======== ========= ================================================================
 
-    Arguments:
-        numerator, denominator: bits of the unsigned magnitudes.
-        fraction: fraction bits of the quotient.
-        whole: bits before the point, one or more.
-
-    Members:
-        i: stream in of ``numerator``, ``denominator`` and ``negative``, the quotient's sign; the next one is taken when
-            the last quotient has left.
-        o: stream out of the quotient, signed, ``whole + fraction + 2`` bits, registered.
+    ``numerator`` and ``denominator`` are bits of unsigned magnitudes, ``whole`` and ``fraction`` those of the quotient
+    before and after the point, ``whole`` one or more.
 
     Resources: one addition of ``denominator + whole + 1`` bits, no multiplier.
     """
@@ -67,8 +60,10 @@ class Divider(wiring.Component):
         operands = data.StructLayout(
             {"numerator": unsigned(numerator), "denominator": unsigned(denominator), "negative": 1}
         )
-        quotient = signed(self._digits + 1)
-        super().__init__({"i": In(stream.Signature(operands)), "o": Out(stream.Signature(quotient))})
+        super().__init__({
+            "i": In(stream.Signature(operands)),  # taken when the last quotient has left; ``negative``: its sign
+            "o": Out(stream.Signature(signed(self._digits + 1))),  # the quotient, registered
+        })
 
     @property
     def latency(self) -> int:

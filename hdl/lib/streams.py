@@ -12,7 +12,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
-from tfra.hdl.lib.pipeline import occupancy, occupancy_flags, register, wrapping_counter
+from tfra.hdl.lib.pipeline import driver, occupancy, occupancy_flags, register, wrapping_counter
 from tfra.hdl.lib.ram import Ram
 
 TOKEN = unsigned(1)
@@ -32,14 +32,6 @@ class Fork(wiring.Component):
     """Copy every transfer to each of several sinks, which take it at their own times.
 
     Combinational from valid to valid; a transfer ends when the last sink has taken it.
-
-    Arguments:
-        shape: the payload.
-        ways: number of sinks.
-
-    Members:
-        i: stream in.
-        o: ``ways`` streams out.
     """
 
     def __init__(self, shape: Any, ways: int) -> None:
@@ -62,18 +54,10 @@ class Fork(wiring.Component):
 
 
 class Router(wiring.Component):
-    """Route the ``words`` of every transfer to the sinks of its ``kind`` in a static table, without backpressure.
+    """Route the ``words`` of every transfer to the sinks that ``table`` has for its ``kind``, without backpressure.
 
-    ``latency`` is one cycle: each sink has its own register for ``valid``, since sinks are far apart.
-
-    Arguments:
-        shape: a structure of ``words`` and ``kind``, which is one-hot, since its decoding is on a critical path.
-        table: by that bit's number, the numbers of its sinks.
-        ways: number of sinks.
-
-    Members:
-        i: always-ready stream in, of ``shape``.
-        o: ``ways`` always-ready streams out, of ``words``.
+    ``kind`` is one-hot, since its decoding is on a critical path.  Each sink has its own register for ``valid``, since
+    sinks are far apart.
     """
 
     latency = 1
@@ -95,31 +79,26 @@ class Router(wiring.Component):
         return m
 
 
-class Buffer(wiring.Component):
-    """Store one transfer, so that its sender can continue while the sink still needs it.
-
-    A new transfer enters when the last one has left: for per-frame facts, not for full throughput.  ``latency`` is one
-    cycle.
-
-    Members:
-        i: stream in.
-        o: stream out, registered.
-    """
+class Queue(wiring.Component):
+    """What leaves at ``o``, which is registered, is what entered at ``i``, ``latency`` cycles later at the earliest."""
 
     latency = 1
 
     def __init__(self, shape: Any) -> None:
         super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
 
+
+class Buffer(Queue):
+    """Store one transfer, so that its sender can continue while the sink still needs it.
+
+    A new transfer enters when the last one has left: for per-frame facts, not for full throughput.
+    """
+
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        payload = Signal(self.i.payload.shape(), reset_less=True)
+        payload = driver(m, self.o.payload)
         full = Signal()
-        m.d.comb += [
-            self.i.ready.eq(~full),
-            self.o.valid.eq(full),
-            self.o.payload.eq(payload),
-        ]
+        m.d.comb += [self.i.ready.eq(~full), self.o.valid.eq(full)]
         with m.If(~full):
             m.d.sync += [full.eq(self.i.valid), payload.eq(self.i.payload)]
         with m.Elif(self.o.ready):
@@ -127,20 +106,11 @@ class Buffer(wiring.Component):
         return m
 
 
-class SkidBuffer(wiring.Component):
+class SkidBuffer(Queue):
     """Cut the combinational path of ``ready``: neither ``i.ready`` nor ``o.valid`` depends on an input.
 
-    Full throughput; ``latency`` is one cycle.
-
-    Members:
-        i: stream in.
-        o: stream out, registered.
+    Full throughput.
     """
-
-    latency = 1
-
-    def __init__(self, shape: Any) -> None:
-        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -163,28 +133,18 @@ class SkidBuffer(wiring.Component):
         return m
 
 
-class Fifo(wiring.Component):
-    """First in, first out, in block memory.
+class Fifo(Queue):
+    """First in, first out: ``depth`` transfers in block memory.
 
-    A transfer may pass in several beats, a cycle each, through a memory that is narrower by that factor.  Neither
-    ``i.ready`` nor ``o.valid`` depends on an input.  ``latency`` counts cycles through an empty FIFO, from the end of a
-    transfer's last beat.
-
-    Arguments:
-        shape: the payload.
-        depth: transfers that it stores.
-        beats: cycles of a transfer.
-
-    Members:
-        i: stream in.
-        o: stream out, registered.
+    A transfer may pass in several ``beats``, a cycle each, through a memory that is narrower by that factor.  Neither
+    ``i.ready`` nor ``o.valid`` depends on an input.  ``latency`` counts from the end of a transfer's last beat.
     """
 
     latency = 2
 
     def __init__(self, shape: Any, depth: int, beats: int = 1) -> None:
         self._depth, self._beats = depth, beats
-        super().__init__({"i": In(stream.Signature(shape)), "o": Out(stream.Signature(shape))})
+        super().__init__(shape)
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -237,13 +197,10 @@ class Fifo(wiring.Component):
 
 
 class PerFrameFifo(Fifo):
-    """FIFO of per-frame facts for one block, for as many frames as the core has in progress.
+    """FIFO of per-frame facts for one block, for as many frames, ``depth``, as the core has in progress.
 
-    Arguments:
-        shape: a structure.
-        fields: those of its fields that the block uses, and that are stored; the others are zero at ``o``.  Without
-            fields, all are stored.
-        depth: frames.
+    The block uses and stores the ``fields`` of the structure ``shape``; the others are zero at ``o``.  Without fields,
+    all are stored.
     """
 
     def __init__(self, shape: Any, fields: Sequence[str], depth: int) -> None:
@@ -257,19 +214,15 @@ class PerFrameFifo(Fifo):
 class Tokens(wiring.Component):
     """Tokens of a credit scheme: each stands for a free place downstream.
 
-    Arguments:
-        number: tokens there are at most.
-        every: pulses of ``give`` that make a token.
-        full: whether they are there at first; otherwise all of them have to be given.
-
-    Members:
-        give: in, a place, or a part of it, is returned.
-        o: stream out, of tokens, registered.
+    There are ``number`` of them at most, and at first if ``full``; ``every`` so many pulses of ``give`` make one.
     """
 
     def __init__(self, number: int, every: int = 1, *, full: bool = True) -> None:
         self._number, self._every, self._full = number, every, full
-        super().__init__({"give": In(1), "o": Out(stream.Signature(TOKEN))})
+        super().__init__({
+            "give": In(1),  # a place, or a part of it, is returned
+            "o": Out(stream.Signature(TOKEN)),  # registered
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

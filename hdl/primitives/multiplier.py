@@ -21,25 +21,18 @@ class Multiplier(wiring.Component):
              split into a low digit of 17 bits and the rest; the sum of the two or four products follows the
              output registers without another one.
     ======== ================================================================================================
-
-    Members:
-        a, b: signed factors, up to 35 bits each.
-        enable: in, default 1; the registers hold while it is low.
-        product: out, ``a_bits + b_bits``.
     """
 
     latency = 2
 
     def __init__(self, a_bits: int, b_bits: int, target: str) -> None:
         self._cells = GATEWARE[target].multiplier
-        super().__init__(
-            {
-                "a": In(signed(a_bits)),
-                "b": In(signed(b_bits)),
-                "enable": In(1, init=1),
-                "product": Out(signed(a_bits + b_bits)),
-            }
-        )
+        super().__init__({
+            "a": In(signed(a_bits)),  # 35 bits at most, as ``b``
+            "b": In(signed(b_bits)),
+            "enable": In(1, init=1),  # the registers hold while it is low
+            "product": Out(signed(a_bits + b_bits)),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -24,12 +24,8 @@ class Rom(wiring.Component):
              of a pair, one is read by port A, the other by port B.
     ======== ================================================================================================
 
-    Members:
-        address: in.
-        enable: in, default 1; the registers hold while it is low.
-        words: out, one for each image, signed words of ``bits``.
-        write, data: in, if it is ``loaded``: ``data`` is written at ``address`` of image ``n`` while ``write[n]`` is
-            high.  For such a memory, the images only determine the size.
+    If it is ``loaded``, ``data`` is written at ``address`` of image ``n`` while ``write[n]`` is high, and the
+    images only determine the size.
     """
 
     latency = 2
@@ -37,14 +33,12 @@ class Rom(wiring.Component):
     def __init__(self, images: Ints, bits: int, target: str, *, loaded: bool = False) -> None:
         self._images, self._bits, self._loaded = 0 * images if loaded else images, bits, loaded
         self._cells = GATEWARE[target].rom
-        super().__init__(
-            {
-                "address": In(counter_shape(images.shape[1] - 1)),
-                "enable": In(1, init=1),
-                "words": Out(signed(bits)).array(len(images)),
-                **({"write": In(len(images)), "data": In(signed(bits))} if loaded else {}),
-            }
-        )
+        super().__init__({
+            "address": In(counter_shape(images.shape[1] - 1)),
+            "enable": In(1, init=1),  # the registers hold while it is low
+            "words": Out(signed(bits)).array(len(images)),
+            **({"write": In(len(images)), "data": In(signed(bits))} if loaded else {}),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

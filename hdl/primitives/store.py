@@ -18,14 +18,12 @@ class Store(wiring.Component):
 
     def __init__(self, bits: int, depth: int, target: str) -> None:
         self._bits, self._depth, self._cells = bits, depth, GATEWARE[target].store
-        super().__init__(
-            {
-                "address": In(range(depth)),
-                "write": In(1),  # write ``write_data`` in this cycle instead of reading
-                "write_data": In(bits),
-                "data": Out(bits),  # the word at the address of the cycle before
-            }
-        )
+        super().__init__({
+            "address": In(range(depth)),
+            "write": In(1),  # write ``write_data`` in this cycle instead of reading
+            "write_data": In(bits),
+            "data": Out(bits),  # the word at the address of the cycle before
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

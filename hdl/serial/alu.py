@@ -26,24 +26,22 @@ class Alu(wiring.Component):
     def __init__(self, sizes: Sizes) -> None:
         self._sizes = sizes
         word = signed(sizes.word)
-        super().__init__(
-            {
-                "op": In(Op),  # the operation
-                "adds": In(1),  # the operation is one of ``ADDS``
-                "left": In(word),  # the first operand
-                "source": In(word),  # the second operand
-                # the second operand as the sum takes it: complemented to subtract, zero where it is dropped
-                "addend": In(word),
-                "carry": In(1),  # carry into the sum: to subtract, or to round
-                # what :func:`coarse` made of the source
-                "coarse": In(sizes.word + (1 << FINE)),
-                "fine": In(FINE),  # the rest of the shift's amount
-                "total": Out(word),  # left + addend + carry
-                "result": Out(word),  # the result of ``op``
-                "shifted": Out(signed(sizes.word + 1)),  # the T of SHIFT and LENGTH
-                "limited": Out(1),  # LIMIT changes its source
-            }
-        )
+        super().__init__({
+            "op": In(Op),  # the operation
+            "adds": In(1),  # the operation is one of ``ADDS``
+            "left": In(word),  # the first operand
+            "source": In(word),  # the second operand
+            # the second operand as the sum takes it: complemented to subtract, zero where it is dropped
+            "addend": In(word),
+            "carry": In(1),  # carry into the sum: to subtract, or to round
+            # what :func:`coarse` made of the source
+            "coarse": In(sizes.word + (1 << FINE)),
+            "fine": In(FINE),  # the rest of the shift's amount
+            "total": Out(word),  # left + addend + carry
+            "result": Out(word),  # the result of ``op``
+            "shifted": Out(signed(sizes.word + 1)),  # the T of SHIFT and LENGTH
+            "limited": Out(1),  # LIMIT changes its source
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

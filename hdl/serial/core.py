@@ -31,16 +31,14 @@ class SerialCore(wiring.Component):
 
     def __init__(self, design: Design, program: Program, store: Ints) -> None:
         self.design, self.program, self._store = design, program, store
-        super().__init__(
-            {
-                # coefficients ``store (depth, lanes)`` after a reset, row by row
-                "load": In(stream.Signature(signed(design.formats.coefficient))),
-                # converter codes, row-major, ``m`` transfers a frame
-                "taxel": In(stream.Signature(ports.taxel(design))),
-                # words of ``design.layout``, ``last`` on a frame's final word
-                "result": Out(stream.Signature(ports.result(design))),
-            }
-        )
+        super().__init__({
+            # coefficients ``store (depth, lanes)`` after a reset, row by row
+            "load": In(stream.Signature(signed(design.formats.coefficient))),
+            # converter codes, row-major, ``m`` transfers a frame
+            "taxel": In(stream.Signature(ports.taxel(design))),
+            # words of ``design.layout``, ``last`` on a frame's final word
+            "result": Out(stream.Signature(ports.result(design))),
+        })
         self.datapath = Datapath(program.sizes, self.taxel.payload.shape())
 
     def elaborate(self, platform: Any) -> Module:

@@ -30,29 +30,27 @@ class Datapath(wiring.Component):
     def __init__(self, sizes: Sizes, taxel: Shape) -> None:
         self._sizes = sizes
         word = signed(sizes.word)
-        super().__init__(
-            {
-                "advance": In(1),  # all stages advance
-                "decoded": In(STAGE),  # what enters ``fetching``
-                "fetching": Out(STAGE),  # the instruction that fetches operands
-                "executing": Out(STAGE),  # the instruction that is executed
-                "memory_word": In(word),  # the data memory's word for ``fetching``
-                "last_product": In(word),  # the multiplier's last product
-                "sum": In(word),  # the next lane's sum
-                "taxel": In(taxel),  # the next code
-                "takes": Out(1),  # ``fetching`` needs ``taxel``
-                "acts": Out(1),  # the condition of ``executing`` holds; high in a cycle with ``advance``
-                "delivers": Out(1),  # ``acts``, and the operation has a result
-                "source": Out(word),  # second operand of ``executing``
-                "y": Out(signed(sizes.multiplier)),  # the register Y
-                "total": Out(word),  # the result of ``executing`` if it is a sum: sooner than ``result``
-                "result": Out(word),  # the result of ``executing``
-                "shifted": Out(signed(sizes.word + 1)),  # T of ``executing``, if that is SHIFT or LENGTH
-                "last": Out(word),  # the result before
-                "gives": Out(1),  # ``last`` is a word of the result stream
-                "ends": Out(1),  # it is a frame's last word
-            }
-        )
+        super().__init__({
+            "advance": In(1),  # all stages advance
+            "decoded": In(STAGE),  # what enters ``fetching``
+            "fetching": Out(STAGE),  # the instruction that fetches operands
+            "executing": Out(STAGE),  # the instruction that is executed
+            "memory_word": In(word),  # the data memory's word for ``fetching``
+            "last_product": In(word),  # the multiplier's last product
+            "sum": In(word),  # the next lane's sum
+            "taxel": In(taxel),  # the next code
+            "takes": Out(1),  # ``fetching`` needs ``taxel``
+            "acts": Out(1),  # the condition of ``executing`` holds; high in a cycle with ``advance``
+            "delivers": Out(1),  # ``acts``, and the operation has a result
+            "source": Out(word),  # second operand of ``executing``
+            "y": Out(signed(sizes.multiplier)),  # the register Y
+            "total": Out(word),  # the result of ``executing`` if it is a sum: sooner than ``result``
+            "result": Out(word),  # the result of ``executing``
+            "shifted": Out(signed(sizes.word + 1)),  # T of ``executing``, if that is SHIFT or LENGTH
+            "last": Out(word),  # the result before
+            "gives": Out(1),  # ``last`` is a word of the result stream
+            "ends": Out(1),  # it is a frame's last word
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -25,15 +25,13 @@ class Product(wiring.Component):
     """``o = a * b``, ``DELAY`` cycles later."""
 
     def __init__(self, a_bits: int, b_bits: int, bits: int) -> None:
-        super().__init__(
-            {
-                "a": In(signed(a_bits)),
-                "b": In(signed(b_bits)),
-                "start": In(1, init=1),  # take the operands; without it the last ones are kept
-                "enable": In(1, init=1),  # stops all registers while it is low
-                "o": Out(signed(bits)),  # registered; a longer product wraps
-            }
-        )
+        super().__init__({
+            "a": In(signed(a_bits)),
+            "b": In(signed(b_bits)),
+            "start": In(1, init=1),  # take the operands; without it the last ones are kept
+            "enable": In(1, init=1),  # stops all registers while it is low
+            "o": Out(signed(bits)),  # registered; a longer product wraps
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

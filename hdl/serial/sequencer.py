@@ -23,18 +23,16 @@ class Sequencer(wiring.Component):
 
     def __init__(self, program: Sequence[Instruction]) -> None:
         self._program = [instruction.word for instruction in program]
-        super().__init__(
-            {
-                "advance": In(1),  # ``instruction`` enters execution, and the next one is fetched
-                "instruction": Out(INSTRUCTION),
-                "address": Out(ADDRESS_BITS),  # the effective address of the instruction
-                "valid": Out(1),  # low in the first cycle after reset, which has no instruction
-                # write ``pointer_value`` to pointer ``pointer_number``; has priority over a step of that pointer
-                "set_pointer": In(1),
-                "pointer_number": In(FIELDS["pointer"]),  # below ``POINTERS``
-                "pointer_value": In(ADDRESS_BITS),
-            }
-        )
+        super().__init__({
+            "advance": In(1),  # ``instruction`` enters execution, and the next one is fetched
+            "instruction": Out(INSTRUCTION),
+            "address": Out(ADDRESS_BITS),  # the effective address of the instruction
+            "valid": Out(1),  # low in the first cycle after reset, which has no instruction
+            # write ``pointer_value`` to pointer ``pointer_number``; has priority over a step of that pointer
+            "set_pointer": In(1),
+            "pointer_number": In(FIELDS["pointer"]),  # below ``POINTERS``
+            "pointer_value": In(ADDRESS_BITS),
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

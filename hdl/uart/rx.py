@@ -17,14 +17,12 @@ class Rx(wiring.Component):
 
     def __init__(self, divisor: int) -> None:
         self._divisor = divisor
-        super().__init__(
-            {
-                "line": In(1),  # the pin, asynchronous, high at rest
-                "o": Out(always_ready_stream(BYTE)),  # ``valid`` is high for one cycle
-                "fault": Out(1),  # pulse: the stop bit was low, and the byte is lost
-                "broken": Out(1),  # a break: the stop bit after eight zeros was low; until the line is high again
-            }
-        )
+        super().__init__({
+            "line": In(1),  # the pin, asynchronous, high at rest
+            "o": Out(always_ready_stream(BYTE)),  # ``valid`` is high for one cycle
+            "fault": Out(1),  # pulse: the stop bit was low, and the byte is lost
+            "broken": Out(1),  # a break: the stop bit after eight zeros was low; until the line is high again
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

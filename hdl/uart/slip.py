@@ -22,14 +22,12 @@ class Decoder(wiring.Component):
     latency = 0
 
     def __init__(self) -> None:
-        super().__init__(
-            {
-                "i": In(always_ready_stream(BYTE)),  # bytes of the line
-                "o": Out(always_ready_stream(BYTE)),  # bytes of a frame, in the same cycle
-                "end": Out(1),  # pulse: the frame has ended
-                "fault": Out(1),  # pulse: an escape that stands for nothing, which no frame has
-            }
-        )
+        super().__init__({
+            "i": In(always_ready_stream(BYTE)),  # bytes of the line
+            "o": Out(always_ready_stream(BYTE)),  # bytes of a frame, in the same cycle
+            "end": Out(1),  # pulse: the frame has ended
+            "fault": Out(1),  # pulse: an escape that stands for nothing, which no frame has
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
@@ -61,12 +59,10 @@ class Encoder(wiring.Component):
     latency = 0
 
     def __init__(self) -> None:
-        super().__init__(
-            {
-                "i": In(stream.Signature(FRAMED)),  # bytes of frames
-                "o": Out(stream.Signature(BYTE)),  # bytes of the line, in the same cycle
-            }
-        )
+        super().__init__({
+            "i": In(stream.Signature(FRAMED)),  # bytes of frames
+            "o": Out(stream.Signature(BYTE)),  # bytes of the line, in the same cycle
+        })
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()

@@ -14,12 +14,10 @@ class Tx(wiring.Component):
 
     def __init__(self, divisor: int) -> None:
         self._divisor = divisor
-        super().__init__(
-            {
-                "i": In(stream.Signature(BYTE)),
-                "line": Out(1),  # the pin, from a register, high at rest
-            }
-        )
+        super().__init__({
+            "i": In(stream.Signature(BYTE)),
+            "line": Out(1),  # the pin, from a register, high at rest
+        })
 
     @property
     def interval(self) -> int:

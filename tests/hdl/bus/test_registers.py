@@ -11,7 +11,6 @@ from tests.hdl.bus.manager import OKAY, SLVERR, Manager, simulated
 from tests.hdl.bus.model import Access, Model, accesses, bits
 from tests.marks import long
 from tfra.codegen.registers.source import register_map
-from tfra.hdl.bus.bank import Bank
 from tfra.hdl.bus.map import Field, Kind, Register, RegisterMap
 from tfra.hdl.bus.registers import Registers
 from tfra.sim.harness import play
@@ -157,26 +156,22 @@ def test_reset_values_of_the_core() -> None:
     simulated(dut, process)
 
 
-def port_cycles(*cycles: Mapping[str, int]) -> list[dict[str, int]]:
-    return [dict(cycle) for cycle in (*cycles, {}, {}, {})]
-
-
 def test_hardware_and_software_in_the_same_cycle() -> None:
     """A set wins over a clear; a counter that is cleared counts on; a captured word stays when it is cleared."""
-    write = {"port.write": 1, "port.strobe": 15}
-    errors = {**write, "port.address": 0x48, "port.data": 3}
-    clear = {**write, "port.address": 0x40, "port.data": 4}
+    write = {"bus.awvalid": 1, "bus.wvalid": 1, "bus.wstrb": 15}  # takes effect a cycle later
+    errors = {**write, "bus.awaddr": 0x48, "bus.wdata": 3}
+    clear = {**write, "bus.awaddr": 0x40, "bus.wdata": 4}
     up, store = "hardware.FRAMES_IN.count_up", "hardware.FRAME_CYCLES.cycles_store"
 
     def read(address: int, *before: Mapping[str, int]) -> int:
-        cycles = port_cycles(*before, {"port.read": 1, "port.address": address})
-        return int(play(Bank(MAP), cycles, ["port.answer"])[-1]["port.answer"])
+        cycles = [*before, {}, {}, {}, {"bus.arvalid": 1, "bus.araddr": address}, *[{}] * 5]
+        return int(play(Registers(MAP), cycles, ["bus.rdata"])[-1]["bus.rdata"])
 
     both = {"hardware.ERRORS.short_frame_set": 1, "hardware.ERRORS.long_frame_set": 1}
     assert read(0x48, both, errors) == 0
-    assert read(0x48, both, {**errors, "hardware.ERRORS.short_frame_set": 1}) == 1
-    assert read(0x60, {up: 1}, {up: 1}, {}) == 2
-    assert read(0x60, {up: 1}, clear, {}) == 0
-    assert read(0x60, {up: 1}, clear, {up: 1}) == 1  # the pulse is there a cycle after the write
-    assert read(0x70, {store: 1, "hardware.FRAME_CYCLES.cycles": 77}, clear, {}) == 0
-    assert read(0x70, clear, {store: 1, "hardware.FRAME_CYCLES.cycles": 77}) == 77
+    assert read(0x48, both, errors, {"hardware.ERRORS.short_frame_set": 1}) == 1
+    assert read(0x60, {up: 1}, {up: 1}) == 2
+    assert read(0x60, {up: 1}, clear) == 0
+    assert read(0x60, {up: 1}, clear, {}, {up: 1}) == 1  # the pulse is there a cycle after the write
+    assert read(0x70, {store: 1, "hardware.FRAME_CYCLES.cycles": 77}, clear) == 0
+    assert read(0x70, clear, {}, {store: 1, "hardware.FRAME_CYCLES.cycles": 77}) == 77

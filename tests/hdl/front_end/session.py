@@ -9,8 +9,8 @@ import numpy as np
 from amaranth import ResetInserter, Signal
 from amaranth.sim import Simulator
 
+from tfra.hdl.front_end.calibrate import GAINS, OFFSETS, REPAIRS
 from tfra.hdl.front_end.ports import EVENTS
-from tfra.hdl.front_end.tables import GAINS, OFFSETS, REPAIRS
 from tfra.hdl.front_end.unit import FrontEnd
 from tfra.model.fixed.front_end import Settings, Tables
 from tfra.sim.harness import flowing, plain

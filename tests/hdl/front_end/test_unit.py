@@ -7,8 +7,8 @@ import pytest
 
 from tests.hdl.front_end.session import Frame, Seen, Session, words
 from tests.marks import long
+from tfra.hdl.front_end.calibrate import GAINS, OFFSETS, REPAIRS
 from tfra.hdl.front_end.repair import Repair
-from tfra.hdl.front_end.tables import GAINS, OFFSETS, REPAIRS
 from tfra.hdl.front_end.unit import FrontEnd
 from tfra.model.choices import Adc, Architecture
 from tfra.model.fixed import front_end as model

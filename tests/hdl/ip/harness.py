@@ -5,14 +5,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from amaranth import Module, Signal, signed
+from amaranth import Module, ResetInserter, Signal, signed
 from amaranth.lib import stream, wiring
-from amaranth.lib.wiring import In, Out
+from amaranth.lib.wiring import In, Out, connect
 
 from tests.hdl.bus.manager import Manager, Process, simulated
 from tfra.codegen.registers.source import parameters, register_map
 from tfra.hdl.interface import ports
-from tfra.hdl.ip.axi_core import AxiCore
 from tfra.hdl.ip.wrapper import Wrapper
 from tfra.hdl.lib.pipeline import wrapping_counter
 from tfra.model.fixed.design import Design
@@ -80,7 +79,12 @@ class Bench:
     def __post_init__(self) -> None:
         self.map = register_map(parameters(self.design))
         self.wrapper = Wrapper(self.design, self.map, loaded=self.words > 0)
-        self.dut = AxiCore(self.wrapper, EchoCore(self.design, self.words))
+        core, m = EchoCore(self.design, self.words), Module()
+        m.submodules.wrapper = self.wrapper
+        m.submodules.core = ResetInserter(self.wrapper.core_reset)(core)
+        for name in core.signature.members:
+            connect(m, getattr(self.wrapper, name), getattr(core, name))
+        self._module = m
 
     async def write(self, ctx: Any, name: str, **fields: int) -> None:
         """Write a register: the given fields, others as after a reset."""
@@ -88,17 +92,17 @@ class Bench:
         word = 0
         for each in register.fields:
             word |= fields.get(each.name, each.reset) << each.low
-        assert await Manager(ctx, self.dut.axi).write(register.address, word) == 0
+        assert await Manager(ctx, self.wrapper.axi).write(register.address, word) == 0
 
     async def read(self, ctx: Any, name: str) -> dict[str, int]:
         """Fields of a register."""
-        word, response = await Manager(ctx, self.dut.axi).read(self.map[name].address)
+        word, response = await Manager(ctx, self.wrapper.axi).read(self.map[name].address)
         assert response == 0
         return {each.name: (word >> each.low) & ((1 << each.bits) - 1) for each in self.map[name].fields}
 
     async def send(self, ctx: Any, beats: Iterable[int], user: int = 0, last: bool = True, stalls: Any = None) -> None:
         """A frame, or a part of one if not ``last``."""
-        port, every = self.dut.frames, list(beats)
+        port, every = self.wrapper.frames, list(beats)
         for number, beat in enumerate(every):
             while stalls and stalls.random() < 0.3:
                 await ctx.tick()
@@ -113,7 +117,7 @@ class Bench:
         """Takes output frames while ``open``, and counts cycles."""
 
         async def process(ctx: Any) -> None:
-            port, frames = self.dut.results, self.dut.frames
+            port, frames = self.wrapper.results, self.wrapper.frames
             while True:
                 ready = self.open and not (rng and rng.random() < 0.4)
                 ctx.set(port.ready, ready)
@@ -136,7 +140,7 @@ class Bench:
 
     def run(self, *processes: Process, rng: random.Random | None = None, check: bool = False) -> None:
         """Run ``processes``, under the rules of the bus if ``check``, which take as long as all the rest."""
-        simulated(self.dut, *processes, background=[self.sink(rng)], check=self.dut.axi if check else None)
+        simulated(self._module, *processes, background=[self.sink(rng)], check=self.wrapper.axi if check else None)
 
     def answer(self, first: int, sequence: int, user: int = 0, flags: int = 0, forces: bool = True) -> list[int]:
         """The output frame for a frame that begins with the taxel ``first``, with ``forces`` or without."""

@@ -96,16 +96,16 @@ def test_soft_reset_in_frames() -> None:
     async def host(ctx: Any) -> None:
         await bench.write(ctx, "CONTROL", run=1)
         await bench.send(ctx, packed(FRAME, 1))
-        await ctx.tick().until(bench.dut.results.valid)
+        await ctx.tick().until(bench.wrapper.results.valid)
         await bench.settle(ctx, 8)
         bench.open = False
         await bench.settle(ctx, 8)
         await bench.send(ctx, packed(FRAME, 1)[:4], last=False)
-        offered = ctx.get(bench.dut.results.payload.data)
+        offered = ctx.get(bench.wrapper.results.payload.data)
         await bench.write(ctx, "CONTROL", run=1, soft_reset=1)
         await bench.settle(ctx, 8)
-        assert ctx.get(bench.dut.results.valid)
-        assert ctx.get(bench.dut.results.payload.data) == offered
+        assert ctx.get(bench.wrapper.results.valid)
+        assert ctx.get(bench.wrapper.results.payload.data) == offered
         bench.open = True
         await bench.send(ctx, [1, 2, 3])  # the rest of the frame that was cut, and more
         await bench.send(ctx, packed([50, *FRAME[1:]], 1), user=9)
@@ -129,9 +129,9 @@ def test_run_stops_between_frames() -> None:
         await bench.send(ctx, packed(FRAME, 1)[:2], last=False)
         await bench.write(ctx, "CONTROL", run=0)
         await bench.send(ctx, packed(FRAME, 1)[2:])
-        ctx.set(bench.dut.frames.valid, 1)
+        ctx.set(bench.wrapper.frames.valid, 1)
         for _ in range(100):
-            assert not ctx.get(bench.dut.frames.ready)
+            assert not ctx.get(bench.wrapper.frames.ready)
             await ctx.tick()
         assert (await bench.read(ctx, "STATUS"))["running"] == 0
 
@@ -184,19 +184,19 @@ def test_stale_simulated_and_interrupts() -> None:
         await bench.send(ctx, packed(FRAME, 1))
         await bench.settle(ctx, 90)
         assert not (await bench.read(ctx, "ERRORS"))["stale"]
-        assert not ctx.get(bench.dut.interrupt)
+        assert not ctx.get(bench.wrapper.interrupt)
         await bench.settle(ctx, 100)
         assert (await bench.read(ctx, "ERRORS"))["stale"]
-        assert ctx.get(bench.dut.interrupt)
+        assert ctx.get(bench.wrapper.interrupt)
         await bench.write(ctx, "FRAME_TIMEOUT", cycles=0)
         await bench.settle(ctx)
         await bench.write(ctx, "ERRORS", **dict.fromkeys(await bench.read(ctx, "ERRORS"), 1))
         await bench.write(ctx, "INTERRUPT_STATUS", error=1, frame=1)
         await bench.settle(ctx, 200)
-        assert not ctx.get(bench.dut.interrupt)
+        assert not ctx.get(bench.wrapper.interrupt)
         await bench.write(ctx, "CONTROL", run=1, simulate_error=1)
         await bench.settle(ctx, 4)
-        assert ctx.get(bench.dut.interrupt)
+        assert ctx.get(bench.wrapper.interrupt)
         assert (await bench.read(ctx, "ERRORS"))["simulated"]
         await bench.send(ctx, packed(FRAME, 1))
         await bench.send(ctx, packed(FRAME, 1))

@@ -74,6 +74,7 @@ def test_pauses_of_any_length(length):
 def test_calls_are_written_once_and_marked():
     a = Assembler()
     a.stage = "main"
+    a.call("double", lambda: a.add(R1, R1, R0))
     for value in (3, 4):
         a.move(R0, imm(value))
         a.call("double", lambda: a.add(R1, R1, R0))
