@@ -13,8 +13,7 @@ from tfra.codegen.verilog.emit import core_instance, plain_verilog, to_rtlil
 from tfra.families.family import Board
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.uart.bridge import CODE_BYTES, WORD_BYTES, Bridge, coefficient_bytes
-from tfra.hdl.uart.rx import Rx
-from tfra.hdl.uart.tx import Tx
+from tfra.hdl.uart.uart import Rx, Tx
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
 

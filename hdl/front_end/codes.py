@@ -9,7 +9,7 @@ from amaranth.lib.wiring import In, Out
 from tfra.hdl.lib.arithmetic import counter_shape, saturate
 from tfra.hdl.lib.pipeline import delayed, register
 from tfra.hdl.lib.ram import Ram
-from tfra.hdl.primitives.multiplier import Multiplier
+from tfra.hdl.primitives import Multiplier
 from tfra.model.fixed.design import Design
 from tfra.model.fixed.front_end import DEVIATION, GAIN, PRODUCT_POINT, WEIGHT, WORD, repair_places
 from tfra.model.rounding import Rounding
@@ -84,7 +84,8 @@ class Codes(wiring.Component):
         memory = Ram(m, "memory", stored_code(self._design.adc.bits), 2 << len(self.address))
         m.d.comb += self.stored.eq(memory.read(Cat(self.address, self.page), self.read))
         product, is_term = self._multiply(m, self.stored.code)
-        code = self._round(m, self._accumulate(m, product, is_term))
+        total = self._accumulate(m, product, is_term)
+        code = register(m, saturate(total[self._point :].as_signed(), self._design.adc.bits), "code")
         self._store(m, memory, code)
         return m
 
@@ -124,10 +125,6 @@ class Codes(wiring.Component):
         with m.If(adds):
             m.d.sync += partial.eq(Mux(ends, half, total))
         return result
-
-    def _round(self, m: Module, total: Value) -> Value:
-        """The code: ``total`` without the bits below its point, saturated."""
-        return register(m, saturate(total[self._point :].as_signed(), self._design.adc.bits), "code")
 
     def _store(self, m: Module, memory: Ram, code: Value) -> None:
         """Write the code of a taxel, or of the target of a repair, and compare it with both thresholds."""

@@ -136,6 +136,16 @@ def during(counter: Value, window: range) -> Value:
     return (counter >= window.start) & (counter < window.stop)
 
 
+def once(cycle: int) -> range:
+    """One cycle of a counter, as a window; a register is loaded at the end of its cycle."""
+    return range(cycle, cycle + 1)
+
+
+def later(window: range, cycles: int) -> range:
+    """``window`` delayed by the given number of cycles: the next register of a pipeline."""
+    return range(window.start + cycles, window.stop + cycles)
+
+
 def nth_slice(word: Value, number: Value, slices: int) -> Value:
     """One of ``slices`` equal slices of ``word``, by a multiplexer; ``word_select`` would infer a multiplier."""
     size = len(word) // slices

@@ -12,7 +12,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.arithmetic import counter_shape, nth_slice
-from tfra.hdl.lib.pipeline import driver, occupancy, occupancy_flags, register, wrapping_counter
+from tfra.hdl.lib.pipeline import occupancy, occupancy_flags, register, wrapping_counter
 from tfra.hdl.lib.ram import Ram
 
 TOKEN = unsigned(1)
@@ -96,9 +96,13 @@ class Buffer(Queue):
 
     def elaborate(self, platform: Any) -> Module:
         m = Module()
-        payload = driver(m, self.o.payload)
+        payload = Signal(self.i.payload.shape(), reset_less=True)
         full = Signal()
-        m.d.comb += [self.i.ready.eq(~full), self.o.valid.eq(full)]
+        m.d.comb += [
+            self.i.ready.eq(~full),
+            self.o.valid.eq(full),
+            self.o.payload.eq(payload),
+        ]
         with m.If(~full):
             m.d.sync += [full.eq(self.i.valid), payload.eq(self.i.payload)]
         with m.Elif(self.o.ready):
@@ -230,6 +234,15 @@ class Tokens(wiring.Component):
         left = occupancy(m, self._number, self.give & completes, self.o.valid & self.o.ready, full=self._full)
         m.d.comb += self.o.valid.eq(left[0])
         return m
+
+
+def broadcast(m: Module, source: Any, *sinks: Any) -> None:
+    """Every transfer of ``source`` to all ``sinks``, streams without backpressure, in the same cycle."""
+    for sink in sinks:
+        m.d.comb += [
+            sink.valid.eq(source.valid),
+            sink.payload.eq(source.payload),
+        ]
 
 
 def one_at_a_time(m: Module, enter: Any, facts: Iterable[Any], leave: Any, last: int) -> tuple[Signal, Signal]:

@@ -7,9 +7,7 @@ the family's cells, whose simulation models are in ``models``.
 from pathlib import Path
 
 from tfra.families import FAMILIES
-from tfra.hdl.primitives.multiplier import Multiplier
-from tfra.hdl.primitives.rom import Rom
-from tfra.hdl.primitives.store import Store
+from tfra.hdl.primitives.gateware import Multiplier, Rom, Store
 
 __all__ = ["Multiplier", "Rom", "Store", "cell_models"]
 

@@ -14,8 +14,8 @@ from amaranth.lib.wiring import In, Out, connect, flipped
 from tfra.hdl.interface import ports
 from tfra.hdl.lib.ram import Ram
 from tfra.hdl.lib.streams import always_ready_stream
-from tfra.hdl.uart.rx import BYTE
 from tfra.hdl.uart.slip import Decoder, Encoder
+from tfra.hdl.uart.uart import BYTE
 from tfra.model.fixed.design import Design
 
 CODE_BYTES = 2

@@ -7,7 +7,7 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.wiring import In, Out
 
 from tfra.hdl.lib.streams import always_ready_stream
-from tfra.hdl.uart.rx import BYTE
+from tfra.hdl.uart.uart import BYTE
 
 END, ESC, ESC_END, ESC_ESC = 0xC0, 0xDB, 0xDC, 0xDD
 """End of a frame; escape; what follows it for a byte that equals END, and for one that equals ESC."""

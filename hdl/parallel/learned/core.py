@@ -11,7 +11,7 @@
 from amaranth import Module
 from amaranth.lib.wiring import connect, flipped
 
-from tfra.hdl.lib.broadcast import broadcast
+from tfra.hdl.lib.streams import broadcast
 from tfra.hdl.parallel.core.core import Core, Fact, FactRoute
 from tfra.hdl.parallel.learned.blocks import Blocks
 from tfra.hdl.parallel.learned.payloads import contact, header, share

@@ -10,8 +10,7 @@ from amaranth import Module
 from amaranth.lib.wiring import connect, flipped
 
 from tfra.hdl.interface import ports
-from tfra.hdl.lib.broadcast import broadcast
-from tfra.hdl.lib.streams import Fork, Router
+from tfra.hdl.lib.streams import Fork, Router, broadcast
 from tfra.hdl.parallel import payloads
 from tfra.hdl.parallel.core.core import Core
 from tfra.hdl.parallel.tfra.blocks import Blocks

@@ -8,10 +8,9 @@ from amaranth import Cat, Module, Mux, Signal, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape, magnitude_bits, round_off, round_top
+from tfra.hdl.lib.arithmetic import add_or_subtract, counter_shape, later, magnitude_bits, once, round_off, round_top
 from tfra.hdl.lib.divider import Divider
 from tfra.hdl.lib.pipeline import ALIGN, align, lookahead, register
-from tfra.hdl.lib.schedule import later, once
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.butterfly import EE, OO, OX, OY
 from tfra.model.fixed.design import Design

@@ -7,9 +7,8 @@ from amaranth.lib import data, stream, wiring
 from amaranth.lib.memory import Memory
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import add_or_subtract, saturate
+from tfra.hdl.lib.arithmetic import add_or_subtract, once, saturate
 from tfra.hdl.lib.pipeline import driver, lookahead, register
-from tfra.hdl.lib.schedule import once
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design

@@ -6,9 +6,8 @@ from amaranth import Module, Mux, Signal, Value, signed
 from amaranth.lib import stream, wiring
 from amaranth.lib.wiring import In, Out
 
-from tfra.hdl.lib.arithmetic import round_top
+from tfra.hdl.lib.arithmetic import later, once, round_top
 from tfra.hdl.lib.pipeline import ALIGN, align, driver, lookahead
-from tfra.hdl.lib.schedule import later, once
 from tfra.hdl.lib.streams import one_at_a_time
 from tfra.hdl.parallel import payloads
 from tfra.model.fixed.design import Design

@@ -40,10 +40,6 @@ class Hazard(Exception):
     """A program reads a value that is not available yet, or leaves a word's range."""
 
 
-class _NoTaxel(Exception):
-    """The program reads a taxel when none is left."""
-
-
 def wrap(value: int, bits: int) -> int:
     """``value`` as a signed word of ``bits``."""
     half = 1 << (bits - 1)
@@ -69,8 +65,7 @@ class Interpreter:
     """State of the machine; ``lengths`` (from which MAC chooses), ``program``, ``memory`` and ``store`` (words of
     ``lanes`` coefficients) are given.
 
-    ``cycle`` counts instructions: a cycle each.  With ``strict`` a result that is too long for a word raises
-    ``Hazard``.
+    ``cycle`` counts instructions: a cycle each.  A result that is too long for a word raises ``Hazard``.
     """
 
     sizes: Sizes
@@ -78,7 +73,6 @@ class Interpreter:
     program: Sequence[Instruction]
     memory: list[int]
     store: Sequence[Sequence[int]]
-    strict: bool = True
 
     # What the gateware has, too
     cycle: int = 0
@@ -124,7 +118,7 @@ class Interpreter:
             target = self._sequence(instruction)
             try:
                 address, value = self._execute(instruction, taxels)
-            except _NoTaxel:
+            except StopIteration:  # there is no taxel
                 return
             yield Step(self.cycle, pc, instruction, address, value)
             self.pc, self.cycle = following, self.cycle + 1
@@ -173,10 +167,7 @@ class Interpreter:
         if s == Src.SUM:
             return self.sums.pop(0)
         if s == Src.IN:
-            try:
-                return next(taxels)
-            except StopIteration:
-                raise _NoTaxel from None
+            return next(taxels)
         if s == Src.K:
             return self.k
         if s == Src.LIMITED:
@@ -218,9 +209,9 @@ class Interpreter:
 
     def _multiply(self, source: int) -> None:
         bits = self.sizes.multiplicand
-        if self.strict and wrap(source, bits) != source:
+        if wrap(source, bits) != source:
             raise Hazard(f"instruction {self.pc}: {source} is longer than a multiplicand")
-        self.coming_products.append((self.cycle + MUL_DELAY, wrap(wrap(source, bits) * self.y, self.sizes.word)))
+        self.coming_products.append((self.cycle + MUL_DELAY, wrap(source * self.y, self.sizes.word)))
 
     def _left(self, i: Instruction) -> int:
         if i.left == Left.ZERO:
@@ -250,9 +241,9 @@ class Interpreter:
             taken = value >= 0
             self.k = (2 * self.k + taken) % (1 << self.sizes.quotient)
             return value if taken else None
-        if self.strict and wrap(value, self.sizes.word) != value:
+        if wrap(value, self.sizes.word) != value:
             raise Hazard(f"instruction {self.pc}: {value} is longer than a word")
-        return wrap(value, self.sizes.word)
+        return value
 
     def _mac(self, address: int, products: int) -> None:
         if self.cycle < self.lanes_free:

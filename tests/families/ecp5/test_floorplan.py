@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tfra.codegen.verilog.emit import to_rtlil
 from tfra.families import TARGETS, find
 from tfra.families.ecp5.floorplan import Floor, plan
-from tfra.hdl.primitives.multiplier import Multiplier
+from tfra.hdl.primitives import Multiplier
 from tfra.synth.flow import route, synthesise
 from tfra.synth.tools import ToolError
 

@@ -11,7 +11,7 @@ from amaranth import Elaboratable, Module
 from amaranth.lib import wiring
 from amaranth.sim import Simulator
 
-from tfra.hdl.lib.broadcast import broadcast
+from tfra.hdl.lib.streams import broadcast
 from tfra.model.arrays import Ints
 from tfra.model.choices import FORMATS, SCALARS, Adc, Architecture, Formats, Search
 from tfra.model.fixed.design import Design

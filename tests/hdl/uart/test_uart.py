@@ -8,8 +8,7 @@ from amaranth import Module
 from amaranth.lib import wiring
 from amaranth.lib.wiring import connect, flipped
 
-from tfra.hdl.uart.rx import Rx
-from tfra.hdl.uart.tx import Tx
+from tfra.hdl.uart.uart import Rx, Tx
 from tfra.sim.harness import play, random_stalls, run
 
 DIVISOR = 12

@@ -3,8 +3,7 @@
 from tfra.hdl.serial.isa import R0, R1, ZERO, Dest, Op
 from tfra.hdl.serial.program.butterfly import QUAD, butterfly, each_quad, mirrors, quad
 from tfra.hdl.serial.program.combine import combine
-from tfra.hdl.serial.program.learned.activation import activation
-from tfra.hdl.serial.program.learned.layers import multiply
+from tfra.hdl.serial.program.learned.layers import activation, multiply
 from tfra.hdl.serial.program.learned.memory import LearnedWriter
 from tfra.hdl.serial.program.matvec import operand
 from tfra.model.learned.field import MOST_FRICTION

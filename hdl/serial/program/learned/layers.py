@@ -1,7 +1,7 @@
 """The layers of the network: products, activations and the sum of the outputs (:mod:`tfra.model.fixed.learned`)."""
 
-from tfra.hdl.serial.isa import NOTHING, R0, R1, R2, R3, ZERO, Op, Operand, When, mem
-from tfra.hdl.serial.program.learned.activation import activation
+from tfra.hdl.serial.isa import NOTHING, R0, R1, R2, R3, R5, ZERO, Op, Operand, Post, When, mem
+from tfra.hdl.serial.program.butterfly import QUAD, butterfly, butterfly_of_registers, quad
 from tfra.hdl.serial.program.learned.memory import OUTPUTS, LearnedWriter
 from tfra.hdl.serial.program.matvec import operand, product
 from tfra.hdl.serial.program.memory import operator_of, padded
@@ -53,6 +53,20 @@ def multiply(w: LearnedWriter, name: str, result: int) -> None:
     """Results of operator ``name``, for the current operand."""
     w.points(p2=result)
     product(w, name, w.map.operand, w.at("bits", 4), operator_of(w.design, name).quads)
+
+
+def activation(w: LearnedWriter, sums: int, quads: int) -> None:
+    """ReLU at every mirror, between two butterflies: units to ``vector``, from their ``sums``.
+
+    Changes all registers and pointer 0.
+    """
+    a = w.assembler
+    w.points(p0=0)
+    with a.loop(quads):
+        butterfly(w, quad(sums, quads, 0, Post.KEEP), QUAD)
+        for word in QUAD:
+            a.op(Op.PLUS, word, ZERO, word)
+        butterfly_of_registers(w, QUAD, (R2, R5), quad(w.map.vector, quads, 0))
 
 
 def _units(w: LearnedWriter, name: str) -> None:

@@ -6,8 +6,8 @@ the shift that undoes this.
 
 from tfra.hdl.serial.isa import IN, NOTHING, R0, R1, R5, ZERO, Op, Post, When, imm, mem
 from tfra.hdl.serial.program.butterfly import butterfly, each_quad, mirrors, quad
-from tfra.hdl.serial.program.intake import extremes
 from tfra.hdl.serial.program.learned.memory import LearnedWriter
+from tfra.hdl.serial.program.routines import extremes
 
 
 def codes(w: LearnedWriter) -> tuple[int, int]:

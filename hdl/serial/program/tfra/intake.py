@@ -1,7 +1,7 @@
 """Intake of a frame's codes, with the moments of both zones (Eqs. 19-22)."""
 
 from tfra.hdl.serial.isa import IN, NOTHING, R0, R1, R2, R3, R4, R5, ZERO, Op, Post, When, imm, mem
-from tfra.hdl.serial.program.intake import extremes
+from tfra.hdl.serial.program.routines import extremes
 from tfra.hdl.serial.program.tfra.memory import TfraWriter
 
 
