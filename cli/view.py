@@ -24,7 +24,7 @@ def view(results: Results, out: Out, every: Every = 1, frames: Frames = ":", jso
     """
     require("tfra view", "view", "plotly")
     from tfra.runtime.outputs import check_file, write_text
-    from tfra.view.chosen import Chosen
+    from tfra.view.pack import Chosen
     from tfra.view.page import render, require_few
     from tfra.view.resultfile import read_all
 

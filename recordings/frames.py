@@ -11,8 +11,7 @@ from tfra.model.arrays import Bools, Floats
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import archive, doubles, fits
-from tfra.recordings.format import FRAMES, Values
-from tfra.recordings.formats import format_of, suffixes
+from tfra.recordings.formats import FRAMES, Values, format_of, suffixes
 from tfra.recordings.input import PLAIN, Input, arranged, codes_of, overridden, stress
 from tfra.runtime.errors import InputError, require
 from tfra.runtime.inputs import no_memory

@@ -14,8 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tfra.model.tfra import Result
-from tfra.recordings.format import Columns
-from tfra.recordings.formats import table_formats
+from tfra.recordings.formats import Columns, table_formats
 from tfra.recordings.frames import Recording
 from tfra.runtime.errors import InputError, require
 from tfra.runtime.outputs import check_directory, check_file, output_directory, write_npz

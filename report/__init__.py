@@ -9,5 +9,5 @@
     used.text()  # for a file, lines of at most 100 characters
     console.print(used.rich())  # for a terminal
 
-``numbers`` formats single numbers, ``colours`` is the palette of all charts.
+``table.number`` and ``cell`` format single numbers, ``colours`` is the palette of all charts.
 """

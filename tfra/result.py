@@ -112,7 +112,7 @@ class Result(tfra.Result):
         """
         require("Result.view", "view", "plotly")
         from tfra.runtime.outputs import check_file, write_text
-        from tfra.view.chosen import Chosen
+        from tfra.view.pack import Chosen
         from tfra.view.page import render, require_few
 
         file = None if path is None else Path(path)

@@ -16,8 +16,7 @@ from tfra.model.arrays import Floats
 from tfra.model.fixed.design import Design
 from tfra.model.tfra import Result
 from tfra.recordings.streams import reason
-from tfra.view.chosen import MOST_BYTES, Chosen, frame_bytes, sweep_bytes
-from tfra.view.pack import packed, result
+from tfra.view.pack import MOST_BYTES, Chosen, frame_bytes, packed, result, sweep_bytes
 from tfra.view.resultfile import Recorded
 
 SECONDS = 10.0

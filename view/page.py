@@ -12,9 +12,8 @@ from tfra.model.tfra import Status
 from tfra.recordings.facts import MEANINGS, RESULTANT_ALONE, WITHOUT_FORCE, Facts, Spread, facts, status_label
 from tfra.report.html import data_script, document, text, wide
 from tfra.runtime.errors import InputError
-from tfra.view.chosen import Chosen
 from tfra.view.feed import SECONDS, Feed
-from tfra.view.pack import references, result, times
+from tfra.view.pack import Chosen, references, result, times
 from tfra.view.resultfile import Recorded, References, describe
 
 MOST = 5

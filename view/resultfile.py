@@ -14,7 +14,7 @@ from tfra.model.fixed.design import Design
 from tfra.model.sensor import SensorArray
 from tfra.model.tfra import Result, Status
 from tfra.recordings.arrays import Archive, NeededShape, archive, doubles, fits
-from tfra.recordings.format import FRAMES
+from tfra.recordings.formats import FRAMES
 from tfra.recordings.frames import REFERENCES, read_references
 from tfra.recordings.results import OPTIONAL
 from tfra.runtime.errors import InputError, shortened

@@ -13,7 +13,7 @@ from typing import Any
 import polars as pl
 
 from bench.publish import ROOT, insert
-from tfra.report.numbers import number
+from tfra.report.table import number
 from tfra.study.errors.cascade import Step, View
 from tfra.study.report.labels import QUANTITIES, STEPS
 from tfra.study.report.summary import HEADLINE, summary

@@ -16,7 +16,7 @@ from tfra.contacts import Truth
 from tfra.model.converter import quantise
 from tfra.model.fixed.words import decode
 from tfra.model.tfra import Tfra
-from tfra.view.chosen import Chosen
+from tfra.view.pack import Chosen
 from tfra.view.page import render
 from tfra.view.resultfile import Recorded, References
 

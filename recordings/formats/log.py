@@ -13,7 +13,7 @@ import numpy as np
 
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
-from tfra.recordings.format import FRAMES, Format, Values, wrong_shape
+from tfra.recordings.formats import FRAMES, Format, Values, wrong_shape
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError, quoted, shortened
 from tfra.runtime.inputs import opened

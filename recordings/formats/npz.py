@@ -6,7 +6,7 @@ from pathlib import Path
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import Archive, archive, fits, read_npy
-from tfra.recordings.format import FRAMES, Format, Values, finite, split, wrong_shape
+from tfra.recordings.formats import FRAMES, Format, Values, finite, split, wrong_shape
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError, shortened
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
 from tfra.recordings.arrays import Array
-from tfra.recordings.format import FRAMES, Columns, Format, Values, finite, wrong_shape
+from tfra.recordings.formats import FRAMES, Columns, Format, Values, finite, wrong_shape
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import opened

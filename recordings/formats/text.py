@@ -11,7 +11,7 @@ import numpy as np
 
 from tfra.model.arrays import Floats
 from tfra.model.sensor import SensorArray
-from tfra.recordings.format import Columns, Format, Values, finite
+from tfra.recordings.formats import Columns, Format, Values, finite
 from tfra.recordings.input import Input
 from tfra.runtime.errors import InputError, quoted
 from tfra.runtime.inputs import opened

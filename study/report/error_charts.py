@@ -11,7 +11,7 @@ import plotly.graph_objects as go
 import polars as pl
 
 from tfra.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION
-from tfra.report.numbers import number
+from tfra.report.table import number
 from tfra.study.errors.cascade import Step, View
 from tfra.study.frames.block import Part
 from tfra.study.report.figure import (

@@ -9,7 +9,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 from tfra.report.colours import BLACK
-from tfra.report.numbers import number
+from tfra.report.table import number
 from tfra.study.report.labels import cell_text, column_label
 
 GREY, PALE = "#767676", "#dddddd"

@@ -6,7 +6,7 @@ from typing import Any
 
 import polars as pl
 
-from tfra.report.numbers import cell, number
+from tfra.report.table import cell, number
 from tfra.study.errors.cascade import Step
 from tfra.study.frames.block import Part
 from tfra.study.search.evaluate import CHANGE

@@ -15,7 +15,7 @@ from plotly.offline import get_plotlyjs
 from tfra.model.fixed.design import Design
 from tfra.report import html
 from tfra.report.html import contents, data_script, document, paragraph, text
-from tfra.report.numbers import listed
+from tfra.report.table import listed
 from tfra.study.errors.cascade import View
 from tfra.study.report import error_charts, signal_charts, trial_charts
 from tfra.study.report.labels import PARTS, QUANTITIES, STATISTICS, Tables, cell_text, column_label

@@ -3,7 +3,7 @@
 import polars as pl
 
 from tfra.model.fixed.design import Design
-from tfra.report.numbers import listed, number
+from tfra.report.table import listed, number
 from tfra.study.errors.cascade import Step, View
 from tfra.study.errors.statistics import BEYOND, PERMILLES
 from tfra.study.frames.block import Part

@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 from tfra.model.choices import Adc
 from tfra.model.sensor import SensorArray
 from tfra.recordings import formats as all_formats
-from tfra.recordings.format import wrong_shape
-from tfra.recordings.formats import suffixes
+from tfra.recordings.formats import suffixes, wrong_shape
 from tfra.recordings.frames import Recording, read_recording
 from tfra.recordings.input import PLAIN, Input
 from tfra.runtime.errors import InputError
@@ -168,7 +167,7 @@ def test_a_new_format_is_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     """No other file has to know it; its packages are asked for before it reads."""
     (tmp_path / "raw.py").write_text(
         "import numpy as np\n"
-        "from tfra.recordings.format import Format, Values\n"
+        "from tfra.recordings.formats import Format, Values\n"
         "def read(file, sensor, given):\n"
         "    return Values(np.fromfile(file).reshape(-1, sensor.taxels))\n"
         "FORMAT = Format(('.raw',), read, needs=('raw', 'numpy'))\n"

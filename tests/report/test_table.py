@@ -4,8 +4,7 @@ import re
 
 import pytest
 
-from tfra.report.numbers import cell, listed, number
-from tfra.report.table import Table
+from tfra.report.table import Table, cell, listed, number
 
 ROWS = [("LUT", 1200, 0.5, "a<b"), ("DSP", None, -1.0, "")]
 TABLE = Table("Resources", ("", "used", "F_x / N", "note"), ROWS, words={0, 3})

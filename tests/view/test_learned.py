@@ -18,9 +18,8 @@ from tests.view.test_page import WIDER, cells, choose, go, numbers, picture_of, 
 from tfra.model.arrays import Floats
 from tfra.model.choices import Search
 from tfra.model.tfra import Result, Status, Tfra
-from tfra.view.chosen import MOST_SWEEP_BYTES, Chosen
 from tfra.view.feed import Feed
-from tfra.view.pack import result
+from tfra.view.pack import MOST_SWEEP_BYTES, Chosen, result
 from tfra.view.page import render
 from tfra.view.resultfile import read_all
 

@@ -16,14 +16,14 @@ from tests.browser import Browser, browser
 from tests.view.made import COMPRESSED, CONFIG, NO_CONTACT, write
 from tfra.codegen.config.read import load
 from tfra.model.tfra import Tfra
-from tfra.view.chosen import Chosen
+from tfra.view.pack import Chosen
 from tfra.view.page import render
 from tfra.view.resultfile import read_all
 
 AGAIN = """
 import sys
 from pathlib import Path
-from tfra.view.chosen import Chosen
+from tfra.view.pack import Chosen
 from tfra.view.page import render
 from tfra.view.resultfile import read_all
 results, known = read_all([Path(name) for name in sys.argv[1:]])
