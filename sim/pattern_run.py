@@ -1,6 +1,7 @@
 """Frames through the core with one pattern of stalls, compared with the model; the first wrong word and its stage."""
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,12 @@ import numpy as np
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design, FixedResult
 from tfra.sim import tools
+from tfra.sim.protocol import STALLS
 from tfra.sim.report import Mismatch
 from tfra.sim.run import Netlist, Progress, ProtocolError, Run, SimulationError, simulate
 from tfra.sim.stimuli import Stimuli
 
-PATTERNS = ("none", "random", "bursts")
+PATTERNS = tuple(STALLS)
 """Stalls on both ports; each pattern gets every third frame."""
 
 
@@ -52,32 +54,34 @@ class PatternRun:
         """Converter codes ``(n, rows, columns)`` of the frames."""
         return self.stimuli.codes[self.part]
 
+    @cached_property
+    def expected(self) -> Ints:
+        """The model's words ``(n, frame_words)`` of the frames."""
+        return self.design.model(self.codes).words
+
     def simulate(self, progress: Progress | None) -> None:
         """Run all frames and compare every word."""
-        expected = self.design.model(self.codes).words
         try:
-            self.run = self._simulate(self.codes, expected, progress=progress)
+            self.run = self._simulate(slice(None), progress=progress)
         except ProtocolError as error:
-            self.violations = error.violations
-            self.compared = error.compared
-            self.mismatches = error.mismatches
+            self.violations = error.outcome.violations
+            self.compared = error.outcome.compared
+            self.mismatches = error.outcome.mismatches
             return
-        different = self.run.words != expected
+        different = np.argwhere(self.run.words != self.expected)
         self.compared = self.run.compared
-        self.mismatches = int(different.sum())
+        self.mismatches = len(different)
         if self.run.mismatches != self.mismatches:
             raise SimulationError(
                 f"the testbench counted {self.run.mismatches} mismatches, there are {self.mismatches}"
             )
         if self.mismatches:
-            frame, word = np.argwhere(different)[0].tolist()
+            frame, word = different[0].tolist()
             self.first = frame, word
 
     def single_latency(self) -> int:
         """Latency of the first frame in an idle core: frames after it would delay it."""
-        codes = self.codes[:1]
-        run = self._simulate(codes, self.design.model(codes).words)
-        return int(run.latency[0])
+        return int(self._simulate(slice(1)).latency[0])
 
     def first_mismatch(self) -> Mismatch:
         """The first mismatch, with its stage from a second run with probes."""
@@ -90,37 +94,35 @@ class PatternRun:
         if name == "forces":
             plane, place = divmod(word - part.start, sensor.taxels)
             name, taxel = f"forces.{'xyz'[plane]}", divmod(place, sensor.columns)
-        expected = int(self.design.model(self.codes[: frame + 1]).words[frame, word])
-        observed = int(self.run.words[frame, word])
         where = (self._original(frame), self.pattern, name, taxel, word)
-        return Mismatch(*where, expected, observed, *self._stage(frame))
+        return Mismatch(*where, int(self.expected[frame, word]), int(self.run.words[frame, word]), *self._stage(frame))
 
     def record(self, waves: Path) -> int:
         """Write the signals of the wrong frame, or of the first one; return that frame's number."""
         if self.first is None:
-            self._simulate_waves(self.codes if self.violations else self.codes[:1], waves)
+            self._is_wrong(slice(None) if self.violations else slice(1), waves)
             return self._original(0)
         frame = self.first[0]
-        if not self._simulate_waves(self.codes[frame : frame + 1], waves):
-            self._simulate_waves(self.codes[: frame + 1], waves)
+        if not self._is_wrong(slice(frame, frame + 1), waves):
+            self._is_wrong(slice(frame + 1), waves)
         return self._original(frame)
 
     def _original(self, frame: int) -> int:
         """Number among the stimuli of a frame of this run."""
         return self.number + frame * len(PATTERNS)
 
-    def _simulate(self, codes: Ints, expected: Ints, simulator: str | None = None, **options: Any) -> Run:
-        """Some frames with this run's stalls."""
+    def _simulate(self, part: slice, simulator: str | None = None, **options: Any) -> Run:
+        """A part of the frames with this run's stalls."""
         chosen = simulator or self.simulator
         core = self.core if chosen == "amaranth" or isinstance(self.core, Netlist) else None
         seed = self.seed + self.number
-        options |= {"expected": expected, "core": core}
-        return simulate(self.design, codes, chosen, seed, self.pattern, self.pattern, **options)
+        options |= {"expected": self.expected[part], "core": core}
+        return simulate(self.design, self.codes[part], chosen, seed, self.pattern, self.pattern, **options)
 
-    def _simulate_waves(self, codes: Ints, waves: Path) -> bool:
-        """Simulate with waves; true if a word was wrong."""
+    def _is_wrong(self, part: slice, waves: Path) -> bool:
+        """Simulate a part of the frames with waves; true if a word was wrong."""
         try:
-            return self._simulate(codes, self.design.model(codes).words, waves=waves).mismatches > 0
+            return self._simulate(part, waves=waves).mismatches > 0
         except ProtocolError:
             return True
 
@@ -130,14 +132,13 @@ class PatternRun:
         if simulator is None:
             return None, None
         for start in (frame, 0):
-            codes = self.codes[start : frame + 1]
-            model = self.design.model(codes)
+            part = slice(start, frame + 1)
             try:
-                run = self._simulate(codes, model.words, simulator, probes=True)
+                run = self._simulate(part, simulator, probes=True)
             except (ProtocolError, SimulationError):
                 return None, None
             if run.mismatches:
-                return first_difference(run, model, frame - start)
+                return first_difference(run, self.design.model(self.codes[part]), frame - start)
         return None, None
 
     def _probing_simulator(self) -> str | None:

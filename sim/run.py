@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from tfra.hdl.cores import microarchitecture
-from tfra.hdl.interface import microarchitecture as hdl
+from tfra.hdl.interface.microarchitecture import Microarchitecture
 from tfra.model.arrays import Ints
 from tfra.model.fixed.design import Design
 from tfra.runtime.digest import digest, sources, texts
@@ -37,16 +37,11 @@ class SimulationError(RuntimeError):
 
 
 class ProtocolError(RuntimeError):
-    """The core broke the rules of its streams.
-
-    ``violations`` says how; ``words`` are the patterns it sent, ``compared`` and ``mismatches`` count them.
-    """
+    """The core broke the rules of its streams: the violations of ``outcome`` say how."""
 
     def __init__(self, outcome: Outcome) -> None:
         super().__init__("; ".join(outcome.violations))
-        self.violations = outcome.violations
-        self.words = outcome.words
-        self.compared, self.mismatches = outcome.compared, outcome.mismatches
+        self.outcome = outcome
 
 
 @dataclass(frozen=True)
@@ -123,15 +118,42 @@ def simulate(
     chosen = tools.choose(simulator)
     if not codes.size:
         raise ValueError("codes: at least one frame is needed")
-    if chosen == "amaranth":
-        if isinstance(core, Netlist) or (core is None and microarchitecture(design).cell_models):
-            raise InputError("simulator", chosen, f"can't run Verilog, Icarus can: {tools.ICARUS_INSTALL}")
-        job = _job(design, codes, seed, stall_in, stall_out, expected, ())
-        return _run(design, job, _run_pysim(design, job, core, progress, waves), chosen)
-    cache = cache_directory(build_dir)
-    netlist = core or generated(design, cache)
-    job = _job(design, codes, seed, stall_in, stall_out, expected, netlist.probes if probes else ())
-    return _run(design, job, _run_cocotb(netlist, job, chosen, cache, progress, waves), chosen)
+    gateware, cache, netlist = microarchitecture(design), cache_directory(build_dir), None
+    if chosen != "amaranth":
+        netlist = core or generated(design, cache)
+    elif isinstance(core, Netlist) or (core is None and gateware.cell_models):
+        raise InputError("simulator", chosen, f"can't run Verilog, Icarus can: {tools.ICARUS_INSTALL}")
+    job = Job(
+        _patterns(codes, design.adc.bits),
+        design.sensor.taxels,
+        design.frame_words,
+        None if expected is None else _patterns(expected, design.word_bits),
+        None if gateware.loaded is None else _patterns(gateware.loaded, design.coefficient_word),
+        seed,
+        stall_in,
+        stall_out,
+        _patience(gateware),
+        probes=netlist.probes if netlist and probes else (),
+    )
+    if netlist:
+        outcome = _run_cocotb(netlist, job, chosen, cache, progress, waves)
+    else:
+        from tfra.sim import pysim
+
+        outcome = pysim.run(core or gateware.build(), job, progress, waves)
+    if outcome.violations:
+        raise ProtocolError(outcome)
+    half = 1 << (design.word_bits - 1)
+    return Run(
+        ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words),
+        np.subtract(outcome.first_word, outcome.last_taxel),
+        np.diff(outcome.last_word),
+        chosen,
+        outcome.cycles,
+        outcome.compared,
+        outcome.mismatches,
+        {probe.stage: _rows(probe, packed) for probe, packed in zip(job.probes, outcome.probes, strict=True)},
+    )
 
 
 def generated(design: Design, cache: Path) -> Netlist:
@@ -143,13 +165,9 @@ def generated(design: Design, cache: Path) -> Netlist:
     images = {name: content.decode() for name, content in files.items()}  # and what else was made
     verilog, sidecar = images.pop(f"{design.name}.v"), json.loads(images.pop(f"{design.name}.json"))
     core = microarchitecture(design)
-    probes = tuple(_watched(probe) for probe in core.probes)
+    places = ((probe, f"core.probe_{probe.stage}") for probe in core.probes)
+    probes = tuple(Probe(one.stage, place, f"{place}_words", one.words, one.transfers) for one, place in places)
     return Netlist(design.name, verilog, sidecar, images, tuple(texts(core.cell_models)), probes)
-
-
-def _watched(probe: hdl.Probe) -> Probe:
-    place = f"core.probe_{probe.stage}"
-    return Probe(probe.stage, place, f"{place}_words", probe.words, probe.transfers)
 
 
 def _generate(design: Design) -> Files:
@@ -187,70 +205,23 @@ def _build(netlist: Netlist, simulator: str, cache: Path, waves: bool) -> bytes:
     return cached(place, make)["executable"]
 
 
-def _job(
-    design: Design,
-    codes: Ints,
-    seed: int,
-    stall_in: str,
-    stall_out: str,
-    expected: Ints | None,
-    probes: tuple[Probe, ...],
-) -> Job:
-    core = microarchitecture(design)
-    return Job(
-        _patterns(codes, design.adc.bits),
-        design.sensor.taxels,
-        design.frame_words,
-        None if expected is None else _patterns(expected, design.word_bits),
-        None if core.loaded is None else _patterns(core.loaded, design.coefficient_word),
-        seed,
-        stall_in,
-        stall_out,
-        _patience(core),
-        probes=probes,
-    )
-
-
 def _patterns(words: Ints, bits: int) -> list[int]:
     """Words as two's complement patterns of ``bits``."""
     patterns: list[int] = (np.asarray(words, dtype=np.int64).ravel() & ((1 << bits) - 1)).tolist()
     return patterns
 
 
-def _patience(core: hdl.Microarchitecture) -> int:
+def _patience(core: Microarchitecture) -> int:
     """Upper bound on the cycles of a frame for any core."""
     m, design = core.design.sensor.taxels, core.design
     products = 8 * (4 * design.quads) ** 2 // core.lanes
     return 10_000 + 4 * (products + 32 * m + 8 * design.candidates)
 
 
-def _run(design: Design, job: Job, outcome: Outcome, simulator: str) -> Run:
-    if outcome.violations:
-        raise ProtocolError(outcome)
-    half = 1 << (design.word_bits - 1)
-    words = ((np.array(outcome.words, dtype=np.int64) ^ half) - half).reshape(-1, job.frame_words)
-    return Run(
-        words,
-        np.subtract(outcome.first_word, outcome.last_taxel),
-        np.diff(outcome.last_word),
-        simulator,
-        outcome.cycles,
-        outcome.compared,
-        outcome.mismatches,
-        {probe.stage: _rows(probe, packed) for probe, packed in zip(job.probes, outcome.probes, strict=False)},
-    )
-
-
 def _rows(probe: Probe, packed: list[int]) -> Ints:
     frames = len(packed) // probe.transfers
     words = probe.unpack(packed[: frames * probe.transfers])
     return np.array(words, dtype=np.int64).reshape(frames, -1)
-
-
-def _run_pysim(design: Design, job: Job, core: Any, progress: Progress | None, waves: Path | None) -> Outcome:
-    from tfra.sim import pysim
-
-    return pysim.run(core or microarchitecture(design).build(), job, progress, waves)
 
 
 def _run_cocotb(
@@ -265,39 +236,34 @@ def _run_cocotb(
         executable.chmod(0o700)
         files = {key: folder / f"tfra_{key}" for key in ("job.json", "outcome.json", "progress")}
         job.save(files["job.json"])
-        watcher = _ProgressFile(files["progress"], progress) if progress else None
+        follow = _follower(files["progress"], progress)
         variables = {f"TFRA_{key.partition('.')[0].upper()}": str(file) for key, file in files.items()}
         action = "test+waves" if waves else "test"
-        log = _launch([action, simulator, netlist.top], folder, f"simulating with {simulator}", variables, watcher)
+        log = _launch([action, simulator, netlist.top], folder, f"simulating with {simulator}", variables, follow)
         try:
             outcome = Outcome.load(files["outcome.json"])
         except (OSError, ValueError):
             raise SimulationError(f"simulating with {simulator} gave no outcome:\n{log}") from None
-        if watcher:
-            watcher.report(job.frames)
         if waves:
             shutil.move(folder / WAVES, waves)
         return outcome
 
 
-class _ProgressFile:
-    """Reports the progress that the testbench notes in a file."""
+def _follower(file: Path, progress: Progress | None) -> Callable[[], None]:
+    """A function that reports the frames finished since its last call, as the testbench notes them in ``file``."""
+    done = 0
 
-    def __init__(self, file: Path, progress: Progress) -> None:
-        self._file, self._progress, self._done = file, progress, 0
-
-    def read(self) -> None:
-        """Read the testbench's note."""
+    def follow() -> None:
+        nonlocal done
         try:
-            self.report(int(self._file.read_text()))
+            frames = int(file.read_text())
         except (OSError, ValueError):  # not there yet, or being written
             return
+        if progress and frames > done:
+            progress(frames - done)
+        done = frames
 
-    def report(self, frames: int) -> None:
-        """Report ``frames`` in total."""
-        if frames > self._done:
-            self._progress(frames - self._done)
-            self._done = frames
+    return follow
 
 
 def _launch(
@@ -305,7 +271,7 @@ def _launch(
     place: Path,
     what: str,
     variables: Mapping[str, str] | None = None,
-    watcher: _ProgressFile | None = None,
+    follow: Callable[[], None] = lambda: None,
 ) -> str:
     """Run ``tfra.sim.launch`` in ``place`` and return the tail of its log; raises ``SimulationError`` on failure."""
     log = place / "tfra.log"
@@ -314,8 +280,8 @@ def _launch(
     with log.open("w") as stream, running(command, place, environment, stdout=stream) as process:
         while process.poll() is None:
             time.sleep(_POLL)
-            if watcher:
-                watcher.read()
+            follow()
+    follow()
     tail = log.read_text(errors="replace")[-_LOG_TAIL:]
     if process.returncode:
         reason = beyond(process.returncode, tail)

@@ -8,6 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from amaranth import Module
+from amaranth.lib import stream, wiring
+from amaranth.lib.wiring import In, Out
 
 from tests.marks import long
 from tfra.hdl.interface import ports
@@ -106,12 +109,6 @@ def test_words_arrive(
     assert run.cycles >= FRAMES * INTERVAL
 
 
-def test_without_expected_words_nothing_is_compared(cache: Path, codes: Ints, words: Ints, standin: Maker) -> None:
-    run = simulate(DESIGN, codes, "icarus", build_dir=cache, core=standin())
-    assert (run.compared, run.mismatches, run.probes) == (0, 0, {})
-    np.testing.assert_array_equal(run.words, words)
-
-
 @pytest.mark.parametrize("simulator", IN_SHORT)
 @pytest.mark.parametrize("at", [WORDS + 4, *long(0, FRAMES * WORDS - 1)])
 def test_a_corrupt_word_is_a_mismatch(
@@ -143,7 +140,7 @@ def test_a_broken_rule_is_an_error(
         try:
             simulate(DESIGN, codes, simulator, seed, "none", stall, cache, core=standin(fault, at))
         except ProtocolError as error:
-            assert any(note in violation for violation in error.violations), (seed, error.violations)  # noqa: PT017  # seeds that break no rule go on
+            assert note in str(error), seed  # noqa: PT017  # seeds that break no rule go on
             return
     pytest.fail(f"fault {fault} went unseen")
 
@@ -243,26 +240,19 @@ def test_no_frames(cache: Path) -> None:
 @pytest.mark.long
 def test_the_core_in_every_simulator(cache: Path, codes: Ints, words: Ints) -> None:
     """The same vectors in Amaranth's simulator and on the generated Verilog: equal words, equal cycles."""
-    runs = {
-        simulator: simulate(DESIGN, codes, simulator, build_dir=cache, expected=words)
-        for simulator in ("amaranth", "icarus")
-    }
-    for run in runs.values():
+    runs = [simulate(DESIGN, codes, simulator, build_dir=cache, expected=words) for simulator in ("amaranth", "icarus")]
+    for run in runs:
         np.testing.assert_array_equal(run.words, words)
         assert (run.compared, run.mismatches) == (words.size, 0)
-    assert runs["amaranth"].latency.tolist() == runs["icarus"].latency.tolist()
-    assert runs["amaranth"].interval.tolist() == runs["icarus"].interval.tolist()
+        assert run.latency.tolist() == runs[0].latency.tolist()
+        assert run.interval.tolist() == runs[0].interval.tolist()
 
 
 def test_amaranth_sees_a_hang(codes: Ints, monkeypatch: pytest.MonkeyPatch) -> None:
-    from amaranth import Module
-    from amaranth.lib import stream, wiring
-    from amaranth.lib.wiring import In, Out
-
     class Silent(wiring.Component):
         def __init__(self) -> None:
-            code, word = ports.taxel(DESIGN), ports.result(DESIGN)
-            super().__init__({"taxel": In(stream.Signature(code)), "result": Out(stream.Signature(word))})
+            taxel, result = (stream.Signature(port(DESIGN)) for port in (ports.taxel, ports.result))
+            super().__init__({"taxel": In(taxel), "result": Out(result)})
 
         def elaborate(self, platform: object) -> Module:
             m = Module()

@@ -102,7 +102,8 @@ def test_page(tmp_path: Path) -> None:
     slow, small, large = SIZING.candidates[0], SIZING.candidates[2], SIZING.candidates[3]
     (tmp_path / "page.html").write_text(page(replace(SIZING, candidates=(slow, small, large))))
     with browser(tmp_path) as tab:
-        tab.open(tmp_path / "page.html")
+        tab.open(tmp_path / "page.html", 390)
+        assert tab.evaluate("document.documentElement.scrollWidth") == 390
         said = tab.evaluate("document.body.innerText")
         rows = tab.evaluate("[...document.querySelectorAll('.wide tbody tr')].map(r => r.innerText.split('\\t'))")
         bars = tab.evaluate("[...document.querySelectorAll('.bar span')].map(b => parseFloat(b.style.width))")
